@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "command.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::cli {
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  command.add_flag("--json", options.json, "Print the result as JSON");
+  command.add_flag("--quiet", options.quiet, "No progress and no notes");
+  command.add_option("--threads", options.threads, "Threads to use (default: all cores)");
+  command.add_option("--seed", options.seed, "Seed of random numbers")->capture_default_str();
+}
+
+void add_example(CLI::App& command, const std::string& example) {
+  command.footer("Example:\n  " + example);
+}
+
+void say(const CommonOptions& options, const std::string& message) {
+  if (!options.quiet) fmt::print(stderr, "{}\n", message);
+}
+
+struct Progress::State {
+  bool visible = false;
+  std::mutex mutex;
+  std::chrono::steady_clock::time_point last{};
+};
+
+Progress::Progress(const CommonOptions& options) : state_(std::make_unique<State>()) {
+  state_->visible = !options.quiet && ::isatty(STDERR_FILENO) == 1;
+}
+
+Progress::~Progress() { clear(); }
+
+void Progress::show(const std::string& stage, std::size_t done, std::size_t total) {
+  if (!state_->visible) return;
+  const std::lock_guard lock(state_->mutex);
+  const auto now = std::chrono::steady_clock::now();
+  constexpr auto kInterval = std::chrono::milliseconds(50);
+  if (done < total && now - state_->last < kInterval) return;
+  state_->last = now;
+  constexpr std::size_t kWidth = 24;
+  const std::size_t filled = total == 0 ? kWidth : kWidth * done / total;
+  fmt::print(stderr,
+             "\r\x1b[K{:<28} [{}{}] {}/{}",
+             stage,
+             std::string(filled, '#'),
+             std::string(kWidth - filled, '.'),
+             done,
+             total);
+  std::fflush(stderr);
+}
+
+void Progress::clear() {
+  if (!state_->visible) return;
+  fmt::print(stderr, "\r\x1b[K");
+  std::fflush(stderr);
+}
+
+std::filesystem::path data_directory() {
+  namespace fs = std::filesystem;
+  if (const char* named = std::getenv("SILVAFIT_DATA_DIR")) return named;
+  const fs::path program = fs::read_symlink("/proc/self/exe");
+  const fs::path directory = program.parent_path().parent_path() / "share" / "silvafit";
+  if (!fs::exists(directory / "models")) {
+    throw InputError(
+        "the model catalogue is not here; set SILVAFIT_DATA_DIR to the folder that holds models/",
+        {.file = directory.string()});
+  }
+  return directory;
+}
+
+std::string version() { return SILVAFIT_VERSION; }
+
+}  // namespace silvafit::cli

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// What all subcommands share: common options, exit statuses, progress, and the table of commands.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace silvafit::cli {
+
+/// Exit statuses that other programs rely on.
+enum ExitStatus : int {
+  kDone = 0,
+  kInternalError = 1,
+  kBadUsage = 2,
+  kBadInput = 3,
+  kNoConvergedFit = 4,
+};
+
+/// Thrown after the results are written when no fit has converged.
+class NoConvergedFit : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Options that every subcommand has.
+struct CommonOptions {
+  bool json = false;
+  bool quiet = false;
+  unsigned threads = 0;  ///< 0: as many as there are cores
+  std::uint64_t seed = 1;
+};
+
+/// Adds --json, --quiet, --threads and --seed to a subcommand.
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// Appends an example that works to the text of --help.
+void add_example(CLI::App& command, const std::string& example);
+
+/// A note for people: one line on stderr, nothing with --quiet.
+void say(const CommonOptions& options, const std::string& message);
+
+/// A progress line on stderr that rewrites itself; silent with --quiet or when stderr is no
+/// terminal.
+class Progress {
+ public:
+  explicit Progress(const CommonOptions& options);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Shows a stage and how much of it is done. May be called from several threads.
+  void show(const std::string& stage, std::size_t done, std::size_t total);
+  /// Removes the line.
+  void clear();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Where models/ and the web pages are: SILVAFIT_DATA_DIR, or share/silvafit beside the program's
+/// folder.
+std::filesystem::path data_directory();
+
+/// The text of --version.
+std::string version();
+
+// One function per subcommand, each in a file of its own (study.cpp, indices.cpp, ...): it adds the
+// subcommand with its options and the callback that runs it.
+void add_indices_command(CLI::App& program);
+void add_fit_command(CLI::App& program);
+void add_study_command(CLI::App& program);
+void add_predict_command(CLI::App& program);
+void add_grow_command(CLI::App& program);
+void add_simulate_command(CLI::App& program);
+void add_models_command(CLI::App& program);
+
+}  // namespace silvafit::cli

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// The program silvafit: reads the command line, runs a subcommand, maps errors to exit statuses.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "command.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+int report(const char* kind, const std::exception& error, ExitStatus status) {
+  fmt::print(stderr, "silvafit: {}{}\n", kind, error.what());
+  return status;
+}
+
+int run(int argc, char** argv) {
+  CLI::App program("From a forest inventory to morphology models and 3D trees.", "silvafit");
+  program.set_version_flag("--version", "silvafit " + version());
+  program.require_subcommand(1);
+  program.failure_message(CLI::FailureMessage::simple);
+
+  add_study_command(program);
+  add_indices_command(program);
+  add_fit_command(program);
+  add_predict_command(program);
+  add_grow_command(program);
+  add_simulate_command(program);
+  add_models_command(program);
+
+  try {
+    program.parse(argc, argv);
+    return kDone;
+  } catch (const CLI::ParseError& error) {
+    return program.exit(error) == 0 ? kDone : kBadUsage;
+  } catch (const NoConvergedFit& error) {
+    return report("", error, kNoConvergedFit);
+  } catch (const UsageError& error) {
+    return report("", error, kBadUsage);
+  } catch (const InputError& error) {
+    return report("", error, kBadInput);
+  } catch (const NumericalError& error) {
+    return report("", error, kNoConvergedFit);
+  } catch (const GeometryError& error) {
+    return report("", error, kBadInput);
+  } catch (const std::bad_alloc& error) {
+    return report("out of memory: ", error, kInternalError);
+  } catch (const std::exception& error) {
+    return report("internal error, please report it: ", error, kInternalError);
+  }
+}
+
+}  // namespace
+}  // namespace silvafit::cli
+
+int main(int argc, char** argv) { return silvafit::cli::run(argc, argv); }

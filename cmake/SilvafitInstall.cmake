@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: MIT
+# `cmake --install` and `find_package(silvafit)`.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/silvafit)
+install(EXPORT silvafitTargets NAMESPACE silvafit:: DESTINATION ${package_dir})
+configure_package_config_file(cmake/silvafitConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/silvafitConfig.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/silvafitConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/silvafitConfig.cmake
+              ${PROJECT_BINARY_DIR}/silvafitConfigVersion.cmake
+        DESTINATION ${package_dir})

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+# How every library, test and program of the project is declared.
+
+# Warnings, sanitizers and reproducible arithmetic for our own code only.
+add_library(silvafit_build_options INTERFACE)
+target_compile_options(silvafit_build_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+  -ffp-contract=off
+  $<$<BOOL:${SILVAFIT_WERROR}>:-Werror>
+  $<$<BOOL:${SILVAFIT_COVERAGE}>:--coverage>)
+target_link_options(silvafit_build_options INTERFACE
+  $<$<BOOL:${SILVAFIT_COVERAGE}>:--coverage>)
+if(SILVAFIT_SANITIZE)
+  target_compile_options(silvafit_build_options INTERFACE
+    -fsanitize=${SILVAFIT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(silvafit_build_options INTERFACE -fsanitize=${SILVAFIT_SANITIZE})
+endif()
+
+# silvafit_add_library(fit)
+#   Headers below include/, sources below src/ except *_test.cpp, which become the program silvafit_fit_tests.
+#   Private headers sit beside the sources.
+function(silvafit_add_library name)
+  set(target silvafit_${name})
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/include/*.hpp)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp)
+  file(GLOB tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*_test.cpp)
+  if(tests)
+    list(REMOVE_ITEM sources ${tests})
+  endif()
+  add_library(${target} STATIC ${sources})
+  add_library(silvafit::${name} ALIAS ${target})
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${headers})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:silvafit_build_options>)
+  install(TARGETS ${target} EXPORT silvafitTargets
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  if(SILVAFIT_BUILD_TESTS AND tests)
+    silvafit_add_tests(${target}_tests LABEL ${name} SOURCES ${tests} LIBRARIES silvafit::${name})
+    target_include_directories(${target}_tests PRIVATE src)
+  endif()
+endfunction()
+
+# silvafit_add_tests(target LABEL name SOURCES ... LIBRARIES ...)
+#   A Catch2 program whose test cases each become a CTest test with the label.
+#   Tests find the reference numbers, if there are any beside the checkout, through SILVAFIT_REFERENCE_DIR.
+function(silvafit_add_tests target)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "LABEL" "SOURCES;LIBRARIES")
+  add_executable(${target} ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE
+    ${ARG_LIBRARIES} silvafit_build_options Catch2::Catch2WithMain fmt::fmt)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_compile_definitions(${target} PRIVATE
+    SILVAFIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    SILVAFIT_DATA_DIR="${PROJECT_BINARY_DIR}/share/silvafit"
+    SILVAFIT_REFERENCE_DIR="${PROJECT_SOURCE_DIR}/../shared/reference")
+  catch_discover_tests(${target} TEST_PREFIX "${ARG_LABEL}: "
+    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 300)
+endfunction()

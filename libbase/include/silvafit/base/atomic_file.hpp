@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Files that are written whole or not at all.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+namespace silvafit {
+
+/// A file under construction: what is written goes to a temporary file beside the target, which
+/// takes the target's name at commit(). Without commit the temporary file is removed and the target
+/// stays as it was.
+///
+/// \throws InputError if the folder cannot be written to, or the disk is full
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path target);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  std::ostream& stream() { return stream_; }
+  /// Closes the file and gives it its name.
+  void commit();
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  std::ofstream stream_;
+  bool committed_ = false;
+};
+
+/// Writes the bytes to the path, whole or not at all; folders above it are made.
+/// \throws InputError if that is not possible
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// The bytes of a file.
+/// \throws InputError if it cannot be read
+std::string read_file(const std::filesystem::path& path);
+
+}  // namespace silvafit

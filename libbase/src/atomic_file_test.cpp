@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/base/atomic_file.hpp"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "silvafit/base/error.hpp"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Folder {
+  fs::path path = fs::temp_directory_path() / ("silvafit-atomic-" + std::to_string(::getpid()));
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+};
+
+}  // namespace
+
+TEST_CASE("a file appears only when it is committed") {
+  const Folder folder;
+  const fs::path target = folder.path / "deep" / "file.txt";
+  {
+    silvafit::AtomicFile file(target);
+    file.stream() << "half";
+    CHECK_FALSE(fs::exists(target));
+  }
+  CHECK_FALSE(fs::exists(target));
+  CHECK(fs::is_empty(target.parent_path()));
+
+  silvafit::write_file(target, "whole\n");
+  CHECK(silvafit::read_file(target) == "whole\n");
+}
+
+TEST_CASE("an abandoned file leaves the old content") {
+  const Folder folder;
+  const fs::path target = folder.path / "file.txt";
+  silvafit::write_file(target, "old");
+  {
+    silvafit::AtomicFile file(target);
+    file.stream() << "new";
+  }
+  CHECK(silvafit::read_file(target) == "old");
+}
+
+TEST_CASE("a file that cannot be written or read is named") {
+  CHECK_THROWS_WITH(silvafit::write_file("/proc/none/file.txt", "x"),
+                    Catch::Matchers::Contains("/proc/none"));
+  CHECK_THROWS_AS(silvafit::read_file("does-not-exist.csv"), silvafit::InputError);
+  CHECK_THROWS_WITH(silvafit::read_file("does-not-exist.csv"),
+                    Catch::Matchers::Contains("does-not-exist.csv: cannot read"));
+}

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/base/parallel.hpp"
+
+#include <catch2/catch.hpp>
+#include <stdexcept>
+#include <vector>
+
+TEST_CASE("every task runs once, whatever the number of threads") {
+  for (const unsigned threads : {0U, 1U, 2U, 5U}) {
+    std::vector<int> runs(1000, 0);
+    silvafit::parallel_for(runs.size(), threads, [&](std::size_t i) { ++runs[i]; });
+    CHECK(runs == std::vector<int>(1000, 1));
+  }
+}
+
+TEST_CASE("an exception of a task reaches the caller") {
+  CHECK_THROWS_WITH(silvafit::parallel_for(10,
+                                           2,
+                                           [](std::size_t i) {
+                                             if (i == 7) throw std::runtime_error("seven");
+                                           }),
+                    "seven");
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// CSV files (RFC 4180): UTF-8 with or without byte order mark, any line end, quoted fields.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::data {
+
+/// Reads a CSV file record by record in blocks, so that memory does not grow with the file.
+class CsvReader {
+ public:
+  /// Opens the file and reads its header.
+  /// \throws InputError if the file cannot be read, is empty, or names a column twice
+  explicit CsvReader(const std::filesystem::path& path);
+  ~CsvReader();
+  CsvReader(CsvReader&&) noexcept;
+  CsvReader& operator=(CsvReader&&) noexcept;
+
+  /// Column names of the header, as written, without surrounding blanks.
+  const std::vector<std::string>& header() const;
+
+  /// The next record's fields, unquoted; false at the end. Blank lines are passed over.
+  /// The views hold until the next call.
+  /// \throws InputError if a quote does not end, or the record has another number of fields than
+  /// the header
+  bool next(std::vector<std::string_view>& fields);
+
+  /// Line on which the last record began, from 1.
+  std::size_t line() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+struct CsvTableOptions {
+  std::vector<std::string> columns{};  ///< columns to keep; empty means all
+  std::vector<std::string>
+      text_columns{};  ///< columns that stay text even if all values are numbers
+};
+
+/// A CSV file as a table. A column is numeric if each value is a number or missing (empty or `NA`),
+/// else text. \throws InputError if the file cannot be read as CSV; UsageError if a wanted column
+/// is not there
+Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options = {});
+
+/// True for what counts as missing in a CSV field: nothing, blanks, or NA.
+bool is_missing_field(std::string_view field);
+
+/// Reads a whole field as a number, blanks around it allowed; false if it is none. `inf` and `nan`
+/// are numbers here: whoever needs finite ones says so with a message of their own.
+bool parse_number(std::string_view field, double& value);
+
+/// A field as it is written: quoted where RFC 4180 asks for it.
+std::string csv_field(std::string_view text);
+
+/// Writes a table as CSV: numbers in their shortest form, missing values empty, lines ended by \n.
+void write_csv_table(const Table& table, std::ostream& stream);
+/// The same into a file, whole or not at all.
+void write_csv_table(const Table& table, const std::filesystem::path& path);
+
+}  // namespace silvafit::data

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// Formulas as text, as graphs, and their derivatives.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace silvafit::data {
+
+struct ExpressionNode;
+
+/// An arithmetic expression of named variables; a value type that shares its immutable graph.
+///
+/// Text: numbers, names (letters, digits, `_`, `.`), + - * / ^ (right-associative, binds tighter
+/// than the sign), comparisons < <= > >= == != (1 or 0), && || !, parentheses, `name == "text"` for
+/// text columns, and the functions exp log log10 log2 log1p expm1 sqrt abs sin cos tan asin acos
+/// atan sinh cosh tanh pow min max ifelse; the constant pi.
+class Expression {
+ public:
+  /// \throws FormulaError with the column in `text`
+  static Expression parse(std::string_view text);
+  static Expression constant(double value);
+  static Expression variable(std::string_view name);
+
+  /// Distinct variable names in the order of their first appearance. A comparison of a column with
+  /// text is one variable, named `column == "text"`; see text_match.
+  std::vector<std::string> variables() const;
+
+  /// The symbolic derivative with respect to a variable, simplified.
+  Expression derivative(std::string_view name) const;
+
+  /// The expression with a variable replaced.
+  Expression substitute(std::string_view name, const Expression& replacement) const;
+
+  bool is_constant() const;
+  bool is_zero() const;
+  /// The value of a constant expression.
+  double constant_value() const;
+
+  /// The value for given variables, one at a time; for tests and single values. Blocks: see
+  /// Program. \param names, values  of equal length
+  double value(const std::vector<std::string>& names, const std::vector<double>& values) const;
+
+  /// Text that parses to the same expression.
+  std::string text() const;
+
+  const std::shared_ptr<const ExpressionNode>& node() const { return node_; }
+  explicit Expression(std::shared_ptr<const ExpressionNode> node);
+
+ private:
+  std::shared_ptr<const ExpressionNode> node_;
+};
+
+/// `left ~ right` taken apart.
+struct Formula {
+  std::string left{};
+  Expression right;
+  std::string text{};
+};
+
+/// \throws FormulaError if there is no `~`, the left side is not a name, or the right side cannot
+/// be read
+Formula parse_formula(std::string_view text);
+
+/// If a variable stands for `column == "text"`, its two parts.
+struct TextMatch {
+  std::string column{};
+  std::string value{};
+};
+bool is_text_match(std::string_view variable, TextMatch& match);
+
+}  // namespace silvafit::data

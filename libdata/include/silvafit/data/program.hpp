@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// Expressions compiled for evaluation over blocks of rows.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::data {
+
+/// Several expressions compiled together: common parts are computed once, parts without columns
+/// once a call, the rest in blocks of rows that stay in cache.
+///
+/// Thread safety: evaluate() is const and may run on several threads, each with a workspace of its
+/// own.
+class Program {
+ public:
+  /// An input is either a column (a value a row) or a scalar (one value a call).
+  struct Input {
+    std::string name{};
+    bool is_scalar = false;
+  };
+
+  /// Scratch memory of one caller.
+  class Workspace {
+   public:
+    Workspace() = default;
+
+   private:
+    friend class Program;
+    std::vector<double> registers_;
+    std::vector<double> scalars_;
+  };
+
+  Program() = default;
+  /// \throws UsageError if an expression has a variable that is no input
+  Program(std::span<const Expression> outputs, std::vector<Input> inputs);
+
+  std::size_t output_count() const { return outputs_.size(); }
+  const std::vector<Input>& inputs() const { return inputs_; }
+
+  /// Computes all outputs for `rows` rows.
+  /// \param inputs   a pointer per input: `rows` values of a column, one value of a scalar
+  /// \param outputs  a pointer per output with room for `rows` values
+  void evaluate(std::span<const double* const> inputs,
+                std::size_t rows,
+                std::span<double* const> outputs,
+                Workspace& workspace) const;
+
+ private:
+  struct Instruction;
+  struct Operand {
+    std::uint32_t slot = 0;
+    bool is_scalar = false;
+  };
+  std::vector<Input> inputs_;
+  std::vector<Instruction> scalar_code_;
+  std::vector<Instruction> block_code_;
+  std::vector<Operand> outputs_;
+  std::vector<double> constants_;
+  std::size_t scalar_slots_ = 0;
+  std::size_t block_slots_ = 0;
+  friend class ProgramBuilder;
+};
+
+/// An expression of a table's columns, a value a row. A variable `column == "text"` compares a text
+/// column. \throws UsageError if a name is no column of the table
+std::vector<double> evaluate(const Expression& expression, const Table& table);
+
+/// The values of a variable of an expression: a numeric column, or 1 and 0 for `column == "text"`
+/// (NaN where the text is missing).
+std::vector<double> variable_values(std::string_view variable, const Table& table);
+
+}  // namespace silvafit::data

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::data {
+
+void TextColumn::append(std::string_view value) {
+  const auto [entry, is_new] =
+      index_.try_emplace(std::string(value), static_cast<std::uint32_t>(levels_.size()));
+  if (is_new) levels_.emplace_back(value);
+  codes_.push_back(entry->second);
+}
+
+std::string_view TextColumn::operator[](std::size_t row) const {
+  return is_missing(row) ? std::string_view() : std::string_view(levels_[codes_[row]]);
+}
+
+std::uint32_t TextColumn::code_of(std::string_view value) const {
+  const auto entry = index_.find(std::string(value));
+  return entry == index_.end() ? kMissingCode : entry->second;
+}
+
+bool Table::has(std::string_view name) const { return slots_.contains(std::string(name)); }
+
+const Table::Slot& Table::slot(std::string_view name) const {
+  const auto entry = slots_.find(std::string(name));
+  if (entry == slots_.end()) {
+    throw UsageError(
+        fmt::format("there is no column '{}'; the columns are {}", name, fmt::join(names_, ", ")),
+        {.file = file_});
+  }
+  return entry->second;
+}
+
+bool Table::is_numeric(std::string_view name) const { return slot(name).numeric; }
+
+std::span<const double> Table::numbers(std::string_view name) const {
+  const Slot& found = slot(name);
+  if (!found.numeric) {
+    throw UsageError("this column is text where numbers are needed",
+                     {.file = file_, .column = std::string(name)});
+  }
+  return numeric_[found.index];
+}
+
+const TextColumn& Table::text(std::string_view name) const {
+  const Slot& found = slot(name);
+  if (found.numeric) {
+    throw UsageError("this column is numeric where text is needed",
+                     {.file = file_, .column = std::string(name)});
+  }
+  return text_[found.index];
+}
+
+TextColumn Table::labels(std::string_view name) const {
+  const Slot& found = slot(name);
+  if (!found.numeric) return text_[found.index];
+  TextColumn column;
+  column.reserve(rows_);
+  for (const double value : numeric_[found.index]) {
+    if (std::isnan(value)) {
+      column.append_missing();
+    } else {
+      column.append(shortest(value));
+    }
+  }
+  return column;
+}
+
+Table::Slot& Table::slot_for(std::string_view name, std::size_t length) {
+  if (!has_size_) {
+    rows_ = length;
+    has_size_ = true;
+  }
+  if (length != rows_) {
+    throw UsageError(fmt::format("the column has {} rows, the table {}", length, rows_),
+                     {.file = file_, .column = std::string(name)});
+  }
+  const auto [entry, is_new] = slots_.try_emplace(std::string(name));
+  if (is_new) names_.emplace_back(name);
+  return entry->second;
+}
+
+void Table::set(std::string_view name, std::vector<double> values) {
+  const bool existed = has(name);
+  Slot& target = slot_for(name, values.size());
+  if (existed && target.numeric) {
+    numeric_[target.index] = std::move(values);
+    return;
+  }
+  if (existed) text_[target.index] = TextColumn();
+  target = {.numeric = true, .index = numeric_.size()};
+  numeric_.push_back(std::move(values));
+}
+
+void Table::set(std::string_view name, TextColumn values) {
+  const bool existed = has(name);
+  Slot& target = slot_for(name, values.size());
+  if (existed && !target.numeric) {
+    text_[target.index] = std::move(values);
+    return;
+  }
+  if (existed) numeric_[target.index] = {};
+  target = {.numeric = false, .index = text_.size()};
+  text_.push_back(std::move(values));
+}
+
+Table Table::select(std::span<const std::size_t> row_numbers) const {
+  Table result(row_numbers.size());
+  for (const std::string& name : names_) {
+    const Slot& source = slot(name);
+    if (source.numeric) {
+      std::vector<double> values(row_numbers.size());
+      std::ranges::transform(row_numbers, values.begin(), [&](std::size_t row) {
+        return numeric_[source.index][row];
+      });
+      result.set(name, std::move(values));
+      continue;
+    }
+    TextColumn values;
+    values.reserve(row_numbers.size());
+    for (const std::size_t row : row_numbers) {
+      const TextColumn& column = text_[source.index];
+      column.is_missing(row) ? values.append_missing() : values.append(column[row]);
+    }
+    result.set(name, std::move(values));
+  }
+  std::vector<std::uint32_t> lines;
+  if (!lines_.empty()) {
+    for (const std::size_t row : row_numbers) lines.push_back(lines_[row]);
+  }
+  result.set_origin(file_, std::move(lines));
+  return result;
+}
+
+void Table::set_origin(std::string file, std::vector<std::uint32_t> lines) {
+  file_ = std::move(file);
+  lines_ = std::move(lines);
+}
+
+std::string shortest(double value) {
+  char buffer[32];
+  const auto [end, status] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return status == std::errc() ? std::string(buffer, end) : fmt::format("{}", value);
+}
+
+}  // namespace silvafit::data
