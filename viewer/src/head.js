@@ -118,18 +118,18 @@ function summary(report) {
       value: (result) =>
         element("a", { href: `#${resultId(result.index)}` }, `${result.species} ${responseName(result.response).toLowerCase()}`),
     },
-    { title: "Trees", value: (result) => count(result.n) },
-    { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
-    { title: "Covariates", text: true, value: covariateText },
-    { title: "Random effects", text: true, value: ({ fits }) => fits.nlme?.random?.effects.join(", ") ?? MISSING },
-    { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
+    { title: "Converged", text: true, value: (result) => verdictMark(result.converged) },
+    { title: "Gain, percent points of R²", value: ({ gain }) => points(gain.conditional) },
     { title: "R² OLS", value: ({ fits }) => r2(stat(fits.ols, "population", "r2")) },
     { title: "R² NLME population", value: ({ fits }) => r2(stat(fits.nlme, "population", "r2")) },
     { title: "R² NLME conditional", value: ({ fits }) => r2(stat(fits.nlme, "conditional", "r2")) },
     { title: "RMSE OLS", value: (result) => decimals(stat(result.fits.ols, "population", "rmse"), 3) + unit(result) },
     { title: "RMSE NLME conditional", value: (result) => decimals(stat(result.fits.nlme, "conditional", "rmse"), 3) + unit(result) },
-    { title: "Gain, percent points of R²", value: ({ gain }) => points(gain.conditional) },
-    { title: "Converged", text: true, value: (result) => verdictMark(result.converged) },
+    { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
+    { title: "Covariates", text: true, value: covariateText },
+    { title: "Random effects", text: true, value: ({ fits }) => fits.nlme?.random?.effects.join(", ") ?? MISSING },
+    { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
+    { title: "Trees", value: (result) => count(result.n) },
   ];
   const rows = report.results.map(row);
   return element(

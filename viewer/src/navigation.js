@@ -21,7 +21,7 @@ function entry({ result, index }) {
 
 export function navigation(report) {
   const groups = bySpecies(report.results).map(([species, entries]) =>
-    element("li", {}, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry))),
+    element("li", { class: "group" }, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry))),
   );
   const start = [
     ["#verdict", "Verdict"],

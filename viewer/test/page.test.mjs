@@ -20,6 +20,14 @@ async function withPage(data, options, use) {
   await page.context().close();
 }
 
+/** The first row of a table, by column title. */
+const firstRow = (page, section, caption) =>
+  page.locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) }).evaluate((table) => {
+    const texts = (row) => [...row.cells].map((cell) => cell.textContent);
+    const values = texts(table.tBodies[0].rows[0]);
+    return Object.fromEntries(texts(table.tHead.rows[0]).map((title, index) => [title, values[index]]));
+  });
+
 const rowTexts = (page, section, caption) =>
   page
     .locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) })
@@ -40,14 +48,20 @@ test("the summary and the tables hold the numbers of the data", { skip }, () =>
   withPage(example(), {}, async (page) => {
     const [result] = example().results;
     const { ols, nlme } = result.fits;
-    const [first] = await rowTexts(page, "#summary", "Chosen model");
-    assert.equal(first[0], "SM height");
-    assert.equal(first[2], "M4 Meyer");
-    assert.equal(first[3], "b ~ 1 + C");
-    assert.equal(first[4], "a, b, b:C");
-    assert.equal(first[6], ols.statistics.population.r2.toFixed(4));
-    assert.equal(first[8], nlme.statistics.conditional.r2.toFixed(4));
-    assert.equal(first[11], `+${result.gain.conditional.toFixed(2)}`);
+    const first = await firstRow(page, "#summary", "Chosen model");
+    const expected = {
+      "Species, response": "SM height",
+      Converged: "\u2713 converged",
+      "Base model": "M4 Meyer",
+      Covariates: "b ~ 1 + C",
+      "Random effects": "a, b, b:C",
+      "R² OLS": ols.statistics.population.r2.toFixed(4),
+      "R² NLME population": nlme.statistics.population.r2.toFixed(4),
+      "R² NLME conditional": nlme.statistics.conditional.r2.toFixed(4),
+      "RMSE OLS": `${ols.statistics.population.rmse.toFixed(3)} m`,
+      "Gain, percent points of R²": `+${result.gain.conditional.toFixed(2)}`,
+    };
+    for (const [title, value] of Object.entries(expected)) assert.equal(first[title], value, title);
 
     const coefficients = await rowTexts(page, "#result-1", "Fixed coefficients");
     assert.equal(coefficients.length, 2 + 3 + 3);
