@@ -45,7 +45,10 @@ function shownTrees({ observations, n }) {
 
 function heldAt(curves) {
   const held = Object.entries(curves.held_at).map(([column, value]) => `${columnName(column)} ${significant(value, 3)}${column === "h" ? " m" : ""}`);
-  return held.length > 0 ? ` Curves for ${listing(held)} (means).` : "";
+  const means = held.length > 0 ? `${listing(held)} (means)` : "";
+  const heights = curves.h ? "the height that the height model gives at each DBH" : "";
+  const given = listing([means, heights].filter((text) => text !== ""));
+  return given === "" ? "" : ` Curves for ${given}.`;
 }
 
 /** @param {Result} result */
@@ -97,6 +100,7 @@ function curveTable({ curves, unit }) {
   const at = (values) => (row) => decimals(values[row.index], 2);
   const columns = [
     { title: "DBH, cm", value: ({ dbh }) => decimals(dbh, 1) },
+    ...(curves.h ? [{ title: "Height, m", value: at(curves.h) }] : []),
     { title: `OLS, ${unit}`, value: at(curves.ols) },
     { title: `NLME population, ${unit}`, value: at(curves.population) },
     ...Object.entries(curves.plots).map(([plot, values]) => ({ title: `Plot ${plot}, ${unit}`, value: at(values) })),

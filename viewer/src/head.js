@@ -54,7 +54,7 @@ function headline(results, failed) {
   if (results.length === 0) return "No model was fitted.";
   const models = plural(results.length, "final model");
   if (failed.length === 0) return results.length === 1 ? "The final model converged." : `All ${models} converged.`;
-  return `${failed.length} of ${models} did not converge. What the report says about them is not to be used.`;
+  return `${failed.length} of ${models} did not converge. Do not use what the report says about ${failed.length === 1 ? "it" : "them"}.`;
 }
 
 function failure({ result, index }) {

@@ -19,7 +19,7 @@
  *   statistics: {population: Accuracy|null, conditional: Accuracy|null}}} Fit
  * @typedef {{plot: string[], tree: string[], dbh: number[], observed: number[], ols: number[], population: number[],
  *   conditional: number[], residual_ols: number[], residual_nlme: number[]}} Observations
- * @typedef {{held_at: Record<string, number>, dbh: number[], ols: number[], population: number[],
+ * @typedef {{held_at: Record<string, number>, dbh: number[], h?: number[], ols: number[], population: number[],
  *   plots: Record<string, number[]>}} Curves
  * @typedef {{species: string, response: string, unit: string, n: number, plots: number, converged: boolean,
  *   verdict: string, notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
