@@ -18,7 +18,8 @@ namespace silvafit::data {
 class CsvReader {
  public:
   /// Opens the file and reads its header.
-  /// \throws InputError if the file cannot be read, is empty, or names a column twice
+  /// \throws InputError if the file cannot be read, is empty, names a column twice, or its header
+  /// has semicolons or tabs instead of commas
   explicit CsvReader(const std::filesystem::path& path);
   ~CsvReader();
   CsvReader(CsvReader&&) noexcept;
@@ -29,8 +30,8 @@ class CsvReader {
 
   /// The next record's fields, unquoted; false at the end. Blank lines are passed over.
   /// The views hold until the next call.
-  /// \throws InputError if a quote does not end, or the record has another number of fields than
-  /// the header
+  /// \throws InputError if a quote does not end, bytes are not UTF-8, a record is longer than 64
+  /// MiB, or has another number of fields than the header
   bool next(std::vector<std::string_view>& fields);
 
   /// Line on which the last record began, from 1.
@@ -51,6 +52,9 @@ struct CsvTableOptions {
 /// else text. \throws InputError if the file cannot be read as CSV; UsageError if a wanted column
 /// is not there
 Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options = {});
+
+/// A field without the blanks and tabs around it.
+std::string_view trimmed(std::string_view field);
 
 /// True for what counts as missing in a CSV field: nothing, blanks, or NA.
 bool is_missing_field(std::string_view field);

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+// CSV files record by record. A block of the file is in memory; a record that reaches beyond it is
+// scanned again when more has been read, so that fields are always contiguous.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+#include <unordered_map>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "utf8.hpp"
+
+namespace silvafit::data {
+namespace {
+
+constexpr std::size_t kBlock = std::size_t{1} << 18;
+// A quote that is never closed would otherwise pull the rest of the file into memory.
+constexpr std::size_t kLongestRecord = std::size_t{1} << 26;
+
+/// A field's bytes within its record, without the quotes around it.
+struct FieldSpan {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  bool quoted = false;
+  bool has_doubled_quotes = false;
+};
+
+bool ends_field(char c) { return c == ',' || c == '\n' || c == '\r'; }
+
+std::size_t count_line_ends(std::string_view text) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\n' || (text[i] == '\r' && (i + 1 == text.size() || text[i + 1] != '\n'))) {
+      ++count;
+    }
+  }
+  return count;
+}
+
+/// Turns doubled quotes into single ones in place; returns the new length.
+std::size_t undouble_quotes(char* text, std::size_t length) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < length; ++i, ++kept) {
+    text[kept] = text[i];
+    if (text[i] == '"') ++i;
+  }
+  return kept;
+}
+
+}  // namespace
+
+struct CsvReader::State {
+  std::string file;
+  std::ifstream stream;
+  std::vector<char> buffer = std::vector<char>(kBlock);
+  std::size_t begin = 0;  // of the record that comes next
+  std::size_t end = 0;    // of what has been read
+  bool at_end_of_file = false;
+
+  std::vector<FieldSpan> spans{};  // of the record found, relative to its first byte
+  std::size_t record_length = 0;   // with its line end
+  bool has_quotes = false;         // somewhere in the record
+  std::size_t line = 0;            // of the record found
+  std::size_t next_line = 1;
+  std::vector<std::string> header{};
+
+  [[noreturn]] void fail(std::size_t at_line, const std::string& message) const {
+    throw InputError(message, {.file = file, .line = at_line});
+  }
+
+  std::size_t line_of(std::size_t offset_in_record) const {
+    return next_line + count_line_ends({buffer.data() + begin, offset_in_record});
+  }
+
+  void open();
+  void skip_byte_order_mark();
+  void read_more();
+  bool scan_record();
+  bool scan_quoted(std::size_t& position);
+  void scan_plain(std::size_t& position);
+  bool end_record(std::size_t position);
+  bool find_record();
+  void check_encoding() const;
+  bool is_blank_record() const;
+  void advance();
+  void read_header();
+};
+
+void CsvReader::State::open() {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    throw InputError("is a folder where a CSV file is needed", {.file = file});
+  }
+  stream.open(file, std::ios::binary);
+  if (!stream)
+    throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)), {.file = file});
+  read_more();
+  skip_byte_order_mark();
+}
+
+void CsvReader::State::skip_byte_order_mark() {
+  const std::string_view start(buffer.data(), std::min<std::size_t>(end, 3));
+  if (start == "\xEF\xBB\xBF") begin = 3;
+  if (start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF")) {
+    fail(1, "the file is UTF-16; save it as CSV in UTF-8");
+  }
+}
+
+void CsvReader::State::read_more() {
+  std::memmove(buffer.data(), buffer.data() + begin, end - begin);
+  end -= begin;
+  begin = 0;
+  if (end == buffer.size()) {
+    if (buffer.size() >= kLongestRecord) {
+      fail(next_line,
+           fmt::format("the record that starts here is longer than {} MiB; is a quote not closed?",
+                       kLongestRecord >> 20));
+    }
+    buffer.resize(2 * buffer.size());
+  }
+  stream.read(buffer.data() + end, static_cast<std::streamsize>(buffer.size() - end));
+  end += static_cast<std::size_t>(stream.gcount());
+  if (stream.bad()) throw InputError("reading failed", {.file = file});
+  at_end_of_file = stream.eof();
+}
+
+/// Reads a quoted field from its opening quote up to what follows the closing one; false if the
+/// block ends before that.
+bool CsvReader::State::scan_quoted(std::size_t& position) {
+  const std::size_t start = position + 1;
+  FieldSpan span{.begin = start - begin, .quoted = true};
+  has_quotes = true;
+  for (position = start;;) {
+    const void* const quote = std::memchr(buffer.data() + position, '"', end - position);
+    if (quote == nullptr) {
+      if (!at_end_of_file) return false;
+      fail(line_of(span.begin), "the quoted field that starts here does not end");
+    }
+    position = static_cast<std::size_t>(static_cast<const char*>(quote) - buffer.data()) + 1;
+    if (position == end && !at_end_of_file) return false;
+    if (position == end || buffer[position] != '"') break;
+    span.has_doubled_quotes = true;
+    ++position;
+  }
+  span.end = position - 1 - begin;
+  spans.push_back(span);
+  if (position < end && !ends_field(buffer[position])) {
+    fail(line_of(position - begin),
+         "text follows a closing quote; quotes within a quoted field are doubled");
+  }
+  return true;
+}
+
+void CsvReader::State::scan_plain(std::size_t& position) {
+  const std::size_t start = position;
+  while (position < end && !ends_field(buffer[position])) ++position;
+  spans.push_back({.begin = start - begin, .end = position - begin});
+}
+
+/// Notes the length of the record whose last field ends at the position; false if the block ends
+/// between a carriage return and what may be its line feed.
+bool CsvReader::State::end_record(std::size_t position) {
+  std::size_t after = position;
+  if (after < end && buffer[after] == '\r') {
+    ++after;
+    if (after == end && !at_end_of_file) return false;
+    if (after < end && buffer[after] == '\n') ++after;
+  } else if (after < end) {
+    ++after;
+  }
+  record_length = after - begin;
+  return true;
+}
+
+/// Finds the fields of the record at `begin`; false if the block ends before the record does.
+bool CsvReader::State::scan_record() {
+  spans.clear();
+  has_quotes = false;
+  std::size_t position = begin;
+  for (;;) {
+    if (position < end && buffer[position] == '"') {
+      if (!scan_quoted(position)) return false;
+    } else {
+      scan_plain(position);
+    }
+    if (position == end && !at_end_of_file) return false;
+    if (position == end || buffer[position] != ',') return end_record(position);
+    ++position;
+  }
+}
+
+void CsvReader::State::check_encoding() const {
+  const std::size_t bad = first_invalid_utf8({buffer.data() + begin, record_length});
+  if (bad != std::string_view::npos) {
+    fail(line_of(bad),
+         fmt::format("byte 0x{:02X} is not UTF-8; save the file as CSV in UTF-8",
+                     static_cast<unsigned char>(buffer[begin + bad])));
+  }
+}
+
+bool CsvReader::State::is_blank_record() const {
+  if (spans.size() != 1 || spans[0].quoted) return false;
+  return trimmed({buffer.data() + begin, spans[0].end}).empty();
+}
+
+/// Steps over the record found.
+void CsvReader::State::advance() {
+  line = next_line;
+  next_line += has_quotes ? count_line_ends({buffer.data() + begin, record_length}) : 1;
+  begin += record_length;
+}
+
+/// Finds the next record that is not blank and steps over it; its bytes then end at `begin`. False
+/// at the end of the file.
+bool CsvReader::State::find_record() {
+  for (;;) {
+    if (begin == end && at_end_of_file) return false;
+    if (!scan_record()) {
+      read_more();
+      continue;
+    }
+    check_encoding();
+    const bool is_blank = is_blank_record();
+    advance();
+    if (!is_blank) return true;
+  }
+}
+
+void CsvReader::State::read_header() {
+  if (!find_record())
+    throw InputError("the file is empty; a header line is needed", {.file = file});
+  std::unordered_map<std::string, std::size_t> first_with_name;
+  char* const record = buffer.data() + begin - record_length;
+  for (const FieldSpan& span : spans) {
+    std::size_t length = span.end - span.begin;
+    if (span.has_doubled_quotes) length = undouble_quotes(record + span.begin, length);
+    header.emplace_back(trimmed({record + span.begin, length}));
+    const auto [first, is_new] = first_with_name.try_emplace(header.back(), header.size());
+    if (!is_new) {
+      fail(line,
+           fmt::format("columns {} and {} have the same name '{}'",
+                       first->second,
+                       header.size(),
+                       header.back()));
+    }
+  }
+  if (header.size() == 1 && header[0].find_first_of(";\t") != std::string::npos) {
+    fail(line,
+         fmt::format("the header has no comma but {}; save the file as CSV with commas between "
+                     "the fields and a decimal point",
+                     header[0].find(';') != std::string::npos ? "semicolons" : "tabs"));
+  }
+}
+
+CsvReader::CsvReader(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
+  state_->file = path.string();
+  state_->open();
+  state_->read_header();
+}
+
+CsvReader::~CsvReader() = default;
+CsvReader::CsvReader(CsvReader&&) noexcept = default;
+CsvReader& CsvReader::operator=(CsvReader&&) noexcept = default;
+
+const std::vector<std::string>& CsvReader::header() const { return state_->header; }
+
+std::size_t CsvReader::line() const { return state_->line; }
+
+bool CsvReader::next(std::vector<std::string_view>& fields) {
+  State& state = *state_;
+  fields.clear();
+  if (!state.find_record()) return false;
+  if (state.spans.size() != state.header.size()) {
+    state.fail(state.line,
+               fmt::format("fields found: {}, columns in the header: {}",
+                           state.spans.size(),
+                           state.header.size()));
+  }
+  char* const record = state.buffer.data() + state.begin - state.record_length;
+  for (const FieldSpan& span : state.spans) {
+    std::size_t length = span.end - span.begin;
+    if (span.has_doubled_quotes) length = undouble_quotes(record + span.begin, length);
+    fields.emplace_back(record + span.begin, length);
+  }
+  return true;
+}
+
+}  // namespace silvafit::data

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+// CSV files as tables, in memory proportional to the columns kept.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+
+namespace silvafit::data {
+namespace {
+
+/// A column as it grows. It holds numbers until the first value that is none.
+struct ColumnBuilder {
+  std::string name{};
+  std::size_t field = 0;
+  bool is_text = false;
+  bool has_numbers = false;
+  /// Text that came after numbers: how those were spelled ("07") is lost, so a second pass over the
+  /// file reads the column as text from the start.
+  bool needs_second_pass = false;
+  std::vector<double> numbers{};
+  TextColumn text{};
+
+  void append(std::string_view value);
+  void become_text();
+};
+
+void ColumnBuilder::append(std::string_view value) {
+  if (needs_second_pass) return;
+  if (is_missing_field(value)) {
+    is_text ? text.append_missing() : numbers.push_back(kMissing);
+    return;
+  }
+  double number = 0.0;
+  if (!is_text && parse_number(value, number)) {
+    has_numbers = true;
+    numbers.push_back(number);
+    return;
+  }
+  if (!is_text) become_text();
+  if (!needs_second_pass) text.append(value);
+}
+
+void ColumnBuilder::become_text() {
+  is_text = true;
+  needs_second_pass = has_numbers;
+  for (std::size_t i = 0; i < numbers.size() && !needs_second_pass; ++i) text.append_missing();
+  numbers = {};
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+std::size_t field_of(const std::vector<std::string>& header,
+                     const std::string& name,
+                     const std::string& file) {
+  const auto found = std::ranges::find(header, name);
+  if (found == header.end()) {
+    throw UsageError(
+        fmt::format("there is no column '{}'; the columns are {}", name, fmt::join(header, ", ")),
+        {.file = file});
+  }
+  return static_cast<std::size_t>(found - header.begin());
+}
+
+std::vector<ColumnBuilder> wanted_columns(const std::vector<std::string>& header,
+                                          const CsvTableOptions& options,
+                                          const std::string& file) {
+  std::vector<ColumnBuilder> columns;
+  for (const std::string& name : options.columns.empty() ? header : options.columns) {
+    columns.push_back({.name = name,
+                       .field = field_of(header, name, file),
+                       .is_text = contains(options.text_columns, name)});
+  }
+  return columns;
+}
+
+std::vector<std::uint32_t> read_columns(CsvReader& reader, std::vector<ColumnBuilder>& columns) {
+  std::vector<std::uint32_t> lines;
+  std::vector<std::string_view> fields;
+  while (reader.next(fields)) {
+    lines.push_back(static_cast<std::uint32_t>(reader.line()));
+    for (ColumnBuilder& column : columns) column.append(fields[column.field]);
+  }
+  return lines;
+}
+
+void read_again_as_text(const std::filesystem::path& path, std::vector<ColumnBuilder>& columns) {
+  std::vector<ColumnBuilder*> again;
+  for (ColumnBuilder& column : columns) {
+    if (!std::exchange(column.needs_second_pass, false)) continue;
+    column.text = {};
+    again.push_back(&column);
+  }
+  if (again.empty()) return;
+  if (!std::filesystem::is_regular_file(path)) {
+    throw InputError("has numbers and then text, which a stream cannot be read twice for",
+                     {.file = path.string(), .column = again.front()->name});
+  }
+  CsvReader reader(path);
+  std::vector<std::string_view> fields;
+  while (reader.next(fields)) {
+    for (ColumnBuilder* column : again) column->append(fields[column->field]);
+  }
+}
+
+}  // namespace
+
+Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options) {
+  CsvReader reader(path);
+  std::vector<ColumnBuilder> columns = wanted_columns(reader.header(), options, path.string());
+  std::vector<std::uint32_t> lines = read_columns(reader, columns);
+  read_again_as_text(path, columns);
+
+  Table table(lines.size());
+  for (ColumnBuilder& column : columns) {
+    if (column.is_text) {
+      table.set(column.name, std::move(column.text));
+    } else {
+      table.set(column.name, std::move(column.numbers));
+    }
+  }
+  table.set_origin(path.string(), std::move(lines));
+  return table;
+}
+
+}  // namespace silvafit::data

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/csv.hpp"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "reference.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+
+using namespace silvafit::data;
+using Catch::Matchers::Contains;
+using silvafit::InputError;
+
+namespace {
+
+/// A file that is gone at the end of the test.
+class ScratchFile {
+ public:
+  explicit ScratchFile(const std::string& bytes) {
+    std::ofstream(path_, std::ios::binary) << bytes;
+  }
+  ~ScratchFile() { std::filesystem::remove(path_); }
+  ScratchFile(const ScratchFile&) = delete;
+  ScratchFile& operator=(const ScratchFile&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_ = std::filesystem::temp_directory_path() /
+                                ("silvafit-csv-test-" + std::to_string(::getpid()) + ".csv");
+};
+
+using Records = std::vector<std::vector<std::string>>;
+
+Records read_records(const std::filesystem::path& path) {
+  CsvReader reader(path);
+  Records records{reader.header()};
+  std::vector<std::string_view> fields;
+  while (reader.next(fields)) records.emplace_back(fields.begin(), fields.end());
+  return records;
+}
+
+Records read_text(const std::string& bytes) { return read_records(ScratchFile(bytes).path()); }
+
+std::string error_of(const std::string& bytes) {
+  const ScratchFile file(bytes);
+  try {
+    read_records(file.path());
+  } catch (const InputError& error) {
+    CHECK(error.place().file == file.path().string());
+    return silvafit::describe({.line = error.place().line}, error.message());
+  }
+  return "no error";
+}
+
+}  // namespace
+
+TEST_CASE("a CSV file by Python's csv module reads as it was written") {
+  const Records expected{{"id", "note, with comma", "say \"what\""},
+                         {"07", "two\nlines", "a \"quoted\" word"},
+                         {"8", "carriage\rreturn", "\"\""},
+                         {"9", "", "杉木,\r\n\"火力楠\""},
+                         {"\"10\"", " blanks ", "plain"}};
+  CHECK(read_records(silvafit::test::source_file("tests/data/python_csv.csv")) == expected);
+}
+
+TEST_CASE("any line end, a byte order mark, blank lines and a last line without end are read") {
+  const Records expected{{"a", "b"}, {"1", "x"}, {"2", "y"}};
+  CHECK(read_text("a,b\n1,x\n2,y\n") == expected);
+  CHECK(read_text("a,b\r\n1,x\r\n2,y") == expected);
+  CHECK(read_text("a,b\r1,x\r2,y\r") == expected);
+  CHECK(read_text("\xEF\xBB\xBF\n a ,\tb\n\n1,x\n  \n2,y\n\n") == expected);
+  CHECK(read_text("a,b\n1,\"x\"\n\"2\",y") == expected);
+}
+
+TEST_CASE("a quote inside a plain field is a character like any other") {
+  CHECK(read_text("a,b\n5\",6 \"x\"\n") == Records{{"a", "b"}, {"5\"", "6 \"x\""}});
+}
+
+TEST_CASE("the reader knows the line on which a record begins") {
+  const ScratchFile file("a,b\n\n1,\"x\r\ny\"\r\n2,z\n");
+  CsvReader reader(file.path());
+  std::vector<std::string_view> fields;
+  REQUIRE(reader.next(fields));
+  CHECK(reader.line() == 3);
+  REQUIRE(reader.next(fields));
+  CHECK(reader.line() == 5);
+  CHECK_FALSE(reader.next(fields));
+  CHECK_FALSE(reader.next(fields));
+}
+
+TEST_CASE("records and fields longer than a block are whole") {
+  const std::string longest(700'001, 'q');
+  std::string text = "a,b,c\n";
+  Records expected{{"a", "b", "c"}};
+  for (int i = 0; i < 20; ++i) {
+    const std::string number = std::to_string(i);
+    text += number + ",\"" + longest + "\"\"\"," + longest + "\r\n";
+    expected.push_back({number, longest + "\"", longest});
+  }
+  CHECK(read_text(text) == expected);
+}
+
+TEST_CASE("what is no CSV is refused with its line") {
+  CHECK_THAT(error_of(""), Contains("the file is empty"));
+  CHECK_THAT(error_of("\n\n"), Contains("the file is empty"));
+  CHECK(error_of("a,b,a\n") == "line 1: columns 1 and 3 have the same name 'a'");
+  CHECK(error_of("a,b\n1,2\n1,2,3\n") == "line 3: fields found: 3, columns in the header: 2");
+  CHECK(error_of("a,b\n1\n") == "line 2: fields found: 1, columns in the header: 2");
+  CHECK(error_of("a,b\n1,2\n3,\"x\ny\n") ==
+        "line 3: the quoted field that starts here does not end");
+  CHECK_THAT(error_of("a,b\n\"x\ny\"z,2\n"), Contains("line 3: text follows a closing quote"));
+  CHECK_THAT(error_of("a,b\n1,2\n\"\n\",\xE9t\xE9\n"), Contains("line 4: byte 0xE9 is not UTF-8"));
+  CHECK_THAT(error_of("\xFF\xFE\x61"), Contains("UTF-16"));
+  CHECK_THAT(error_of("plot;tree;dbh\n1;2;3,4\n"), Contains("no comma but semicolons"));
+}
+
+TEST_CASE("overlong forms, surrogates and cut sequences are not UTF-8") {
+  for (const char* bytes :
+       {"\xC0\xAF", "\xE0\x80\x80", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xE6\x9D"}) {
+    CHECK_THAT(error_of(std::string("a\n") + bytes + "\n"), Contains("not UTF-8"));
+  }
+  CHECK(error_of("a\n\xF0\x9F\x8C\xB2 \xE6\x9D\x89\n") == "no error");
+}
+
+TEST_CASE("a folder or a file that is not there is refused") {
+  CHECK_THROWS_WITH(CsvReader(std::filesystem::temp_directory_path()), Contains("is a folder"));
+  CHECK_THROWS_WITH(CsvReader("/no/such/file.csv"),
+                    Contains("/no/such/file.csv: cannot be read: No such file"));
+}
+
+TEST_CASE("numbers are whole fields, blanks around them allowed") {
+  double value = 0.0;
+  const auto number = [&value](std::string_view field) {
+    value = 0.0;
+    return parse_number(field, value);
+  };
+  CHECK((number(" 12.5\t") && value == 12.5));
+  CHECK((number("+3e2") && value == 300.0));
+  CHECK((number("-.5") && value == -0.5));
+  CHECK((number("1e999") && std::isinf(value)));
+  CHECK((number("1e-999") && value == 0.0));
+  CHECK((number("inf") && std::isinf(value)));
+  for (const char* text : {"", " ", "12,5", "12 5", "12m", "+-3", "++3", "0x10", "NA", "."}) {
+    CHECK_FALSE(number(text));
+  }
+}
+
+TEST_CASE("a column is numeric if all its values are, and text keeps its spelling") {
+  const ScratchFile file("n,late,text,empty,id\n1,07,x,,01\nNA,7.50,NA,NA,02\n -2.5e0 ,b,z,,03\n");
+  const Table table = read_csv_table(file.path(), {.text_columns = {"id"}});
+  REQUIRE(table.rows() == 3);
+  CHECK(table.numbers("n")[2] == -2.5);
+  CHECK(std::isnan(table.numbers("n")[1]));
+  CHECK(table.text("late").levels() == std::vector<std::string>{"07", "7.50", "b"});
+  CHECK(table.text("text").is_missing(1));
+  CHECK(table.text("text")[2] == "z");
+  CHECK(table.is_numeric("empty"));
+  CHECK(table.text("id")[0] == "01");
+  CHECK(table.line(2) == 4);
+  CHECK(table.file() == file.path().string());
+}
+
+TEST_CASE("only the wanted columns are kept, in the wanted order") {
+  const ScratchFile file("a,b,c\n1,2,3\n");
+  CHECK(read_csv_table(file.path(), {.columns = {"c", "a"}}).names() ==
+        std::vector<std::string>{"c", "a"});
+  CHECK_THROWS_WITH(read_csv_table(file.path(), {.columns = {"d"}}),
+                    Contains("no column 'd'; the columns are a, b, c"));
+}
+
+TEST_CASE("a table of random content survives writing and reading bit by bit") {
+  silvafit::Random random(20);
+  const std::vector<std::string> pieces{",", "\"", "\n", "\r", "\r\n", " ", "a", "杉", "NA", "7"};
+  for (int round = 0; round < 40; ++round) {
+    const auto rows = static_cast<std::size_t>(random.uniform() * 30.0);
+    std::vector<double> numbers;
+    TextColumn text;
+    for (std::size_t row = 0; row < rows; ++row) {
+      const double size = std::pow(10.0, 40.0 * random.normal());
+      numbers.push_back(random.uniform() < 0.1 ? kMissing : random.normal() * size);
+      std::string value = "t";  // never missing, never a number
+      while (random.uniform() < 0.7) {
+        value += pieces[static_cast<std::size_t>(random.uniform() * 10.0)];
+      }
+      random.uniform() < 0.1 ? text.append_missing() : text.append(value);
+    }
+    Table table;
+    table.set("x,\"y\"", numbers);
+    if (round % 2 == 0) table.set("text", text);
+    std::ostringstream stream;
+    write_csv_table(table, stream);
+    const ScratchFile file(stream.str());
+    const Table back = read_csv_table(file.path(), {.text_columns = {"text"}});
+
+    REQUIRE(back.names() == table.names());
+    REQUIRE(back.rows() == rows);
+    for (std::size_t row = 0; row < rows; ++row) {
+      const double found = back.numbers("x,\"y\"")[row];
+      CHECK((found == numbers[row] || (std::isnan(found) && std::isnan(numbers[row]))));
+      if (round % 2 == 0) CHECK(back.text("text")[row] == text[row]);
+    }
+  }
+}
+
+TEST_CASE("a table is written to its file whole") {
+  const ScratchFile file("");
+  Table table;
+  table.set("dbh", {0.1, kMissing, 12.0});
+  write_csv_table(table, file.path());
+  std::ifstream stream(file.path());
+  const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  CHECK(bytes == "dbh\n0.1\n\"\"\n12\n");
+}
