@@ -6,6 +6,8 @@ add_library(silvafit_build_options INTERFACE)
 target_compile_options(silvafit_build_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
   -ffp-contract=off
+  # g++ 12 warns falsely when strings are added (its bug 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   $<$<BOOL:${SILVAFIT_WERROR}>:-Werror>
   $<$<BOOL:${SILVAFIT_COVERAGE}>:--coverage>)
 target_link_options(silvafit_build_options INTERFACE

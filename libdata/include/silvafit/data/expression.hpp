@@ -2,7 +2,7 @@
 // Formulas as text, as graphs, and their derivatives.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,14 +14,16 @@ struct ExpressionNode;
 
 /// An arithmetic expression of named variables; a value type that shares its immutable graph.
 ///
-/// Text: numbers, names (letters, digits, `_`, `.`), + - * / ^ (right-associative, binds tighter
-/// than the sign), comparisons < <= > >= == != (1 or 0), && || !, parentheses, `name == "text"` for
-/// text columns, and the functions exp log log10 log2 log1p expm1 sqrt abs sin cos tan asin acos
-/// atan sinh cosh tanh pow min max ifelse; the constant pi.
+/// Text: numbers, names (letters, digits, `_`, `.`, or anything in backquotes), + - * / ^
+/// (right-associative, binds tighter than the sign), comparisons < <= > >= == != (1 or 0), && || !,
+/// parentheses, `name == "text"` for text columns, and the functions exp log log10 log2 log1p expm1
+/// sqrt abs sin cos tan asin acos atan sinh cosh tanh pow min max ifelse; the constant pi.
 class Expression {
  public:
   /// \throws FormulaError with the column in `text`
   static Expression parse(std::string_view text);
+  /// Parses the part [begin, end) of a longer text; errors give the column in the whole.
+  static Expression parse(std::string_view whole, std::size_t begin, std::size_t end);
   static Expression constant(double value);
   static Expression variable(std::string_view name);
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,22 +27,17 @@ class Program {
   };
 
   /// Scratch memory of one caller.
-  class Workspace {
-   public:
-    Workspace() = default;
-
-   private:
-    friend class Program;
-    std::vector<double> registers_;
-    std::vector<double> scalars_;
+  struct Workspace {
+    std::vector<double> registers{};
+    std::vector<double> scalars{};
   };
 
   Program() = default;
   /// \throws UsageError if an expression has a variable that is no input
   Program(std::span<const Expression> outputs, std::vector<Input> inputs);
 
-  std::size_t output_count() const { return outputs_.size(); }
-  const std::vector<Input>& inputs() const { return inputs_; }
+  std::size_t output_count() const;
+  const std::vector<Input>& inputs() const;
 
   /// Computes all outputs for `rows` rows.
   /// \param inputs   a pointer per input: `rows` values of a column, one value of a scalar
@@ -53,19 +48,8 @@ class Program {
                 Workspace& workspace) const;
 
  private:
-  struct Instruction;
-  struct Operand {
-    std::uint32_t slot = 0;
-    bool is_scalar = false;
-  };
-  std::vector<Input> inputs_;
-  std::vector<Instruction> scalar_code_;
-  std::vector<Instruction> block_code_;
-  std::vector<Operand> outputs_;
-  std::vector<double> constants_;
-  std::size_t scalar_slots_ = 0;
-  std::size_t block_slots_ = 0;
-  friend class ProgramBuilder;
+  struct Code;
+  std::shared_ptr<const Code> code_;
 };
 
 /// An expression of a table's columns, a value a row. A variable `column == "text"` compares a text

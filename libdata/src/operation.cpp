@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include "operation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace silvafit::data {
+namespace {
+
+constexpr std::array kFunctions = {
+    Function{"exp", Operation::kExp, 1},
+    Function{"log", Operation::kLog, 1},
+    Function{"log_floored", Operation::kLogFloored, 1},
+    Function{"log10", Operation::kLog10, 1},
+    Function{"log2", Operation::kLog2, 1},
+    Function{"log1p", Operation::kLog1p, 1},
+    Function{"expm1", Operation::kExpm1, 1},
+    Function{"sqrt", Operation::kSqrt, 1},
+    Function{"abs", Operation::kAbs, 1},
+    Function{"sign", Operation::kSign, 1},
+    Function{"sin", Operation::kSin, 1},
+    Function{"cos", Operation::kCos, 1},
+    Function{"tan", Operation::kTan, 1},
+    Function{"asin", Operation::kAsin, 1},
+    Function{"acos", Operation::kAcos, 1},
+    Function{"atan", Operation::kAtan, 1},
+    Function{"sinh", Operation::kSinh, 1},
+    Function{"cosh", Operation::kCosh, 1},
+    Function{"tanh", Operation::kTanh, 1},
+    Function{"pow", Operation::kPower, 2},
+    Function{"min", Operation::kMin, 2},
+    Function{"max", Operation::kMax, 2},
+    Function{"ifelse", Operation::kIfElse, 3},
+};
+
+double as_number(bool truth) { return truth ? 1.0 : 0.0; }
+
+// A missing value is neither true nor false: a row that it decides over is not chosen.
+bool is_true(double a) { return a != 0.0 && !std::isnan(a); }
+
+double sign_of(double a) {
+  if (std::isnan(a)) return a;
+  return as_number(a > 0.0) - as_number(a < 0.0);
+}
+
+}  // namespace
+
+std::optional<Function> find_function(std::string_view name) {
+  const auto* entry = std::ranges::find(kFunctions, name, &Function::name);
+  if (entry == kFunctions.end()) return std::nullopt;
+  return *entry;
+}
+
+std::string_view function_name(Operation operation) {
+  if (operation == Operation::kPower) return {};
+  const auto* entry = std::ranges::find(kFunctions, operation, &Function::operation);
+  return entry == kFunctions.end() ? std::string_view() : entry->name;
+}
+
+double apply(Operation operation, double a, double b, double c) {
+  switch (operation) {
+    case Operation::kConstant:
+    case Operation::kVariable:
+      return a;
+    case Operation::kAdd:
+      return a + b;
+    case Operation::kSubtract:
+      return a - b;
+    case Operation::kMultiply:
+      return a * b;
+    case Operation::kDivide:
+      return a / b;
+    case Operation::kPower:
+      return std::pow(a, b);
+    case Operation::kNegate:
+      return -a;
+    case Operation::kLess:
+      return as_number(a < b);
+    case Operation::kLessEqual:
+      return as_number(a <= b);
+    case Operation::kEqual:
+      return as_number(a == b);
+    case Operation::kAnd:
+      return as_number(is_true(a) && is_true(b));
+    case Operation::kOr:
+      return as_number(is_true(a) || is_true(b));
+    case Operation::kNot:
+      return as_number(a == 0.0);
+    case Operation::kMin:
+      return b < a || std::isnan(b) ? b : a;
+    case Operation::kMax:
+      return b > a || std::isnan(b) ? b : a;
+    case Operation::kIfElse:
+      return is_true(a) ? b : c;
+    case Operation::kExp:
+      return std::exp(a);
+    case Operation::kLog:
+      return std::log(a);
+    case Operation::kLogFloored:
+      return a == 0.0 ? std::log(std::numeric_limits<double>::min()) : std::log(a);
+    case Operation::kLog10:
+      return std::log10(a);
+    case Operation::kLog2:
+      return std::log2(a);
+    case Operation::kLog1p:
+      return std::log1p(a);
+    case Operation::kExpm1:
+      return std::expm1(a);
+    case Operation::kSqrt:
+      return std::sqrt(a);
+    case Operation::kAbs:
+      return std::abs(a);
+    case Operation::kSign:
+      return sign_of(a);
+    case Operation::kSin:
+      return std::sin(a);
+    case Operation::kCos:
+      return std::cos(a);
+    case Operation::kTan:
+      return std::tan(a);
+    case Operation::kAsin:
+      return std::asin(a);
+    case Operation::kAcos:
+      return std::acos(a);
+    case Operation::kAtan:
+      return std::atan(a);
+    case Operation::kSinh:
+      return std::sinh(a);
+    case Operation::kCosh:
+      return std::cosh(a);
+    case Operation::kTanh:
+      return std::tanh(a);
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace silvafit::data

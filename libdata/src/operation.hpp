@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// The operations that expressions are made of, their names, and what each does to single values.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace silvafit::data {
+
+enum class Operation : std::uint8_t {
+  kConstant,
+  kVariable,
+  kAdd,
+  kSubtract,
+  kMultiply,
+  kDivide,
+  kPower,
+  kNegate,
+  kLess,
+  kLessEqual,
+  kEqual,
+  kAnd,
+  kOr,
+  kNot,
+  kMin,
+  kMax,
+  kIfElse,
+  kExp,
+  kLog,
+  kLogFloored,  ///< log, but finite at 0: in d x^y / dy = x^y log x, which is 0 at x = 0
+  kLog10,
+  kLog2,
+  kLog1p,
+  kExpm1,
+  kSqrt,
+  kAbs,
+  kSign,
+  kSin,
+  kCos,
+  kTan,
+  kAsin,
+  kAcos,
+  kAtan,
+  kSinh,
+  kCosh,
+  kTanh,
+};
+
+/// A function that can be called in a formula.
+struct Function {
+  std::string_view name{};
+  Operation operation{};
+  int arguments = 1;
+};
+
+/// The function of that name, if there is one. `pow` is the power operator.
+std::optional<Function> find_function(std::string_view name);
+
+/// The name under which an operation is called as a function; empty for operators.
+std::string_view function_name(Operation operation);
+
+/// The value of an operation on numbers; unused arguments are ignored.
+double apply(Operation operation, double a, double b, double c);
+
+}  // namespace silvafit::data
