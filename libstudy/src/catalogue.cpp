@@ -129,9 +129,8 @@ void read_reference_points(const JsonReader& json, BaseModel& model) {
                                       .parameters = item.at("parameters").numbers_by_name(),
                                       .value = item.at("value").number()});
     check_names(item.at("arguments"), model.reference_points.back().arguments, model.covariates);
-    check_names(item.at("parameters"),
-                model.reference_points.back().parameters,
-                model.parameter_names());
+    check_names(
+        item.at("parameters"), model.reference_points.back().parameters, model.parameter_names());
   }
 }
 
@@ -189,9 +188,8 @@ void check_together(const std::vector<BaseModel>& models) {
   for (const BaseModel& model : models) {
     const auto [place, is_new] = by_id.emplace(model.id, &model);
     if (!is_new) {
-      throw InputError(
-          fmt::format("{} has the same id {}", place->second->file.string(), model.id),
-          {.file = model.file.string(), .column = "id"});
+      throw InputError(fmt::format("{} has the same id {}", place->second->file.string(), model.id),
+                       {.file = model.file.string(), .column = "id"});
     }
   }
   for (const BaseModel& model : models) {

@@ -272,5 +272,6 @@ TEST_CASE("two entries of one id, and a folder without entries, are refused") {
 TEST_CASE("broken JSON is refused with its line") {
   const TemporaryModels folder("broken");
   write_file(folder.path() / "base" / "M01.json", "{\n \"id\": \"M1\",\n \"name\" \"x\"\n}\n");
-  CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("M01.json:3: this is not JSON"));
+  CHECK_THROWS_WITH(Catalogue::load(folder.path()),
+                    Catch::Contains("M01.json:3: this is not JSON"));
 }
