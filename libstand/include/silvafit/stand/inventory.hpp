@@ -74,7 +74,7 @@ struct ExcludedRow {
   std::string plot{};
   std::string tree{};
   std::string column{};  ///< the file's name of the column
-  std::string value{};   ///< as written in the file
+  std::string value{};   ///< as written, or the number that was tested
   std::string reason{};
 };
 

@@ -4,11 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <iosfwd>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "silvafit/data/table.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/window.hpp"
 
@@ -51,6 +51,7 @@ inline constexpr std::uint32_t kNoTree = 0xffffffffU;
 /// Source: Hui and Gadow 2002 (W), Gadow 1993 (M), Hui et al. 1998 (U), Hu and Hui 2015 (C).
 struct StructuralUnits {
   std::size_t neighbors = 0;  ///< n
+  SearchScope scope = SearchScope::kPlot;
   double alpha0_deg = 0.0;
   std::vector<char> core{};  ///< (N) 1 for trees whose unit counts, 0 for neighbors only
   std::vector<double> W{};   ///< (N)
@@ -69,8 +70,11 @@ struct StructuralUnits {
 /// Deterministic: the same values whatever the number of threads or the order of the rows.
 StructuralUnits structural_units(const Inventory& inventory, const StructuralUnitOptions& options);
 
-/// The units as a table: plot, tree, species, core, W, M, U, C, nn1 ... (tree ids), d1 ... [m].
-/// Where neighbors come from all plots and tree ids repeat between plots, nn holds `plot-tree`.
-data::Table to_table(const Inventory& inventory, const StructuralUnits& units);
+/// Writes the units as CSV: plot, tree, species, core, W, M, U, C, nn1 ... (tree ids, nearest
+/// first), d1 ... [m]; missing values are empty. Where neighbors come from all plots and tree ids
+/// repeat between plots, nn holds `plot-tree`.
+void write_structural_units(const Inventory& inventory,
+                            const StructuralUnits& units,
+                            std::ostream& stream);
 
 }  // namespace silvafit::stand

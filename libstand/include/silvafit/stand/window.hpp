@@ -34,10 +34,9 @@ class Window {
   static Window rectangle(Point low, Point high);
 
   double area_m2() const;
-  /// Inside or on the boundary.
+  /// Inside or on the boundary. Cost: logarithmic in the number of corners, and so is the next.
   bool contains(Point point) const;
   /// Distance to the nearest point of the boundary, holes included [m]; >= 0 on either side.
-  /// Cost: logarithmic in the number of corners.
   double distance_to_boundary_m(Point point) const;
   Point low() const;   ///< south-west corner of the bounding rectangle
   Point high() const;  ///< north-east corner of the bounding rectangle
