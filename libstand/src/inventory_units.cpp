@@ -164,10 +164,10 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
     basal_areas.push_back(plot.basal_area_m2 / plot.area_ha());
   }
   if (stems.empty()) return;
-  const double trees_per_ha = positive_median(stems);
-  const double basal_area = positive_median(basal_areas);
   const Source& x = plan.measures[kX];
   const Source& y = plan.measures[kY];
+  const double trees_per_ha = positive_median(stems);
+  const double basal_area = positive_median(basal_areas);
   const auto complain = [&](std::string_view cause) {
     throw InputError(fmt::format("the positions make {:.3g} trees and {:.3g} m2 of basal area per "
                                  "hectare in the median plot; {}; if they are right, --trust-units",
@@ -176,14 +176,19 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
                                  cause),
                      {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
   };
+  if (std::isinf(trees_per_ha)) {
+    throw InputError(
+        "all trees of a plot stand on one point or line; are these the positions of trees? Name "
+        "the right columns with --columns x=COLUMN,y=COLUMN",
+        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+  }
   if (trees_per_ha < 30.0 && basal_area < 1.0) {
     complain(fmt::format("if they are in decimetres, use --columns x={},y={}",
                          converted(x, 10, 1),
                          converted(y, 10, 1)));
   }
   if (basal_area > 1000.0 || trees_per_ha > 1e6) {
-    complain(
-        "are they positions of single trees in metres (not degrees, kilometres or plot sizes)?");
+    complain("they should be metres (and not in degrees or kilometres)");
   }
 }
 
