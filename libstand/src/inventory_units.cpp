@@ -74,10 +74,13 @@ void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
   const double slenderness = median_slenderness(inventory);
   const double h = positive_median(inventory.h_m);
   const bool h_is_plausible = h > 0.0 && h < kHeightOfStand_m;
-  if (median > kDbhOfStand_cm || (h_is_plausible && median > 60.0 && slenderness < kStoutest)) {
+  // Giants are tall, too: where heights are known they decide.
+  const bool is_too_thick =
+      h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStand_cm;
+  if (is_too_thick) {
     suspect(inventory, plan, kDbh, median, "millimetres", 10);
   }
-  if (median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
+  if (median > 0.0 && median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
     suspect(inventory, plan, kDbh, median, "metres", 1, 100);
   }
 }
@@ -87,10 +90,11 @@ void check_heights(const Inventory& inventory,
                    std::size_t crown_base_above_top) {
   for (const Measure measure : {kH, kHcb}) {
     const double median = positive_median(values_of(inventory, measure));
-    if (median > 100.0 * kHeightOfStand_m) {
-      suspect(inventory, plan, measure, median, "millimetres", 1000);
-    }
-    if (median > kHeightOfStand_m) suspect(inventory, plan, measure, median, "centimetres", 100);
+    if (median <= kHeightOfStand_m) continue;
+    // 13 to 40 m in decimetres, 4 to 50 m in centimetres, more in millimetres.
+    if (median < 400.0) suspect(inventory, plan, measure, median, "decimetres", 10);
+    if (median < 5000.0) suspect(inventory, plan, measure, median, "centimetres", 100);
+    suspect(inventory, plan, measure, median, "millimetres", 1000);
   }
   constexpr double kSlenderest = 300.0;
   const double h = positive_median(inventory.h_m);
