@@ -12,6 +12,8 @@ struct DescentOptions {
   int maximum_iterations = 500;
   /// Stops where an iteration lowers the sum of squares by less than this share.
   double tolerance = 1e-14;
+  /// Number of a nonlinear coefficient that does not move, -1 for none.
+  int held = -1;
 };
 
 /// The lowest point that a descent saw.

@@ -30,21 +30,27 @@ bool has_sub_models(const NonlinearModel& model) {
   });
 }
 
-/// The best of several descents on all data.
+/// The best of several descents on all data: each gets a while, and the best goes on to the end.
 Descent lowest(ProjectedModel& projected,
                const std::vector<VectorXd>& starts,
                const LeastSquaresOptions& options) {
+  constexpr int kTrial = 30;
   Descent best{.sum_of_squares = std::numeric_limits<double>::infinity()};
   int iterations = 0;
-  for (const VectorXd& start : starts) {
-    const Descent descent = descend(projected,
-                                    projected.nonlinear_part(start),
-                                    {.maximum_iterations = options.maximum_iterations});
+  const auto descend_from = [&](const VectorXd& start, int limit) {
+    const Descent descent =
+        descend(projected, projected.nonlinear_part(start), {.maximum_iterations = limit});
     iterations += descent.iterations;
-    if (best.coefficients.size() == 0 ||
+    if (descent.coefficients.size() > 0 &&
         descent.sum_of_squares < best.sum_of_squares * (1.0 - kSameMinimum)) {
       best = descent;
     }
+  };
+  for (const VectorXd& start : starts) {
+    descend_from(start, std::min(kTrial, options.maximum_iterations));
+  }
+  if (best.iterations >= kTrial) {
+    descend_from(VectorXd(best.coefficients), options.maximum_iterations - kTrial);
   }
   best.iterations = iterations;
   return best;
@@ -162,8 +168,32 @@ LeastSquaresFit empty_fit(const NonlinearModel& model) {
           .fitted = VectorXd::Constant(model.observations(), kNaN)};
 }
 
-LeastSquaresFit described(const NonlinearModel& model, const Descent& minimum) {
-  const NewtonPoint point = refine(model, minimum.coefficients);
+/// Where a coefficient runs into a limit of the formula, its steps fail and stop the others too.
+/// Holding each in turn lets those finish.
+NewtonPoint finish_the_others(const NonlinearModel& model,
+                              const NewtonPoint& stuck,
+                              const LeastSquaresOptions& options) {
+  ProjectedModel projected(model);
+  NewtonPoint best = stuck;
+  if (projected.size() < 2) return best;
+  for (int held = 0; held < projected.size(); ++held) {
+    const Descent descent =
+        descend(projected,
+                projected.nonlinear_part(best.coefficients),
+                {.maximum_iterations = options.maximum_iterations, .held = held});
+    if (descent.sum_of_squares >= best.sum_of_squares) continue;
+    const int iterations = best.iterations + descent.iterations;
+    best = refine(model, descent.coefficients);
+    best.iterations += iterations;
+  }
+  return best;
+}
+
+LeastSquaresFit described(const NonlinearModel& model,
+                          const Descent& minimum,
+                          const LeastSquaresOptions& options) {
+  NewtonPoint point = refine(model, minimum.coefficients);
+  if (!is_converged(point)) point = finish_the_others(model, point, options);
   LeastSquaresFit fit = empty_fit(model);
   fit.estimate = point.coefficients;
   fit.fitted = point.mean;
@@ -206,12 +236,12 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
     ProjectedModel projected(model);
     const Descent minimum = lowest(projected, given, options);
     if (minimum.coefficients.size() > 0) {
-      LeastSquaresFit fit = described(model, minimum);
+      LeastSquaresFit fit = described(model, minimum, options);
       if (fit.convergence.converged) return fit;
     }
   }
   const Descent minimum = solve(model, options);
-  if (minimum.coefficients.size() > 0) return described(model, minimum);
+  if (minimum.coefficients.size() > 0) return described(model, minimum, options);
   LeastSquaresFit fit = empty_fit(model);
   fit.convergence.verdict = no_start();
   return fit;

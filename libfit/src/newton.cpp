@@ -187,6 +187,12 @@ NewtonPoint refine(const NonlinearModel& model, const VectorXd& coefficients) {
   return Refinement(model, coefficients).run();
 }
 
+bool is_converged(const NewtonPoint& point) {
+  constexpr double kSquaredStandardErrors = 1e-10;
+  return point.finite && point.positive_curvature &&
+         point.decrement <= std::max(kSquaredStandardErrors, point.rounding);
+}
+
 Index numerical_rank(const MatrixXd& jacobian) { return Factorization(jacobian).rank(); }
 
 }  // namespace silvafit::fit

@@ -33,6 +33,9 @@ struct NewtonPoint {
 /// Takes Newton steps from a point near the optimum as long as they help.
 NewtonPoint refine(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
 
+/// True at a minimum, to 1e-5 standard errors or to rounding.
+bool is_converged(const NewtonPoint& point);
+
 /// Number of columns that are not sums of others.
 Eigen::Index numerical_rank(const Eigen::MatrixXd& jacobian);
 

@@ -19,7 +19,10 @@ using Eigen::VectorXd;
 
 constexpr Index kSampleRows = 200;
 constexpr std::size_t kCandidatesPerCoefficient = 300;
-constexpr std::size_t kDescents = 6;
+constexpr std::size_t kDescents = 8;
+/// Candidates nearer than this factor in all coefficients lead to the same place.
+constexpr double kCandidateFactor = 2.5;
+constexpr double kStartFactor = 1.001;
 constexpr std::size_t kStarts = 3;
 
 /// At most kSampleRows observations, evenly spread over the ordered response, so that the order
@@ -44,20 +47,20 @@ struct Candidate {
   double sum_of_squares = std::numeric_limits<double>::infinity();
 };
 
-/// True if each nonlinear coefficient differs by no more than a share of its size.
-bool are_near(const Candidate& a, const Candidate& b, double share) {
-  const auto size = a.nonlinear.array().abs().max(b.nonlinear.array().abs());
-  return ((a.nonlinear - b.nonlinear).array().abs() <= share * size).all();
+/// True if each nonlinear coefficient has the same sign and a size within a factor.
+bool are_near(const Candidate& a, const Candidate& b, double factor) {
+  const auto ratio = (a.nonlinear.array() / b.nonlinear.array());
+  return (ratio <= factor && ratio >= 1.0 / factor).all();
 }
 
 /// The best candidates, no two of them near each other.
-std::vector<Candidate> best_of(std::vector<Candidate> candidates, std::size_t count, double share) {
+std::vector<Candidate> best_of(std::vector<Candidate> candidates, std::size_t count, double factor) {
   std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
   std::vector<Candidate> chosen;
   for (Candidate& candidate : candidates) {
     if (chosen.size() == count) break;
     const bool is_new = std::ranges::none_of(
-        chosen, [&](const Candidate& other) { return are_near(candidate, other, share); });
+        chosen, [&](const Candidate& other) { return are_near(candidate, other, factor); });
     if (is_new) chosen.push_back(std::move(candidate));
   }
   return chosen;
@@ -75,12 +78,12 @@ class StartSearch {
   std::vector<VectorXd> run() {
     scan();
     if (candidates_.empty()) check_domain();
-    std::vector<Candidate> starts = best_of(candidates_, kDescents, 0.15);
+    std::vector<Candidate> starts = best_of(candidates_, kDescents, kCandidateFactor);
     if (rule_) starts.push_back(*rule_);
     std::vector<Candidate> reached;
     for (const Candidate& start : starts) reached.push_back(descended(start));
     std::vector<VectorXd> result;
-    for (const Candidate& candidate : best_of(std::move(reached), kStarts, 1e-3)) {
+    for (const Candidate& candidate : best_of(std::move(reached), kStarts, kStartFactor)) {
       result.push_back(candidate.coefficients);
     }
     return result;

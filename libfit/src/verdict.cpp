@@ -15,9 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Squared standard errors to the optimum.
-constexpr double kConverged = 1e-10;
-
 /// "a", "a and b", "a, b and c".
 std::string listed(const NonlinearModel& model, const std::vector<Index>& coefficients) {
   std::string text;
@@ -120,10 +117,9 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
   }
   const double freedom = static_cast<double>(model.observations() - model.coefficient_count());
   const double sigma = freedom > 0.0 ? std::sqrt(point.sum_of_squares / freedom) : 0.0;
-  const bool near = point.decrement <= std::max(kConverged, point.rounding);
   if (point.rank < model.coefficient_count()) {
     result.verdict = confounding_verdict(model, point);
-  } else if (exact || (near && point.positive_curvature)) {
+  } else if (exact || is_converged(point)) {
     result.converged = true;
     result.verdict = success_verdict(model, point, sigma, exact);
   } else {
