@@ -241,9 +241,14 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
     }
   }
   const Descent minimum = solve(model, options);
-  if (minimum.coefficients.size() > 0) return described(model, minimum, options);
-  LeastSquaresFit fit = empty_fit(model);
-  fit.convergence.verdict = no_start();
+  if (minimum.coefficients.size() == 0) {
+    check_domain(model);
+    LeastSquaresFit fit = empty_fit(model);
+    fit.convergence.verdict = no_start();
+    return fit;
+  }
+  LeastSquaresFit fit = described(model, minimum, options);
+  if (!fit.covariance.diagonal().array().isFinite().any()) check_domain(model);
   return fit;
 }
 
