@@ -70,6 +70,8 @@ bool equal_but_for_case(std::string_view a, std::string_view b) {
 void check_parameter_name(const std::string& name,
                           std::string_view formula,
                           const data::Table& table) {
+  // Single letters are the usual names of parameters: c beside a column C is no slip.
+  if (name.size() == 1) return;
   for (const std::string& column : table.names()) {
     if (!equal_but_for_case(column, name)) continue;
     throw FormulaError(fmt::format("there is no column '{}', but one named '{}'", name, column),
