@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "inventory_checks.hpp"
 #include "inventory_columns.hpp"
+#include "inventory_repeats.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
@@ -53,7 +53,8 @@ class Reader {
   bool exclude_if_unlabelled(const Row& row);
   void append(const Row& row);
   void exclude(const Row& row, std::string column, std::string value, std::string reason);
-  void exclude_repeated_trees();
+  void resolve_repeated_trees();
+  void exclude_same_tree(const RepeatedTree& tree);
   void keep_rows(const std::vector<std::size_t>& rows);
   void read_other_columns();
   void add_notes();
@@ -222,42 +223,49 @@ void Reader::append(const Row& row) {
   }
 }
 
-/// The first tree of an id stays; which of them is meant cannot be known, but one of them stands
-/// there.
-void Reader::exclude_repeated_trees() {
-  const Inventory& inventory = result_.inventory;
-  // As many ids as trees: none can repeat, and nothing needs sorting.
-  if (inventory.tree.levels().size() == inventory.size()) return;
-  std::vector<std::size_t> order(inventory.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto id = [&inventory](std::size_t row) {
-    return std::pair(inventory.plot.code(row), inventory.tree.code(row));
-  };
-  std::ranges::stable_sort(order, {}, id);
-  std::vector<char> is_kept(order.size(), 1);
-  std::size_t first = 0;
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    if (id(order[i]) != id(order[first])) {
-      first = i;
+void Reader::resolve_repeated_trees() {
+  Inventory& inventory = result_.inventory;
+  const std::vector<RepeatedTree> repeated = repeated_trees(inventory);
+  if (repeated.empty()) return;
+  std::vector<std::size_t> kept;
+  data::TextColumn ids;
+  std::size_t renamed = 0;
+  std::string first_renamed;
+  auto next = repeated.begin();
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    const bool is_repeated = next != repeated.end() && next->row == row;
+    if (is_repeated && next->is_same_tree) {
+      exclude_same_tree(*next++);
       continue;
     }
-    const std::size_t row = order[i];
-    is_kept[row] = 0;
-    ++result_.excluded_tree_count;
-    result_.excluded.push_back({.line = inventory.lines[row],
-                                .plot = std::string(inventory.plot[row]),
-                                .tree = std::string(inventory.tree[row]),
-                                .column = plan_.labels[kTree].text,
-                                .value = std::string(inventory.tree[row]),
-                                .reason = fmt::format("this tree of the plot is on line {} already",
-                                                      inventory.lines[order[first]])});
-  }
-  std::vector<std::size_t> kept;
-  for (std::size_t row = 0; row < is_kept.size(); ++row) {
-    if (is_kept[row] != 0) kept.push_back(row);
+    kept.push_back(row);
+    ids.append(is_repeated ? std::string_view(next->new_id) : inventory.tree[row]);
+    if (!is_repeated) continue;
+    if (renamed++ == 0) first_renamed = describe(inventory.place(row), "now " + next->new_id);
+    ++next;
   }
   keep_rows(kept);
+  inventory.tree = std::move(ids);
   std::ranges::stable_sort(result_.excluded, {}, &ExcludedRow::line);
+  if (renamed > 0) {
+    result_.notes.push_back(fmt::format(
+        "{} trees have the number of another tree of their plot and got one of their own, the "
+        "first: {}",
+        renamed,
+        first_renamed));
+  }
+}
+
+void Reader::exclude_same_tree(const RepeatedTree& tree) {
+  const Inventory& inventory = result_.inventory;
+  ++result_.excluded_tree_count;
+  result_.excluded.push_back(
+      {.line = inventory.lines[tree.row],
+       .plot = std::string(inventory.plot[tree.row]),
+       .tree = std::string(inventory.tree[tree.row]),
+       .column = plan_.labels[kTree].text,
+       .value = std::string(inventory.tree[tree.row]),
+       .reason = fmt::format("the same tree is on line {}", inventory.lines[tree.first_row])});
 }
 
 void Reader::keep_rows(const std::vector<std::size_t>& rows) {
@@ -359,7 +367,7 @@ CheckedInventory Reader::read() {
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
-  exclude_repeated_trees();
+  resolve_repeated_trees();
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty();
   read_other_columns();

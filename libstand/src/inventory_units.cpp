@@ -74,10 +74,13 @@ void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
   const double slenderness = median_slenderness(inventory);
   const double h = positive_median(inventory.h_m);
   const bool h_is_plausible = h > 0.0 && h < kHeightOfStand_m;
-  if (median > kDbhOfStand_cm || (h_is_plausible && median > 60.0 && slenderness < kStoutest)) {
+  // Giants are tall, too: where heights are known they decide.
+  const bool is_too_thick =
+      h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStand_cm;
+  if (is_too_thick) {
     suspect(inventory, plan, kDbh, median, "millimetres", 10);
   }
-  if (median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
+  if (median > 0.0 && median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
     suspect(inventory, plan, kDbh, median, "metres", 1, 100);
   }
 }
@@ -87,10 +90,11 @@ void check_heights(const Inventory& inventory,
                    std::size_t crown_base_above_top) {
   for (const Measure measure : {kH, kHcb}) {
     const double median = positive_median(values_of(inventory, measure));
-    if (median > 100.0 * kHeightOfStand_m) {
-      suspect(inventory, plan, measure, median, "millimetres", 1000);
-    }
-    if (median > kHeightOfStand_m) suspect(inventory, plan, measure, median, "centimetres", 100);
+    if (median <= kHeightOfStand_m) continue;
+    // 13 to 40 m in decimetres, 4 to 50 m in centimetres, more in millimetres.
+    if (median < 400.0) suspect(inventory, plan, measure, median, "decimetres", 10);
+    if (median < 5000.0) suspect(inventory, plan, measure, median, "centimetres", 100);
+    suspect(inventory, plan, measure, median, "millimetres", 1000);
   }
   constexpr double kSlenderest = 300.0;
   const double h = positive_median(inventory.h_m);
@@ -164,10 +168,10 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
     basal_areas.push_back(plot.basal_area_m2 / plot.area_ha());
   }
   if (stems.empty()) return;
-  const double trees_per_ha = positive_median(stems);
-  const double basal_area = positive_median(basal_areas);
   const Source& x = plan.measures[kX];
   const Source& y = plan.measures[kY];
+  const double trees_per_ha = positive_median(stems);
+  const double basal_area = positive_median(basal_areas);
   const auto complain = [&](std::string_view cause) {
     throw InputError(fmt::format("the positions make {:.3g} trees and {:.3g} m2 of basal area per "
                                  "hectare in the median plot; {}; if they are right, --trust-units",
@@ -176,14 +180,19 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
                                  cause),
                      {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
   };
+  if (std::isinf(trees_per_ha)) {
+    throw InputError(
+        "all trees of a plot stand on one point or line; are these the positions of trees? Name "
+        "the right columns with --columns x=COLUMN,y=COLUMN",
+        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+  }
   if (trees_per_ha < 30.0 && basal_area < 1.0) {
     complain(fmt::format("if they are in decimetres, use --columns x={},y={}",
                          converted(x, 10, 1),
                          converted(y, 10, 1)));
   }
   if (basal_area > 1000.0 || trees_per_ha > 1e6) {
-    complain(
-        "are they positions of single trees in metres (not degrees, kilometres or plot sizes)?");
+    complain("they should be metres (and not in degrees or kilometres)");
   }
 }
 

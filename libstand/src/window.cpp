@@ -48,6 +48,9 @@ std::string trouble(bg::validity_failure_type failure, const std::string& reason
       return "the boundary runs out and back along the same line";
     case bg::failure_self_intersections:
       return "the boundary crosses or touches itself (" + reason + ")";
+    case bg::failure_wrong_orientation:
+      // Rings were turned the right way: what has no right way is a bow tie.
+      return "the boundary crosses or touches itself";
     case bg::failure_interior_rings_outside:
       return "a hole lies outside its polygon";
     case bg::failure_nested_interior_rings:

@@ -22,7 +22,7 @@ struct Inventory {
   std::vector<std::uint32_t> lines{};  ///< line of each tree in the file, from 1
 
   data::TextColumn plot{};
-  data::TextColumn tree{};     ///< unique within a plot
+  data::TextColumn tree{};     ///< unique within a plot; a number given twice is told apart by #2
   data::TextColumn species{};  ///< missing where the row names none
 
   std::vector<double> x{};  ///< east [m]
