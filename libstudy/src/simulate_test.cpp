@@ -170,8 +170,7 @@ TEST_CASE("random effects of many plots have the covariance of the design") {
   for (Eigen::Index i = 0; i < 3; ++i) {
     CHECK(std::abs(center[i]) < 4.0 * std::sqrt(truth(i, i) / plots));
     for (Eigen::Index j = 0; j < 3; ++j) {
-      const double se =
-          std::sqrt((truth(i, i) * truth(j, j) + truth(i, j) * truth(i, j)) / plots);
+      const double se = std::sqrt((truth(i, i) * truth(j, j) + truth(i, j) * truth(i, j)) / plots);
       CHECK(std::abs(covariance(i, j) - truth(i, j)) < 4.0 * se);
     }
   }
@@ -193,8 +192,7 @@ TEST_CASE("residuals spread as the variance function says") {
     spread = [](double v) { return std::pow(v, 0.6); };
   }
   SECTION("constant plus power") {
-    variance_function = {
-        {"function", "constant-plus-power"}, {"delta", 0.5}, {"constant", 1}};
+    variance_function = {{"function", "constant-plus-power"}, {"delta", 0.5}, {"constant", 1}};
     spread = [](double v) { return 1.0 + std::sqrt(v); };
   }
   json design = plain_design();
@@ -232,16 +230,11 @@ TEST_CASE("the residual root mean square that is asked for comes out") {
 
 TEST_CASE("crowns follow the C that the file itself gives") {
   json design = plain_design();
-  design["species"][0]["cw"] = {{"formula", "cw ~ a + b*dbh"},
-                                {"parameters", {"a ~ 1 + C + M + U + W"}},
-                                {"fixed",
-                                 {{"a", 0.9},
-                                  {"a:C", 0.8},
-                                  {"a:M", 0.3},
-                                  {"a:U", -0.2},
-                                  {"a:W", 0.1},
-                                  {"b", 0.02}}},
-                                {"sigma", 0.1}};
+  design["species"][0]["cw"] = {
+      {"formula", "cw ~ a + b*dbh"},
+      {"parameters", {"a ~ 1 + C + M + U + W"}},
+      {"fixed", {{"a", 0.9}, {"a:C", 0.8}, {"a:M", 0.3}, {"a:U", -0.2}, {"a:W", 0.1}, {"b", 0.02}}},
+      {"sigma", 0.1}};
   design["species"][0]["density"] = 1500;
   design["species"].push_back(design["species"][0]);
   design["species"][1]["code"] = "B";
@@ -340,7 +333,8 @@ TEST_CASE("a wrong key or value of a design is named") {
   const Mistake mistakes[] = {
       {"/plots/grid/rows", "0", "plots.grid.rows: must be a whole number above 0, is 0"},
       {"/plots/grid/width", "-3", "plots.grid.width: must be above 0"},
-      {"/plots", R"([{"id":"1","x0":0,"y0":0,"x1":9,"y1":9},{"id":"2","x0":5,"y0":0,"x1":9,"y1":9}])",
+      {"/plots",
+       R"([{"id":"1","x0":0,"y0":0,"x1":9,"y1":9},{"id":"2","x0":5,"y0":0,"x1":9,"y1":9}])",
        "plots: the plots 1 and 2 overlap"},
       {"/plots", R"([{"id":"1","x0":9,"y0":0,"x1":0,"y1":9}])", "plots[0]: x0 must be below x1"},
       {"/schema", R"("silvafit-design/9")", "schema: must be one of silvafit-design/1"},
@@ -352,27 +346,36 @@ TEST_CASE("a wrong key or value of a design is named") {
       {"/species/0/h/formula", R"("h ~ a + b*D")", "species[0].h"},
       {"/species/0/h/formula", R"("h ~ a + (b*dbh")", "species[0].h.formula: column"},
       {"/species/0/h/formula", R"("cw ~ a + b*dbh")", "species[0].h.formula: must begin with h ~"},
-      {"/species/0/h/formula", R"("h ~ a + b*dbh + C")", "'C' can enter by a parameter's sub-model"},
-      {"/species/0/h/parameters", R"(["b ~ 1 + X"])",
+      {"/species/0/h/formula",
+       R"("h ~ a + b*dbh + C")",
+       "'C' can enter by a parameter's sub-model"},
+      {"/species/0/h/parameters",
+       R"(["b ~ 1 + X"])",
        "species[0].h.parameters[0]: 'X' is no covariate"},
-      {"/species/0/h/parameters", R"(["q ~ 1 + C"])",
+      {"/species/0/h/parameters",
+       R"(["q ~ 1 + C"])",
        "species[0].h.parameters[0]: 'q' is no parameter"},
       {"/species/0/h/parameters", R"(["b ~ 1 + C"])", "species[0].h.fixed: must give a, b, b:C"},
-      {"/species/0/h/random", R"({"effects": ["c"], "variance": [1]})",
+      {"/species/0/h/random",
+       R"({"effects": ["c"], "variance": [1]})",
        "species[0].h.random.effects: 'c' is no coefficient"},
-      {"/species/0/h/random", R"({"effects": ["a"], "variance": [1, 2]})",
+      {"/species/0/h/random",
+       R"({"effects": ["a"], "variance": [1, 2]})",
        "species[0].h.random.variance: must have 1 numbers"},
       {"/species/0/h/random",
        R"({"effects": ["a", "b"], "variance": [1, 1], "correlation": [[1, 2], [2, 1]]})",
        "species[0].h.random: the covariance of the effects is not positive semidefinite"},
-      {"/species/0/h/random", R"({"effects": ["a", "b"], "covariance": [[1, 0.5], [0.4, 1]]})",
+      {"/species/0/h/random",
+       R"({"effects": ["a", "b"], "covariance": [[1, 0.5], [0.4, 1]]})",
        "species[0].h.random.covariance: must be symmetric"},
       {"/species/0/h/variance", R"({"function": "power"})", "the key \"delta\" is missing"},
-      {"/species/0/h/variance", R"({"function": "none", "delta": 1})",
+      {"/species/0/h/variance",
+       R"({"function": "none", "delta": 1})",
        "species[0].h.variance.delta: this function has none"},
       {"/species/0/h/variance", R"({"function": "cubic"})", "species[0].h.variance.function: "},
       {"/species/0/h/residual_rms", "1", "species[0].h: needs either sigma or residual_rms"},
-      {"/neighbors", R"({"count": 4, "within": "forest"})",
+      {"/neighbors",
+       R"({"count": 4, "within": "forest"})",
        "neighbors.within: must be one of stand, plot"},
   };
   for (const Mistake& mistake : mistakes) {
@@ -380,9 +383,8 @@ TEST_CASE("a wrong key or value of a design is named") {
     design[json::json_pointer(mistake.pointer)] = json::parse(mistake.value);
     INFO(mistake.pointer << " = " << mistake.value);
     CHECK_THROWS_AS(study::parse_design(design.dump(), "design.json"), InputError);
-    CHECK_THROWS_WITH(
-        study::parse_design(design.dump(), "design.json"),
-        Catch::StartsWith("design.json: ") && Catch::Contains(mistake.message));
+    CHECK_THROWS_WITH(study::parse_design(design.dump(), "design.json"),
+                      Catch::StartsWith("design.json: ") && Catch::Contains(mistake.message));
   }
 }
 
