@@ -36,6 +36,12 @@ TEST_CASE("sub-models add coefficients named parameter:covariate") {
   CHECK(model.parameters[1].covariates[1].value.text() == "C*U");
 }
 
+TEST_CASE("a parameter of one letter may differ from a column by its case alone") {
+  const auto model =
+      specify_model("cw ~ a/(1 + b*exp(-c*dbh))", {"c ~ 1 + C"}, columns({"cw", "dbh", "C"}));
+  CHECK(model.coefficient_names() == Names{"a", "b", "c", "c:C"});
+}
+
 TEST_CASE("errors name what is not known and where") {
   const auto table = columns({"h", "dbh"});
   CHECK_THROWS_WITH(specify_model("h ~ a*DBH", {}, table),

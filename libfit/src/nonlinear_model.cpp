@@ -90,6 +90,8 @@ void NonlinearModel::choose_rows(const data::Table& table) {
     rows_.insert(rows_.end(), members[group].begin(), members[group].end());
   }
   group_begin_.push_back(static_cast<Index>(rows_.size()));
+  file_ = table.file();
+  for (const std::size_t row : rows_) lines_.push_back(table.line(row));
   if (rows_.empty()) {
     throw InputError(fmt::format("no row has values for all of {}",
                                  fmt::join(data_variables(specification_), ", ")),
@@ -167,9 +169,65 @@ Eigen::VectorXd NonlinearModel::column(std::string_view name) const {
   return columns_.col(found - variables_.begin());
 }
 
+Index NonlinearModel::parameter_of(Index coefficient) const {
+  return slots_[static_cast<std::size_t>(coefficient)].parameter;
+}
+
+Eigen::VectorXd NonlinearModel::multiplier(Index coefficient) const {
+  const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
+  if (slot.covariate < 0) return Eigen::VectorXd::Ones(observations());
+  return covariates_.col(slot.covariate);
+}
+
 bool NonlinearModel::is_bilinear(Index i, Index j) const {
   return parameter_bilinear_[static_cast<std::size_t>(slots_[i].parameter)]
                             [static_cast<std::size_t>(slots_[j].parameter)];
+}
+
+NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) const {
+  NonlinearModel part = *this;
+  part.rows_.clear();
+  part.lines_.clear();
+  part.group_labels_.clear();
+  part.group_begin_.clear();
+  Index group = 0;
+  Index last_group = -1;
+  for (const Index i : observations) {
+    while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
+    if (group != last_group) {
+      part.group_labels_.push_back(group_labels_[static_cast<std::size_t>(group)]);
+      part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+      last_group = group;
+    }
+    part.rows_.push_back(rows_[static_cast<std::size_t>(i)]);
+    part.lines_.push_back(lines_[static_cast<std::size_t>(i)]);
+  }
+  part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+  part.response_ = response_(observations);
+  part.columns_ = columns_(observations, Eigen::all);
+  part.covariates_ = covariates_(observations, Eigen::all);
+  return part;
+}
+
+NonlinearModel NonlinearModel::pooled() const {
+  NonlinearModel model = *this;
+  model.slots_.clear();
+  for (ParameterModel& parameter : model.specification_.parameters) {
+    parameter = {.name = parameter.name, .has_intercept = true};
+    model.slots_.push_back({.parameter = static_cast<Index>(model.slots_.size())});
+  }
+  model.specification_.random.reset();
+  model.names_ = model.specification_.coefficient_names();
+  model.covariates_.resize(observations(), 0);
+  model.compile();
+  return model;
+}
+
+Place NonlinearModel::place(Index observation) const {
+  Place place{.file = file_};
+  const std::size_t line = lines_[static_cast<std::size_t>(observation)];
+  if (line > 0) place.line = line;
+  return place;
 }
 
 void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,

@@ -5,8 +5,10 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/model_specification.hpp"
@@ -58,6 +60,11 @@ class NonlinearModel {
   /// \throws UsageError if the model does not use it
   Eigen::VectorXd column(std::string_view name) const;
 
+  /// The parameter of a coefficient, by its number in the specification.
+  Eigen::Index parameter_of(Eigen::Index coefficient) const;
+  /// (N) what a coefficient is multiplied by in its parameter: the covariate, 1 for an intercept.
+  Eigen::VectorXd multiplier(Eigen::Index coefficient) const;
+
   /// The mean and, unless null, its Jacobian in the coefficients.
   /// \param coefficients  (p) the same for all groups, or (p x G) by group
   /// \param mean          (N) result
@@ -71,6 +78,16 @@ class NonlinearModel {
   /// coefficient with (j, j) zero enters linearly, and two such enter jointly linearly if (i, j) is
   /// zero.
   bool is_bilinear(Eigen::Index i, Eigen::Index j) const;
+
+  /// The same model on some of the observations.
+  /// \param observations  in ascending order, at least one
+  NonlinearModel subset(const std::vector<Eigen::Index>& observations) const;
+
+  /// The model without covariates: each parameter is one coefficient of the same name.
+  NonlinearModel pooled() const;
+
+  /// Where an observation came from: the file and the line, as far as the table knew them.
+  Place place(Eigen::Index observation) const;
 
  private:
   struct Slot {  ///< where a coefficient acts
@@ -87,7 +104,9 @@ class NonlinearModel {
   ModelSpecification specification_;
   std::vector<std::string> names_;
   std::vector<Slot> slots_;
+  std::string file_;
   std::vector<std::size_t> rows_;
+  std::vector<std::size_t> lines_;  ///< (N) of the file, 0 where unknown
   std::size_t excluded_ = 0;
   std::vector<std::string> group_labels_;
   std::vector<Eigen::Index> group_begin_;
