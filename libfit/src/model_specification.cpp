@@ -80,6 +80,15 @@ void check_parameter_name(const std::string& name,
   }
 }
 
+void check_response(const data::Formula& formula, const data::Table& table) {
+  if (table.has(formula.left)) return;
+  throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
+                                 formula.left,
+                                 fmt::join(table.names(), ", ")),
+                     formula.text,
+                     formula.text.find(formula.left) + 1);
+}
+
 void check_covariates(const ParameterModel& model,
                       std::string_view text,
                       const data::Table& table) {
@@ -131,6 +140,22 @@ std::vector<std::string> ModelSpecification::coefficient_names() const {
   return names;
 }
 
+std::vector<std::string> ModelSpecification::predictors() const {
+  std::vector<std::string> names;
+  const auto add = [&names](const std::string& name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  for (const std::string& name : formula.right.variables()) {
+    if (std::ranges::find(parameters, name, &ParameterModel::name) == parameters.end()) add(name);
+  }
+  for (const ParameterModel& parameter : parameters) {
+    for (const Covariate& covariate : parameter.covariates) {
+      for (const std::string& name : covariate.value.variables()) add(name);
+    }
+  }
+  return names;
+}
+
 ParameterModel parse_parameter_model(std::string_view text) {
   const std::size_t tilde = text.find('~');
   if (tilde == std::string_view::npos) {
@@ -158,11 +183,17 @@ ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table) {
   ModelSpecification specification{.formula = data::parse_formula(formula)};
+  check_response(specification.formula, table);
   for (const std::string& name : specification.formula.right.variables()) {
     data::TextMatch match;
     if (data::is_text_match(name, match) || table.has(name)) continue;
     check_parameter_name(name, formula, table);
     specification.parameters.push_back({.name = name});
+  }
+  if (specification.parameters.empty()) {
+    throw FormulaError("there is nothing to estimate, since every name is a column",
+                       formula,
+                       formula.find('~') + 1);
   }
   for (const std::string& text : sub_models) {
     ParameterModel model = parse_parameter_model(text);
@@ -194,6 +225,36 @@ RandomEffects parse_random_effects(std::string_view text) {
   if (group.begin == group.end) throw FormulaError("a group column is expected", text, bar + 2);
   random.group = of(text, group);
   return random;
+}
+
+void add_random_effects(ModelSpecification& specification,
+                        std::string_view text,
+                        const data::Table& table) {
+  RandomEffects random = parse_random_effects(text);
+  const std::vector<std::string> known = specification.coefficient_names();
+  std::size_t position = 0;
+  for (auto effect = random.coefficients.begin(); effect != random.coefficients.end(); ++effect) {
+    position = text.find(*effect, position);
+    if (std::ranges::find(known, *effect) == known.end()) {
+      throw FormulaError(
+          fmt::format(
+              "'{}' is no coefficient of the model; there are {}", *effect, fmt::join(known, ", ")),
+          text,
+          position + 1);
+    }
+    if (std::find(random.coefficients.begin(), effect, *effect) != effect) {
+      throw FormulaError(fmt::format("'{}' is named twice", *effect), text, position + 1);
+    }
+    position += effect->size();
+  }
+  if (!table.has(random.group)) {
+    throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
+                                   random.group,
+                                   fmt::join(table.names(), ", ")),
+                       text,
+                       text.rfind(random.group) + 1);
+  }
+  specification.random = std::move(random);
 }
 
 VarianceFunction parse_variance_function(std::string_view text) {

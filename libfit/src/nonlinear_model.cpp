@@ -15,24 +15,13 @@ namespace {
 
 using Eigen::Index;
 
-/// All variables of the data that the model reads, but for the group.
+/// All variables of the data that the model reads, but for the group; the response is the first.
 std::vector<std::string> data_variables(const ModelSpecification& specification) {
-  std::vector<std::string> names;
+  std::vector<std::string> names{specification.formula.left};
   const auto add = [&names](const std::string& name) {
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   };
-  add(specification.formula.left);
-  for (const std::string& name : specification.formula.right.variables()) {
-    if (std::ranges::find(specification.parameters, name, &ParameterModel::name) ==
-        specification.parameters.end()) {
-      add(name);
-    }
-  }
-  for (const ParameterModel& parameter : specification.parameters) {
-    for (const Covariate& covariate : parameter.covariates) {
-      for (const std::string& name : covariate.value.variables()) add(name);
-    }
-  }
+  for (const std::string& name : specification.predictors()) add(name);
   if (!specification.variance.column.empty()) add(specification.variance.column);
   return names;
 }

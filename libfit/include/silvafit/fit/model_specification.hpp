@@ -63,13 +63,16 @@ struct ModelSpecification {
 
   /// All coefficients in the order of the parameters.
   std::vector<std::string> coefficient_names() const;
+  /// What the mean reads from the data: columns of the formula, then those of covariates. The
+  /// comparison of a column with text is one of them; see data::is_text_match.
+  std::vector<std::string> predictors() const;
 };
 
 /// A model of a formula: the names in it that are no columns of the table are its parameters, in
 /// the order of their first appearance, each constant unless a sub-model is given for it. \param
 /// sub_models  texts such as "b ~ 1 + C + U" or "b ~ 0 + C" \throws FormulaError if a text cannot
-/// be read, a sub-model is for no parameter of the formula, or a
-///   covariate is no column
+/// be read, the response or a covariate is no column, the formula has no parameter, or a sub-model
+/// is for none of them
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table);
@@ -79,6 +82,13 @@ ParameterModel parse_parameter_model(std::string_view text);
 
 /// Reads `a + b + b:C | plot`.
 RandomEffects parse_random_effects(std::string_view text);
+
+/// Gives a model the random effects of a text.
+/// \throws FormulaError that points at what is no coefficient of the model, is named twice, or is
+///   no column of the table
+void add_random_effects(ModelSpecification& specification,
+                        std::string_view text,
+                        const data::Table& table);
 
 /// Reads none, exponential, power, constant-plus-power, each with a column in parentheses if not of
 /// the fitted value.
