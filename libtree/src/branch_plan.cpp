@@ -134,7 +134,7 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
   const Branching& branching = preset.branching;
   const int number = number_of_branches(shape, preset, notes);
   const int rounds = (number + branching.per_whorl - 1) / branching.per_whorl;
-  const double step = (shape.h_m - shape.hcb_m) / rounds;
+  const double crown_length = shape.h_m - shape.hcb_m;
   const bool spiral = branching.arrangement == Arrangement::kSpiral;
 
   Planner planner(crown, branching, random);
@@ -144,7 +144,9 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
   for (int round = 0; round < rounds; ++round) {
     // The lowest round stays at the crown base, which is measured.
     const double jitter = round == 0 ? 0.0 : random.uniform(-0.2, 0.2);
-    const double base = shape.hcb_m + (round + jitter) * step;
+    const double from_tip = 1.0 - (round + jitter) / rounds;
+    const double base =
+        shape.hcb_m + crown_length * (1.0 - std::pow(from_tip, branching.tip_density));
     turn += spiral ? branching.divergence_deg * kRadian : random.uniform(0.0, 2.0 * kPi);
     for (int i = 0; i < branching.per_whorl; ++i) {
       const double azimuth = turn + 2.0 * kPi * i / branching.per_whorl +

@@ -37,9 +37,9 @@ double look_up(const std::vector<double>& widths, double share) {
   return widths[below] + part * (widths[below + 1] - widths[below]);
 }
 
-/// The largest root in (0, 1] of `slope u = rise + depth u^index`-like crossings, from u = 1 down.
-/// Both crown curves are seen from their outer end convex towards the axis, so that Newton's steps
-/// fall monotonically onto the root.
+/// The largest root in (0, 1] of a function that a ray and a crown curve make, from u = 1 down. Seen
+/// from there both are such that Newton's steps fall monotonically onto the root: convex and rising
+/// for the upper curve, concave and falling for the lower one.
 template <typename Function>
 double root_from_one(Function value_and_slope) {
   constexpr int kSteps = 100;
@@ -72,6 +72,9 @@ Crown::Crown(const TreeShape& shape, CrownIndex index)
   for (const double a : {index.up, index.down}) {
     if (!(a >= 1.0 && a <= 2.0)) throw DomainError("a crown index must be in [1, 2]");
   }
+  // A part of the crown without height is never looked up inside.
+  per_up_m_ = h_m_ > hc_m_ ? 1.0 / (h_m_ - hc_m_) : 0.0;
+  per_down_m_ = hc_m_ > hcb_m_ ? 1.0 / (hc_m_ - hcb_m_) : 0.0;
   widths_up_ = width_table(index.up);
   widths_down_ = index.down == index.up ? widths_up_ : width_table(index.down);
 }
@@ -102,8 +105,8 @@ double Crown::relative_width(double z_m) const {
 }
 
 double Crown::tabulated_width(double z_m) const {
-  if (z_m > hc_m_) return look_up(widths_up_, (h_m_ - z_m) / (h_m_ - hc_m_));
-  if (z_m < hc_m_) return look_up(widths_down_, (z_m - hcb_m_) / (hc_m_ - hcb_m_));
+  if (z_m > hc_m_) return look_up(widths_up_, (h_m_ - z_m) * per_up_m_);
+  if (z_m < hc_m_) return look_up(widths_down_, (z_m - hcb_m_) * per_down_m_);
   return 1.0;
 }
 
@@ -124,18 +127,30 @@ double Crown::matching_distance_m(double base_m, double angle_rad, double radius
 }
 
 double Crown::excess_m(Point point) const {
-  const double z = std::clamp(point.z, hcb_m_, h_m_);
+  const double radius = radius_m(point.x, point.y);
   const double distance = std::hypot(point.x, point.y);
-  const double sideways = distance - relative_width(z) * radius_m(point.x, point.y);
-  return std::max({std::abs(point.z - z), sideways, 0.0});
+  const double z = std::clamp(point.z, hcb_m_, h_m_);
+  const double sideways =
+      std::hypot(point.z - z, std::max(distance - relative_width(z) * radius, 0.0));
+  if (distance > radius) return sideways;
+  // Where the curve is nearly level, a hair's breadth upwards is far sideways.
+  const double upright = std::max(
+      {point.z - up_m(distance, radius), down_m(distance, radius) - point.z, 0.0});
+  return std::min(sideways, upright);
 }
 
 Point Crown::confine(Point point) const {
   point.z = std::clamp(point.z, hcb_m_, h_m_);
-  const double squared = point.x * point.x + point.y * point.y;
-  const double widest = tabulated_width(point.z) * radius_m(point.x, point.y);
-  if (squared <= widest * widest) return point;
-  const double shrink = widest / std::sqrt(squared);
+  const double xx = point.x * point.x;
+  const double yy = point.y * point.y;
+  const double squared = xx + yy;
+  const double across = point.x >= 0.0 ? radii_.east_m : radii_.west_m;
+  const double along = point.y >= 0.0 ? radii_.north_m : radii_.south_m;
+  // The crown's radius here, times the squared distance: most points are inside and need no
+  // division.
+  const double widest = tabulated_width(point.z) * (across * xx + along * yy);
+  if (squared * squared * squared <= widest * widest) return point;
+  const double shrink = widest / (squared * std::sqrt(squared));
   return {point.x * shrink, point.y * shrink, point.z};
 }
 

@@ -9,6 +9,8 @@
 namespace silvafit::tree {
 namespace {
 
+constexpr int kLeavesOnTips = 2;
+
 /// A card of two triangles folded along its middle: base, left, tip, right.
 class CardBuilder {
  public:
@@ -29,12 +31,16 @@ class CardBuilder {
     double shade = 1.0;   ///< factor on the color
   };
 
+  void reserve(std::size_t cards) { build_.reserve(4 * cards, 2 * cards, true); }
+
   void add(const Card& card) {
-    const Point middle = card.base + card.widest * (card.tip - card.base) + card.droop;
+    // A card that would reach out is moved in whole; cutting it off would leave a clipped hedge.
+    const Point tip = crown_.confine(card.tip);
+    const Point base = crown_.confine(card.base + (tip - card.tip));
+    const Point middle = base + card.widest * (tip - base) + card.droop;
     Point right = crown_.confine(middle + card.side);
     Point left = crown_.confine(middle - card.side);
-    const Point tip = crown_.confine(card.tip);
-    Point face = direction(cross(right - card.base, tip - card.base));
+    Point face = direction(cross(right - base, tip - base));
     const Point outward = outward_of(card.tip);
     // Counter-clockwise as seen from outside the crown, where light and viewers are.
     if (dot(face, outward) < 0.0) {
@@ -44,9 +50,9 @@ class CardBuilder {
     // Cards lit by the crown's own shape read as foliage; lit one by one they flicker.
     const Point normal = direction(0.45 * face + outward);
     const Point fold = 0.35 * direction(right - left, card.side);
-    const Bytes4 inner = color_at(card.base, card.shade);
+    const Bytes4 inner = color_at(base, card.shade);
     const Bytes4 outer = color_at(tip, card.shade);
-    const auto a = build_.vertex(card.base, normal, inner);
+    const auto a = build_.vertex(base, normal, inner);
     const auto b = build_.vertex(right, direction(normal + fold), outer);
     const auto c = build_.vertex(tip, normal, outer);
     const auto d = build_.vertex(left, direction(normal - fold), outer);
@@ -105,6 +111,7 @@ class FoliageGrower {
   }
 
   void grow() {
+    cards_.reserve(number_of_cards());
     for (const Axis& axis : skeleton_.axes) {
       if (axis.order == 0) continue;
       const auto points = skeleton_.points_of(axis);
@@ -112,12 +119,23 @@ class FoliageGrower {
         add_needles(axis.order == 1 ? points[points.size() - 2].at : points.front().at,
                     points.back().at);
       } else {
-        add_leaves(points, axis.order == 1 ? 2 : foliage_.leaves_per_twig);
+        add_leaves(points, axis.order == 1 ? kLeavesOnTips : foliage_.leaves_per_twig);
       }
     }
   }
 
  private:
+  std::size_t number_of_cards() const {
+    const auto branches = std::count_if(skeleton_.axes.begin(),
+                                        skeleton_.axes.end(),
+                                        [](const Axis& axis) { return axis.order == 1; });
+    const auto twigs = static_cast<std::ptrdiff_t>(skeleton_.axes.size()) - 1 - branches;
+    return static_cast<std::size_t>(foliage_.kind == FoliageKind::kNeedles
+                                        ? branches + twigs
+                                        : kLeavesOnTips * branches +
+                                              foliage_.leaves_per_twig * twigs);
+  }
+
   double draw_shade() {
     return 1.0 + random_.uniform(-foliage_.color_variation, foliage_.color_variation);
   }
@@ -134,7 +152,7 @@ class FoliageGrower {
     cards_.add({.base = base,
                 .tip = tip,
                 .side = half_width * side,
-                .droop = 0.35 * half_width * down,
+                .droop = foliage_.droop * half_width * down,
                 .widest = 0.4,
                 .shade = shade});
   }

@@ -46,6 +46,14 @@ tinygltf::Value extras_of(const SceneTree& tree) {
   return tinygltf::Value(extras);
 }
 
+/// Two bytes an index where they suffice; the largest value of each type is reserved.
+bool has_narrow_indices(std::size_t vertices) {
+  return vertices < std::numeric_limits<std::uint16_t>::max();
+}
+
+/// The format aligns to four bytes.
+std::size_t aligned(std::size_t size) { return (size + 3) / 4 * 4; }
+
 /// Collects buffers, accessors, meshes and nodes of a scene.
 class GltfBuilder {
  public:
@@ -66,12 +74,7 @@ class GltfBuilder {
  private:
   std::size_t expected_size() const {
     std::size_t size = 0;
-    for (const SceneTree& tree : scene_.trees) {
-      for (const MeshPart& part : tree.mesh.parts) {
-        size += 4 * (part.positions.size() + part.normals.size() + part.indices.size()) +
-                part.colors.size();
-      }
-    }
+    for (const SceneTree& tree : scene_.trees) size += glb_mesh_bytes(tree.mesh);
     if (size > std::numeric_limits<std::uint32_t>::max() / 2) {
       throw GeometryError(
           "the scene is larger than a GLB file can be; write one file a tree, or fewer plots");
@@ -139,9 +142,8 @@ class GltfBuilder {
     return index;
   }
 
-  /// Two bytes an index where they suffice; the largest value of each type is reserved.
   int indices(const std::vector<std::uint32_t>& values, std::size_t vertices) {
-    if (vertices >= std::numeric_limits<std::uint16_t>::max()) {
+    if (!has_narrow_indices(vertices)) {
       return accessor(values.data(),
                       values.size() * sizeof(std::uint32_t),
                       values.size(),
@@ -173,7 +175,7 @@ class GltfBuilder {
     view.target = target;
     const auto* bytes = static_cast<const unsigned char*>(data);
     buffer.insert(buffer.end(), bytes, bytes + size);
-    buffer.resize((buffer.size() + 3) / 4 * 4, 0);  // the format aligns to four bytes
+    buffer.resize(aligned(buffer.size()), 0);
 
     tinygltf::Accessor accessor;
     accessor.bufferView = static_cast<int>(model_.bufferViews.size());
@@ -219,6 +221,16 @@ class GltfBuilder {
 };
 
 }  // namespace
+
+std::size_t glb_mesh_bytes(const Mesh& mesh) {
+  std::size_t size = 0;
+  for (const MeshPart& part : mesh.parts) {
+    const std::size_t index_size = has_narrow_indices(part.vertex_count()) ? 2 : 4;
+    size += sizeof(float) * (part.positions.size() + part.normals.size()) + part.colors.size() +
+            aligned(index_size * part.indices.size());
+  }
+  return size;
+}
 
 std::string glb_bytes(const Scene& scene) {
   if (scene.trees.empty()) throw GeometryError("a scene needs at least one tree");

@@ -17,6 +17,14 @@ class PartBuilder {
  public:
   explicit PartBuilder(MeshPart& part) : part_(part) {}
 
+  /// Makes room, so that a part's buffers do not move while it grows.
+  void reserve(std::size_t vertices, std::size_t triangles, bool colored) {
+    part_.positions.reserve(3 * vertices);
+    part_.normals.reserve(3 * vertices);
+    if (colored) part_.colors.reserve(4 * vertices);
+    part_.indices.reserve(3 * triangles);
+  }
+
   std::uint32_t vertex(Point at, Point normal) {
     const auto index = static_cast<std::uint32_t>(part_.vertex_count());
     push(part_.positions, at);
@@ -36,10 +44,11 @@ class PartBuilder {
  private:
   static void push(std::vector<float>& to, Point p) {
     // Adding zero turns -0 into 0, so that equal places have equal bytes.
-    to.insert(to.end(),
-              {static_cast<float>(p.x) + 0.0F,
-               static_cast<float>(p.z) + 0.0F,
-               static_cast<float>(-p.y) + 0.0F});
+    const std::size_t size = to.size();
+    to.resize(size + 3);
+    to[size] = static_cast<float>(p.x) + 0.0F;
+    to[size + 1] = static_cast<float>(p.z) + 0.0F;
+    to[size + 2] = static_cast<float>(-p.y) + 0.0F;
   }
 
   MeshPart& part_;

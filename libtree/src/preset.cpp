@@ -66,6 +66,7 @@ Branching branching_of(const JsonEntry& entry) {
     branching.divergence_deg = entry.number("divergence_deg", 0.0, 360.0);
   }
   branching.spacing_m = entry.number("spacing_m", 0.01, 10.0);
+  branching.tip_density = entry.number("tip_density", 1.0, 3.0);
   branching.least = whole(entry, "least", 1, 1000);
   branching.most = whole(entry, "most", branching.least, 1000);
   branching.azimuth_sd_deg = entry.number("azimuth_sd_deg", 0.0, 90.0);
@@ -98,6 +99,7 @@ Foliage foliage_of(const JsonEntry& entry) {
   if (kind == "needles") {
     foliage.kind = FoliageKind::kNeedles;
     foliage.width = entry.number("width", 0.01, 2.0);
+    foliage.droop = entry.number("droop", 0.0, 2.0);
   } else {
     foliage.kind = FoliageKind::kLeaves;
     foliage.leaves_per_twig = whole(entry, "leaves_per_twig", 1, 100);

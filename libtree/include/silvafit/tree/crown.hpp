@@ -50,8 +50,8 @@ class Crown {
   /// \param radius_m   crown radius in the ray's azimuth
   double matching_distance_m(double base_m, double angle_rad, double radius_m) const;
 
-  /// How far a point lies outside, in its own horizontal direction and vertically at most [m]; 0
-  /// inside. A point beside the crown by e has an excess of at least e.
+  /// How far a point lies outside [m], upright or sideways, whichever is shorter; 0 inside. Never
+  /// less than the distance to the crown in the point's own azimuth.
   double excess_m(Point point) const;
 
   /// The point itself if it is inside, else the point moved vertically into [hcb, h] and then
@@ -66,6 +66,8 @@ class Crown {
   double hc_m_;
   CrownRadii radii_;
   CrownIndex index_;
+  double per_up_m_ = 0.0;
+  double per_down_m_ = 0.0;
   std::vector<double> widths_up_;    ///< relative width at even steps from h down to hc
   std::vector<double> widths_down_;  ///< and from hcb up to hc
 };

@@ -34,6 +34,7 @@ struct Branching {
   Arrangement arrangement = Arrangement::kWhorls;
   int per_whorl = 4;
   double spacing_m = 0.3;         ///< between whorls, or between branches of a spiral
+  double tip_density = 1.0;       ///< how much closer they get towards the tip; 1: evenly spaced
   int least = 8;                  ///< branches of the smallest tree
   int most = 96;                  ///< closer spacing is widened to stay below this number
   double divergence_deg = 137.5;  ///< of a spiral
@@ -62,6 +63,7 @@ enum class FoliageKind { kNeedles, kLeaves };
 struct Foliage {
   FoliageKind kind = FoliageKind::kNeedles;
   double width = 0.4;           ///< needle spray: width as a share of the twig's length
+  double droop = 0.8;           ///< needle spray: how far its edges hang, as a share of half its width
   int leaves_per_twig = 6;      ///< leaf sprays
   double leaf_length_m = 0.35;  ///< of a spray of leaves in a crown 5 m wide
   double leaf_aspect = 0.6;     ///< width by length

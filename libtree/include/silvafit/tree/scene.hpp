@@ -54,6 +54,9 @@ Position scene_origin(const std::vector<Morphology>& morphologies);
 /// \throws GeometryError if the file would exceed the format's 4 GB
 std::string glb_bytes(const Scene& scene);
 
+/// Bytes of a mesh in such a file, without its share of the description.
+std::size_t glb_mesh_bytes(const Mesh& mesh);
+
 /// Writes it, whole or not at all. \throws InputError if the file cannot be written
 void write_glb(const Scene& scene, const std::filesystem::path& path);
 
