@@ -76,9 +76,8 @@ std::vector<const tree::Preset*> presets_of(const std::vector<tree::Morphology>&
   std::vector<const tree::Preset*> presets;
   std::set<std::string> unknown;
   for (const tree::Morphology& morphology : morphologies) {
-    const tree::Preset* preset = command.preset.empty()
-                                     ? catalogue.for_species(morphology.species)
-                                     : &catalogue.named(command.preset);
+    const tree::Preset* preset = command.preset.empty() ? catalogue.for_species(morphology.species)
+                                                        : &catalogue.named(command.preset);
     if (preset == nullptr) unknown.insert(morphology.species);
     presets.push_back(preset);
   }
@@ -271,9 +270,8 @@ void add_grow_command(CLI::App& program) {
       ->required()
       ->type_name("FILE.csv");
   command
-      ->add_option("--use",
-                   options->use,
-                   "Which h, hcb and cw: observed, ols, population, conditional")
+      ->add_option(
+          "--use", options->use, "Which h, hcb and cw: observed, ols, population, conditional")
       ->capture_default_str();
   command->add_option(
       "--preset", options->preset, "Species preset for all trees (default: by species)");
