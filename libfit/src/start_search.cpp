@@ -54,7 +54,9 @@ bool are_near(const Candidate& a, const Candidate& b, double factor) {
 }
 
 /// The best candidates, no two of them near each other.
-std::vector<Candidate> best_of(std::vector<Candidate> candidates, std::size_t count, double factor) {
+std::vector<Candidate> best_of(std::vector<Candidate> candidates,
+                               std::size_t count,
+                               double factor) {
   std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
   std::vector<Candidate> chosen;
   for (Candidate& candidate : candidates) {
@@ -178,9 +180,10 @@ void check_domain(const NonlinearModel& model) {
   }
   const auto found = std::ranges::find(never_finite, true);
   if (found == never_finite.end()) return;
-  throw DomainError("the formula has no finite value or slope for this row, whatever its "
-                    "coefficients: correct the row or leave it out",
-                    model.place(found - never_finite.begin()));
+  throw DomainError(
+      "the formula has no finite value or slope for this row, whatever its "
+      "coefficients: correct the row or leave it out",
+      model.place(found - never_finite.begin()));
 }
 
 }  // namespace silvafit::fit

@@ -37,9 +37,10 @@ inline std::vector<std::string> words(const std::string& line) {
 
 /// NIST's notation as ours: brackets are parentheses, ** is ^, and there is no error term.
 inline std::string formula(std::string model) {
-  model.erase(std::remove_if(
-                  model.begin(), model.end(), [](unsigned char byte) { return std::isspace(byte); }),
-              model.end());
+  model.erase(
+      std::remove_if(
+          model.begin(), model.end(), [](unsigned char byte) { return std::isspace(byte); }),
+      model.end());
   model = std::regex_replace(model, std::regex("\\*\\*"), "^");
   std::ranges::replace(model, '[', '(');
   std::ranges::replace(model, ']', ')');
@@ -104,10 +105,10 @@ inline NistProblem read_nist(const std::string& name) {
 
 inline const std::vector<std::string>& nist_names() {
   static const std::vector<std::string> names{
-      "Misra1a", "Chwirut2", "Chwirut1", "Lanczos3", "Gauss1",  "Gauss2",   "DanWood",
-      "Misra1b", "Kirby2",   "Hahn1",    "Nelson",   "MGH17",   "Lanczos1", "Lanczos2",
-      "Gauss3",  "Misra1c",  "Misra1d",  "Roszman1", "ENSO",    "MGH09",    "Thurber",
-      "BoxBOD",  "Rat42",    "MGH10",    "Eckerle4", "Rat43",   "Bennett5"};
+      "Misra1a", "Chwirut2", "Chwirut1", "Lanczos3", "Gauss1", "Gauss2",   "DanWood",
+      "Misra1b", "Kirby2",   "Hahn1",    "Nelson",   "MGH17",  "Lanczos1", "Lanczos2",
+      "Gauss3",  "Misra1c",  "Misra1d",  "Roszman1", "ENSO",   "MGH09",    "Thurber",
+      "BoxBOD",  "Rat42",    "MGH10",    "Eckerle4", "Rat43",  "Bennett5"};
   return names;
 }
 
