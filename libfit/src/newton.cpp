@@ -53,8 +53,8 @@ class Factorization {
     const Index p = scale_.size();
     if (rank() == p) return result;
     MatrixXd directions = MatrixXd::Zero(p, p - rank());
-    directions.topRows(rank()) =
-        -triangle().triangularView<Eigen::Upper>().solve(qr_.matrixQR().topRightCorner(rank(), p - rank()));
+    directions.topRows(rank()) = -triangle().triangularView<Eigen::Upper>().solve(
+        qr_.matrixQR().topRightCorner(rank(), p - rank()));
     directions.bottomRows(p - rank()).setIdentity();
     directions = qr_.colsPermutation() * directions;
     for (Index i = 0; i < p; ++i) {
@@ -148,12 +148,10 @@ class Refinement {
     MatrixXd lower;
     VectorXd mean;
     for (Index k = 0; k < r; ++k) {
-      model_.evaluate(
-          point_.coefficients + width * directions.col(k), mean, &upper, workspace_);
-      model_.evaluate(
-          point_.coefficients - width * directions.col(k), mean, &lower, workspace_);
-      hessian.col(k) -= directions.transpose() *
-                        ((upper - lower).transpose() * residuals_ / (2.0 * width));
+      model_.evaluate(point_.coefficients + width * directions.col(k), mean, &upper, workspace_);
+      model_.evaluate(point_.coefficients - width * directions.col(k), mean, &lower, workspace_);
+      hessian.col(k) -=
+          directions.transpose() * ((upper - lower).transpose() * residuals_ / (2.0 * width));
     }
     if (!hessian.allFinite()) return MatrixXd::Identity(r, r);
     return 0.5 * (hessian + hessian.transpose());

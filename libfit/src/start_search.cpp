@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "start_search.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -54,7 +56,9 @@ bool are_near(const Candidate& a, const Candidate& b, double factor) {
 }
 
 /// The best candidates, no two of them near each other.
-std::vector<Candidate> best_of(std::vector<Candidate> candidates, std::size_t count, double factor) {
+std::vector<Candidate> best_of(std::vector<Candidate> candidates,
+                               std::size_t count,
+                               double factor) {
   std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
   std::vector<Candidate> chosen;
   for (Candidate& candidate : candidates) {
@@ -178,9 +182,15 @@ void check_domain(const NonlinearModel& model) {
   }
   const auto found = std::ranges::find(never_finite, true);
   if (found == never_finite.end()) return;
-  throw DomainError("the formula has no finite value or slope for this row, whatever its "
-                    "coefficients: correct the row or leave it out",
-                    model.place(found - never_finite.begin()));
+  const Index row = found - never_finite.begin();
+  const Place place = model.place(row);
+  throw DomainError(
+      fmt::format("the formula has no finite value or slope for {}, whatever its coefficients: "
+                  "correct the row or leave it out",
+                  place.line ? "this row"
+                             : fmt::format("row {} of the table",
+                                           model.rows()[static_cast<std::size_t>(row)] + 1)),
+      place);
 }
 
 }  // namespace silvafit::fit

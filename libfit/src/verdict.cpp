@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "candidate_points.hpp"
 #include "variable_projection.hpp"
@@ -25,12 +25,46 @@ std::string listed(const NonlinearModel& model, const std::vector<Index>& coeffi
   return text;
 }
 
-/// Coefficients whose standard error is larger than they are.
-std::vector<Index> undetermined(const NewtonPoint& point, double sigma) {
+/// How far the mean moves, as a length over all observations, when a coefficient becomes zero;
+/// infinite where there is no mean then.
+double change_without(const NonlinearModel& model, const NewtonPoint& point, Index coefficient) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  VectorXd without = point.coefficients;
+  without[coefficient] = 0.0;
+  model.evaluate(without, mean, nullptr, workspace);
+  const double change = (mean - point.mean).norm();
+  return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
+}
+
+/// Coefficients that the curve needs, though their standard errors are ten times their size. (One
+/// that it does not need, such as a covariate's without effect, is merely near zero.)
+std::vector<Index> undetermined(const NonlinearModel& model,
+                                const NewtonPoint& point,
+                                double sigma) {
   std::vector<Index> result;
   for (Index j = 0; j < point.coefficients.size(); ++j) {
     const double error = sigma * std::sqrt(point.unscaled_covariance(j, j));
-    if (error > 10.0 * std::abs(point.coefficients[j])) result.push_back(j);
+    const bool is_loose = error > 10.0 * std::abs(point.coefficients[j]);
+    if (is_loose && change_without(model, point, j) > sigma) result.push_back(j);
+  }
+  return result;
+}
+
+/// Coefficients so large that the mean no longer feels their changes, though it would feel their
+/// absence: they ran to a limit that the formula reaches at infinity only.
+std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& point) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  std::vector<Index> result;
+  for (Index j = 0; j < jacobian.cols(); ++j) {
+    const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
+    const bool is_unfelt = effect <= 1e-12 * point.mean.norm();
+    if (is_unfelt && change_without(model, point, j) > 1e-6 * point.mean.norm()) {
+      result.push_back(j);
+    }
   }
   return result;
 }
@@ -51,6 +85,17 @@ bool identifiable_elsewhere(const NonlinearModel& model) {
   return false;
 }
 
+/// "a runs away, so the data do not show the part of the curve that it describes: ..."
+std::string run_away(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  const bool one = coefficients.size() == 1;
+  return fmt::format(
+      "{} {} away, so the data do not show the part of the curve that {}: try a model with fewer "
+      "coefficients.",
+      listed(model, coefficients),
+      one ? "runs" : "run",
+      one ? "it describes" : "they describe");
+}
+
 std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& point) {
   const std::string names = listed(model, point.confounded);
   if (point.confounded.size() == 1) {
@@ -59,10 +104,7 @@ std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& 
         names);
   }
   if (identifiable_elsewhere(model)) {
-    return fmt::format(
-        "The fit keeps improving while {} run away together, so the data do not show the part of "
-        "the curve that they describe: try a model with fewer coefficients.",
-        names);
+    return "The fit keeps improving while " + run_away(model, point.confounded);
   }
   return fmt::format(
       "The data cannot tell {} apart, because others can take the place of each: leave one out.",
@@ -74,17 +116,13 @@ std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& poin
     return "The formula stopped having finite slopes where the fit led: give start values, or try "
            "another model.";
   }
-  const std::vector<Index> loose = undetermined(point, sigma);
+  const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
-    return fmt::format(
-        "The fit keeps improving, ever more slowly, while {} run{} away, so the data do not show "
-        "the part of the curve that {}: try a model with fewer coefficients.",
-        listed(model, loose),
-        loose.size() == 1 ? "s" : "",
-        loose.size() == 1 ? "it describes" : "they describe");
+    return "The fit keeps improving, ever more slowly, while " + run_away(model, loose);
   }
   return fmt::format(
-      "No minimum was reached, the estimates are still {:.2g} standard errors away: try other start "
+      "No minimum was reached, the estimates are still {:.2g} standard errors away: try other "
+      "start "
       "values or a model with fewer coefficients.",
       std::sqrt(point.decrement));
 }
@@ -97,7 +135,7 @@ std::string success_verdict(const NonlinearModel& model,
     return "The model goes through all observations exactly, so that sigma is zero and the "
            "log-likelihood infinite: do not compare it with others by them.";
   }
-  const std::vector<Index> loose = undetermined(point, sigma);
+  const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
     return fmt::format(
         "The least-squares solution was found, but {} hardly determined by these data (standard "
@@ -117,7 +155,11 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
   }
   const double freedom = static_cast<double>(model.observations() - model.coefficient_count());
   const double sigma = freedom > 0.0 ? std::sqrt(point.sum_of_squares / freedom) : 0.0;
-  if (point.rank < model.coefficient_count()) {
+  const std::vector<Index> lost = exact ? saturated(model, point) : std::vector<Index>{};
+  if (!lost.empty()) {
+    result.verdict =
+        "The model goes through all observations exactly, but only as " + run_away(model, lost);
+  } else if (point.rank < model.coefficient_count()) {
     result.verdict = confounding_verdict(model, point);
   } else if (exact || is_converged(point)) {
     result.converged = true;
@@ -130,10 +172,11 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
 
 std::string too_few_observations(const NonlinearModel& model) {
   return fmt::format(
-      "There are only {} observations for {} coefficients: measure more, or use a model with fewer "
-      "coefficients.",
-      model.observations(),
-      model.coefficient_count());
+      "{} coefficients need as many observations at least, but there are {}: measure more, or use "
+      "a "
+      "model with fewer coefficients.",
+      model.coefficient_count(),
+      model.observations());
 }
 
 std::string no_start() {
