@@ -88,9 +88,8 @@ Descent descend(ProjectedModel& model, const VectorXd& nonlinear, const DescentO
   ceres::Problem problem;
   problem.AddResidualBlock(cost.release(), nullptr, point.data());
   if (options.held >= 0) {
-    problem.SetManifold(
-        point.data(),
-        new ceres::SubsetManifold(static_cast<int>(point.size()), {options.held}));
+    problem.SetManifold(point.data(),
+                        new ceres::SubsetManifold(static_cast<int>(point.size()), {options.held}));
   }
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(options), &problem, &summary);

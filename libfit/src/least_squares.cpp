@@ -99,11 +99,10 @@ VectorXd spread(const NonlinearModel& model,
     }
     MatrixXd covariates(model.observations(), static_cast<Index>(members.size()));
     for (Index j = 0; j < covariates.cols(); ++j) {
-      covariates.col(j) = weights.col(k).cwiseProduct(
-          model.multiplier(members[static_cast<std::size_t>(j)]));
+      covariates.col(j) =
+          weights.col(k).cwiseProduct(model.multiplier(members[static_cast<std::size_t>(j)]));
     }
-    coefficients(members) =
-        covariates.colPivHouseholderQr().solve(weights.col(k) * constants[k]);
+    coefficients(members) = covariates.colPivHouseholderQr().solve(weights.col(k) * constants[k]);
   }
   return coefficients;
 }
@@ -127,9 +126,8 @@ std::vector<VectorXd> starts_from_pooled(const NonlinearModel& model,
 Descent solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
   ProjectedModel projected(model);
   const std::vector<VectorXd> starts =
-      has_sub_models(model)
-          ? starts_from_pooled(model, options)
-          : search_starts(model, {.fixed = options.start, .rule = options.rule});
+      has_sub_models(model) ? starts_from_pooled(model, options)
+                            : search_starts(model, {.fixed = options.start, .rule = options.rule});
   Descent minimum = lowest(projected, starts, options);
   if (minimum.coefficients.size() > 0) prefer_positive(projected, minimum);
   return minimum;
@@ -140,8 +138,7 @@ std::vector<VectorXd> complete_start(const NonlinearModel& model,
                                      const LeastSquaresOptions& options) {
   VectorXd start(model.coefficient_count());
   for (Index j = 0; j < start.size(); ++j) {
-    const auto found =
-        options.start.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
+    const auto found = options.start.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
     if (found == options.start.end()) return {};
     start[j] = found->second;
   }
@@ -218,9 +215,7 @@ double LeastSquaresFit::aicc() const {
 double LeastSquaresFit::bic() const {
   return fit::bic(log_likelihood, parameter_count, observations);
 }
-VectorXd LeastSquaresFit::standard_errors() const {
-  return covariance.diagonal().cwiseSqrt();
-}
+VectorXd LeastSquaresFit::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
 double LeastSquaresFit::degrees_of_freedom() const {
   return static_cast<double>(observations - estimate.size());
 }
@@ -241,9 +236,14 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
     }
   }
   const Descent minimum = solve(model, options);
-  if (minimum.coefficients.size() > 0) return described(model, minimum, options);
-  LeastSquaresFit fit = empty_fit(model);
-  fit.convergence.verdict = no_start();
+  if (minimum.coefficients.size() == 0) {
+    check_domain(model);
+    LeastSquaresFit fit = empty_fit(model);
+    fit.convergence.verdict = no_start();
+    return fit;
+  }
+  LeastSquaresFit fit = described(model, minimum, options);
+  if (!fit.covariance.diagonal().array().isFinite().any()) check_domain(model);
   return fit;
 }
 

@@ -53,8 +53,8 @@ class Factorization {
     const Index p = scale_.size();
     if (rank() == p) return result;
     MatrixXd directions = MatrixXd::Zero(p, p - rank());
-    directions.topRows(rank()) =
-        -triangle().triangularView<Eigen::Upper>().solve(qr_.matrixQR().topRightCorner(rank(), p - rank()));
+    directions.topRows(rank()) = -triangle().triangularView<Eigen::Upper>().solve(
+        qr_.matrixQR().topRightCorner(rank(), p - rank()));
     directions.bottomRows(p - rank()).setIdentity();
     directions = qr_.colsPermutation() * directions;
     for (Index i = 0; i < p; ++i) {
@@ -77,14 +77,24 @@ class Refinement {
   }
 
   NewtonPoint run() {
+    NewtonPoint best;
     for (; point_.iterations < kMaximumSteps; ++point_.iterations) {
       if (!linearize()) return point_;
-      const MatrixXd u = newton_step();
-      // A gain below rounding cannot be seen in the sum of squares any more.
-      if (point_.decrement <= point_.rounding || !take(factors().to_coefficients(u))) break;
+      const VectorXd u = newton_step();
+      // Where the sum of squares cannot see a gain any more, the decrement still can.
+      const bool is_better = point_.iterations == 0 || point_.decrement < best.decrement ||
+                             point_.sum_of_squares < best.sum_of_squares - noise();
+      if (!is_better) break;
+      best = point_;
+      if (point_.decrement <= 1e-3 * point_.rounding) break;
+      if (!take(factors().to_coefficients(u))) break;
     }
-    linearize();
-    newton_step();
+    if (point_.coefficients != best.coefficients) {
+      const int iterations = point_.iterations;
+      point_ = best;
+      point_.iterations = iterations;
+      linearize();
+    }
     finish();
     return point_;
   }
@@ -104,6 +114,11 @@ class Refinement {
   double residual_variance() const {
     const Index freedom = std::max<Index>(model_.observations() - factors().rank(), 1);
     return point_.sum_of_squares / static_cast<double>(freedom);
+  }
+
+  /// What rounding of the observations' size does to the sum of squares.
+  double noise() const {
+    return 4.0 * kEpsilon * residuals_.norm() * (residuals_.norm() + model_.response().norm());
   }
 
   /// The step in u; also fills in the evidence.
@@ -133,18 +148,16 @@ class Refinement {
     MatrixXd lower;
     VectorXd mean;
     for (Index k = 0; k < r; ++k) {
-      model_.evaluate(
-          point_.coefficients + width * directions.col(k), mean, &upper, workspace_);
-      model_.evaluate(
-          point_.coefficients - width * directions.col(k), mean, &lower, workspace_);
-      hessian.col(k) -= directions.transpose() *
-                        ((upper - lower).transpose() * residuals_ / (2.0 * width));
+      model_.evaluate(point_.coefficients + width * directions.col(k), mean, &upper, workspace_);
+      model_.evaluate(point_.coefficients - width * directions.col(k), mean, &lower, workspace_);
+      hessian.col(k) -=
+          directions.transpose() * ((upper - lower).transpose() * residuals_ / (2.0 * width));
     }
     if (!hessian.allFinite()) return MatrixXd::Identity(r, r);
     return 0.5 * (hessian + hessian.transpose());
   }
 
-  /// Moves by the step, or a part of it that does not raise the sum of squares.
+  /// Moves by the step, or a part of it that does not visibly raise the sum of squares.
   bool take(const VectorXd& step) {
     VectorXd mean;
     double share = 1.0;
@@ -152,7 +165,7 @@ class Refinement {
       const VectorXd candidate = point_.coefficients + share * step;
       model_.evaluate(candidate, mean, nullptr, workspace_);
       const double sum_of_squares = (model_.response() - mean).squaredNorm();
-      if (sum_of_squares <= point_.sum_of_squares * (1.0 + 4.0 * kEpsilon)) {
+      if (sum_of_squares <= point_.sum_of_squares + noise()) {
         const bool moved = candidate != point_.coefficients;
         point_.coefficients = candidate;
         return moved;

@@ -54,7 +54,9 @@ bool are_near(const Candidate& a, const Candidate& b, double factor) {
 }
 
 /// The best candidates, no two of them near each other.
-std::vector<Candidate> best_of(std::vector<Candidate> candidates, std::size_t count, double factor) {
+std::vector<Candidate> best_of(std::vector<Candidate> candidates,
+                               std::size_t count,
+                               double factor) {
   std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
   std::vector<Candidate> chosen;
   for (Candidate& candidate : candidates) {
@@ -72,12 +74,10 @@ class StartSearch {
       : model_(model),
         options_(options),
         part_(model.subset(sample(model.response()))),
-        projected_(part_),
-        never_finite_(static_cast<std::size_t>(part_.observations()), true) {}
+        projected_(part_) {}
 
   std::vector<VectorXd> run() {
     scan();
-    if (candidates_.empty()) check_domain();
     std::vector<Candidate> starts = best_of(candidates_, kDescents, kCandidateFactor);
     if (rule_) starts.push_back(*rule_);
     std::vector<Candidate> reached;
@@ -133,24 +133,11 @@ class StartSearch {
 
   bool try_candidate(VectorXd nonlinear) {
     set_named(options_.fixed, nonlinear);
-    const bool finite = projected_.evaluate(nonlinear);
-    for (std::size_t i = 0; i < never_finite_.size(); ++i) {
-      if (std::isfinite(projected_.offset()[static_cast<Index>(i)])) never_finite_[i] = false;
-    }
-    if (finite) {
-      candidates_.push_back({.nonlinear = std::move(nonlinear),
-                             .coefficients = projected_.coefficients(),
-                             .sum_of_squares = projected_.residuals().squaredNorm()});
-    }
-    return finite;
-  }
-
-  /// If one observation spoils every candidate, the data are to blame.
-  void check_domain() const {
-    const auto found = std::ranges::find(never_finite_, true);
-    if (found == never_finite_.end()) return;
-    throw DomainError("the formula has no finite value here, whatever its coefficients",
-                      part_.place(found - never_finite_.begin()));
+    if (!projected_.evaluate(nonlinear)) return false;
+    candidates_.push_back({.nonlinear = std::move(nonlinear),
+                           .coefficients = projected_.coefficients(),
+                           .sum_of_squares = projected_.residuals().squaredNorm()});
+    return true;
   }
 
   Candidate descended(const Candidate& start) {
@@ -165,7 +152,6 @@ class StartSearch {
   const StartSearchOptions& options_;
   NonlinearModel part_;
   ProjectedModel projected_;
-  std::vector<bool> never_finite_;
   std::vector<Candidate> candidates_;
   std::optional<Candidate> rule_;
 };
@@ -175,6 +161,29 @@ class StartSearch {
 std::vector<VectorXd> search_starts(const NonlinearModel& model,
                                     const StartSearchOptions& options) {
   return StartSearch(model, options).run();
+}
+
+void check_domain(const NonlinearModel& model) {
+  constexpr std::size_t kPoints = 64;
+  const CandidatePoints points(model, model.coefficient_count());
+  std::vector<bool> never_finite(static_cast<std::size_t>(model.observations()), true);
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  for (std::size_t number = 1; number <= kPoints; ++number) {
+    model.evaluate(points(number), mean, &jacobian, workspace);
+    for (Index i = 0; i < mean.size(); ++i) {
+      if (std::isfinite(mean[i]) && jacobian.row(i).allFinite()) {
+        never_finite[static_cast<std::size_t>(i)] = false;
+      }
+    }
+  }
+  const auto found = std::ranges::find(never_finite, true);
+  if (found == never_finite.end()) return;
+  throw DomainError(
+      "the formula has no finite value or slope for this row, whatever its "
+      "coefficients: correct the row or leave it out",
+      model.place(found - never_finite.begin()));
 }
 
 }  // namespace silvafit::fit

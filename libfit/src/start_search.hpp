@@ -28,4 +28,8 @@ struct StartSearchOptions {
 std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
                                            const StartSearchOptions& options);
 
+/// Looks for an observation whose mean or slope is not finite, whatever the coefficients.
+/// \throws DomainError that names the first one
+void check_domain(const NonlinearModel& model);
+
 }  // namespace silvafit::fit

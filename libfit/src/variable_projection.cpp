@@ -29,9 +29,9 @@ CoefficientSplit split_coefficients(const NonlinearModel& model) {
   std::ranges::stable_sort(by_partners, std::greater<>(), partners);
   CoefficientSplit split;
   for (const Index i : by_partners) {
-    const bool joins = model.is_bilinear(i, i) &&
-                       std::ranges::all_of(split.linear,
-                                           [&](Index j) { return model.is_bilinear(i, j); });
+    const bool joins = model.is_bilinear(i, i) && std::ranges::all_of(split.linear, [&](Index j) {
+                         return model.is_bilinear(i, j);
+                       });
     if (joins) split.linear.push_back(i);
   }
   std::ranges::sort(split.linear);

@@ -45,9 +45,6 @@ class ProjectedModel {
   /// (p) all coefficients, the linear ones solved for.
   const Eigen::VectorXd& coefficients() const { return coefficients_; }
   const Eigen::VectorXd& residuals() const { return residuals_; }
-  /// (N) the mean of the last evaluation with the linear coefficients at zero: where it is not
-  /// finite, the data and not the linear coefficients are to blame.
-  const Eigen::VectorXd& offset() const { return mean_; }
 
  private:
   bool solve_linear();

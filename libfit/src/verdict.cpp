@@ -35,6 +35,26 @@ std::vector<Index> undetermined(const NewtonPoint& point, double sigma) {
   return result;
 }
 
+/// Coefficients so large that the mean no longer feels their changes, though it would feel their
+/// absence: they ran to a limit that the formula reaches at infinity only.
+std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& point) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  std::vector<Index> result;
+  for (Index j = 0; j < jacobian.cols(); ++j) {
+    const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
+    if (effect > 1e-12 * point.mean.norm()) continue;
+    VectorXd absent = point.coefficients;
+    absent[j] = 0.0;
+    model.evaluate(absent, mean, nullptr, workspace);
+    const bool is_felt = !((mean - point.mean).norm() <= 1e-6 * point.mean.norm());
+    if (is_felt) result.push_back(j);
+  }
+  return result;
+}
+
 /// True if the coefficients can be told apart somewhere, so that it is this place that cannot.
 bool identifiable_elsewhere(const NonlinearModel& model) {
   ProjectedModel projected(model);
@@ -51,6 +71,17 @@ bool identifiable_elsewhere(const NonlinearModel& model) {
   return false;
 }
 
+/// "a runs away, so the data do not show the part of the curve that it describes: ..."
+std::string run_away(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  const bool one = coefficients.size() == 1;
+  return fmt::format(
+      "{} {} away, so the data do not show the part of the curve that {}: try a model with fewer "
+      "coefficients.",
+      listed(model, coefficients),
+      one ? "runs" : "run",
+      one ? "it describes" : "they describe");
+}
+
 std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& point) {
   const std::string names = listed(model, point.confounded);
   if (point.confounded.size() == 1) {
@@ -59,10 +90,7 @@ std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& 
         names);
   }
   if (identifiable_elsewhere(model)) {
-    return fmt::format(
-        "The fit keeps improving while {} run away together, so the data do not show the part of "
-        "the curve that they describe: try a model with fewer coefficients.",
-        names);
+    return "The fit keeps improving while " + run_away(model, point.confounded);
   }
   return fmt::format(
       "The data cannot tell {} apart, because others can take the place of each: leave one out.",
@@ -76,15 +104,11 @@ std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& poin
   }
   const std::vector<Index> loose = undetermined(point, sigma);
   if (!loose.empty()) {
-    return fmt::format(
-        "The fit keeps improving, ever more slowly, while {} run{} away, so the data do not show "
-        "the part of the curve that {}: try a model with fewer coefficients.",
-        listed(model, loose),
-        loose.size() == 1 ? "s" : "",
-        loose.size() == 1 ? "it describes" : "they describe");
+    return "The fit keeps improving, ever more slowly, while " + run_away(model, loose);
   }
   return fmt::format(
-      "No minimum was reached, the estimates are still {:.2g} standard errors away: try other start "
+      "No minimum was reached, the estimates are still {:.2g} standard errors away: try other "
+      "start "
       "values or a model with fewer coefficients.",
       std::sqrt(point.decrement));
 }
@@ -117,7 +141,11 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
   }
   const double freedom = static_cast<double>(model.observations() - model.coefficient_count());
   const double sigma = freedom > 0.0 ? std::sqrt(point.sum_of_squares / freedom) : 0.0;
-  if (point.rank < model.coefficient_count()) {
+  const std::vector<Index> lost = exact ? saturated(model, point) : std::vector<Index>{};
+  if (!lost.empty()) {
+    result.verdict =
+        "The model goes through all observations exactly, but only as " + run_away(model, lost);
+  } else if (point.rank < model.coefficient_count()) {
     result.verdict = confounding_verdict(model, point);
   } else if (exact || is_converged(point)) {
     result.converged = true;

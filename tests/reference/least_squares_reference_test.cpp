@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Least squares against R 4.2.2: nls of minpack.lm 1.2.3, without giving it any start values.
-#include "silvafit/fit/least_squares.hpp"
-
 #include <cmath>
 #include <set>
 
 #include "fir_mixed.hpp"
+#include "silvafit/fit/least_squares.hpp"
 #include "silvafit/study/catalogue.hpp"
 
 using namespace silvafit;
