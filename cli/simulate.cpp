@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // `silvafit simulate`: an inventory with known truth.
+#include "silvafit/study/simulate.hpp"
+
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -10,7 +12,6 @@
 #include "command.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
-#include "silvafit/study/simulate.hpp"
 
 namespace silvafit::cli {
 namespace {

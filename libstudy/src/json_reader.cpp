@@ -102,11 +102,6 @@ std::string JsonReader::text() const {
   return value_->get<std::string>();
 }
 
-bool JsonReader::boolean() const {
-  expect(value_->is_boolean(), "true or false");
-  return value_->get<bool>();
-}
-
 double JsonReader::number() const {
   expect(value_->is_number() && std::isfinite(value_->get<double>()), "a number");
   return value_->get<double>();

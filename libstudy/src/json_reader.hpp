@@ -35,7 +35,6 @@ class JsonReader {
   std::vector<std::pair<std::string, JsonReader>> members() const;
 
   std::string text() const;
-  bool boolean() const;
   double number() const;
   double number_between(double low, double high) const;
   /// A number above 0.
@@ -52,9 +51,6 @@ class JsonReader {
   std::size_t one_of(std::initializer_list<std::string_view> names) const;
 
   bool is_object() const { return value_->is_object(); }
-  bool is_array() const { return value_->is_array(); }
-  bool is_number() const { return value_->is_number(); }
-  const std::string& key() const { return key_; }
 
   /// Throws InputError with the place of this value.
   [[noreturn]] void fail(const std::string& message) const;

@@ -98,7 +98,7 @@ stand::StructuralUnits units_of(const SimulationDesign& design,
 
 /// What is drawn once for each crown and then stays, however often C changes.
 struct CrownDraw {
-  double residual = 0.0;                                ///< standard normal
+  double residual = 0.0;                                   ///< standard normal
   std::array<double, 4> radius_share{1.0, 1.0, 1.0, 1.0};  ///< of the mean radius: e, w, s, n
 };
 
@@ -205,8 +205,7 @@ void settle_crowns(const SimulationDesign& design,
   constexpr std::size_t kMostPasses = 200;
   constexpr double kFirstCrowding = 0.5;
   stand::Inventory& inventory = result.inventory;
-  for (auto* radii :
-       {&inventory.cr_e_m, &inventory.cr_w_m, &inventory.cr_s_m, &inventory.cr_n_m}) {
+  for (auto* radii : {&inventory.cr_e_m, &inventory.cr_w_m, &inventory.cr_s_m, &inventory.cr_n_m}) {
     radii->resize(inventory.size());
   }
   std::vector<double> crowding(inventory.size(), kFirstCrowding);

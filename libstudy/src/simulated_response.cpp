@@ -19,7 +19,8 @@ using data::Expression;
 Expression with_term(const Expression& sum,
                      const std::string& coefficient,
                      const Expression& covariate) {
-  // Names with a blank cannot come from a formula, so that no substitution meets a name of a user's.
+  // Names with a blank cannot come from a formula, so that no substitution meets a name of a
+  // user's.
   static const Expression form = Expression::parse("sum + coefficient*covariate")
                                      .substitute("sum", Expression::variable("the sum"))
                                      .substitute("coefficient", Expression::variable("the factor"))
@@ -40,8 +41,8 @@ Expression mean_of_coefficients(const fit::ModelSpecification& model) {
   for (const fit::ParameterModel& parameter : model.parameters) {
     const std::vector<std::string> names = parameter.coefficient_names();
     std::size_t next = 0;
-    Expression value = parameter.has_intercept ? Expression::variable(names[next++])
-                                               : Expression::constant(0.0);
+    Expression value =
+        parameter.has_intercept ? Expression::variable(names[next++]) : Expression::constant(0.0);
     for (const fit::Covariate& covariate : parameter.covariates) {
       value = with_term(value, names[next++], covariate.value);
     }

@@ -47,7 +47,8 @@ class Inhibition {
             static_cast<std::int64_t>(std::floor(y / distance_))};
   }
   static std::uint64_t key(std::int64_t column, std::int64_t row) {
-    return (static_cast<std::uint64_t>(column) << 32U) ^ (static_cast<std::uint64_t>(row) & 0xffffffffU);
+    return (static_cast<std::uint64_t>(column) << 32U) ^
+           (static_cast<std::uint64_t>(row) & 0xffffffffU);
   }
 
   double distance_;
@@ -143,9 +144,8 @@ std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed
                        {.column = "stems.minimum_distance"});
     }
   }
-  std::stable_sort(stems.begin(), stems.end(), [](const Stem& a, const Stem& b) {
-    return a.plot < b.plot;
-  });
+  std::stable_sort(
+      stems.begin(), stems.end(), [](const Stem& a, const Stem& b) { return a.plot < b.plot; });
   return stems;
 }
 
@@ -198,7 +198,8 @@ std::vector<double> draw_elevation(const SimulationDesign& design,
   std::vector<double> result;
   result.reserve(stems.size());
   for (const Stem& stem : stems) {
-    const double plane = terrain.base_m + terrain.slope_east * stem.x + terrain.slope_north * stem.y;
+    const double plane =
+        terrain.base_m + terrain.slope_east * stem.x + terrain.slope_north * stem.y;
     const double z = plane + terrain.hill_sd_m * hills(stem.x, stem.y) + steps[stem.plot];
     result.push_back(rounded(z, 100.0));
   }

@@ -12,7 +12,16 @@ namespace silvafit::study {
 
 /// What the random numbers of a stream are for. Each purpose and species has a stream of its own,
 /// so that a change in one part of a design leaves the draws of the others alone.
-enum class Draw : std::uint64_t { kPatches = 1, kStems, kTerrain, kDbh, kEffects, kResiduals, kShape, kCrowding };
+enum class Draw : std::uint64_t {
+  kPatches = 1,
+  kStems,
+  kTerrain,
+  kDbh,
+  kEffects,
+  kResiduals,
+  kShape,
+  kCrowding
+};
 
 inline std::uint64_t stream_of(Draw purpose, std::size_t species = 0, std::size_t response = 0) {
   return (static_cast<std::uint64_t>(purpose) << 32U) + (species << 2U) + response;

@@ -4,7 +4,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <utility>
 
 #include "covariance_root.hpp"
 #include "json_reader.hpp"
@@ -120,34 +122,68 @@ DbhDesign read_dbh(const JsonReader& json) {
   return dbh;
 }
 
-/// A table without rows whose columns are what a mean may use.
+/// A table without rows whose columns are what the formula of a mean may use. Covariates enter by
+/// sub-models only, so that a parameter may be called c beside C.
 data::Table columns_for(const std::string& response) {
   data::Table table(0);
-  for (const char* name : {"dbh", "W", "M", "U", "C", "z"}) table.set(name, std::vector<double>{});
+  table.set("dbh", std::vector<double>{});
   if (response == "hcb") table.set("h", std::vector<double>{});
   return table;
 }
 
-fit::ModelSpecification read_model(const JsonReader& json, const std::string& response) {
-  std::vector<std::string> sub_models;
-  const auto parameters = json.find("parameters");
-  if (parameters) sub_models = parameters->texts();
-  const JsonReader formula = json.at("formula");
-  fit::ModelSpecification model = [&] {
-    try {
-      const data::Table columns = columns_for(response);
-      // First without sub-models, so that a complaint names the text that it is about.
-      fit::specify_model(formula.text(), {}, columns);
-      try {
-        return fit::specify_model(formula.text(), sub_models, columns);
-      } catch (const UsageError& error) {
-        parameters->fail(error.what());
+const std::set<std::string>& known_covariates() {
+  static const std::set<std::string> names{"C", "M", "U", "W", "dbh", "z"};
+  return names;
+}
+
+fit::ParameterModel read_parameter(const JsonReader& json) {
+  const std::set<std::string>& known = known_covariates();
+  try {
+    fit::ParameterModel parameter = fit::parse_parameter_model(json.text());
+    for (const fit::Covariate& covariate : parameter.covariates) {
+      for (const std::string& name : covariate.value.variables()) {
+        if (known.contains(name)) continue;
+        json.fail(fmt::format("'{}' is no covariate; there are {}", name, fmt::join(known, ", ")));
       }
-    } catch (const UsageError& error) {
-      formula.fail(error.what());
     }
-  }();
-  if (model.formula.left != response) formula.fail(fmt::format("must begin with {} ~", response));
+    return parameter;
+  } catch (const UsageError& error) {
+    json.fail(error.what());
+  }
+}
+
+fit::ModelSpecification read_formula(const JsonReader& json, const std::string& response) {
+  try {
+    fit::ModelSpecification model = fit::specify_model(json.text(), {}, columns_for(response));
+    if (model.formula.left != response) json.fail(fmt::format("must begin with {} ~", response));
+    for (const fit::ParameterModel& parameter : model.parameters) {
+      if (known_covariates().contains(parameter.name)) {
+        json.fail(fmt::format("'{}' can enter by a parameter's sub-model only, such as b ~ 1 + {}",
+                              parameter.name,
+                              parameter.name));
+      }
+    }
+    return model;
+  } catch (const UsageError& error) {
+    json.fail(error.what());
+  }
+}
+
+fit::ModelSpecification read_model(const JsonReader& json, const std::string& response) {
+  fit::ModelSpecification model = read_formula(json.at("formula"), response);
+  const auto sub_models = json.find("parameters");
+  if (!sub_models) return model;
+  for (const JsonReader& item : sub_models->items()) {
+    fit::ParameterModel parameter = read_parameter(item);
+    const auto target =
+        std::find_if(model.parameters.begin(), model.parameters.end(), [&](const auto& known) {
+          return known.name == parameter.name;
+        });
+    if (target == model.parameters.end()) {
+      item.fail(fmt::format("'{}' is no parameter of {}", parameter.name, model.formula.text));
+    }
+    *target = std::move(parameter);
+  }
   return model;
 }
 

@@ -71,11 +71,8 @@ std::string truth_json(const SimulationDesign& design,
   Json result{{"schema", "silvafit-truth/1"}, {"name", design.name}, {"seed", seed}};
   result["trees"] = stand.inventory.size();
   for (const PlotDesign& plot : design.plots) {
-    result["plots"].push_back({{"id", plot.id},
-                               {"x0", plot.x0},
-                               {"y0", plot.y0},
-                               {"x1", plot.x1},
-                               {"y1", plot.y1}});
+    result["plots"].push_back(
+        {{"id", plot.id}, {"x0", plot.x0}, {"y0", plot.y0}, {"x1", plot.x1}, {"y1", plot.y1}});
   }
   result["crowding"] = {{"passes", stand.crowding_passes}, {"unsettled", stand.crowding_unsettled}};
   for (std::size_t s = 0; s < design.species.size(); ++s) {

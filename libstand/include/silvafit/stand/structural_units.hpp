@@ -48,7 +48,8 @@ inline constexpr std::uint32_t kNoTree = 0xffffffffU;
 /// species. U (dominance): share of neighbors whose DBH is not smaller. C (crowding): share of
 /// neighbors whose crown overlaps, (cw_i + cw_j) / 2 > distance. All are 0, 1/n, ..., 1, or NaN
 /// where they cannot be known; docs/structural-units.md has every rule.
-/// Source: Hui and Gadow 2002 (W), Gadow 1993 (M), Hui et al. 1998 (U), Hu and Hui 2015 (C).
+/// Source: Hui and Gadow 2002 (W); Gadow and Fueldner 1993 (M); Gadow and Hui 2002 (U); Hu and Hui
+/// 2015 (C).
 struct StructuralUnits {
   std::size_t neighbors = 0;  ///< n
   SearchScope scope = SearchScope::kPlot;

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// The crown curve: the surface that the crown of a tree fills and never leaves.
+#pragma once
+
+#include <vector>
+
+#include "silvafit/tree/morphology.hpp"
+#include "silvafit/tree/point.hpp"
+
+namespace silvafit::tree {
+
+/// How bulging the crown is above and below its widest height; 1 is a cone, 2 a paraboloid.
+struct CrownIndex {
+  double up = 2.0;
+  double down = 2.0;
+};
+
+/// The crown between the curves
+///   up(x)   = H - (H - Hc) (x / Cr)^a_up,   x in [0, Cr]
+///   down(x) = Hb + (Hc - Hb) (x / Cr)^a_down
+/// where x is the distance from the stem's axis and Cr the crown radius in that azimuth. Between
+/// the four measured directions Cr = Cr_x cos^2 + Cr_y sin^2 of the angle to the east-west axis:
+/// smooth, never outside the two radii that it lies between. For 1 <= a <= 2 every vertical section
+/// through the axis is convex.
+///
+/// Source: the crown curve of the Chinese fir segment models; see docs/trees.md.
+class Crown {
+ public:
+  /// \throws DomainError if an index is outside [1, 2]
+  Crown(const TreeShape& shape, CrownIndex index);
+
+  double h_m() const { return h_m_; }
+  double hcb_m() const { return hcb_m_; }
+  double hc_m() const { return hc_m_; }
+  const CrownRadii& radii() const { return radii_; }
+
+  /// Crown radius in the direction (x east, y north), which need not have length 1 [m].
+  double radius_m(double x, double y) const;
+  /// Height of the upper curve at a distance from the axis, where the crown has radius `radius_m`.
+  double up_m(double distance_m, double radius_m) const;
+  /// Height of the lower curve.
+  double down_m(double distance_m, double radius_m) const;
+  /// Width of the crown at a height as a share of its widest; 0 outside [hcb, h].
+  double relative_width(double z_m) const;
+
+  /// Distance from the axis at which a ray from the axis leaves the crown: the solution x of
+  /// base + x / tan(angle) = up(x) or down(x).
+  /// \param base_m     height of the ray's start on the axis, in [hcb, h]
+  /// \param angle_rad  angle between the ray and the upward vertical, in (0, pi/2]
+  /// \param radius_m   crown radius in the ray's azimuth
+  double matching_distance_m(double base_m, double angle_rad, double radius_m) const;
+
+  /// How far a point lies outside [m], upright or sideways, whichever is shorter; 0 inside. Never
+  /// less than the distance to the crown in the point's own azimuth.
+  double excess_m(Point point) const;
+
+  /// The point itself if it is inside, else the point moved vertically into [hcb, h] and then
+  /// horizontally towards the axis until it is inside.
+  Point confine(Point point) const;
+
+ private:
+  double tabulated_width(double z_m) const;
+
+  double h_m_;
+  double hcb_m_;
+  double hc_m_;
+  CrownRadii radii_;
+  CrownIndex index_;
+  double per_up_m_ = 0.0;
+  double per_down_m_ = 0.0;
+  std::vector<double> widths_up_;    ///< relative width at even steps from h down to hc
+  std::vector<double> widths_down_;  ///< and from hcb up to hc
+};
+
+}  // namespace silvafit::tree

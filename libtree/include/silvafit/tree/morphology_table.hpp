@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Morphologies from a table of measured or predicted trees.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/tree/morphology.hpp"
+
+namespace silvafit::tree {
+
+/// Which columns hold h, hcb and cw.
+enum class Use { kObserved, kOls, kPopulation, kConditional };
+
+/// \throws UsageError if the text is none of observed, ols, population, conditional
+Use use_from_text(const std::string& text);
+
+struct MorphologyTableOptions {
+  /// kObserved reads h, hcb, cw and, where there are any, cr_e, cr_w, cr_s, cr_n and hc. The others
+  /// read h_population, hcb_population, cw_population and so on, and no radii or hc, which would
+  /// not fit to predicted crowns.
+  Use use = Use::kObserved;
+  /// Where columns have other names or units: our name -> an expression of the table's columns.
+  /// plot, tree and species take a plain column name.
+  std::map<std::string, std::string> columns{};
+  std::vector<std::string> plots{};  ///< plots to keep; empty means all
+  bool needs_position = false;       ///< x and y must be there
+};
+
+/// A row that no tree can be grown from.
+struct LeftOut {
+  Place place{};
+  std::string reason{};
+};
+
+struct MorphologyTable {
+  std::vector<Morphology> morphologies{};  ///< in the order of the rows
+  std::vector<LeftOut> left_out{};
+};
+
+/// Reads the columns plot, tree, species, x, y, z (m), dbh (cm), h, hcb, cw (m), and where there
+/// are any cr_e, cr_w, cr_s, cr_n, hc (m) and age (years). A row whose values are missing or
+/// impossible, or that repeats a plot's tree, is left out with the reason.
+/// \throws InputError if a column that is needed is not there, or a chosen plot has no row;
+/// FormulaError, UsageError for an expression that cannot be read
+MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options);
+
+}  // namespace silvafit::tree

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// Trees at their places, and the way from a morphology to a tree in one call.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/morphology.hpp"
+#include "silvafit/tree/preset.hpp"
+
+namespace silvafit::tree {
+
+/// A finished tree.
+struct SceneTree {
+  std::string plot{};
+  std::string tree{};
+  std::string species{};
+  std::string preset{};
+  Position position{};
+  Mesh mesh{};
+  Measurements measured{};
+  std::vector<Note> notes{};
+
+  /// "plot-tree", the name of its node and mesh.
+  std::string name() const { return plot + "-" + tree; }
+};
+
+/// Trees in one frame. Positions are relative to `origin` in files.
+struct Scene {
+  Position origin{};
+  std::vector<SceneTree> trees{};
+};
+
+struct GrowOptions {
+  std::uint64_t seed = 1;
+  MeshOptions mesh{};
+};
+
+/// Morphology -> shape -> skeleton -> mesh -> measurements. The same input and seed give the same
+/// tree. \throws DomainError, GeometryError with plot and tree
+SceneTree grow_tree(const Morphology& morphology,
+                    const Preset& preset,
+                    const GrowOptions& options = {});
+
+/// An origin near the trees where coordinates are so large that single precision, which viewers
+/// compute with, would move trees by more than a millimeter; else the origin of the inventory.
+Position scene_origin(const std::vector<Morphology>& morphologies);
+
+/// The scene as binary glTF 2.0 (.glb): y up, meters, x east, z south, plain floats; a node and a
+/// mesh a tree, with its measurements as extras.
+/// \throws GeometryError if the file would exceed the format's 4 GB
+std::string glb_bytes(const Scene& scene);
+
+/// Bytes of a mesh in such a file, without its share of the description.
+std::size_t glb_mesh_bytes(const Mesh& mesh);
+
+/// Writes it, whole or not at all. \throws InputError if the file cannot be written
+void write_glb(const Scene& scene, const std::filesystem::path& path);
+
+}  // namespace silvafit::tree

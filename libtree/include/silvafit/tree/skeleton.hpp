@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// The axes of a tree: stem, branches, twigs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/point.hpp"
+#include "silvafit/tree/preset.hpp"
+
+namespace silvafit::tree {
+
+struct SkeletonPoint {
+  Point at{};
+  double radius_m = 0.0;
+};
+
+/// A line of points from base to tip. The stem has order 0; an axis that grows from one of order i
+/// has order i + 1.
+struct Axis {
+  std::uint32_t order = 0;
+  std::uint32_t parent = 0;  ///< index of the axis it grows from; the stem names itself
+  std::uint32_t first = 0;   ///< its first point
+  std::uint32_t count = 0;   ///< number of points, at least 2
+};
+
+/// The axes of one tree in its own frame. The stem comes first, parents before children.
+struct Skeleton {
+  std::vector<SkeletonPoint> points{};
+  std::vector<Axis> axes{};
+  std::vector<Note> notes{};
+
+  std::span<const SkeletonPoint> points_of(const Axis& axis) const {
+    return {points.data() + axis.first, axis.count};
+  }
+};
+
+/// Random numbers of one tree: the same for the same seed, plot and tree, whatever grows before or
+/// beside it.
+Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_view tree);
+
+/// Heights of the stem's sections: every 0.2 m from the ground, 1.3 m, and the tip.
+std::vector<double> section_heights_m(double h_m);
+
+/// Stem by the preset's taper equation; first-order branches from the axis to the crown curve;
+/// twigs inside it.
+///
+/// Tips lie on the crown curve or inside. In each of the four measured directions one branch ends
+/// on the crown's widest point, and one branch starts on the axis at the crown base.
+Skeleton grow_skeleton(const TreeShape& shape,
+                       const Crown& crown,
+                       const Preset& preset,
+                       Random& random);
+
+}  // namespace silvafit::tree

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// Where first-order branches start, and which way they go.
+#pragma once
+
+#include <vector>
+
+#include "silvafit/tree/skeleton.hpp"
+
+namespace silvafit::tree {
+
+/// A straight line from the stem's axis to the crown curve.
+struct PlannedBranch {
+  double base_m = 0.0;      ///< height on the axis
+  double angle_rad = 0.0;   ///< from the upward vertical, in (0, pi/2]
+  Point outward{};          ///< level, of length 1
+  double distance_m = 0.0;  ///< of the tip from the axis
+
+  double length_m() const;
+  Point tip() const;
+};
+
+/// The branches of a tree from the crown base up, and at the end the four that reach the measured
+/// crown radii.
+/// \param notes  gains an entry where a branch-count equation was left or not followed
+std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
+                                         const Crown& crown,
+                                         const Preset& preset,
+                                         Random& random,
+                                         std::vector<Note>& notes);
+
+}  // namespace silvafit::tree

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/crown.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr std::size_t kTableSteps = 256;
+
+/// share^power with the powers that crowns usually have spelled out, since this is the inner loop.
+double power_of(double share, double power) {
+  if (power == 2.0) return share * share;
+  if (power == 1.0) return share;
+  return std::pow(share, power);
+}
+
+/// share^(1 / index) at even steps from 0 to 1. Concave, so that straight lines between the steps
+/// stay inside the crown.
+std::vector<double> width_table(double index) {
+  std::vector<double> widths(kTableSteps + 1);
+  for (std::size_t i = 0; i <= kTableSteps; ++i) {
+    widths[i] = std::pow(static_cast<double>(i) / kTableSteps, 1.0 / index);
+  }
+  return widths;
+}
+
+double look_up(const std::vector<double>& widths, double share) {
+  const double at = std::clamp(share, 0.0, 1.0) * kTableSteps;
+  const std::size_t below = std::min(static_cast<std::size_t>(at), kTableSteps - 1);
+  const double part = at - static_cast<double>(below);
+  return widths[below] + part * (widths[below + 1] - widths[below]);
+}
+
+/// The largest root in (0, 1] of a function that a ray and a crown curve make, from u = 1 down. Seen
+/// from there both are such that Newton's steps fall monotonically onto the root: convex and rising
+/// for the upper curve, concave and falling for the lower one.
+template <typename Function>
+double root_from_one(Function value_and_slope) {
+  constexpr int kSteps = 100;
+  double u = 1.0;
+  for (int step = 0; step < kSteps; ++step) {
+    const auto [value, slope] = value_and_slope(u);
+    if (value == 0.0 || slope == 0.0) break;
+    const double next = std::max(u - value / slope, 0.0);
+    if (!(next < u)) break;
+    const bool settled = u - next < 1e-14;
+    u = next;
+    if (settled) break;
+  }
+  return u;
+}
+
+struct ValueAndSlope {
+  double value = 0.0;
+  double slope = 0.0;
+};
+
+}  // namespace
+
+Crown::Crown(const TreeShape& shape, CrownIndex index)
+    : h_m_(shape.h_m),
+      hcb_m_(shape.hcb_m),
+      hc_m_(shape.hc_m),
+      radii_(shape.radii),
+      index_(index) {
+  for (const double a : {index.up, index.down}) {
+    if (!(a >= 1.0 && a <= 2.0)) throw DomainError("a crown index must be in [1, 2]");
+  }
+  // A part of the crown without height is never looked up inside.
+  per_up_m_ = h_m_ > hc_m_ ? 1.0 / (h_m_ - hc_m_) : 0.0;
+  per_down_m_ = hc_m_ > hcb_m_ ? 1.0 / (hc_m_ - hcb_m_) : 0.0;
+  widths_up_ = width_table(index.up);
+  widths_down_ = index.down == index.up ? widths_up_ : width_table(index.down);
+}
+
+double Crown::radius_m(double x, double y) const {
+  const double xx = x * x;
+  const double yy = y * y;
+  const double sum = xx + yy;
+  if (sum == 0.0) return radii_.east_m;
+  const double across = x >= 0.0 ? radii_.east_m : radii_.west_m;
+  const double along = y >= 0.0 ? radii_.north_m : radii_.south_m;
+  return (across * xx + along * yy) / sum;
+}
+
+double Crown::up_m(double distance_m, double radius_m) const {
+  return h_m_ - (h_m_ - hc_m_) * power_of(distance_m / radius_m, index_.up);
+}
+
+double Crown::down_m(double distance_m, double radius_m) const {
+  return hcb_m_ + (hc_m_ - hcb_m_) * power_of(distance_m / radius_m, index_.down);
+}
+
+double Crown::relative_width(double z_m) const {
+  if (z_m < hcb_m_ || z_m > h_m_) return 0.0;
+  if (z_m == hc_m_) return 1.0;
+  return z_m > hc_m_ ? std::pow((h_m_ - z_m) / (h_m_ - hc_m_), 1.0 / index_.up)
+                     : std::pow((z_m - hcb_m_) / (hc_m_ - hcb_m_), 1.0 / index_.down);
+}
+
+double Crown::tabulated_width(double z_m) const {
+  if (z_m > hc_m_) return look_up(widths_up_, (h_m_ - z_m) * per_up_m_);
+  if (z_m < hc_m_) return look_up(widths_down_, (z_m - hcb_m_) * per_down_m_);
+  return 1.0;
+}
+
+double Crown::matching_distance_m(double base_m, double angle_rad, double radius_m) const {
+  const bool level = angle_rad >= 0.5 * std::numbers::pi;
+  const double rise = level ? 0.0 : radius_m / std::tan(angle_rad);
+  const double over = h_m_ - hc_m_;
+  const double under = hc_m_ - hcb_m_;
+  const bool leaves_above = base_m + rise >= hc_m_;
+  const double share = root_from_one([&](double u) -> ValueAndSlope {
+    const double index = leaves_above ? index_.up : index_.down;
+    const double power = power_of(u, index);
+    const double slope = u > 0.0 ? index * power / u : 0.0;
+    if (leaves_above) return {base_m + rise * u - h_m_ + over * power, rise + over * slope};
+    return {base_m + rise * u - hcb_m_ - under * power, rise - under * slope};
+  });
+  return share * radius_m;
+}
+
+double Crown::excess_m(Point point) const {
+  const double radius = radius_m(point.x, point.y);
+  const double distance = std::hypot(point.x, point.y);
+  const double z = std::clamp(point.z, hcb_m_, h_m_);
+  const double sideways =
+      std::hypot(point.z - z, std::max(distance - relative_width(z) * radius, 0.0));
+  if (distance > radius) return sideways;
+  // Where the curve is nearly level, a hair's breadth upwards is far sideways.
+  const double upright = std::max(
+      {point.z - up_m(distance, radius), down_m(distance, radius) - point.z, 0.0});
+  return std::min(sideways, upright);
+}
+
+Point Crown::confine(Point point) const {
+  point.z = std::clamp(point.z, hcb_m_, h_m_);
+  const double xx = point.x * point.x;
+  const double yy = point.y * point.y;
+  const double squared = xx + yy;
+  const double across = point.x >= 0.0 ? radii_.east_m : radii_.west_m;
+  const double along = point.y >= 0.0 ? radii_.north_m : radii_.south_m;
+  // The crown's radius here, times the squared distance: most points are inside and need no
+  // division.
+  const double widest = tabulated_width(point.z) * (across * xx + along * yy);
+  if (squared * squared * squared <= widest * widest) return point;
+  const double shrink = widest / (squared * std::sqrt(squared));
+  return {point.x * shrink, point.y * shrink, point.z};
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/mesh.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+// The height that a vertex at 1.3 m has in a mesh of floats.
+constexpr double kBreastHeight = 1.3F;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Vertex {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+};
+
+Vertex vertex_of(const MeshPart& part, std::size_t index) {
+  const float* at = part.positions.data() + 3 * index;
+  return {at[0], at[1], at[2]};
+}
+
+Vertex crossing(const Vertex& below, const Vertex& above) {
+  const double part = (kBreastHeight - below.y) / (above.y - below.y);
+  return {below.x + part * (above.x - below.x),
+          kBreastHeight,
+          below.z + part * (above.z - below.z)};
+}
+
+/// Twice the signed area that one triangle's cut through the plane adds to the section (Green).
+double doubled_area(const std::array<Vertex, 3>& corners) {
+  std::array<Vertex, 2> ends{};  // where the outline enters and leaves the part below the plane
+  int cuts = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vertex& from = corners[i];
+    const Vertex& to = corners[(i + 1) % 3];
+    const bool from_below = from.y < kBreastHeight;
+    const bool to_below = to.y < kBreastHeight;
+    if (from_below == to_below) continue;
+    ends[from_below ? 1 : 0] = from_below ? crossing(from, to) : crossing(to, from);
+    ++cuts;
+  }
+  return cuts == 2 ? ends[0].x * ends[1].z - ends[0].z * ends[1].x : 0.0;
+}
+
+double section_area_m2(const Mesh& mesh) {
+  double doubled = 0.0;
+  for (const MeshPart& part : mesh.parts) {
+    if (part.kind != PartKind::kStem) continue;
+    for (std::size_t i = 0; i < part.indices.size(); i += 3) {
+      doubled += doubled_area({vertex_of(part, part.indices[i]),
+                               vertex_of(part, part.indices[i + 1]),
+                               vertex_of(part, part.indices[i + 2])});
+    }
+  }
+  return 0.5 * std::abs(doubled);
+}
+
+/// The farthest vertices in the four directions.
+class Reach {
+ public:
+  void add(const Vertex& v) {
+    // tan(0.5 degrees)
+    constexpr double kSector = 0.008726867790758789;
+    if (std::abs(v.z) <= kSector * std::abs(v.x)) {
+      widen(v.x > 0.0 ? radii_.east_m : radii_.west_m, v);
+    } else if (std::abs(v.x) <= kSector * std::abs(v.z)) {
+      widen(v.z > 0.0 ? radii_.south_m : radii_.north_m, v);
+    }
+  }
+  const CrownRadii& radii() const { return radii_; }
+
+ private:
+  static void widen(double& radius, const Vertex& v) {
+    radius = std::max(radius, std::hypot(v.x, v.z));
+  }
+  CrownRadii radii_{};
+};
+
+}  // namespace
+
+Measurements measure(const Mesh& mesh) {
+  Measurements measured{.h_m = 0.0, .hcb_m = kInfinity};
+  Reach reach;
+  for (const MeshPart& part : mesh.parts) {
+    for (std::size_t i = 0; i < part.vertex_count(); ++i) {
+      const Vertex v = vertex_of(part, i);
+      measured.h_m = std::max(measured.h_m, v.y);
+      if (part.kind == PartKind::kStem) continue;
+      measured.hcb_m = std::min(measured.hcb_m, v.y);
+      reach.add(v);
+    }
+  }
+  const double area = section_area_m2(mesh);
+  if (!(area > 0.0)) throw GeometryError("the mesh has no stem at 1.3 m");
+  if (measured.hcb_m == kInfinity) throw GeometryError("the mesh has no crown");
+  constexpr double kCentimetersPerMeter = 100.0;
+  measured.dbh_cm = kCentimetersPerMeter * 2.0 * std::sqrt(area / std::numbers::pi);
+  measured.radii = reach.radii();
+  measured.vertices = mesh.vertex_count();
+  measured.triangles = mesh.triangle_count();
+  return measured;
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/morphology.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+// Beyond these no tree has ever been measured; a larger number is a wrong unit.
+constexpr double kTallest = 150.0;
+constexpr double kThickest = 2000.0;
+constexpr double kWidest = 60.0;
+constexpr double kBreastHeight = 1.3;
+
+class Checker {
+ public:
+  explicit Checker(const Morphology& morphology) : morphology_(morphology) {}
+
+  void require(bool holds, const char* column, const std::string& message) const {
+    if (holds) return;
+    throw DomainError(
+        message, {.column = column, .plot = morphology_.plot, .tree = morphology_.tree});
+  }
+
+  void known(double value, const char* column) const {
+    require(std::isfinite(value), column, "is missing or not a finite number");
+  }
+
+  void within(double value, double largest, const char* column, const char* unit) const {
+    known(value, column);
+    require(value > 0.0, column, fmt::format("{} {} must be above 0", value, unit));
+    require(value <= largest,
+            column,
+            fmt::format("{} {} is more than any tree has ({} {}); check the unit",
+                        value,
+                        unit,
+                        largest,
+                        unit));
+  }
+
+ private:
+  const Morphology& morphology_;
+};
+
+void validate_crown(const Morphology& m, const Checker& check) {
+  check.known(m.hcb_m, "hcb");
+  check.require(m.hcb_m >= 0.0, "hcb", fmt::format("{} m is below the ground", m.hcb_m));
+  check.require(
+      m.hcb_m < m.h_m, "hcb", fmt::format("{} m is not below the tip, h {} m", m.hcb_m, m.h_m));
+  if (m.hc_m) {
+    check.known(*m.hc_m, "hc");
+    check.require(*m.hc_m >= m.hcb_m && *m.hc_m <= m.h_m,
+                  "hc",
+                  fmt::format("{} m is outside the crown, {} to {} m", *m.hc_m, m.hcb_m, m.h_m));
+  }
+  if (m.radii) {
+    check.within(m.radii->east_m, kWidest, "cr_e", "m");
+    check.within(m.radii->west_m, kWidest, "cr_w", "m");
+    check.within(m.radii->south_m, kWidest, "cr_s", "m");
+    check.within(m.radii->north_m, kWidest, "cr_n", "m");
+  } else {
+    check.require(m.cw_m.has_value(), "cw", "is missing, and so are the four crown radii");
+    check.within(*m.cw_m, 2.0 * kWidest, "cw", "m");
+  }
+}
+
+}  // namespace
+
+void validate(const Morphology& morphology) {
+  const Checker check(morphology);
+  check.within(morphology.h_m, kTallest, "h", "m");
+  check.require(morphology.h_m > kBreastHeight,
+                "h",
+                fmt::format("{} m does not exceed 1.3 m, where DBH is measured", morphology.h_m));
+  check.within(morphology.dbh_cm, kThickest, "dbh", "cm");
+  validate_crown(morphology, check);
+  if (morphology.age_years) {
+    check.known(*morphology.age_years, "age");
+    check.require(*morphology.age_years > 0.0, "age", "must be above 0");
+  }
+  check.known(morphology.position.x_m, "x");
+  check.known(morphology.position.y_m, "y");
+  check.known(morphology.position.z_m, "z");
+}
+
+TreeShape complete(const Morphology& morphology, double relative_hc, const std::string& source) {
+  validate(morphology);
+  TreeShape shape{.dbh_cm = morphology.dbh_cm,
+                  .h_m = morphology.h_m,
+                  .hcb_m = morphology.hcb_m,
+                  .age_years = morphology.age_years};
+  if (morphology.hc_m) {
+    shape.hc_m = *morphology.hc_m;
+  } else {
+    shape.hc_m = shape.hcb_m + relative_hc * (shape.h_m - shape.hcb_m);
+    shape.notes.push_back(
+        {"hc",
+         fmt::format("height of the widest crown not measured: {} of the crown's length ({})",
+                     relative_hc,
+                     source)});
+  }
+  if (morphology.radii) {
+    shape.radii = *morphology.radii;
+  } else {
+    const double radius = 0.5 * *morphology.cw_m;
+    shape.radii = {radius, radius, radius, radius};
+    shape.notes.push_back({"radii", "crown radii not measured: half the crown width all round"});
+  }
+  return shape;
+}
+
+}  // namespace silvafit::tree

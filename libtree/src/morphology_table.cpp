@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/morphology_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "silvafit/data/program.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+using Numbers = std::vector<double>;
+
+std::string suffix_of(Use use) {
+  switch (use) {
+    case Use::kObserved: return "";
+    case Use::kOls: return "_ols";
+    case Use::kPopulation: return "_population";
+    case Use::kConditional: return "_conditional";
+  }
+  return "";
+}
+
+class Columns {
+ public:
+  Columns(const data::Table& table, const MorphologyTableOptions& options)
+      : table_(table), options_(options) {
+    static const std::set<std::string> known{"plot", "tree", "species", "x",    "y",    "z",
+                                             "dbh",  "h",    "hcb",     "cw",   "cr_e", "cr_w",
+                                             "cr_s", "cr_n", "hc",      "age"};
+    for (const auto& [name, expression] : options.columns) {
+      if (!known.contains(name)) throw UsageError("no tree is grown from a column " + name);
+    }
+  }
+
+  data::TextColumn labels(const std::string& name) const {
+    return table_.labels(required(mapped(name).value_or(name)));
+  }
+
+  std::optional<data::TextColumn> labels_if_any(const std::string& name) const {
+    const std::string column = mapped(name).value_or(name);
+    if (!mapped(name) && !table_.has(column)) return std::nullopt;
+    return table_.labels(required(column));
+  }
+
+  Numbers numbers(const std::string& name, const std::string& suffix = "") const {
+    if (const auto expression = mapped(name)) {
+      return data::evaluate(data::Expression::parse(*expression), table_);
+    }
+    const std::string column = required(name + suffix);
+    if (!table_.is_numeric(column)) {
+      throw InputError("holds text where numbers are needed",
+                       {.file = table_.file(), .column = column});
+    }
+    const auto values = table_.numbers(column);
+    return {values.begin(), values.end()};
+  }
+
+  std::optional<Numbers> numbers_if_any(const std::string& name,
+                                        const std::string& suffix = "") const {
+    if (!mapped(name) && !table_.has(name + suffix)) return std::nullopt;
+    return numbers(name, suffix);
+  }
+
+ private:
+  std::optional<std::string> mapped(const std::string& name) const {
+    const auto found = options_.columns.find(name);
+    if (found == options_.columns.end()) return std::nullopt;
+    return found->second;
+  }
+
+  std::string required(const std::string& column) const {
+    if (table_.has(column)) return column;
+    throw InputError("there is no such column; name the one that takes its place with --columns",
+                     {.file = table_.file(), .line = 1, .column = column});
+  }
+
+  const data::Table& table_;
+  const MorphologyTableOptions& options_;
+};
+
+/// All columns, fetched once.
+struct Sources {
+  data::TextColumn plot;
+  data::TextColumn tree;
+  std::optional<data::TextColumn> species;
+  std::optional<Numbers> x, y, z, cw, east, west, south, north, hc, age;
+  Numbers dbh, h, hcb;
+};
+
+Sources sources_of(const data::Table& table, const MorphologyTableOptions& options) {
+  const Columns columns(table, options);
+  const std::string suffix = suffix_of(options.use);
+  Sources from;
+  from.plot = columns.labels("plot");
+  from.tree = columns.labels("tree");
+  from.species = columns.labels_if_any("species");
+  from.dbh = columns.numbers("dbh");
+  from.h = columns.numbers("h", suffix);
+  from.hcb = columns.numbers("hcb", suffix);
+  if (options.use == Use::kObserved) {
+    from.east = columns.numbers_if_any("cr_e");
+    from.west = columns.numbers_if_any("cr_w");
+    from.south = columns.numbers_if_any("cr_s");
+    from.north = columns.numbers_if_any("cr_n");
+    from.hc = columns.numbers_if_any("hc");
+  }
+  const bool has_radii = from.east && from.west && from.south && from.north;
+  from.cw = has_radii ? columns.numbers_if_any("cw", suffix) : columns.numbers("cw", suffix);
+  from.age = columns.numbers_if_any("age");
+  from.x = options.needs_position ? columns.numbers("x") : columns.numbers_if_any("x");
+  from.y = options.needs_position ? columns.numbers("y") : columns.numbers_if_any("y");
+  from.z = columns.numbers_if_any("z");
+  return from;
+}
+
+std::optional<double> value_if_known(const std::optional<Numbers>& column, std::size_t row) {
+  if (!column || std::isnan((*column)[row])) return std::nullopt;
+  return (*column)[row];
+}
+
+Morphology morphology_of(const Sources& from, std::size_t row, bool needs_position) {
+  Morphology tree;
+  tree.plot = from.plot[row];
+  tree.tree = from.tree[row];
+  if (from.species) tree.species = (*from.species)[row];
+  if (needs_position) tree.position = {(*from.x)[row], (*from.y)[row], 0.0};
+  if (needs_position && from.z) tree.position.z_m = (*from.z)[row];
+  tree.dbh_cm = from.dbh[row];
+  tree.h_m = from.h[row];
+  tree.hcb_m = from.hcb[row];
+  tree.cw_m = value_if_known(from.cw, row);
+  tree.hc_m = value_if_known(from.hc, row);
+  tree.age_years = value_if_known(from.age, row);
+  const auto east = value_if_known(from.east, row);
+  const auto west = value_if_known(from.west, row);
+  const auto south = value_if_known(from.south, row);
+  const auto north = value_if_known(from.north, row);
+  if (east && west && south && north) tree.radii = CrownRadii{*east, *west, *south, *north};
+  return tree;
+}
+
+}  // namespace
+
+Use use_from_text(const std::string& text) {
+  if (text == "observed") return Use::kObserved;
+  if (text == "ols") return Use::kOls;
+  if (text == "population") return Use::kPopulation;
+  if (text == "conditional") return Use::kConditional;
+  throw UsageError("--use takes observed, ols, population or conditional, not " + text);
+}
+
+MorphologyTable read_morphologies(const data::Table& table,
+                                  const MorphologyTableOptions& options) {
+  const Sources from = sources_of(table, options);
+  for (const std::string& plot : options.plots) {
+    if (from.plot.code_of(plot) == data::TextColumn::kMissingCode) {
+      throw InputError("no tree stands in plot " + plot, {.file = table.file(), .plot = plot});
+    }
+  }
+  MorphologyTable result;
+  std::set<std::pair<std::string, std::string>> seen;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    Morphology tree = morphology_of(from, row, options.needs_position);
+    const auto& plots = options.plots;
+    if (!plots.empty() && std::find(plots.begin(), plots.end(), tree.plot) == plots.end()) continue;
+    Place place{.file = table.file(), .line = table.line(row), .plot = tree.plot, .tree = tree.tree};
+    try {
+      validate(tree);
+    } catch (const DomainError& error) {
+      place.column = error.place().column;
+      result.left_out.push_back({place, error.message()});
+      continue;
+    }
+    if (!seen.emplace(tree.plot, tree.tree).second) {
+      result.left_out.push_back({place, "the plot has a tree of this name already"});
+      continue;
+    }
+    result.morphologies.push_back(std::move(tree));
+  }
+  return result;
+}
+
+}  // namespace silvafit::tree

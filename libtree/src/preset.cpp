@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/preset.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include "json_entry.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
+std::string genus_of(const std::string& species) { return species.substr(0, species.find(' ')); }
+
+int whole(const JsonEntry& entry, const std::string& field, int low, int high) {
+  const double value = entry.number(field, low, high);
+  const int number = static_cast<int>(value);
+  if (number != value) throw InputError("must be a whole number", entry.place_of(field));
+  return number;
+}
+
+Color color_of(const JsonEntry& entry, const std::string& field) {
+  const auto color = entry.get<Color>(field);
+  for (const double channel : color) {
+    if (!(channel >= 0.0 && channel <= 1.0)) {
+      throw InputError("must be three numbers in [0, 1]", entry.place_of(field));
+    }
+  }
+  return color;
+}
+
+std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
+  std::vector<AngleLayer> layers;
+  for (const auto& values : entry.get<std::vector<std::array<double, 3>>>("angle_layers")) {
+    const auto [from, low, high] = values;
+    const bool ascends = layers.empty() ? from == 0.0 : from > layers.back().from && from < 1.0;
+    if (!ascends || !(low > 0.0 && low < high && high <= 90.0)) {
+      throw InputError("must be [from, low, high] with ascending shares from 0 and angles in (0, 90]",
+                       entry.place_of("angle_layers"));
+    }
+    layers.push_back({from, low, high});
+  }
+  if (layers.empty()) throw InputError("needs a layer", entry.place_of("angle_layers"));
+  return layers;
+}
+
+Branching branching_of(const JsonEntry& entry) {
+  Branching branching;
+  const auto arrangement = entry.get<std::string>("arrangement");
+  if (arrangement != "whorls" && arrangement != "spiral") {
+    throw InputError("must be whorls or spiral", entry.place_of("arrangement"));
+  }
+  if (arrangement == "whorls") {
+    branching.arrangement = Arrangement::kWhorls;
+    branching.per_whorl = whole(entry, "per_whorl", 1, 12);
+  } else {
+    branching.arrangement = Arrangement::kSpiral;
+    branching.per_whorl = 1;
+    branching.divergence_deg = entry.number("divergence_deg", 0.0, 360.0);
+  }
+  branching.spacing_m = entry.number("spacing_m", 0.01, 10.0);
+  branching.tip_density = entry.number("tip_density", 1.0, 3.0);
+  branching.least = whole(entry, "least", 1, 1000);
+  branching.most = whole(entry, "most", branching.least, 1000);
+  branching.azimuth_sd_deg = entry.number("azimuth_sd_deg", 0.0, 90.0);
+  branching.sag = entry.number("sag", -0.5, 0.5);
+  branching.thickness = entry.number("thickness", 0.001, 0.2);
+  branching.layers = layers_of(entry);
+  return branching;
+}
+
+Twigs twigs_of(const JsonEntry& entry) {
+  Twigs twigs;
+  twigs.spacing_m = entry.number("spacing_m", 0.01, 10.0);
+  twigs.least = whole(entry, "least", 0, 100);
+  twigs.most = whole(entry, "most", twigs.least, 100);
+  twigs.angle_low_deg = entry.number("angle_low_deg", 1.0, 120.0);
+  twigs.angle_high_deg = entry.number("angle_high_deg", twigs.angle_low_deg + 1.0, 130.0);
+  twigs.from = entry.number("from", 0.0, 0.95);
+  twigs.relative_length = entry.number("relative_length", 0.01, 1.0);
+  twigs.spread_deg = entry.number("spread_deg", 0.0, 90.0);
+  twigs.has_wood = entry.get<bool>("has_wood");
+  return twigs;
+}
+
+Foliage foliage_of(const JsonEntry& entry) {
+  Foliage foliage;
+  const auto kind = entry.get<std::string>("kind");
+  if (kind != "needles" && kind != "leaves") {
+    throw InputError("must be needles or leaves", entry.place_of("kind"));
+  }
+  if (kind == "needles") {
+    foliage.kind = FoliageKind::kNeedles;
+    foliage.width = entry.number("width", 0.01, 2.0);
+    foliage.droop = entry.number("droop", 0.0, 2.0);
+  } else {
+    foliage.kind = FoliageKind::kLeaves;
+    foliage.leaves_per_twig = whole(entry, "leaves_per_twig", 1, 100);
+    foliage.leaf_length_m = entry.number("leaf_length_m", 0.01, 2.0);
+    foliage.leaf_aspect = entry.number("leaf_aspect", 0.05, 2.0);
+  }
+  foliage.inner = color_of(entry, "inner_color");
+  foliage.outer = color_of(entry, "outer_color");
+  foliage.color_variation = entry.number("color_variation", 0.0, 0.5);
+  return foliage;
+}
+
+Preset preset_of(const fs::path& models, const fs::path& file) {
+  const JsonEntry entry = JsonEntry::load(file, "silvafit-preset/1");
+  const JsonEntry crown = entry.child("crown");
+  Preset preset;
+  preset.name = entry.get<std::string>("name");
+  preset.title = entry.get<std::string>("title");
+  preset.species = entry.get<std::vector<std::string>>("species");
+  preset.crown_index = {crown.number("index_up", 1.0, 2.0), crown.number("index_down", 1.0, 2.0)};
+  preset.relative_hc = crown.number("relative_hc", 0.0, 1.0);
+  preset.branching = branching_of(entry.child("branching"));
+  preset.twigs = twigs_of(entry.child("twigs"));
+  preset.foliage = foliage_of(entry.child("foliage"));
+  preset.bark = color_of(entry, "bark_color");
+  preset.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));
+  if (entry.has("branch_count")) {
+    preset.branch_count = BranchCount::load(
+        models / "branch_count" / (entry.get<std::string>("branch_count") + ".json"));
+  }
+  // Whoever reads a preset must be able to tell what is known from what is guessed.
+  entry.get<std::map<std::string, std::string>>("basis");
+  return preset;
+}
+
+}  // namespace
+
+PresetCatalogue PresetCatalogue::load(const fs::path& models) {
+  const fs::path folder = models / "presets";
+  if (!fs::is_directory(folder)) {
+    throw InputError("there are no species presets here", {.file = folder.string()});
+  }
+  PresetCatalogue catalogue;
+  for (const auto& file : fs::directory_iterator(folder)) {
+    if (file.path().extension() != ".json") continue;
+    catalogue.presets_.push_back(preset_of(models, file.path()));
+  }
+  std::sort(catalogue.presets_.begin(),
+            catalogue.presets_.end(),
+            [](const Preset& a, const Preset& b) { return a.name < b.name; });
+  catalogue.fallback();
+  return catalogue;
+}
+
+const Preset& PresetCatalogue::named(std::string_view name) const {
+  std::string names;
+  for (const Preset& preset : presets_) {
+    if (preset.name == name) return preset;
+    names += (names.empty() ? "" : ", ") + preset.name;
+  }
+  throw UsageError("there is no preset " + std::string(name) + "; there are " + names);
+}
+
+const Preset* PresetCatalogue::for_species(std::string_view species) const {
+  const auto listing = [this](const std::string& wanted) -> const Preset* {
+    if (wanted.empty()) return nullptr;
+    for (const Preset& preset : presets_) {
+      for (const std::string& listed : preset.species) {
+        if (lower_case(listed) == wanted) return &preset;
+      }
+    }
+    return nullptr;
+  };
+  const std::string wanted = lower_case(species);
+  const Preset* exact = listing(wanted);
+  return exact != nullptr ? exact : listing(genus_of(wanted));
+}
+
+}  // namespace silvafit::tree
