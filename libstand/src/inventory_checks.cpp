@@ -8,7 +8,7 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kBreastHeight_m = 1.3;
+constexpr double kBreastHeightMeters = 1.3;
 
 bool is_known(double value) { return !std::isnan(value); }
 
@@ -47,8 +47,8 @@ void RowChecker::check_required(bool needs_coordinates) {
 void RowChecker::check_stem() {
   if (row_[kDbh] <= 0.0) add(kDbh, fmt::format("{} cm is not above 0", row_[kDbh]));
   const double h = row_[kH];
-  if (h <= kBreastHeight_m) {
-    add(kH, fmt::format("{} m is not above breast height, {} m", h, kBreastHeight_m));
+  if (h <= kBreastHeightMeters) {
+    add(kH, fmt::format("{} m is not above breast height, {} m", h, kBreastHeightMeters));
   }
 }
 

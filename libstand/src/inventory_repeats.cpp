@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -14,36 +16,45 @@
 namespace silvafit::stand {
 namespace {
 
-bool is_equal_or_both_missing(double left, double right) {
-  return left == right || (std::isnan(left) && std::isnan(right));
-}
-
-bool has_same_measures(const Inventory& inventory, std::size_t left, std::size_t right) {
+/// What tells two trees of one id apart: the position or, without one, all measures.
+std::vector<double> identity_of(const Inventory& inventory, std::size_t row) {
+  const bool is_placed =
+      inventory.has_coordinates() && !std::isnan(inventory.x[row]) && !std::isnan(inventory.y[row]);
+  if (is_placed) return {inventory.x[row], inventory.y[row]};
+  std::vector<double> measures;
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const std::vector<double>& values = values_of(inventory, i);
-    if (!values.empty() && !is_equal_or_both_missing(values[left], values[right])) return false;
+    // Missing values are alike, and NaN has no place in an order.
+    const bool is_missing = values.empty() || std::isnan(values[row]);
+    measures.push_back(is_missing ? -std::numeric_limits<double>::infinity() : values[row]);
   }
-  return true;
-}
-
-bool is_same_tree(const Inventory& inventory, std::size_t left, std::size_t right) {
-  const auto is_placed = [&inventory](std::size_t row) {
-    return inventory.has_coordinates() && !std::isnan(inventory.x[row]) &&
-           !std::isnan(inventory.y[row]);
-  };
-  if (!is_placed(left) || !is_placed(right)) return has_same_measures(inventory, left, right);
-  return inventory.x[left] == inventory.x[right] && inventory.y[left] == inventory.y[right];
+  return measures;
 }
 
 using PlotAndTree = std::pair<std::uint32_t, std::string>;
 
-/// The first of `64#2`, `64#3`, ... that the plot has not.
-std::string free_id(const std::string& id, std::uint32_t plot, std::set<PlotAndTree>& taken) {
-  for (std::size_t number = 2;; ++number) {
-    std::string candidate = fmt::format("{}#{}", id, number);
-    if (taken.emplace(plot, candidate).second) return candidate;
+/// Hands out `64#2`, `64#3`, ... as far as the plot has not used them.
+class IdSupply {
+ public:
+  explicit IdSupply(const Inventory& inventory) {
+    for (std::size_t row = 0; row < inventory.size(); ++row) {
+      const std::string_view id = inventory.tree[row];
+      if (id.find('#') != std::string_view::npos) taken_.emplace(inventory.plot.code(row), id);
+    }
   }
-}
+
+  std::string next(std::uint32_t plot, const std::string& id) {
+    std::size_t& number = last_number_.try_emplace({plot, id}, 1).first->second;
+    for (;;) {
+      std::string candidate = fmt::format("{}#{}", id, ++number);
+      if (taken_.emplace(plot, candidate).second) return candidate;
+    }
+  }
+
+ private:
+  std::set<PlotAndTree> taken_{};
+  std::map<PlotAndTree, std::size_t> last_number_{};
+};
 
 }  // namespace
 
@@ -58,30 +69,24 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory) {
   std::ranges::stable_sort(order, {}, id);
 
   std::vector<RepeatedTree> repeated;
-  std::size_t first = 0;
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    if (id(order[i]) != id(order[first])) {
-      first = i;
-      continue;
-    }
-    RepeatedTree tree{.row = order[i], .first_row = order[first]};
-    for (std::size_t earlier = first; earlier < i && !tree.is_same_tree; ++earlier) {
-      tree.is_same_tree = is_same_tree(inventory, order[earlier], order[i]);
-      if (tree.is_same_tree) tree.first_row = order[earlier];
-    }
-    repeated.push_back(std::move(tree));
+  std::map<std::vector<double>, std::size_t> first_with_identity;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_first = i == 0 || id(order[i]) != id(order[i - 1]);
+    const bool is_last = i + 1 == order.size() || id(order[i]) != id(order[i + 1]);
+    if (is_first) first_with_identity.clear();
+    if (is_first && is_last) continue;
+    const auto [same, is_new] =
+        first_with_identity.try_emplace(identity_of(inventory, order[i]), order[i]);
+    if (is_first) continue;
+    repeated.push_back({.row = order[i], .first_row = same->second, .is_same_tree = !is_new});
   }
+  if (repeated.empty()) return repeated;
   std::ranges::sort(repeated, {}, &RepeatedTree::row);
 
-  std::set<PlotAndTree> taken;
-  for (std::size_t row = 0; row < inventory.size() && !repeated.empty(); ++row) {
-    const std::string_view name = inventory.tree[row];
-    if (name.find('#') != std::string_view::npos) taken.emplace(inventory.plot.code(row), name);
-  }
+  IdSupply ids(inventory);
   for (RepeatedTree& tree : repeated) {
     if (tree.is_same_tree) continue;
-    tree.new_id =
-        free_id(std::string(inventory.tree[tree.row]), inventory.plot.code(tree.row), taken);
+    tree.new_id = ids.next(inventory.plot.code(tree.row), std::string(inventory.tree[tree.row]));
   }
   return repeated;
 }

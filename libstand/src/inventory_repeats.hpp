@@ -13,7 +13,7 @@ namespace silvafit::stand {
 /// A row that has the plot and tree of an earlier one.
 struct RepeatedTree {
   std::size_t row = 0;
-  std::size_t first_row = 0;
+  std::size_t first_row = 0;  ///< where it is the same tree, the row that told of it first
   bool is_same_tree = false;  ///< the row tells of the same tree once more
   std::string new_id{};       ///< for another tree: an id of its own, such as `64#2`
 };

@@ -15,9 +15,9 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kHeightOfStand_m = 130.0;  // the tallest tree known is 116 m
-constexpr double kDbhOfStand_cm = 250.0;
-constexpr double kCrownOfStand_m = 25.0;
+constexpr double kHeightOfStandMeters = 130.0;  // the tallest tree known is 116 m
+constexpr double kDbhOfStandCentimeters = 250.0;
+constexpr double kCrownOfStandMeters = 25.0;
 constexpr std::size_t kEnoughTrees = 10;
 
 /// The median of the positive values; 0 if there are none.
@@ -73,10 +73,10 @@ void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
   const double median = positive_median(inventory.dbh_cm);
   const double slenderness = median_slenderness(inventory);
   const double h = positive_median(inventory.h_m);
-  const bool h_is_plausible = h > 0.0 && h < kHeightOfStand_m;
+  const bool h_is_plausible = h > 0.0 && h < kHeightOfStandMeters;
   // Giants are tall, too: where heights are known they decide.
   const bool is_too_thick =
-      h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStand_cm;
+      h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStandCentimeters;
   if (is_too_thick) {
     suspect(inventory, plan, kDbh, median, "millimetres", 10);
   }
@@ -90,7 +90,7 @@ void check_heights(const Inventory& inventory,
                    std::size_t crown_base_above_top) {
   for (const Measure measure : {kH, kHcb}) {
     const double median = positive_median(values_of(inventory, measure));
-    if (median <= kHeightOfStand_m) continue;
+    if (median <= kHeightOfStandMeters) continue;
     // 13 to 40 m in decimetres, 4 to 50 m in centimetres, more in millimetres.
     if (median < 400.0) suspect(inventory, plan, measure, median, "decimetres", 10);
     if (median < 5000.0) suspect(inventory, plan, measure, median, "centimetres", 100);
@@ -119,7 +119,7 @@ void check_crowns(const Inventory& inventory, const ColumnPlan& plan) {
   for (const Measure measure : {kCw, kCrE, kCrW, kCrS, kCrN}) {
     // Without a column of its own cw comes from the radii, which are asked themselves.
     if (!plan.measures[measure].exists()) continue;
-    const double limit = measure == kCw ? kCrownOfStand_m : kCrownOfStand_m / 2.0;
+    const double limit = measure == kCw ? kCrownOfStandMeters : kCrownOfStandMeters / 2.0;
     const double median = positive_median(values_of(inventory, measure));
     if (median > 4.0 * limit) suspect(inventory, plan, measure, median, "centimetres", 100);
     if (median > limit) suspect(inventory, plan, measure, median, "decimetres", 10);

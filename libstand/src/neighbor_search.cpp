@@ -63,7 +63,8 @@ void order_in_space(std::vector<std::uint32_t>& trees, std::span<const Point> po
 void order_ties(std::vector<Neighbor>& found, const NeighborSearch::Before& before) {
   for (auto first = found.begin(); first != found.end();) {
     auto last = first + 1;
-    while (last != found.end() && last->distance_m - (last - 1)->distance_m <= kSameDistance_m) {
+    while (last != found.end() &&
+           last->distance_m - (last - 1)->distance_m <= kSameDistanceMeters) {
       ++last;
     }
     if (last - first > 1) {
@@ -118,8 +119,9 @@ void NeighborSearch::nearest(std::size_t position,
       found.push_back({index_->trees[indices[i]], std::sqrt(squares[i])});
     }
     const bool is_all = got < wanted;
-    const bool is_decided = found.size() > count &&
-                            found.back().distance_m - found[count - 1].distance_m > kSameDistance_m;
+    const bool is_decided =
+        found.size() > count &&
+        found.back().distance_m - found[count - 1].distance_m > kSameDistanceMeters;
     if (is_all || is_decided) break;
   }
   order_ties(found, before);

@@ -20,7 +20,7 @@ struct Neighbor {
 
 /// Distances that differ by less are ties: positions are known to a centimetre at best, and
 /// arithmetic with coordinates of millions of metres errs by some 1e-9 m.
-inline constexpr double kSameDistance_m = 1e-7;
+inline constexpr double kSameDistanceMeters = 1e-7;
 
 /// Trees that may be each other's neighbors.
 class NeighborSearch {

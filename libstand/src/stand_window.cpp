@@ -15,7 +15,7 @@ namespace silvafit::stand {
 namespace {
 
 /// Trees at the buffer's width are core trees in spite of rounding.
-constexpr double kRounding_m = 1e-9;
+constexpr double kRoundingMeters = 1e-9;
 constexpr std::size_t kTreesPerTask = 4096;
 
 bool has_position(Point point) { return !std::isnan(point.x) && !std::isnan(point.y); }
@@ -177,8 +177,9 @@ std::vector<char> core_trees(const Inventory& inventory,
     if (!has_position(point) || !window) return;
     is_outside[tree] = window->contains(point) ? 0 : 1;
     if (is_outside[tree] != 0) return;
-    core[tree] =
-        !uses_buffer || window->distance_to_boundary_m(point) >= options.buffer_m - kRounding_m;
+    const bool is_core =
+        !uses_buffer || window->distance_to_boundary_m(point) >= options.buffer_m - kRoundingMeters;
+    core[tree] = is_core ? 1 : 0;
   };
   const std::size_t tasks = (positions.size() + kTreesPerTask - 1) / kTreesPerTask;
   parallel_for(tasks, options.threads, [&](std::size_t task) {

@@ -24,8 +24,8 @@ constexpr std::size_t kTreesPerTask = 1024;
 constexpr double kPi = std::numbers::pi;
 // Equality is met in spite of rounding: at the limit angle a pair does not count (strictly
 // smaller), at the touching distance crowns do not overlap (strictly larger).
-constexpr double kSameAngle_rad = 1e-11;
-constexpr double kSameLength_m = 1e-9;
+constexpr double kSameAngleRadians = 1e-11;
+constexpr double kSameLengthMeters = 1e-9;
 
 void check(const Inventory& inventory, const StructuralUnitOptions& options) {
   if (options.neighbors < 1 || options.neighbors > kMostNeighbors) {
@@ -101,7 +101,7 @@ double Unit::uniform_angle(std::span<const Neighbor> neighbors, double alpha0_ra
   for (std::size_t i = 0; i < n; ++i) {
     const double gap =
         i + 1 < n ? azimuths[i + 1] - azimuths[i] : azimuths[0] + 2.0 * kPi - azimuths[n - 1];
-    if (std::min(gap, 2.0 * kPi - gap) < alpha0_rad - kSameAngle_rad) ++small;
+    if (std::min(gap, 2.0 * kPi - gap) < alpha0_rad - kSameAngleRadians) ++small;
   }
   return share(small, n);
 }
@@ -129,7 +129,7 @@ double Unit::crowding(std::span<const Neighbor> neighbors) const {
   for (const Neighbor& neighbor : neighbors) {
     const double reach_m = (inventory_.cw_m[tree_] + inventory_.cw_m[neighbor.tree]) / 2.0;
     if (std::isnan(reach_m)) return data::kMissing;
-    if (reach_m > neighbor.distance_m + kSameLength_m) ++overlapping;
+    if (reach_m > neighbor.distance_m + kSameLengthMeters) ++overlapping;
   }
   return share(overlapping, neighbors.size());
 }

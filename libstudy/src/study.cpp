@@ -35,7 +35,7 @@ struct Task {
 
 fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   fit::FitResult result{.fit = {.model = trial.model, .specification = trial.specification}};
-  result.fit.method = trial.options.method;
+  if (trial.options.method) result.fit.method = *trial.options.method;
   result.fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
   result.fit.convergence.verdict = reason;
   return result;
