@@ -181,6 +181,18 @@ TEST_CASE("a fit that failed is still an object") {
   check_same(round_trip(fit), fit);
 }
 
+TEST_CASE("a fit that never began has its coefficients, without values") {
+  FittedModel fit{.specification =
+                      specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand())};
+  fit.specification.random = parse_random_effects("a | plot");
+  fit.convergence.verdict = "The data do not suit it.";
+  const FittedModel read = round_trip(fit);
+  CHECK(read.coefficient_names == std::vector<std::string>{"a", "b", "b:C"});
+  CHECK(std::isnan(read.estimate[2]));
+  CHECK(read.has_random_effects());
+  CHECK(read.convergence.verdict == fit.convergence.verdict);
+}
+
 TEST_CASE("a variance that has become constant keeps its meaning") {
   FittedModel fit = mixed_fit("constant-plus-power");
   fit.variance.constant = INFINITY;

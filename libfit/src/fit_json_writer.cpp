@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -121,9 +122,32 @@ ordered_json text_or_null(const std::string& text) {
   return text.empty() ? ordered_json(nullptr) : ordered_json(text);
 }
 
+/// A fit that never began has no sizes yet: its coefficients are those of the model, and all values
+/// missing.
+FittedModel with_sizes(FittedModel fit) {
+  if (fit.estimate.size() > 0) return fit;
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  fit.coefficient_names = fit.specification.coefficient_names();
+  const auto p = static_cast<Index>(fit.coefficient_names.size());
+  fit.estimate.setConstant(p, kNaN);
+  fit.covariance.setConstant(p, p, kNaN);
+  if (fit.specification.random) {
+    fit.random_names = fit.specification.random->coefficients;
+    const auto q = static_cast<Index>(fit.random_names.size());
+    fit.random_covariance.setConstant(q, q, kNaN);
+    fit.random_effects.setConstant(q, static_cast<Index>(fit.group_labels.size()), kNaN);
+  }
+  fit.variance = {.function = fit.specification.variance, .delta = kNaN, .constant = kNaN};
+  fit.degrees_of_freedom = fit.sigma = fit.log_likelihood = kNaN;
+  fit.population = fit.conditional = {kNaN, kNaN, kNaN, kNaN};
+  fit.parameter_count = 0;
+  return fit;
+}
+
 }  // namespace
 
-std::string to_json(const FittedModel& fit, int indent) {
+std::string to_json(const FittedModel& model, int indent) {
+  const FittedModel fit = with_sizes(model);
   const ordered_json result{
       {"schema", "silvafit-fit/1"},
       {"silvafit", SILVAFIT_VERSION},

@@ -51,6 +51,10 @@ class JsonReader {
   std::size_t one_of(std::initializer_list<std::string_view> names) const;
 
   bool is_object() const { return value_->is_object(); }
+  bool is_null() const { return value_->is_null(); }
+  const std::string& file() const { return file_; }
+  /// The way from the root to this value.
+  const std::string& key() const { return key_; }
 
   /// Throws InputError with the place of this value.
   [[noreturn]] void fail(const std::string& message) const;

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+// `silvafit fit`: one model or several, by least squares or with mixed effects.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "fit_table.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/table_checks.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+struct FitArguments {
+  CommonOptions common{};
+  std::string data{};
+  std::string formula{};
+  std::vector<std::string> models{};
+  std::vector<std::string> parameters{};
+  std::string random{};
+  std::string covariance{};
+  std::string variance{};
+  std::string method{};
+  std::string where{};
+  std::string start{};
+  std::vector<std::string> columns{};
+};
+
+/// One model to fit.
+struct Task {
+  std::string id{};
+  fit::ModelSpecification specification;
+  fit::FitModelOptions options{};
+};
+
+std::map<std::string, double> parse_start(const std::string& text) {
+  std::map<std::string, double> start;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string_view part = std::string_view(text).substr(begin, end - begin);
+    const std::size_t sign = part.find('=');
+    double value = 0.0;
+    if (sign == std::string_view::npos || !data::parse_number(part.substr(sign + 1), value)) {
+      throw UsageError(fmt::format("'{}' is not NAME=VALUE, such as a=30", part),
+                       {.column = "--start"});
+    }
+    start[std::string(data::trimmed(part.substr(0, sign)))] = value;
+    begin = end + 1;
+  }
+  return start;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+/// Group names keep their spelling ("07") unless a condition takes them for numbers.
+data::CsvTableOptions reading_options(const FitArguments& arguments) {
+  if (arguments.random.empty()) return {};
+  const std::string group = fit::parse_random_effects(arguments.random).group;
+  if (!arguments.where.empty() &&
+      contains(data::Expression::parse(arguments.where).variables(), group)) {
+    return {};
+  }
+  return {.text_columns = {group}};
+}
+
+data::Table read_data(const FitArguments& arguments) {
+  data::Table table = data::read_csv_table(arguments.data, reading_options(arguments));
+  study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
+  return arguments.where.empty() ? table : study::rows_where(arguments.where, table);
+}
+
+/// What all models of a command have in common.
+void complete(Task& task, const FitArguments& arguments, const data::Table& table) {
+  fit::ModelSpecification& specification = task.specification;
+  if (!arguments.random.empty()) {
+    fit::add_random_effects(specification, arguments.random, table);
+  }
+  if (!arguments.covariance.empty()) {
+    specification.covariance = fit::parse_covariance(arguments.covariance);
+  }
+  if (!arguments.variance.empty()) {
+    specification.variance = fit::parse_variance_function(arguments.variance);
+  }
+  std::vector<std::string> columns = specification.predictors();
+  columns.push_back(specification.formula.left);
+  if (!specification.variance.column.empty()) columns.push_back(specification.variance.column);
+  study::require_numbers(table, columns);
+  if (!arguments.method.empty()) task.options.method = fit::parse_method(arguments.method);
+  task.options.start = parse_start(arguments.start);
+}
+
+Task catalogue_task(const study::BaseModel& model,
+                    const FitArguments& arguments,
+                    const data::Table& table) {
+  study::require_domain(model, table);
+  Task task{.id = model.id,
+            .specification = fit::specify_model(model.formula, arguments.parameters, table)};
+  complete(task, arguments, table);
+  const std::vector<double> starts = study::start_values(model, table);
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    task.options.rule[model.parameters[k].name] = starts[k];
+  }
+  return task;
+}
+
+std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catalogue,
+                                                   const std::vector<std::string>& names) {
+  constexpr std::string_view kAll = "all:";
+  std::vector<const study::BaseModel*> models;
+  for (const std::string& name : names) {
+    if (!name.starts_with(kAll)) {
+      models.push_back(&catalogue.find(name));
+      continue;
+    }
+    const auto candidates = catalogue.candidates(name.substr(kAll.size()));
+    if (candidates.empty()) {
+      throw UsageError(fmt::format("there are candidates for h, hcb and cw, not for '{}'",
+                                   name.substr(kAll.size())),
+                       {.column = "--model"});
+    }
+    models.insert(models.end(), candidates.begin(), candidates.end());
+  }
+  return models;
+}
+
+std::vector<Task> tasks_of(const FitArguments& arguments, const data::Table& table) {
+  std::vector<Task> tasks;
+  if (!arguments.formula.empty()) {
+    tasks.push_back(
+        {.specification = fit::specify_model(arguments.formula, arguments.parameters, table)});
+    complete(tasks.front(), arguments, table);
+    return tasks;
+  }
+  const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
+  for (const study::BaseModel* model : chosen_models(catalogue, arguments.models)) {
+    tasks.push_back(catalogue_task(*model, arguments, table));
+  }
+  return tasks;
+}
+
+std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
+                                      const data::Table& table,
+                                      const CommonOptions& common) {
+  std::vector<std::optional<fit::FittedModel>> fits(tasks.size());
+  Progress progress(common);
+  std::atomic<std::size_t> done{0};
+  parallel_for(tasks.size(), common.threads, [&](std::size_t i) {
+    fits[i] = fit::fit_model(tasks[i].specification, table, tasks[i].options).fit;
+    fits[i]->model = tasks[i].id;
+    progress.show("fitting", ++done, tasks.size());
+  });
+  std::vector<fit::FittedModel> result;
+  for (auto& fit : fits) result.push_back(*std::move(fit));
+  return result;
+}
+
+void print_json(const std::vector<fit::FittedModel>& fits) {
+  if (fits.size() == 1) {
+    fmt::print("{}\n", fit::to_json(fits.front(), 2));
+    return;
+  }
+  fmt::print("{{\"fits\": [\n");
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    fmt::print("{}{}\n", fit::to_json(fits[i], 2), i + 1 < fits.size() ? "," : "");
+  }
+  fmt::print("]}}\n");
+}
+
+void print_tables(const std::vector<fit::FittedModel>& fits) {
+  if (fits.size() == 1) {
+    print_fit(fits.front());
+    return;
+  }
+  std::vector<const fit::FittedModel*> pointers;
+  for (const fit::FittedModel& fit : fits) pointers.push_back(&fit);
+  print_ranking(pointers);
+}
+
+void run(const FitArguments& arguments) {
+  if (arguments.formula.empty() == arguments.models.empty()) {
+    throw UsageError("give either --formula or --model");
+  }
+  const data::Table table = read_data(arguments);
+  const std::vector<fit::FittedModel> fits =
+      fit_all(tasks_of(arguments, table), table, arguments.common);
+  arguments.common.json ? print_json(fits) : print_tables(fits);
+  std::fflush(stdout);
+  const bool any = std::ranges::any_of(
+      fits, [](const fit::FittedModel& fit) { return fit.convergence.converged; });
+  if (!any) {
+    throw NoConvergedFit(fits.size() == 1 ? fits.front().convergence.verdict
+                                          : "no model converged");
+  }
+}
+
+void add_model_options(CLI::App& command, FitArguments& arguments) {
+  command
+      .add_option(
+          "--formula", arguments.formula, "Model, such as \"h ~ 1.3 + a*(1 - exp(-b*dbh))\"")
+      ->type_name("FORMULA");
+  command
+      .add_option("--model",
+                  arguments.models,
+                  "Model of the catalogue, such as M4, or all:h for all of a response; repeatable")
+      ->type_name("ID")
+      ->allow_extra_args(false);
+  command
+      .add_option("--parameter",
+                  arguments.parameters,
+                  "Linear sub-model of a parameter, such as \"b ~ 1 + C\"; repeatable")
+      ->type_name("SUBMODEL")
+      ->allow_extra_args(false);
+  command
+      .add_option("--random",
+                  arguments.random,
+                  "Coefficients with a random effect and the groups, such as \"a + b:C | plot\"")
+      ->type_name("EFFECTS");
+  command.add_option("--covariance",
+                     arguments.covariance,
+                     "Of the random effects: general (default), diagonal or identity");
+  command.add_option(
+      "--variance",
+      arguments.variance,
+      "Of the residuals: none (default), exponential, power or constant-plus-power of "
+      "the fitted value, or of a column as in power(dbh)");
+  command.add_option("--method",
+                     arguments.method,
+                     "ols, gnls or lb (default: lb with random effects, gnls with a variance "
+                     "function, else ols)");
+  command.add_option("--start", arguments.start, "Start values, such as a=30,b=0.03; never needed")
+      ->type_name("NAME=VALUE,...");
+}
+
+}  // namespace
+
+void add_fit_command(CLI::App& program) {
+  const auto arguments = std::make_shared<FitArguments>();
+  CLI::App& command =
+      *program.add_subcommand("fit", "Fit models by least squares or with mixed effects");
+  command.add_option("data", arguments->data, "A CSV file with a header")
+      ->type_name("DATA.csv")
+      ->required();
+  add_model_options(command, *arguments);
+  command
+      .add_option(
+          "--where", arguments->where, R"(Rows to use, such as 'species == "SM" && core == 1')")
+      ->type_name("CONDITION");
+  command
+      .add_option(
+          "--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm,x=xk/10")
+      ->type_name("NAME=COLUMN,...")
+      ->allow_extra_args(false);
+  add_common_options(command, arguments->common);
+  add_example(command,
+              "silvafit fit examples/fir-mixed/inventory.csv --model M4 --random \"a + b | plot\" "
+              "--variance power --where 'species == \"SM\"'");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// Model libraries: the fits of a study in one file, for prediction and for other programs.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::study {
+
+/// The data that a library was fitted to.
+struct LibraryInventory {
+  std::string file{};
+  std::string fingerprint{};  ///< of the bytes of the file, e.g. "sha256:..."; may be empty
+  std::size_t trees = 0;
+};
+
+/// One fit and what it is for.
+struct LibraryModel {
+  std::string species{};   ///< empty: for trees of any species
+  std::string response{};  ///< "h"
+  std::string unit{};      ///< of the response, "m"; empty where it is not known
+  std::string role{};      ///< ols, covariates or nlme; empty: whatever is asked for
+  fit::FittedModel fit;
+};
+
+struct ModelLibrary {
+  LibraryInventory inventory{};
+  std::vector<LibraryModel> models{};
+};
+
+/// The library as JSON, schema silvafit-library/1 (docs/json.md). Doubles read back bit by bit.
+std::string to_json(const ModelLibrary& library);
+
+/// Writes the library, whole or not at all.
+/// \throws InputError if the file cannot be written
+void write_library(const ModelLibrary& library, const std::filesystem::path& path);
+
+/// Reads a library, or what `silvafit fit --json` prints: one fit or several, which have neither
+/// species nor role and the left side of their formula as response.
+/// \throws InputError that names file and key if it is none of these, or from a newer silvafit
+ModelLibrary read_library(const std::filesystem::path& path);
+
+}  // namespace silvafit::study

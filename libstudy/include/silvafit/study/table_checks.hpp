@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Data as they come through the door of a command: which rows, which columns, and whether a model
+// may have them.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/study/catalogue.hpp"
+
+namespace silvafit::study {
+
+/// Where a value is, for messages: file, line and column, with the plot and the tree of its row if
+/// the table has columns of these names.
+Place place_of(const data::Table& table, std::size_t row, std::string_view column);
+
+/// The table's rows for which a condition holds, such as `species == "SM" && core == 1`. Where a
+/// value of the condition is missing, it does not hold.
+/// \throws FormulaError that points at what is no column; InputError if a column that the condition
+///   takes for numbers has text
+data::Table rows_where(std::string_view condition, const data::Table& table);
+
+/// Adds columns under names of the user's choice.
+/// \param text  `NAME=SOURCE,...`, a source being a column or an expression of columns
+/// \throws UsageError if the text cannot be read; FormulaError as rows_where
+void add_columns(std::string_view text, data::Table& table);
+
+/// Makes sure that columns which an expression reads as numbers hold numbers.
+/// \param variables  of an expression; those that compare a column with text may have text
+/// \throws InputError at the first value that is no number, or if there is no such column
+void require_numbers(const data::Table& table, const std::vector<std::string>& variables);
+
+/// Makes sure that a model of the catalogue is defined for all rows, missing values apart.
+/// \throws InputError if a column is not there or holds text; DomainError at the first value
+/// outside
+///   the model's domain
+void require_domain(const BaseModel& model, const data::Table& table);
+
+}  // namespace silvafit::study

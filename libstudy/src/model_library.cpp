@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/model_library.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "json_reader.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/fit/fit_json.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::string_view kSchema = "silvafit-library/1";
+
+ordered_json text_or_null(const std::string& text) {
+  return text.empty() ? ordered_json(nullptr) : ordered_json(text);
+}
+
+std::string text_or_empty(const JsonReader& json, std::string_view key) {
+  const JsonReader value = json.at(key);
+  return value.is_null() ? std::string() : value.text();
+}
+
+void check_schema(const JsonReader& json) {
+  const std::string schema = json.text();
+  if (schema == kSchema) return;
+  if (schema.starts_with("silvafit-library/")) {
+    json.fail(
+        fmt::format("{} is from a newer silvafit than this, which reads {}", schema, kSchema));
+  }
+  json.fail(fmt::format(
+      "must be {} or a fit that `silvafit fit --json` printed, is \"{}\"", kSchema, schema));
+}
+
+/// The text of a fit within the file, its members in their own order, on which that of groups
+/// depends.
+fit::FittedModel read_fit(const ordered_json& json, const JsonReader& place) {
+  return fit::from_json(json.dump(), place.file(), place.key());
+}
+
+LibraryModel plain_model(fit::FittedModel fit) {
+  std::string response = fit.specification.formula.left;
+  return {.response = std::move(response), .fit = std::move(fit)};
+}
+
+/// What `silvafit fit --json` prints.
+ModelLibrary read_fits(const ordered_json& json, const JsonReader& place) {
+  ModelLibrary library;
+  if (!place.has("fits")) {
+    library.models.push_back(plain_model(read_fit(json, place)));
+    return library;
+  }
+  const std::vector<JsonReader> items = place.at("fits").items();
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    library.models.push_back(plain_model(read_fit(json["fits"][i], items[i])));
+  }
+  return library;
+}
+
+LibraryModel read_model(const ordered_json& json, const JsonReader& place) {
+  const JsonReader fit = place.at("fit");
+  LibraryModel model{.species = text_or_empty(place, "species"),
+                     .response = place.at("response").text(),
+                     .unit = text_or_empty(place, "unit"),
+                     .role = text_or_empty(place, "role"),
+                     .fit = read_fit(json["fit"], fit)};
+  if (model.response != model.fit.specification.formula.left) {
+    place.at("response").fail("is not the left side of the formula");
+  }
+  return model;
+}
+
+ModelLibrary read_models(const ordered_json& json, const JsonReader& place) {
+  check_schema(place.at("schema"));
+  const JsonReader inventory = place.at("inventory");
+  ModelLibrary library{
+      .inventory = {.file = text_or_empty(inventory, "file"),
+                    .fingerprint = text_or_empty(inventory, "fingerprint"),
+                    .trees = static_cast<std::size_t>(inventory.at("trees").not_negative())}};
+  const std::vector<JsonReader> items = place.at("models").items();
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    library.models.push_back(read_model(json["models"][i], items[i]));
+  }
+  return library;
+}
+
+bool is_plain_fit(const JsonReader& place) {
+  if (place.has("fits")) return true;
+  return place.has("schema") && place.at("schema").text().starts_with("silvafit-fit/");
+}
+
+}  // namespace
+
+std::string to_json(const ModelLibrary& library) {
+  ordered_json models = ordered_json::array();
+  for (const LibraryModel& model : library.models) {
+    models.push_back({{"species", text_or_null(model.species)},
+                      {"response", model.response},
+                      {"unit", text_or_null(model.unit)},
+                      {"role", text_or_null(model.role)},
+                      {"fit", ordered_json::parse(fit::to_json(model.fit))}});
+  }
+  const ordered_json result{{"schema", kSchema},
+                            {"silvafit", SILVAFIT_VERSION},
+                            {"inventory",
+                             {{"file", text_or_null(library.inventory.file)},
+                              {"fingerprint", text_or_null(library.inventory.fingerprint)},
+                              {"trees", library.inventory.trees}}},
+                            {"models", std::move(models)}};
+  return result.dump(1) + "\n";
+}
+
+void write_library(const ModelLibrary& library, const std::filesystem::path& path) {
+  write_file(path, to_json(library));
+}
+
+ModelLibrary read_library(const std::filesystem::path& path) {
+  const std::string text = read_file(path);
+  const JsonReader place = JsonReader::parse(text, path.string());
+  const ordered_json json = ordered_json::parse(text);
+  return is_plain_fit(place) ? read_fits(json, place) : read_models(json, place);
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/predict_responses.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/program.hpp"
+#include "silvafit/study/table_checks.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Names = std::vector<std::string>;
+
+bool contains(const Names& names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+/// The models of one response, by species; the species "" stands for all.
+struct ResponseModels {
+  std::string response{};
+  std::map<std::string, const LibraryModel*> by_species{};
+
+  const LibraryModel* model_for(const std::string& species) const {
+    const auto own = by_species.find(species);
+    if (own != by_species.end()) return own->second;
+    const auto any = by_species.find("");
+    return any == by_species.end() ? nullptr : any->second;
+  }
+
+  bool needs(const std::string& column) const {
+    return std::ranges::any_of(by_species, [&column](const auto& entry) {
+      return contains(entry.second->fit.specification.predictors(), column);
+    });
+  }
+};
+
+std::string described(const LibraryModel& model) {
+  const std::string species = model.species.empty() ? "" : " for species " + model.species;
+  return model.response + species;
+}
+
+/// Keeps the better of two models for the same trees.
+void add_model(const LibraryModel& model, ResponseModels& models, Names& notes) {
+  const LibraryModel*& place = models.by_species[model.species];
+  if (place == nullptr) {
+    place = &model;
+    return;
+  }
+  if (model.fit.aic() < place->fit.aic()) place = &model;
+  const std::string note =
+      fmt::format("several models of {}: the one of lowest AIC predicts", described(model));
+  if (!contains(notes, note)) notes.push_back(note);
+}
+
+std::vector<ResponseModels> chosen_models(const ModelLibrary& library,
+                                          const std::string& role,
+                                          Names& notes) {
+  std::vector<ResponseModels> result;
+  std::set<std::string> roles;
+  for (const LibraryModel& model : library.models) {
+    roles.insert(model.role);
+    if (!model.role.empty() && model.role != role) continue;
+    auto models = std::ranges::find(result, model.response, &ResponseModels::response);
+    if (models == result.end()) models = result.insert(result.end(), {.response = model.response});
+    if (model.fit.convergence.converged) {
+      add_model(model, *models, notes);
+    } else {
+      notes.push_back(fmt::format("a model of {} is not used, since its fit did not converge",
+                                  described(model)));
+    }
+  }
+  if (result.empty()) {
+    throw UsageError(fmt::format(
+        "the library has no model of the role {}; it has {}", role, fmt::join(roles, ", ")));
+  }
+  return result;
+}
+
+/// The responses in an order in which those that others need come first.
+std::vector<std::size_t> order_of(const std::vector<ResponseModels>& models) {
+  std::vector<std::size_t> order;
+  std::vector<bool> seen(models.size(), false);
+  const auto visit = [&](const auto& self, std::size_t i) -> void {
+    if (seen[i]) return;
+    seen[i] = true;
+    for (std::size_t j = 0; j < models.size(); ++j) {
+      if (models[i].needs(models[j].response)) self(self, j);
+    }
+    order.push_back(i);
+  };
+  for (std::size_t i = 0; i < models.size(); ++i) visit(visit, i);
+  return order;
+}
+
+/// Predicts response by response, and fills gaps of what later ones need.
+class Predictor {
+ public:
+  Predictor(const data::Table& table, const PredictResponsesOptions& options)
+      : table_(table), options_(options), flags_(table.rows()) {}
+
+  std::vector<double> predict(const ResponseModels& models) {
+    std::map<const LibraryModel*, std::vector<std::size_t>> rows_of;
+    for (std::size_t row = 0; row < table_.rows(); ++row) {
+      const std::string species = species_of(models, row);
+      const LibraryModel* model = models.model_for(species);
+      if (model != nullptr) {
+        rows_of[model].push_back(row);
+      } else {
+        flag(row,
+             fmt::format("no model of {}{}",
+                         models.response,
+                         species.empty() ? "" : " for species " + species));
+      }
+    }
+    std::vector<double> values(table_.rows(), data::kMissing);
+    for (const auto& [model, rows] : rows_of) predict_rows(model->fit, rows, values);
+    return values;
+  }
+
+  /// Lets predictions stand in for missing measurements.
+  void fill(const std::string& column, const std::vector<double>& predicted) {
+    std::vector<double> values(table_.rows(), data::kMissing);
+    if (table_.has(column)) {
+      require_numbers(table_, {column});
+      std::ranges::copy(table_.numbers(column), values.begin());
+    }
+    std::vector<bool>& filled = filled_[column];
+    filled.assign(values.size(), false);
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      if (!std::isnan(values[row]) || std::isnan(predicted[row])) continue;
+      values[row] = predicted[row];
+      filled[row] = true;
+    }
+    table_.set(column, std::move(values));
+  }
+
+  Names joined_flags() const {
+    Names result;
+    for (const Names& flags : flags_) result.push_back(fmt::format("{}", fmt::join(flags, "; ")));
+    return result;
+  }
+
+ private:
+  void flag(std::size_t row, const std::string& text) {
+    if (!contains(flags_[row], text)) flags_[row].push_back(text);
+  }
+
+  std::string species_of(const ResponseModels& models, std::size_t row) {
+    const bool has_species = std::ranges::any_of(
+        models.by_species, [](const auto& entry) { return !entry.first.empty(); });
+    if (!has_species) return "";
+    if (!table_.has("species")) {
+      throw InputError("there is no column 'species', by which the library chooses its models",
+                       {.file = table_.file()});
+    }
+    if (species_.size() != table_.rows()) species_ = table_.labels("species");
+    return std::string(species_[row]);
+  }
+
+  void predict_rows(const fit::FittedModel& fit,
+                    const std::vector<std::size_t>& rows,
+                    std::vector<double>& values) {
+    require_numbers(table_, fit.specification.predictors());
+    data::Table part = table_.select(rows);
+    const bool by_group = options_.level == fit::Level::kConditional && fit.has_random_effects();
+    if (by_group) unify_spelling(fit, part);
+    const fit::Prediction prediction =
+        fit::predict(fit, part, options_.level, {.new_groups = options_.new_groups});
+    flag_columns(fit, part, rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double value = prediction.value[static_cast<Eigen::Index>(i)];
+      if (std::isfinite(value)) values[rows[i]] = value;
+      if (std::isinf(value)) flag(rows[i], fit.specification.formula.left + " not finite");
+      if (prediction.is_new_group[i]) {
+        const std::string& group = fit.specification.random->group;
+        flag(rows[i], (part.labels(group).is_missing(i) ? "missing " : "unknown ") + group);
+      }
+    }
+  }
+
+  /// "07" is the group that a fit knows as "7", where that was read as a number.
+  void unify_spelling(const fit::FittedModel& fit, data::Table& part) const {
+    const std::string& group = fit.specification.random->group;
+    if (!part.has(group)) {
+      throw InputError(
+          fmt::format("there is no column '{}', which conditional predictions need", group),
+          {.file = table_.file()});
+    }
+    const std::set<std::string_view> known(fit.group_labels.begin(), fit.group_labels.end());
+    const data::TextColumn labels = part.labels(group);
+    data::TextColumn unified;
+    for (std::size_t row = 0; row < labels.size(); ++row) {
+      double number = 0.0;
+      if (labels.is_missing(row)) {
+        unified.append_missing();
+      } else if (!known.contains(labels[row]) && data::parse_number(labels[row], number) &&
+                 known.contains(data::shortest(number))) {
+        unified.append(data::shortest(number));
+      } else {
+        unified.append(labels[row]);
+      }
+    }
+    part.set(group, std::move(unified));
+  }
+
+  void flag_columns(const fit::FittedModel& fit,
+                    const data::Table& part,
+                    const std::vector<std::size_t>& rows) {
+    for (const std::string& variable : fit.specification.predictors()) {
+      data::TextMatch match;
+      const std::string column = data::is_text_match(variable, match) ? match.column : variable;
+      const std::vector<double> values = data::variable_values(variable, part);
+      const auto range = std::ranges::find(fit.ranges, column, &fit::ColumnRange::column);
+      const auto filled = filled_.find(column);
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (std::isnan(values[i])) {
+          flag(rows[i], "missing " + column);
+        } else if (range != fit.ranges.end() &&
+                   (values[i] < range->low || values[i] > range->high)) {
+          flag(rows[i], column + " outside fitted range");
+        }
+        if (filled != filled_.end() && filled->second[rows[i]]) {
+          flag(rows[i], column + " predicted");
+        }
+      }
+    }
+  }
+
+  data::Table table_;
+  PredictResponsesOptions options_;
+  data::TextColumn species_;
+  std::map<std::string, std::vector<bool>> filled_;
+  std::vector<Names> flags_;
+};
+
+}  // namespace
+
+Names text_columns(const ModelLibrary& library) {
+  Names columns{"species"};
+  for (const LibraryModel& model : library.models) {
+    const auto& random = model.fit.specification.random;
+    if (random && !contains(columns, random->group)) columns.push_back(random->group);
+  }
+  return columns;
+}
+
+PredictedResponses predict_responses(const ModelLibrary& library,
+                                     const data::Table& table,
+                                     const PredictResponsesOptions& options) {
+  PredictedResponses result;
+  const std::vector<ResponseModels> models = chosen_models(library, options.role, result.notes);
+  Predictor predictor(table, options);
+  result.responses.resize(models.size());
+  for (const std::size_t i : order_of(models)) {
+    const std::string& response = models[i].response;
+    result.responses[i] = {.response = response, .value = predictor.predict(models[i])};
+    const bool is_needed = std::ranges::any_of(
+        models, [&response](const ResponseModels& other) { return other.needs(response); });
+    if (is_needed) predictor.fill(response, result.responses[i].value);
+  }
+  result.flags = predictor.joined_flags();
+  return result;
+}
+
+}  // namespace silvafit::study

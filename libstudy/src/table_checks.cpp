@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/table_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/program.hpp"
+#include "silvafit/stand/inventory.hpp"
+
+namespace silvafit::study {
+namespace {
+
+/// "", or " (and 3 more)".
+std::string others(std::size_t count) {
+  return count > 1 ? fmt::format(" (and {} more)", count - 1) : "";
+}
+
+/// Complains about the first name that is no column, at its place in the text.
+void require_columns(const data::Expression& expression,
+                     std::string_view text,
+                     const data::Table& table) {
+  for (const std::string& variable : expression.variables()) {
+    data::TextMatch match;
+    const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
+    if (table.has(column)) continue;
+    throw FormulaError(
+        fmt::format("there is no column '{}' (text goes in double quotes); the columns are {}",
+                    column,
+                    fmt::join(table.names(), ", ")),
+        text,
+        text.find(column) + 1);
+  }
+}
+
+/// The values of an expression whose names have to be columns.
+std::vector<double> checked_values(std::string_view text, const data::Table& table) {
+  const data::Expression expression = data::Expression::parse(text);
+  require_columns(expression, text, table);
+  require_numbers(table, expression.variables());
+  return data::evaluate(expression, table);
+}
+
+bool is_number(std::string_view text) {
+  double ignored = 0.0;
+  return data::parse_number(text, ignored);
+}
+
+/// The rows where a condition is false, missing values apart: a comparison with one is false, too.
+std::vector<std::size_t> rows_against(const data::Expression& condition, const data::Table& table) {
+  const std::vector<std::string> names = condition.variables();
+  const std::vector<double> holds = data::evaluate(condition, table);
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < holds.size(); ++row) {
+    const bool complete = std::ranges::none_of(
+        names, [&](const std::string& name) { return std::isnan(table.numbers(name)[row]); });
+    if (complete && holds[row] != 1.0) rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+Place place_of(const data::Table& table, std::size_t row, std::string_view column) {
+  Place place{.file = table.file(), .column = std::string(column)};
+  if (table.line(row) > 0) place.line = table.line(row);
+  if (table.has("plot")) place.plot = table.labels("plot")[row];
+  if (table.has("tree")) place.tree = table.labels("tree")[row];
+  return place;
+}
+
+data::Table rows_where(std::string_view condition, const data::Table& table) {
+  const std::vector<double> holds = checked_values(condition, table);
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < holds.size(); ++row) {
+    if (!std::isnan(holds[row]) && holds[row] != 0.0) rows.push_back(row);
+  }
+  if (rows.empty()) {
+    throw InputError(fmt::format("no row meets the condition {}", condition),
+                     {.file = table.file()});
+  }
+  return table.select(rows);
+}
+
+void add_columns(std::string_view text, data::Table& table) {
+  for (const stand::ColumnMapping& mapping : stand::parse_column_mappings(text)) {
+    if (table.has(mapping.source) && !table.is_numeric(mapping.source)) {
+      table.set(mapping.name, data::TextColumn(table.text(mapping.source)));
+    } else if (table.has(mapping.source)) {
+      const auto values = table.numbers(mapping.source);
+      table.set(mapping.name, std::vector<double>(values.begin(), values.end()));
+    } else {
+      table.set(mapping.name, checked_values(mapping.source, table));
+    }
+  }
+}
+
+void require_numbers(const data::Table& table, const std::vector<std::string>& variables) {
+  for (const std::string& name : variables) {
+    data::TextMatch match;
+    if (data::is_text_match(name, match)) continue;
+    if (!table.has(name)) {
+      throw InputError(
+          fmt::format(
+              "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")),
+          {.file = table.file()});
+    }
+    if (table.is_numeric(name)) continue;
+    const data::TextColumn& column = table.text(name);
+    std::vector<std::size_t> rows;
+    for (std::size_t row = 0; row < column.size(); ++row) {
+      if (!column.is_missing(row) && !is_number(column[row])) rows.push_back(row);
+    }
+    if (rows.empty()) throw InputError("has no numbers", {.file = table.file(), .column = name});
+    throw InputError(
+        fmt::format("'{}' is not a number{}", column[rows.front()], others(rows.size())),
+        place_of(table, rows.front(), name));
+  }
+}
+
+void require_domain(const BaseModel& model, const data::Table& table) {
+  std::vector<std::string> columns = model.covariates;
+  columns.push_back(model.response);
+  require_numbers(table, columns);
+  for (const data::Expression& condition : model.domain) {
+    const std::vector<std::size_t> rows = rows_against(condition, table);
+    if (rows.empty()) continue;
+    const std::string column = condition.variables().front();
+    Place place = place_of(table, rows.front(), column);
+    place.model = model.id;
+    throw DomainError(fmt::format("{} is outside the model's domain {}{}",
+                                  data::shortest(table.numbers(column)[rows.front()]),
+                                  condition.text(),
+                                  others(rows.size())),
+                      place);
+  }
+}
+
+}  // namespace silvafit::study

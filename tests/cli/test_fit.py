@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""What other programs rely on in `silvafit fit`."""
+
+import math
+import unittest
+
+from silvafit_program import ProgramTest, stand_csv
+
+MEYER = "h ~ 1.3 + a*(1 - exp(-b*dbh))"
+# y = 1 + 2x with errors -1, 1, 1, -1: slope and intercept stay, SSE = 4.
+LINE = "x,y\n1,2\n2,6\n3,8\n4,8\n"
+
+
+class LeastSquares(ProgramTest):
+    def test_a_line_has_the_textbook_numbers(self):
+        self.write("line.csv", LINE)
+        fit = self.run_json("fit", "line.csv", "--formula", "y ~ a + b*x")
+        self.assertEqual(fit["schema"], "silvafit-fit/1")
+        self.assertEqual((fit["method"], fit["n"], fit["excluded"]), ("ols", 4, 0))
+        self.assertIs(fit["converged"], True)
+        self.assertAlmostEqual(fit["fixed"]["a"]["estimate"], 1.0, 12)
+        self.assertAlmostEqual(fit["fixed"]["b"]["estimate"], 2.0, 12)
+        self.assertAlmostEqual(fit["sigma"], math.sqrt(4 / 2), 12)
+        self.assertAlmostEqual(fit["fixed"]["b"]["se"], math.sqrt(2 / 5), 12)
+        self.assertEqual(fit["fixed"]["b"]["df"], 2)
+        t = 2 / math.sqrt(2 / 5)
+        self.assertAlmostEqual(fit["fixed"]["b"]["t"], t, 12)
+        self.assertAlmostEqual(fit["fixed"]["b"]["p"], 1 - t / math.sqrt(2 + t * t), 12)
+        log_likelihood = -2 * (math.log(2 * math.pi * 4 / 4) + 1)
+        self.assertAlmostEqual(fit["log_likelihood"], log_likelihood, 12)
+        self.assertEqual(fit["k"], 3)
+        self.assertAlmostEqual(fit["aic"], -2 * log_likelihood + 6, 12)
+        self.assertAlmostEqual(fit["bic"], -2 * log_likelihood + 3 * math.log(4), 12)
+        self.assertAlmostEqual(fit["statistics"]["population"]["r2"], 1 - 4 / 24, 12)
+        self.assertAlmostEqual(fit["statistics"]["population"]["rmse"], math.sqrt(4 / 3), 12)
+        self.assertAlmostEqual(fit["statistics"]["population"]["mae"], 1.0, 12)
+        self.assertIsNone(fit["statistics"]["conditional"])
+        self.assertIsNone(fit["random"])
+        self.assertEqual(fit["ranges"], {"x": [1, 4]})
+
+    def test_rows_with_missing_values_are_counted(self):
+        self.write("line.csv", LINE + "5,\n,7\n6,NA\n")
+        fit = self.run_json("fit", "line.csv", "--formula", "y ~ a + b*x")
+        self.assertEqual((fit["n"], fit["excluded"]), (4, 3))
+
+    def test_conditions_and_columns_choose_the_data(self):
+        self.write("line.csv", "X10,y,kind\n10,2,A\n20,6,A\n30,8,A\n40,8,A\n50,99,B\n")
+        fit = self.run_json("fit", "line.csv", "--formula", "y ~ a + b*x",
+                            "--columns", "x=X10/10", "--where", 'kind == "A"')
+        self.assertEqual(fit["n"], 4)
+        self.assertAlmostEqual(fit["fixed"]["b"]["estimate"], 2.0, 12)
+
+    def test_start_values_do_not_change_the_answer(self):
+        self.write("stand.csv", stand_csv())
+        without = self.run_json("fit", "stand.csv", "--formula", MEYER)
+        given = self.run_json("fit", "stand.csv", "--formula", MEYER, "--start", "a=20,b=0.1")
+        for name in ("a", "b"):
+            self.assertAlmostEqual(without["fixed"][name]["estimate"],
+                                   given["fixed"][name]["estimate"], 9)
+
+
+class MixedEffects(ProgramTest):
+    def fit(self, *more):
+        self.write("stand.csv", stand_csv())
+        return self.run_json("fit", "stand.csv", "--formula", MEYER, "--parameter", "b ~ 1 + C",
+                             "--random", "a | plot", *more)
+
+    def test_the_object_has_what_the_contract_promises(self):
+        fit = self.fit()
+        self.assertEqual(fit["method"], "lb")
+        self.assertEqual(fit["groups"], {"plot": 6})
+        self.assertEqual(fit["parameters"], {"b": "1 + C"})
+        self.assertEqual(list(fit["fixed"]), ["a", "b", "b:C"])
+        self.assertEqual(fit["random"]["effects"], ["a"])
+        self.assertEqual(list(fit["random"]["eblup"]), ["01", "02", "03", "04", "05", "06"])
+        self.assertAlmostEqual(fit["random"]["sd"][0] ** 2, fit["random"]["covariance"][0][0], 12)
+        self.assertEqual(fit["k"], 5)
+        self.assertEqual(fit["fixed"]["a"]["df"], 120 - 6 - 2)
+        for name, value in zip(fit["fixed"], (row for row in fit["fixed_covariance"])):
+            position = list(fit["fixed"]).index(name)
+            self.assertAlmostEqual(fit["fixed"][name]["se"] ** 2 / value[position], 1.0, 12)
+        self.assertGreater(fit["statistics"]["conditional"]["r2"],
+                           fit["statistics"]["population"]["r2"])
+        self.assertLess(fit["evidence"]["gradient"], 1e-6)
+        self.assertEqual(fit["evidence"]["rank"], 3)
+
+    def test_variance_functions_are_named_with_what_they_are_of(self):
+        variance = self.fit("--variance", "power(dbh)")["variance"]
+        self.assertEqual((variance["function"], variance["of"]), ("power", "dbh"))
+        self.assertIsNone(variance["constant"])
+
+    def test_a_variance_function_alone_is_gnls(self):
+        self.write("stand.csv", stand_csv())
+        fit = self.run_json("fit", "stand.csv", "--formula", MEYER, "--variance", "power")
+        self.assertEqual(fit["method"], "gnls")
+        self.assertIsNone(fit["random"])
+        self.assertEqual(fit["k"], 4)
+
+    def test_threads_do_not_change_a_byte(self):
+        self.write("stand.csv", stand_csv())
+        arguments = ("fit", "stand.csv", "--model", "all:h", "--random", "a | plot")
+        one, two = (self.run_json(*arguments, "--threads", n) for n in ("1", "2"))
+        for fits in (one, two):
+            for fit in fits["fits"]:
+                del fit["seconds"]
+        self.assertEqual(one, two)
+
+
+class Catalogue(ProgramTest):
+    def test_one_model_by_its_id(self):
+        self.write("stand.csv", stand_csv())
+        fit = self.run_json("fit", "stand.csv", "--model", "M4")
+        self.assertEqual((fit["model"], fit["formula"]), ("M4", MEYER))
+
+    def test_several_models_come_in_the_order_asked_for(self):
+        self.write("stand.csv", stand_csv())
+        result = self.run_json("fit", "stand.csv", "--model", "M8", "--model", "M4")
+        self.assertEqual([fit["model"] for fit in result["fits"]], ["M8", "M4"])
+
+    def test_the_table_ranks_by_aic(self):
+        self.write("stand.csv", stand_csv())
+        lines = self.run_program("fit", "stand.csv", "--model", "all:h").stdout.splitlines()
+        table = lines[1:lines.index("")] if "" in lines else lines[1:]
+        criteria = [float(line.split()[2]) for line in table]
+        self.assertGreater(len(criteria), 3)
+        self.assertEqual(criteria, sorted(criteria))
+
+    def test_a_value_outside_the_domain_is_bad_input(self):
+        self.write("stand.csv", stand_csv() + "06,999,SM,-3,12,0\n")
+        error = self.run_program("fit", "stand.csv", "--model", "M4", status=3).stderr
+        self.assertIn("stand.csv:122: dbh: -3 is outside the model's domain dbh > 0", error)
+        self.assertIn("tree 999", error)
+
+
+class Failures(ProgramTest):
+    def test_a_failed_fit_is_an_object_and_status_4(self):
+        self.write("two.csv", "x,y\n1,2\n2,5\n")
+        fit = self.run_json("fit", "two.csv", "--formula", "y ~ a + b*x + c*x^2", status=4)
+        self.assertIs(fit["converged"], False)
+        self.assertIn("2 observations for 3 coefficients", fit["verdict"])
+        self.assertIsNone(fit["log_likelihood"])
+        self.assertIsNone(fit["fixed"]["a"]["estimate"])
+
+    def test_what_is_no_number_is_named_with_its_place(self):
+        self.write("bad.csv", "plot,tree,x,y\n1,1,1,2\n1,2,two,4\n1,3,3,6\n")
+        done = self.run_program("fit", "bad.csv", "--formula", "y ~ a*x", status=3)
+        self.assertEqual(done.stdout, "")
+        self.assertIn("bad.csv:3: x: 'two' is not a number (plot 1, tree 2)", done.stderr)
+
+    def test_files_that_are_not_there(self):
+        error = self.run_program("fit", "none.csv", "--formula", "y ~ a*x", status=3).stderr
+        self.assertIn("none.csv", error)
+
+    def test_usage_errors_point_at_what_is_wrong(self):
+        self.write("line.csv", LINE)
+        cases = {
+            ("--formula", "y ~ a + * x"): "column 9",
+            ("--formula", "Y ~ a + b*x"): "column 1: there is no column 'Y'",
+            ("--formula", "y ~ x"): "nothing to estimate",
+            ("--formula", "y ~ a*x", "--parameter", "q ~ 1"): "'q' is no parameter",
+            ("--formula", "y ~ a*x", "--random", "a + q | x"): "column 5: 'q' is no coefficient",
+            ("--formula", "y ~ a*x", "--random", "a | plot"): "column 5: there is no column 'plot'",
+            ("--formula", "y ~ a*x", "--where", "z > 1"): "column 1: there is no column 'z'",
+            ("--formula", "y ~ a*x", "--method", "laplace"): "there are ols, gnls, lb",
+            ("--formula", "y ~ a*x", "--method", "lb"): "needs random effects",
+            ("--formula", "y ~ a*x", "--start", "a:3"): "not NAME=VALUE",
+            ("--formula", "y ~ a*x", "--variance", "cubic"): "no variance function",
+            ("--model", "M99"): "no model M99",
+            (): "either --formula or --model",
+        }
+        for arguments, message in cases.items():
+            with self.subTest(arguments):
+                done = self.run_program("fit", "line.csv", *arguments, status=2)
+                self.assertIn(message, done.stderr)
+                self.assertEqual(done.stdout, "")
+
+
+if __name__ == "__main__":
+    unittest.main()

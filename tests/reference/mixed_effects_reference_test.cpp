@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+// Mixed models against R 4.2.2 with nlme 3.1.162, through the program's own JSON and without start
+// values.
+#include <cmath>
+#include <set>
+
+#include "fir_mixed.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+using namespace silvafit;
+using fit::FitResult;
+using nlohmann::json;
+
+namespace {
+
+const std::map<std::string, std::string> kVariances{{"none", "none"},
+                                                    {"varExp", "exponential"},
+                                                    {"varPower", "power"},
+                                                    {"varConstPower", "constant-plus-power"}};
+
+/// nlme stops short here: its log-likelihood is below that of the same model with varPower, which
+/// constant-plus-power contains (see the notes beside the reference numbers).
+const std::set<std::string> kStoppedShort{
+    "spati_curtis_varConstPower", "spati_korf_varConstPower", "SM_h_nlme_varConstPower"};
+
+/// The reference's formula, whose names that are no columns are our coefficients.
+FitResult fitted(const json& reference, const data::Table& table) {
+  fit::ModelSpecification specification =
+      fit::specify_model(reference["formula"].get<std::string>(), {}, table);
+  std::string random;
+  for (const json& name : reference["random_names"]) {
+    random += (random.empty() ? "" : " + ") + name.get<std::string>();
+  }
+  fit::add_random_effects(
+      specification, random + " | " + reference["group"].get<std::string>(), table);
+  specification.variance =
+      fit::parse_variance_function(kVariances.at(reference["varfun"].get<std::string>()));
+  return fit::fit_model(specification, table);
+}
+
+/// Points of the likelihood where nlme's own tolerances leave digits to compare: tight control, a
+/// covariance well inside its range, general as ours, and the same maximum.
+bool is_comparable(const json& reference, double log_likelihood) {
+  return reference["control"] == "tight" &&
+         reference["random_cor_min_eigen"].get<double>() > 1e-3 &&
+         reference["random_structure"].get<std::string>().starts_with("pdSymm") &&
+         !kStoppedShort.contains(reference["id"].get<std::string>()) &&
+         std::abs(log_likelihood - reference["logLik"].get<double>()) < 1e-4;
+}
+
+void check_estimates(const json& reference, const json& ours) {
+  for (const auto& [name, value] : reference["estimates"].items()) {
+    INFO(name);
+    const double error = reference["std_errors"][name].get<double>();
+    // To 1e-5 relative, or 1e-4 standard errors where nlme's stopping rule leaves no more.
+    const double tolerance = std::max(1e-5 * std::abs(value.get<double>()), 1e-4 * error);
+    CHECK(ours["fixed"][name]["estimate"].get<double>() ==
+          Approx(value.get<double>()).margin(tolerance));
+    CHECK(ours["fixed"][name]["se"].get<double>() == Approx(error).epsilon(1e-4));
+  }
+}
+
+void check_variance(const json& reference, const json& ours) {
+  const std::map<std::string, std::string> names{
+      {"expon", "delta"}, {"power", "delta"}, {"const", "constant"}};
+  for (const auto& [name, value] : reference["varfun_params"].items()) {
+    // A constant next to zero is what is left of nlme's logarithmic scale, not a number to compare.
+    if (name == "const" && value.get<double>() < 1e-3) continue;
+    INFO(name);
+    CHECK(ours["variance"][names.at(name)].get<double>() ==
+          Approx(value.get<double>()).epsilon(1e-4));
+  }
+  CHECK(ours["sigma"].get<double>() == Approx(reference["sigma"].get<double>()).epsilon(2e-5));
+}
+
+/// Predictions for the trees of the reference, matched by number.
+void check_fitted(const json& reference,
+                  const FitResult& result,
+                  const data::Table& table,
+                  const std::string& id_column) {
+  const json& first = reference["first20"];
+  std::map<double, Eigen::Index> observation_of;
+  for (std::size_t i = 0; i < result.rows.size(); ++i) {
+    observation_of[table.numbers(id_column)[result.rows[i]]] = static_cast<Eigen::Index>(i);
+  }
+  for (std::size_t i = 0; i < first["id"].size(); ++i) {
+    const Eigen::Index observation = observation_of.at(first["id"][i].get<double>());
+    CHECK(result.fitted_conditional[observation] ==
+          Approx(first["fitted1"][i].get<double>()).margin(1e-4));
+  }
+}
+
+void check_against(const json& reference, const data::Table& table, const std::string& id_column) {
+  const FitResult result = fitted(reference, table);
+  const json ours = json::parse(fit::to_json(result.fit));
+  INFO(reference["id"].get<std::string>() << ": " << ours["verdict"].get<std::string>());
+  CHECK(ours["converged"].get<bool>());
+  CHECK(ours["n"] == reference["n"]);
+  REQUIRE(ours["log_likelihood"].is_number());
+  const double log_likelihood = ours["log_likelihood"].get<double>();
+  CHECK(log_likelihood > reference["logLik"].get<double>() - 1e-3);
+  if (reference["random_structure"].get<std::string>().starts_with("pdSymm")) {
+    CHECK(ours["k"] == reference["df"]);
+  }
+  if (!is_comparable(reference, log_likelihood)) return;
+  check_estimates(reference, ours);
+  check_variance(reference, ours);
+  check_fitted(reference, result, table, id_column);
+  CHECK(ours["aic"].get<double>() == Approx(reference["AIC"].get<double>()).margin(2e-4));
+  CHECK(ours["bic"].get<double>() == Approx(reference["BIC"].get<double>()).margin(2e-4));
+  CHECK(ours["statistics"]["conditional"]["rmse"].get<double>() ==
+        Approx(reference["stats_conditional"]["RMSE"].get<double>()).epsilon(1e-5));
+}
+
+bool is_mixed(const json& reference) { return reference.contains("random_names"); }
+
+/// A public data set, its rows numbered as in the reference, with the rows that it used.
+data::Table public_table(const std::string& name) {
+  data::Table table = data::read_csv_table(test::reference_file("public/" + name + ".csv"));
+  std::vector<double> numbers(table.rows());
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    numbers[row] = static_cast<double>(row + 1);
+    const auto value = [&](const char* column) { return table.numbers(column)[row]; };
+    const bool used = name == "spati"     ? value("pl") == 1.0 && value("d") > 0.0
+                      : name == "alsTree" ? !std::isnan(value("HCB") + value("H") + value("DBH"))
+                                          : true;
+    if (used) rows.push_back(row);
+  }
+  table.set("number", numbers);
+  return table.select(rows);
+}
+
+}  // namespace
+
+TEST_CASE("the mixed models of the study agree with nlme", "[reference][slow]") {
+  SILVAFIT_NEEDS_REFERENCE("fir_mixed_nlme.json");
+  const json file = test::read_json("fir_mixed_nlme.json");
+  const std::string species = GENERATE("SM", "BHN", "MH");
+  const data::Table table = test::fir_mixed(species);
+  int compared = 0;
+  for (const json& reference : file["fits"]) {
+    if (!is_mixed(reference) || reference["species"] != species) continue;
+    check_against(reference, table, "tree");
+    ++compared;
+  }
+  CHECK(compared == 12);
+}
+
+TEST_CASE("mixed models of public data agree with nlme", "[reference][slow]") {
+  SILVAFIT_NEEDS_REFERENCE("public_nlme.json");
+  const json file = test::read_json("public_nlme.json");
+  const std::string name = GENERATE("Loblolly", "Orange", "spati", "alsTree");
+  const data::Table table = public_table(name);
+  for (const json& reference : file["fits"]) {
+    if (!is_mixed(reference) || !reference["id"].get<std::string>().starts_with(name)) continue;
+    check_against(reference, table, "number");
+  }
+}
