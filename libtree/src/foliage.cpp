@@ -48,7 +48,7 @@ class CardBuilder {
       face = -1.0 * face;
     }
     // Cards lit by the crown's own shape read as foliage; lit one by one they flicker.
-    const Point normal = direction(0.45 * face + outward);
+    const Point normal = direction(0.8 * face + outward);
     const Point fold = 0.35 * direction(right - left, card.side);
     const Bytes4 inner = color_at(base, card.shade);
     const Bytes4 outer = color_at(tip, card.shade);
