@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/data/csv.hpp"
 
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -11,30 +9,16 @@
 #include <sstream>
 
 #include "reference.hpp"
+#include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 
 using namespace silvafit::data;
 using Catch::Matchers::Contains;
 using silvafit::InputError;
+using silvafit::test::ScratchFile;
 
 namespace {
-
-/// A file that is gone at the end of the test.
-class ScratchFile {
- public:
-  explicit ScratchFile(const std::string& bytes) {
-    std::ofstream(path_, std::ios::binary) << bytes;
-  }
-  ~ScratchFile() { std::filesystem::remove(path_); }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_ = std::filesystem::temp_directory_path() /
-                                ("silvafit-csv-test-" + std::to_string(::getpid()) + ".csv");
-};
 
 using Records = std::vector<std::vector<std::string>>;
 

@@ -6,17 +6,41 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::data {
 
+std::size_t TextColumn::slot_of(std::string_view value) const {
+  const std::size_t mask = slots_.size() - 1;
+  std::size_t slot = std::hash<std::string_view>()(value) & mask;
+  while (slots_[slot] != kMissingCode && levels_[slots_[slot]] != value) slot = (slot + 1) & mask;
+  return slot;
+}
+
+void TextColumn::grow_slots() {
+  constexpr std::size_t kFewest = 16;
+  slots_.assign(std::max(kFewest, 2 * slots_.size()), kMissingCode);
+  for (std::size_t code = 0; code < levels_.size(); ++code) {
+    slots_[slot_of(levels_[code])] = static_cast<std::uint32_t>(code);
+  }
+}
+
 void TextColumn::append(std::string_view value) {
-  const auto [entry, is_new] =
-      index_.try_emplace(std::string(value), static_cast<std::uint32_t>(levels_.size()));
-  if (is_new) levels_.emplace_back(value);
-  codes_.push_back(entry->second);
+  // Files are often sorted by plot: the value is most likely that of the row before.
+  if (!codes_.empty() && codes_.back() != kMissingCode && levels_[codes_.back()] == value) {
+    codes_.push_back(codes_.back());
+    return;
+  }
+  if (2 * levels_.size() >= slots_.size()) grow_slots();
+  std::uint32_t& code = slots_[slot_of(value)];
+  if (code == kMissingCode) {
+    code = static_cast<std::uint32_t>(levels_.size());
+    levels_.emplace_back(value);
+  }
+  codes_.push_back(code);
 }
 
 std::string_view TextColumn::operator[](std::size_t row) const {
@@ -24,8 +48,7 @@ std::string_view TextColumn::operator[](std::size_t row) const {
 }
 
 std::uint32_t TextColumn::code_of(std::string_view value) const {
-  const auto entry = index_.find(std::string(value));
-  return entry == index_.end() ? kMissingCode : entry->second;
+  return slots_.empty() ? kMissingCode : slots_[slot_of(value)];
 }
 
 bool Table::has(std::string_view name) const { return slots_.contains(std::string(name)); }

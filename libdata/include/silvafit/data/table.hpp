@@ -37,9 +37,14 @@ class TextColumn {
   std::uint32_t code_of(std::string_view value) const;
 
  private:
+  /// The place of a value in slots_, or the free place where it belongs.
+  std::size_t slot_of(std::string_view value) const;
+  void grow_slots();
+
   std::vector<std::uint32_t> codes_;
   std::vector<std::string> levels_;
-  std::unordered_map<std::string, std::uint32_t> index_;
+  /// Hash table with open addressing: codes, or kMissingCode where free. At most half full.
+  std::vector<std::uint32_t> slots_;
 };
 
 /// Columns of equal length, each under a name. Text that was read from a file keeps its spelling

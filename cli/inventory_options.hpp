@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Options of the commands that read inventories and compute structural units.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/structural_units.hpp"
+
+namespace silvafit::cli {
+
+/// The inventory and how to read it.
+struct InventoryArguments {
+  std::string path{};
+  std::vector<std::string> columns{};
+  bool trust_units = false;
+};
+
+/// How structural units are made.
+struct UnitArguments {
+  std::size_t neighbors = 4;
+  std::optional<double> alpha_deg{};
+  std::string edge = "buffer";
+  double buffer_m = 5.0;
+  std::string window{};
+  std::string per = "plot";
+};
+
+/// Adds INVENTORY.csv, --columns and --trust-units.
+void add_inventory_options(CLI::App& command, InventoryArguments& arguments);
+
+/// Adds --neighbors, --alpha, --edge, --buffer, --window and --per.
+void add_unit_options(CLI::App& command, UnitArguments& arguments);
+
+/// Reads the inventory; notes and rows left out are said on stderr.
+/// \param options  what the command needs; --columns and --trust-units are filled in here
+stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
+                                       stand::InventoryOptions options,
+                                       const CommonOptions& common);
+
+/// The options of structural_units, with the windows read from their file.
+stand::StructuralUnitOptions unit_options(const UnitArguments& arguments,
+                                          const CommonOptions& common);
+
+}  // namespace silvafit::cli

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// `silvafit simulate`: an inventory with known truth.
+#include "silvafit/study/simulate.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "command.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/data/csv.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+struct SimulateOptions {
+  CommonOptions common{};
+  std::filesystem::path design{};
+  std::filesystem::path out{};
+  std::filesystem::path truth{};
+};
+
+void print_summary(const SimulateOptions& options,
+                   const study::SimulationDesign& design,
+                   const study::SimulatedStand& stand) {
+  if (options.common.json) {
+    nlohmann::ordered_json result{{"schema", "silvafit-simulation/1"},
+                                  {"out", options.out.string()},
+                                  {"seed", options.common.seed},
+                                  {"trees", stand.inventory.size()},
+                                  {"plots", design.plots.size()},
+                                  {"crowding_passes", stand.crowding_passes},
+                                  {"crowding_unsettled", stand.crowding_unsettled}};
+    for (std::size_t s = 0; s < design.species.size(); ++s) {
+      result["species"][design.species[s].code] = stand.species[s].trees;
+    }
+    fmt::print("{}\n", result.dump(2));
+    return;
+  }
+  fmt::print("{:<8} {:>7}\n", "species", "trees");
+  for (std::size_t s = 0; s < design.species.size(); ++s) {
+    fmt::print("{:<8} {:>7}\n", design.species[s].code, stand.species[s].trees);
+  }
+}
+
+void run(const SimulateOptions& options) {
+  const study::SimulationDesign design = study::read_design(options.design);
+  const study::SimulatedStand stand =
+      study::simulate(design, options.common.seed, options.common.threads);
+  data::write_csv_table(stand::to_table(stand.inventory), options.out);
+  if (!options.truth.empty()) {
+    write_file(options.truth, study::truth_json(design, stand, options.common.seed));
+  }
+  if (stand.crowding_unsettled > 0) {
+    say(options.common,
+        fmt::format("crown width and C did not come to agree for {} of {} trees; where crowding "
+                    "narrows crowns, they cannot always",
+                    stand.crowding_unsettled,
+                    stand.inventory.size()));
+  }
+  print_summary(options, design, stand);
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& program) {
+  auto options = std::make_shared<SimulateOptions>();
+  CLI::App* command =
+      program.add_subcommand("simulate", "Draw an inventory with known truth from a design");
+  add_common_options(*command, options->common);
+  command->add_option("design", options->design, "Design of the stand (JSON)")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command->add_option("--out", options->out, "Inventory to write (CSV)")->required();
+  command->add_option("--truth", options->truth, "Where to write what was drawn (JSON)");
+  add_example(*command,
+              "silvafit simulate examples/fir-mixed/design.json --out inventory.csv "
+              "--truth truth.json --seed 1");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// How well predictions agree with observations.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace silvafit::fit {
+
+/// With residuals e = y - prediction of n observations.
+struct FitStatistics {
+  double r2 = 0.0;          ///< 1 - sum e^2 / sum (y - mean y)^2
+  double mean_error = 0.0;  ///< E = mean e
+  double rmse = 0.0;        ///< sqrt(E^2 + sum (e - E)^2 / (n - 1))
+  double mae = 0.0;         ///< mean |e|
+};
+
+/// \param observed, predicted  (N), N >= 1; for N = 1 the spread of the errors counts as zero
+/// Source: Wang et al. 2023, Forests 14, 639 (definitions that its published figures obey).
+FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
+                             const Eigen::Ref<const Eigen::VectorXd>& predicted);
+
+/// Log-likelihood of least squares at sigma^2 = SSE/n: -n/2 (log(2 pi SSE/n) + 1).
+double least_squares_log_likelihood(double sum_of_squares, Eigen::Index observations);
+
+/// Information criteria; k counts all estimated parameters, sigma among them.
+double aic(double log_likelihood, int parameters);
+/// With the small-sample correction 2k(k+1)/(n-k-1); infinite where n <= k + 1.
+double aicc(double log_likelihood, int parameters, Eigen::Index observations);
+double bic(double log_likelihood, int parameters, Eigen::Index observations);
+
+}  // namespace silvafit::fit

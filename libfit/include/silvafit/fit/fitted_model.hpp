@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// One fit of any method, as it is shown, stored and predicted from.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/fit_statistics.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+/// How a model is fitted.
+enum class Method {
+  kOrdinary,        ///< ordinary least squares, "ols"
+  kGeneralised,     ///< with a variance function, without random effects, "gnls"
+  kLindstromBates,  ///< mixed effects, "lb"
+};
+std::string method_text(Method method);
+/// \throws UsageError if there is no such method; the message lists those there are
+Method parse_method(std::string_view text);
+/// The method that a specification asks for: lb with random effects, else gnls with a variance
+/// function, else ols.
+Method default_method(const ModelSpecification& specification);
+
+/// Smallest and largest value of a data column among the rows of a fit.
+struct ColumnRange {
+  std::string column{};
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Everything that is kept of a fit. Values are NaN where a failed fit has none.
+///
+/// p coefficients, q random effects, G groups, N observations.
+struct FittedModel {
+  std::string model{};  ///< id in the catalogue, or empty
+  ModelSpecification specification;
+  Method method = Method::kOrdinary;
+  Eigen::Index observations = 0;
+  Eigen::Index excluded = 0;  ///< rows with missing values
+
+  std::vector<std::string> coefficient_names{};
+  Eigen::VectorXd estimate{};       ///< (p)
+  Eigen::MatrixXd covariance{};     ///< (p x p)
+  double degrees_of_freedom = 0.0;  ///< of the t tests
+
+  std::vector<std::string> random_names{};  ///< (q), empty without random effects
+  std::vector<std::string> group_labels{};  ///< (G)
+  Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
+  Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs
+  /// Where constant-plus-power has become a constant variance, its constant is infinite and sigma
+  /// the residual standard deviation itself.
+  VarianceEstimate variance{};
+  double sigma = 0.0;
+  std::vector<ColumnRange> ranges{};  ///< of the numeric columns that the mean uses
+
+  double log_likelihood = 0.0;
+  int parameter_count = 0;      ///< 0 where a fit failed
+  FitStatistics population{};   ///< of f(beta)
+  FitStatistics conditional{};  ///< of f(beta + b); only with random effects
+  Convergence convergence{};
+  double seconds = 0.0;
+
+  bool has_random_effects() const { return !random_names.empty(); }
+  double aic() const;
+  double aicc() const;
+  double bic() const;
+  Eigen::VectorXd standard_errors() const;
+  Eigen::VectorXd t_values() const;
+  /// p-value of the two-sided t test of each coefficient against zero.
+  Eigen::VectorXd p_values() const;
+  Eigen::VectorXd random_sd() const;
+  /// (q x q); NaN off the diagonal where a standard deviation is zero.
+  Eigen::MatrixXd random_correlation() const;
+  /// (N) residual standard deviation by the variance function.
+  /// \param v  (N) fitted values, or the column that the function is of
+  Eigen::VectorXd residual_sd(const Eigen::Ref<const Eigen::VectorXd>& v) const;
+};
+
+/// The fit and what it says of each observation.
+struct FitResult {
+  FittedModel fit;
+  std::vector<std::size_t> rows{};       ///< (N) row of the table of each observation
+  Eigen::VectorXd fitted_population{};   ///< (N)
+  Eigen::VectorXd fitted_conditional{};  ///< (N) equal to the population's without random effects
+  Eigen::VectorXd residual_sd{};         ///< (N) standard deviation of the residual
+};
+
+struct FitModelOptions {
+  std::optional<Method> method{};         ///< default_method unless given
+  std::map<std::string, double> start{};  ///< by coefficient, never needed
+  std::map<std::string, double> rule{};   ///< by parameter, from the catalogue
+  int maximum_iterations = 200;           ///< alternations of lb and gnls
+};
+
+/// Fits a model to the rows of a table where all of its columns have values. Mixed and generalised
+/// fits start from the least-squares fit. A fit that fails is a result that says so.
+/// \throws UsageError if the method does not suit the specification, or a start value is for no
+///   coefficient; UsageError, InputError, DomainError as NonlinearModel and fit_least_squares
+FitResult fit_model(const ModelSpecification& specification,
+                    const data::Table& table,
+                    const FitModelOptions& options = {});
+
+}  // namespace silvafit::fit

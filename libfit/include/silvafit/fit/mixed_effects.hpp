@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// Nonlinear mixed-effects models, and generalised least squares as the case without random effects.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/fit_statistics.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+struct MixedEffectsOptions {
+  int maximum_iterations = 200;  ///< alternations of the two steps
+};
+
+/// Estimated parameters of a variance function, by R nlme's definitions.
+struct VarianceEstimate {
+  VarianceFunction function{};
+  double delta = 0.0;  ///< exponent or rate; 0 without a variance function
+  double constant =
+      0.0;  ///< of constant-plus-power; infinite where it has become a constant variance
+};
+
+/// A fitted model: y_ij = f(beta + b_i; x_ij) + e_ij, b_i ~ N(0, Psi), Var e_ij = sigma^2 g_ij^2.
+///
+/// p coefficients, q of them with random effects, G groups, N observations in the model's order.
+struct MixedEffectsFit {
+  std::vector<std::string> coefficient_names{};
+  Eigen::VectorXd estimate{};  ///< (p) fixed effects
+  /// (p x p) covariance of the fixed effects with nlme's factor N / (N - p)
+  Eigen::MatrixXd covariance{};
+  std::vector<std::string> random_names{};  ///< (q)
+  std::vector<std::string> group_labels{};  ///< (G)
+  Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
+  Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs: modes given the data
+  double sigma = 0.0;
+  VarianceEstimate variance{};
+  double log_likelihood = 0.0;
+  int parameter_count = 0;  ///< coefficients, covariance and variance parameters, sigma
+  Eigen::Index observations = 0;
+  double degrees_of_freedom = 0.0;  ///< of the t tests, as nlme counts them
+  Convergence convergence{};
+  Eigen::VectorXd fitted_population{};   ///< (N) f(beta)
+  Eigen::VectorXd fitted_conditional{};  ///< (N) f(beta + b)
+  Eigen::VectorXd residual_sd{};         ///< (N) sigma g
+  Eigen::Index floored_variances =
+      0;  ///< fitted values too near zero for a power, which were floored
+
+  double aic() const;
+  double aicc() const;
+  double bic() const;
+  Eigen::VectorXd standard_errors() const;
+  Eigen::VectorXd random_sd() const;
+  /// (q x q); NaN off the diagonal where a standard deviation is zero.
+  Eigen::MatrixXd random_correlation() const;
+};
+
+/// Fits by the method of Lindstrom and Bates, maximum likelihood: R nlme's objective.
+///
+/// Alternates penalised nonlinear least squares in beta and b with the profile likelihood of the
+/// model that is linear around them, until both stand still together. Psi = sigma^2 L L' is never
+/// inverted, so that a singular Psi is an ordinary point; the reported log-likelihood is that of
+/// the linearised model, as nlme's. Without random effects it is generalised nonlinear least
+/// squares (nlme's gnls). A fit that fails is a result with converged = false and a verdict, not an
+/// exception. \param start  (p) coefficients to start from: the pooled least-squares fit Source:
+/// Lindstrom and Bates 1990, Biometrics 46, 673-687; Pinheiro and Bates 2000, chapters 5 and 7.
+MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
+                                    const Eigen::VectorXd& start,
+                                    const MixedEffectsOptions& options = {});
+
+}  // namespace silvafit::fit

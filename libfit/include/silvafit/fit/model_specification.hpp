@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// What a model is, before any data: a formula, linear sub-models of its parameters, random effects,
+// variance.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::fit {
+
+/// A covariate of a parameter: any expression of data columns.
+struct Covariate {
+  std::string label{};  ///< as written, e.g. "C" or "log(dbh)"
+  data::Expression value;
+};
+
+/// A parameter as a linear function of covariates: b = b_0 + b_C C + b_U U, written `b ~ 1 + C +
+/// U`.
+struct ParameterModel {
+  std::string name{};
+  bool has_intercept = true;
+  std::vector<Covariate> covariates{};
+
+  /// Names of its coefficients: "b" for the intercept, "b:C" for a covariate.
+  std::vector<std::string> coefficient_names() const;
+  /// The right side as text: "1 + C + U".
+  std::string text() const;
+};
+
+/// Coefficients that vary between groups, written `a + b:C | plot`.
+struct RandomEffects {
+  std::vector<std::string> coefficients{};
+  std::string group{};  ///< the column whose values are the groups
+};
+
+/// The form of the covariance matrix Psi of a group's random effects.
+enum class Covariance { kGeneral, kDiagonal, kIdentity };
+
+/// How the residual standard deviation depends on v, the fitted value or a column (R nlme's
+/// definitions): sigma; sigma exp(delta v); sigma |v|^delta; sigma (constant + |v|^delta).
+struct VarianceFunction {
+  enum class Kind { kNone, kExponential, kPower, kConstantPlusPower };
+  Kind kind = Kind::kNone;
+  std::string column{};  ///< empty: the fitted value
+
+  /// Number of its parameters: 0, 1, 1, 2.
+  int parameter_count() const;
+  /// "none", "power", "power(dbh)", ...
+  std::string text() const;
+};
+
+struct ModelSpecification {
+  data::Formula formula;
+  std::vector<ParameterModel> parameters{};
+  std::optional<RandomEffects> random{};
+  Covariance covariance = Covariance::kGeneral;
+  VarianceFunction variance{};
+
+  /// All coefficients in the order of the parameters.
+  std::vector<std::string> coefficient_names() const;
+  /// What the mean reads from the data: columns of the formula, then those of covariates. The
+  /// comparison of a column with text is one of them; see data::is_text_match.
+  std::vector<std::string> predictors() const;
+};
+
+/// A model of a formula: the names in it that are no columns of the table are its parameters, in
+/// the order of their first appearance, each constant unless a sub-model is given for it. \param
+/// sub_models  texts such as "b ~ 1 + C + U" or "b ~ 0 + C" \throws FormulaError if a text cannot
+/// be read, the response or a covariate is no column, the formula has no parameter, or a sub-model
+/// is for none of them
+ModelSpecification specify_model(std::string_view formula,
+                                 const std::vector<std::string>& sub_models,
+                                 const data::Table& table);
+
+/// Reads one sub-model; covariates are not checked against any table.
+ParameterModel parse_parameter_model(std::string_view text);
+
+/// Reads `a + b + b:C | plot`.
+RandomEffects parse_random_effects(std::string_view text);
+
+/// Gives a model the random effects of a text.
+/// \throws FormulaError that points at what is no coefficient of the model, is named twice, or is
+///   no column of the table
+void add_random_effects(ModelSpecification& specification,
+                        std::string_view text,
+                        const data::Table& table);
+
+/// Reads none, exponential, power, constant-plus-power, each with a column in parentheses if not of
+/// the fitted value.
+VarianceFunction parse_variance_function(std::string_view text);
+
+/// Reads general, diagonal or identity.
+Covariance parse_covariance(std::string_view text);
+std::string covariance_text(Covariance covariance);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// A model bound to data: complete rows, sorted by group, and the mean with its derivatives.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/program.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+/// The mean function f(phi; data) of a model on the rows of a table, with phi linear in the
+/// coefficients.
+///
+/// N observations, p coefficients, G groups. Rows where the response, a column of the formula, a
+/// covariate or the group is missing are left out. Rows are kept sorted by group (groups in the
+/// order of their first appearance, rows within a group in file order); without random effects all
+/// rows are one group. Immutable; evaluate() may run on several threads, each with a Workspace of
+/// its own.
+class NonlinearModel {
+ public:
+  /// Scratch memory of one caller.
+  struct Workspace {
+    data::Program::Workspace program{};
+    Eigen::MatrixXd parameters{};   ///< (N x K) parameter values a row
+    Eigen::MatrixXd derivatives{};  ///< (N x K) df/dphi
+  };
+
+  /// \throws UsageError if a column is not there; InputError if no complete row is left, or a
+  /// column of the
+  ///   data has an infinite value
+  NonlinearModel(ModelSpecification specification, const data::Table& table);
+
+  const ModelSpecification& specification() const { return specification_; }
+  Eigen::Index observations() const { return response_.size(); }
+  Eigen::Index coefficient_count() const { return static_cast<Eigen::Index>(names_.size()); }
+  const std::vector<std::string>& coefficient_names() const { return names_; }
+  /// Position of a coefficient.
+  /// \throws UsageError if there is none of that name
+  Eigen::Index coefficient_index(std::string_view name) const;
+
+  /// (N) the response, in model order.
+  const Eigen::VectorXd& response() const { return response_; }
+  /// (N) the table's row of each observation.
+  const std::vector<std::size_t>& rows() const { return rows_; }
+  std::size_t excluded() const { return excluded_; }
+
+  Eigen::Index group_count() const { return static_cast<Eigen::Index>(group_labels_.size()); }
+  const std::vector<std::string>& group_labels() const { return group_labels_; }
+  /// First observation of group g; group_begin(group_count()) is N.
+  Eigen::Index group_begin(Eigen::Index group) const { return group_begin_[group]; }
+
+  /// (N) a numeric column of the data in model order, as far as the model uses it.
+  /// \throws UsageError if the model does not use it
+  Eigen::VectorXd column(std::string_view name) const;
+
+  /// The parameter of a coefficient, by its number in the specification.
+  Eigen::Index parameter_of(Eigen::Index coefficient) const;
+  /// (N) what a coefficient is multiplied by in its parameter: the covariate, 1 for an intercept.
+  Eigen::VectorXd multiplier(Eigen::Index coefficient) const;
+
+  /// The mean and, unless null, its Jacobian in the coefficients.
+  /// \param coefficients  (p) the same for all groups, or (p x G) by group
+  /// \param mean          (N) result
+  /// \param jacobian      (N x p) result: df/d coefficient
+  void evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                Eigen::VectorXd& mean,
+                Eigen::MatrixXd* jacobian,
+                Workspace& workspace) const;
+
+  /// True where the second derivative of f by the coefficients (i, j) is zero for all data: a
+  /// coefficient with (j, j) zero enters linearly, and two such enter jointly linearly if (i, j) is
+  /// zero.
+  bool is_bilinear(Eigen::Index i, Eigen::Index j) const;
+
+  /// The same model on some of the observations.
+  /// \param observations  in ascending order, at least one
+  NonlinearModel subset(const std::vector<Eigen::Index>& observations) const;
+
+  /// The model without covariates: each parameter is one coefficient of the same name.
+  NonlinearModel pooled() const;
+
+  /// Where an observation came from: the file and the line, as far as the table knew them.
+  Place place(Eigen::Index observation) const;
+
+ private:
+  struct Slot {  ///< where a coefficient acts
+    Eigen::Index parameter = 0;
+    Eigen::Index covariate = -1;  ///< column of covariates_, -1 for an intercept
+  };
+  void choose_rows(const data::Table& table);
+  void load_columns(const data::Table& table);
+  void load_covariates(const data::Table& table);
+  void compile();
+  void fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                       Eigen::MatrixXd& parameters) const;
+
+  ModelSpecification specification_;
+  std::vector<std::string> names_;
+  std::vector<Slot> slots_;
+  std::string file_;
+  std::vector<std::size_t> rows_;
+  std::vector<std::size_t> lines_;  ///< (N) of the file, 0 where unknown
+  std::size_t excluded_ = 0;
+  std::vector<std::string> group_labels_;
+  std::vector<Eigen::Index> group_begin_;
+  Eigen::VectorXd response_;
+  std::vector<std::string> variables_;  ///< data columns of the formula
+  Eigen::MatrixXd columns_;             ///< (N x variables)
+  Eigen::MatrixXd covariates_;          ///< (N x covariates)
+  data::Program mean_program_;          ///< f
+  data::Program gradient_program_;      ///< f, df/dphi_1 .. df/dphi_K
+  std::vector<std::vector<bool>> parameter_bilinear_;
+};
+
+}  // namespace silvafit::fit

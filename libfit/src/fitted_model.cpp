@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/fitted_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/math/distributions/students_t.hpp>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/least_squares.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Kind = VarianceFunction::Kind;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// In the order of the enumeration.
+constexpr std::array<std::string_view, 3> kMethodNames{"ols", "gnls", "lb"};
+
+void check_method(const ModelSpecification& specification, Method method) {
+  if (specification.random && method != Method::kLindstromBates) {
+    throw UsageError(
+        fmt::format("the method {} has no random effects; use lb", method_text(method)));
+  }
+  if (!specification.random && method == Method::kLindstromBates) {
+    throw UsageError("the method lb needs random effects; without them use ols or gnls");
+  }
+  if (method == Method::kOrdinary && specification.variance.kind != Kind::kNone) {
+    throw UsageError("the method ols has no variance function; use gnls");
+  }
+}
+
+void check_start(const NonlinearModel& model, const std::map<std::string, double>& start) {
+  for (const auto& [name, value] : start) {
+    static_cast<void>(model.coefficient_index(name));
+    if (!std::isfinite(value)) throw UsageError(fmt::format("the start of {} is no number", name));
+  }
+}
+
+std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
+  std::vector<ColumnRange> ranges;
+  for (const std::string& name : model.specification().predictors()) {
+    data::TextMatch match;
+    if (data::is_text_match(name, match)) continue;
+    const VectorXd values = model.column(name);
+    ranges.push_back({.column = name, .low = values.minCoeff(), .high = values.maxCoeff()});
+  }
+  return ranges;
+}
+
+FitResult described(const NonlinearModel& model, Method method) {
+  FitResult result{.fit = {.specification = model.specification()}};
+  FittedModel& fit = result.fit;
+  fit.method = method;
+  fit.observations = model.observations();
+  fit.excluded = static_cast<Index>(model.excluded());
+  fit.coefficient_names = model.coefficient_names();
+  fit.ranges = ranges_of(model);
+  fit.variance.function = model.specification().variance;
+  if (model.specification().random) {
+    fit.random_names = model.specification().random->coefficients;
+    fit.group_labels = model.group_labels();
+    const auto q = static_cast<Index>(fit.random_names.size());
+    fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
+    fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  }
+  result.rows = model.rows();
+  return result;
+}
+
+void take_over(FitResult& result, LeastSquaresFit&& found) {
+  FittedModel& fit = result.fit;
+  fit.degrees_of_freedom = found.degrees_of_freedom();
+  fit.estimate = std::move(found.estimate);
+  fit.covariance = std::move(found.covariance);
+  fit.sigma = found.sigma;
+  fit.log_likelihood = found.log_likelihood;
+  fit.parameter_count = found.parameter_count;
+  fit.convergence = std::move(found.convergence);
+  result.residual_sd = VectorXd::Constant(fit.observations, fit.sigma);
+  result.fitted_population = std::move(found.fitted);
+  result.fitted_conditional = result.fitted_population;
+}
+
+void take_over(FitResult& result, MixedEffectsFit&& found) {
+  FittedModel& fit = result.fit;
+  fit.estimate = std::move(found.estimate);
+  fit.covariance = std::move(found.covariance);
+  fit.degrees_of_freedom = found.degrees_of_freedom;
+  if (fit.has_random_effects()) {
+    fit.random_covariance = std::move(found.random_covariance);
+    fit.random_effects = std::move(found.random_effects);
+  }
+  fit.variance = found.variance;
+  fit.sigma = std::isinf(found.variance.constant) ? found.residual_sd.mean() : found.sigma;
+  fit.log_likelihood = found.log_likelihood;
+  fit.parameter_count = found.parameter_count;
+  fit.convergence = std::move(found.convergence);
+  result.fitted_population = std::move(found.fitted_population);
+  result.fitted_conditional = std::move(found.fitted_conditional);
+  result.residual_sd = std::move(found.residual_sd);
+}
+
+/// A mixed or generalised fit that has nowhere to start.
+void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
+  const std::string reason = std::move(least_squares.convergence.verdict);
+  take_over(result, std::move(least_squares));
+  FittedModel& fit = result.fit;
+  fit.covariance.setConstant(kNaN);
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.parameter_count = 0;
+  fit.variance.delta = kNaN;
+  fit.variance.constant = kNaN;
+  fit.convergence = {.verdict =
+                         "Not converged: the least-squares fit to start from failed. " + reason};
+}
+
+void compute_statistics(FitResult& result, const VectorXd& response) {
+  result.fit.population = fit_statistics(response, result.fitted_population);
+  result.fit.conditional = fit_statistics(response, result.fitted_conditional);
+}
+
+}  // namespace
+
+std::string method_text(Method method) {
+  return std::string(kMethodNames[static_cast<std::size_t>(method)]);
+}
+
+Method parse_method(std::string_view text) {
+  const auto* const found = std::ranges::find(kMethodNames, text);
+  if (found == kMethodNames.end()) {
+    throw UsageError(
+        fmt::format("'{}' is no method; there are {}", text, fmt::join(kMethodNames, ", ")));
+  }
+  return static_cast<Method>(found - kMethodNames.begin());
+}
+
+Method default_method(const ModelSpecification& specification) {
+  if (specification.random) return Method::kLindstromBates;
+  return specification.variance.kind == Kind::kNone ? Method::kOrdinary : Method::kGeneralised;
+}
+
+double FittedModel::aic() const { return fit::aic(log_likelihood, parameter_count); }
+double FittedModel::aicc() const {
+  return fit::aicc(log_likelihood, parameter_count, observations);
+}
+double FittedModel::bic() const { return fit::bic(log_likelihood, parameter_count, observations); }
+
+VectorXd FittedModel::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
+
+VectorXd FittedModel::t_values() const { return estimate.cwiseQuotient(standard_errors()); }
+
+VectorXd FittedModel::p_values() const {
+  VectorXd p = t_values();
+  for (double& value : p) {
+    if (std::isnan(value) || !(degrees_of_freedom > 0.0)) {
+      value = kNaN;
+      continue;
+    }
+    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom);
+    value = std::isinf(value)
+                ? 0.0
+                : 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(value)));
+  }
+  return p;
+}
+
+VectorXd FittedModel::random_sd() const { return random_covariance.diagonal().cwiseSqrt(); }
+
+MatrixXd FittedModel::random_correlation() const {
+  return MixedEffectsFit{.random_covariance = random_covariance}.random_correlation();
+}
+
+VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& v) const {
+  switch (variance.function.kind) {
+    case Kind::kNone:
+      break;
+    case Kind::kExponential:
+      return sigma * (variance.delta * v.array()).exp();
+    case Kind::kPower:
+      return sigma * v.array().abs().pow(variance.delta);
+    case Kind::kConstantPlusPower:
+      if (std::isinf(variance.constant)) break;
+      return sigma * (variance.constant + v.array().abs().pow(variance.delta));
+  }
+  return (v.array().isNaN()).select(kNaN, VectorXd::Constant(v.size(), sigma));
+}
+
+FitResult fit_model(const ModelSpecification& specification,
+                    const data::Table& table,
+                    const FitModelOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Method method = options.method.value_or(default_method(specification));
+  check_method(specification, method);
+  const NonlinearModel model(specification, table);
+  check_start(model, options.start);
+  FitResult result = described(model, method);
+  LeastSquaresFit least_squares =
+      fit_least_squares(model, {.start = options.start, .rule = options.rule});
+  if (method == Method::kOrdinary) {
+    take_over(result, std::move(least_squares));
+  } else if (least_squares.estimate.allFinite()) {
+    const MixedEffectsOptions mixed{.maximum_iterations = options.maximum_iterations};
+    take_over(result, fit_lindstrom_bates(model, least_squares.estimate, mixed));
+  } else {
+    give_up(result, std::move(least_squares));
+  }
+  compute_statistics(result, model.response());
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+  result.fit.seconds = elapsed.count();
+  return result;
+}
+
+}  // namespace silvafit::fit

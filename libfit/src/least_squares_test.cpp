@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/least_squares.hpp"
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "silvafit/base/random.hpp"
+
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using silvafit::data::Table;
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::vector<double> column(std::size_t rows, const std::function<double(double)>& value) {
+  std::vector<double> result(rows);
+  for (std::size_t i = 0; i < rows; ++i) result[i] = value(static_cast<double>(i));
+  return result;
+}
+
+/// Noise without a random number generator: irregular, bounded by one, mean near zero.
+double wobble(double i) { return std::sin(12.9898 * i) + 0.5 * std::cos(78.233 * i + 1.0); }
+
+/// Trees of 5 to 50 cm, heights on Meyer's curve plus noise of a given size.
+Table trees(double noise, std::size_t rows = 120) {
+  Table table(rows);
+  const auto dbh = [rows](double i) { return 5.0 + 45.0 * i / static_cast<double>(rows); };
+  table.set("dbh", column(rows, dbh));
+  table.set("C", column(rows, [](double i) { return std::fmod(i, 5.0) / 4.0; }));
+  table.set("zero", column(rows, [](double) { return 0.0; }));
+  table.set("h", column(rows, [&](double i) {
+              return 1.3 + 30.0 * (1.0 - std::exp(-0.04 * dbh(i))) + noise * wobble(i);
+            }));
+  return table;
+}
+
+void rescale(Table& table, const std::string& name, double factor) {
+  std::vector<double> values(table.numbers(name).begin(), table.numbers(name).end());
+  for (double& value : values) value *= factor;
+  table.set(name, values);
+}
+
+LeastSquaresFit fitted(const std::string& formula,
+                       const Table& table,
+                       const std::vector<std::string>& sub_models = {},
+                       const LeastSquaresOptions& options = {}) {
+  return fit_least_squares(NonlinearModel(specify_model(formula, sub_models, table), table),
+                           options);
+}
+
+const std::string kMeyer = "h ~ 1.3 + a*(1 - exp(-b*dbh))";
+
+}  // namespace
+
+TEST_CASE("a linear model has the closed-form solution") {
+  const Table table = trees(1.0);
+  const LeastSquaresFit fit = fitted("h ~ a + b*dbh + c*dbh^2", table);
+
+  const Index n = 120;
+  const auto dbh = Eigen::Map<const VectorXd>(table.numbers("dbh").data(), n);
+  const auto h = Eigen::Map<const VectorXd>(table.numbers("h").data(), n);
+  MatrixXd design(n, 3);
+  design << VectorXd::Ones(n), dbh, dbh.cwiseAbs2();
+  const VectorXd beta = design.householderQr().solve(h);
+  const double sum_of_squares = (h - design * beta).squaredNorm();
+  const MatrixXd inverse = (design.transpose() * design).inverse();
+
+  // The design's condition number is 1e4, its cross product's 1e8.
+  CHECK(fit.convergence.converged);
+  for (Index j = 0; j < 3; ++j) {
+    CHECK(fit.estimate[j] == Approx(beta[j]).epsilon(1e-11));
+    CHECK(fit.standard_errors()[j] ==
+          Approx(std::sqrt(sum_of_squares / 117.0 * inverse(j, j))).epsilon(1e-8));
+  }
+  CHECK(fit.sum_of_squares == Approx(sum_of_squares).epsilon(1e-13));
+  CHECK(fit.degrees_of_freedom() == 117.0);
+  CHECK(fit.sigma == Approx(std::sqrt(sum_of_squares / 117.0)).epsilon(1e-13));
+  // The normal density's logarithm, summed over the observations.
+  const double variance = sum_of_squares / 120.0;
+  const double log_likelihood = -0.5 * ((h - design * beta).array().square() / variance +
+                                        std::log(2.0 * std::numbers::pi * variance))
+                                           .sum();
+  CHECK(fit.log_likelihood == Approx(log_likelihood).epsilon(1e-13));
+  CHECK(fit.parameter_count == 4);
+  CHECK(fit.aic() == Approx(-2.0 * log_likelihood + 8.0).epsilon(1e-13));
+}
+
+TEST_CASE("the residuals are orthogonal to the slopes at a solution") {
+  const Table table = trees(1.0);
+  const NonlinearModel model(specify_model(kMeyer, {}, table), table);
+  const LeastSquaresFit fit = fit_least_squares(model);
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  const VectorXd residuals = model.response() - mean;
+  for (Index j = 0; j < 2; ++j) {
+    const double cosine =
+        jacobian.col(j).dot(residuals) / (jacobian.col(j).norm() * residuals.norm());
+    CHECK(std::abs(cosine) < 1e-13);
+  }
+  CHECK(fit.convergence.gradient < 1e-20);
+  CHECK(fit.convergence.rank == 2);
+}
+
+TEST_CASE("exact data give their coefficients back, and the verdict says that they are exact") {
+  const LeastSquaresFit fit = fitted(kMeyer, trees(0.0));
+  CHECK(fit.estimate[0] == Approx(30.0).epsilon(1e-12));
+  CHECK(fit.estimate[1] == Approx(0.04).epsilon(1e-12));
+  CHECK(fit.convergence.converged);
+  CHECK(fit.log_likelihood == kInfinity);
+  CHECK_THAT(fit.convergence.verdict, Contains("exactly"));
+}
+
+TEST_CASE("the order of the rows does not matter") {
+  const Table table = trees(1.0, 500);
+  std::vector<std::size_t> order(500);
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i * 123 % 500;  // 123 and 500 coprime
+  const std::string richards = "h ~ 1.3 + a*(1 - exp(-b*dbh))^c";
+  const LeastSquaresFit one = fitted(richards, table);
+  const LeastSquaresFit other = fitted(richards, table.select(order));
+  for (Index j = 0; j < 3; ++j) CHECK(one.estimate[j] == Approx(other.estimate[j]).epsilon(1e-11));
+  CHECK(one.log_likelihood == Approx(other.log_likelihood).epsilon(1e-13));
+}
+
+TEST_CASE("a change of unit rescales the estimates and nothing else") {
+  struct Case {
+    std::string formula;
+    std::vector<double> powers;  ///< of the unit of dbh in a, b, c
+  };
+  const std::vector<Case> cases{{kMeyer, {0.0, -1.0}},
+                                {"h ~ 1.3 + a*(1 - exp(-b*dbh))^c", {0.0, -1.0, 0.0}},
+                                {"h ~ 1.3 + a/(1 + b*exp(-c*dbh))", {0.0, 0.0, -1.0}},
+                                {"h ~ 1.3 + a*exp(-b/dbh)", {0.0, 1.0}},
+                                {"h ~ 1.3 + a*exp(-b/(dbh + c))", {0.0, 1.0, 1.0}},
+                                {"h ~ 1.3 + dbh^2/(a*dbh + b)^2", {0.0, 1.0}},
+                                {"h ~ a + b*dbh + c*dbh^2", {0.0, -1.0, -2.0}}};
+  const Table table = trees(1.0);
+  for (const Case& model : cases) {
+    const LeastSquaresFit centimetres = fitted(model.formula, table);
+    for (const double factor : {1e-6, 1e6}) {
+      Table other = table;
+      rescale(other, "dbh", factor);
+      const LeastSquaresFit fit = fitted(model.formula, other);
+      INFO(model.formula << " times " << factor);
+      CHECK(fit.convergence.converged);
+      CHECK(fit.log_likelihood == Approx(centimetres.log_likelihood).margin(1e-8));
+      for (Index j = 0; j < fit.estimate.size(); ++j) {
+        const double scale = std::pow(factor, model.powers[static_cast<std::size_t>(j)]);
+        CHECK(fit.estimate[j] / scale == Approx(centimetres.estimate[j]).epsilon(1e-8));
+        CHECK(fit.standard_errors()[j] / scale ==
+              Approx(centimetres.standard_errors()[j]).epsilon(1e-8));
+      }
+    }
+  }
+}
+
+TEST_CASE("a unit of the response adds to the log-likelihood only") {
+  Table table = trees(1.0);
+  const LeastSquaresFit metres = fitted("h ~ a*(1 - exp(-b*dbh))", table);
+  rescale(table, "h", 1e6);
+  const LeastSquaresFit micrometres = fitted("h ~ a*(1 - exp(-b*dbh))", table);
+  CHECK(micrometres.log_likelihood ==
+        Approx(metres.log_likelihood - 120.0 * std::log(1e6)).margin(1e-8));
+  CHECK(micrometres.estimate[0] == Approx(1e6 * metres.estimate[0]).epsilon(1e-10));
+  CHECK(micrometres.estimate[1] == Approx(metres.estimate[1]).epsilon(1e-10));
+}
+
+TEST_CASE("of mirror images the one with positive coefficients is reported") {
+  const LeastSquaresFit fit = fitted("h ~ 1.3 + dbh^2/(a*dbh + b)^2", trees(1.0));
+  CHECK(fit.estimate.minCoeff() > 0.0);
+}
+
+TEST_CASE("repeated fits are the same to the last bit") {
+  const Table table = trees(1.0);
+  const std::string weibull = "h ~ 1.3 + a*(1 - exp(-b*dbh^c))";
+  CHECK(fitted(weibull, table).estimate == fitted(weibull, table).estimate);
+}
+
+TEST_CASE("two codings of the same groups are the same model") {
+  Table table = trees(1.0);
+  table.set("left", column(120, [](double i) { return i < 60.0 ? 1.0 : 0.0; }));
+  table.set("right", column(120, [](double i) { return i < 60.0 ? 0.0 : 1.0; }));
+  const LeastSquaresFit contrast = fitted(kMeyer, table, {"b ~ 1 + right"});
+  const LeastSquaresFit levels = fitted(kMeyer, table, {"b ~ 0 + left + right"});
+  CHECK(levels.log_likelihood == Approx(contrast.log_likelihood).epsilon(1e-13));
+  CHECK(levels.estimate[1] == Approx(contrast.estimate[1]).epsilon(1e-10));
+  CHECK(levels.estimate[2] == Approx(contrast.estimate[1] + contrast.estimate[2]).epsilon(1e-10));
+}
+
+TEST_CASE("a covariate can only improve the fit, and adds what it truly does") {
+  Table table = trees(0.0);
+  table.set("h", column(120, [&](double i) {
+              const auto row = static_cast<std::size_t>(i);
+              const double rate = 0.04 - 0.01 * table.numbers("C")[row];
+              return 1.3 + 30.0 * (1.0 - std::exp(-rate * table.numbers("dbh")[row])) +
+                     1e-6 * wobble(i);
+            }));
+  const LeastSquaresFit without = fitted(kMeyer, table);
+  const LeastSquaresFit with = fitted(kMeyer, table, {"b ~ 1 + C"});
+  CHECK(with.coefficient_names == std::vector<std::string>{"a", "b", "b:C"});
+  CHECK(with.log_likelihood > without.log_likelihood);
+  CHECK(with.estimate[2] == Approx(-0.01).epsilon(1e-5));  // noise 1e-6
+}
+
+TEST_CASE("a complete start decides which of several minima is found") {
+  Table table(60);
+  table.set("x", column(60, [](double i) { return i / 10.0; }));
+  table.set("y", column(60, [](double i) { return std::sin(3.0 * i / 10.0) + 0.1 * wobble(i); }));
+  const auto frequency = [&](double start) {
+    return fitted("y ~ sin(b*x)", table, {}, {.start = {{"b", start}}}).estimate[0];
+  };
+  CHECK(frequency(2.9) == Approx(3.0).epsilon(0.01));
+  CHECK(frequency(20.0) > 10.0);
+  CHECK(fitted("y ~ sin(b*x)", table).estimate[0] == Approx(3.0).epsilon(0.01));
+}
+
+TEST_CASE("too few observations are a verdict") {
+  const LeastSquaresFit fit = fitted("h ~ 1.3 + a*(1 - exp(-b*dbh))^c", trees(1.0, 2));
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK_THAT(fit.convergence.verdict, Contains("2 observations for 3 coefficients"));
+  CHECK(fit.estimate.array().isNaN().all());
+}
+
+TEST_CASE("as many observations as coefficients leave no residual") {
+  const LeastSquaresFit fit = fitted("h ~ a + b*dbh", trees(1.0, 2));
+  CHECK(fit.convergence.converged);
+  CHECK_THAT(fit.convergence.verdict, Contains("exactly"));
+  CHECK(std::isnan(fit.sigma));
+}
+
+TEST_CASE("a constant response is fitted by a constant") {
+  Table table = trees(0.0);
+  table.set("h", column(120, [](double) { return 20.0; }));
+  const LeastSquaresFit line = fitted("h ~ a + b*dbh", table);
+  CHECK(line.estimate[0] == Approx(20.0).epsilon(1e-14));
+  CHECK(line.estimate[1] == Approx(0.0).margin(1e-14));
+  CHECK(line.log_likelihood == kInfinity);
+  // Meyer's curve is constant only for an infinite rate.
+  const LeastSquaresFit curve = fitted(kMeyer, table);
+  CHECK_FALSE(curve.convergence.converged);
+}
+
+TEST_CASE("a covariate without variation is named") {
+  const LeastSquaresFit fit = fitted(kMeyer, trees(1.0), {"b ~ 1 + zero"});
+  const LeastSquaresFit without = fitted(kMeyer, trees(1.0));
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK(fit.convergence.rank == 2);
+  CHECK_THAT(fit.convergence.verdict, Contains("b:zero"));
+  CHECK(fit.log_likelihood == Approx(without.log_likelihood).epsilon(1e-13));
+  CHECK(std::isnan(fit.standard_errors()[2]));
+  // The others keep their standard errors, but for the degree of freedom that was spent.
+  CHECK(fit.standard_errors()[1] ==
+        Approx(without.standard_errors()[1] * std::sqrt(118.0 / 117.0)).epsilon(1e-9));
+}
+
+TEST_CASE("coefficients that stand in for each other are named") {
+  const LeastSquaresFit fit = fitted("h ~ 1.3 + a*d*(1 - exp(-b*dbh))", trees(1.0));
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK(fit.convergence.rank == 2);
+  CHECK_THAT(fit.convergence.verdict, Contains("cannot tell a and d apart"));
+  CHECK(std::isfinite(fit.standard_errors()[2]));
+  CHECK(std::isnan(fit.standard_errors()[0]));
+}
+
+TEST_CASE("coefficients that run to infinity are no solution") {
+  // A power curve is the limit of Richards' curve for a to infinity and b to zero.
+  Table table = trees(0.0);
+  table.set("h", column(120, [&](double i) {
+              return 2.0 * std::pow(table.numbers("dbh")[static_cast<std::size_t>(i)], 0.6) +
+                     0.2 * wobble(i) + 1e-4 * i * i;
+            }));
+  const LeastSquaresFit power = fitted("h ~ a*dbh^b", table);
+  const LeastSquaresFit fit = fitted("h ~ a*(1 - exp(-b*dbh))^c", table);
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK(fit.log_likelihood == Approx(power.log_likelihood).margin(1e-3));
+  CHECK_THAT(fit.convergence.verdict, Contains("a and b run away"));
+}
+
+TEST_CASE("a row where the formula is not defined is named") {
+  Table table = trees(1.0);
+  std::vector<double> dbh(table.numbers("dbh").begin(), table.numbers("dbh").end());
+  dbh[17] = -3.0;
+  table.set("dbh", dbh);
+  std::vector<std::uint32_t> lines(120);
+  std::iota(lines.begin(), lines.end(), 2U);
+  table.set_origin("trees.csv", lines);
+  CHECK_THROWS_AS(fitted("h ~ a + b*log(dbh)", table), silvafit::DomainError);
+  CHECK_THROWS_WITH(fitted("h ~ a + b*log(dbh)", table), Contains("trees.csv:19"));
+  CHECK_THROWS_WITH(fitted("h ~ 1.3 + a*dbh^b", table), Contains("trees.csv:19"));
+  CHECK_THROWS_WITH(fitted(kMeyer, table, {"b ~ 1 + log(dbh)"}), Contains("trees.csv:19"));
+}

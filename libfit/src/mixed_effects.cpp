@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/mixed_effects.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "lindstrom_bates.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Random effects whose spread is nothing beside what one standard error of the residuals would
+/// move.
+std::vector<std::string> vanished_effects(const MixedEffectsFit& fit, const VectorXd& mean_slope) {
+  constexpr double kShareOfSigma = 1e-4;
+  std::vector<std::string> names;
+  const VectorXd deviations = fit.random_sd();
+  for (Index k = 0; k < deviations.size(); ++k) {
+    const double effect = deviations[k] * mean_slope[k];
+    if (effect < kShareOfSigma * fit.residual_sd.mean()) {
+      names.push_back(fmt::format("sd({}) = 0", fit.random_names[static_cast<std::size_t>(k)]));
+    }
+  }
+  return names;
+}
+
+/// Correlations that have run to one, or a dependence among three or more.
+std::vector<std::string> dependent_effects(const MixedEffectsFit& fit) {
+  constexpr double kTiny = 1e-6;
+  std::vector<std::string> names;
+  const MatrixXd correlation = fit.random_correlation();
+  if (!correlation.allFinite() || correlation.rows() < 2) return names;
+  for (Index i = 0; i < correlation.rows(); ++i) {
+    for (Index j = 0; j < i; ++j) {
+      if (1.0 - std::abs(correlation(i, j)) > kTiny) continue;
+      names.push_back(fmt::format("cor({}, {}) = {}",
+                                  fit.random_names[static_cast<std::size_t>(j)],
+                                  fit.random_names[static_cast<std::size_t>(i)],
+                                  correlation(i, j) > 0 ? 1 : -1));
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
+  if (names.empty() && solver.eigenvalues()[0] < kTiny) {
+    names.push_back(fmt::format("the random effects {} depend linearly on each other",
+                                fmt::join(fit.random_names, ", ")));
+  }
+  return names;
+}
+
+/// Root mean square of the derivatives by the random coefficients.
+VectorXd mean_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  VectorXd slopes(static_cast<Index>(fit.random_names.size()));
+  for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
+    const auto column = jacobian.col(model.coefficient_index(fit.random_names[k]));
+    slopes[static_cast<Index>(k)] =
+        std::sqrt(column.squaredNorm() / static_cast<double>(column.size()));
+  }
+  return slopes;
+}
+
+void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
+  std::vector<std::string>& boundary = fit.convergence.boundary;
+  boundary = vanished_effects(fit, mean_slopes(model, fit));
+  if (boundary.empty()) boundary = dependent_effects(fit);
+  if (std::isinf(fit.variance.constant)) boundary.emplace_back("the variance is constant");
+  if (fit.variance.function.kind == VarianceFunction::Kind::kConstantPlusPower &&
+      fit.variance.constant < 1e-8) {
+    boundary.emplace_back("the constant of the variance function = 0");
+  }
+}
+
+/// Coefficients that the data cannot tell apart, from the information matrix at the optimum.
+int information_rank(const MixedEffectsFit& fit) {
+  const VectorXd deviations = fit.covariance.diagonal().cwiseSqrt();
+  if (!deviations.allFinite() || deviations.minCoeff() <= 0.0) return 0;
+  const MatrixXd correlation = deviations.cwiseInverse().asDiagonal() * fit.covariance *
+                               deviations.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
+  constexpr double kConfounded = 1e-12;
+  return static_cast<int>(
+      (solver.eigenvalues().array() > kConfounded * solver.eigenvalues().maxCoeff()).count());
+}
+
+std::string verdict_of(const MixedEffectsFit& fit) {
+  const Convergence& convergence = fit.convergence;
+  if (!convergence.converged) {
+    return fmt::format(
+        "Not converged after {} alternations: the variance components still move by {:.2g} "
+        "standard "
+        "errors. Try fewer random effects or a diagonal covariance.",
+        convergence.iterations,
+        std::sqrt(std::max(0.0, convergence.gradient)));
+  }
+  if (convergence.rank < fit.estimate.size()) {
+    return "Converged, but the data cannot tell all coefficients apart: their estimates depend "
+           "linearly on "
+           "each other. Drop a covariate or a parameter.";
+  }
+  std::string verdict = fmt::format(
+      "Converged after {} alternations: the next would move nothing by more than {:.0e} standard "
+      "errors.",
+      convergence.iterations,
+      std::max(1e-9, std::sqrt(std::max(0.0, convergence.gradient))));
+  if (!convergence.boundary.empty()) {
+    verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
+                           fmt::join(convergence.boundary, "; "));
+  }
+  if (fit.floored_variances > 0) {
+    verdict += fmt::format(
+        " {} fitted values are too near zero for a power variance and were floored; "
+        "constant-plus-power may suit better.",
+        fit.floored_variances);
+  }
+  return verdict;
+}
+
+MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::string verdict) {
+  const auto q = model.specification().random
+                     ? static_cast<Index>(model.specification().random->coefficients.size())
+                     : 0;
+  MixedEffectsFit fit;
+  fit.estimate = start;
+  fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
+  fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
+  fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.observations = model.observations();
+  fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
+  fit.fitted_conditional = fit.fitted_population;
+  fit.residual_sd = fit.fitted_population;
+  fit.variance.function = model.specification().variance;
+  fit.convergence.verdict = std::move(verdict);
+  return fit;
+}
+
+/// Runs from several spreads of the random effects; the best point that stands still wins.
+LindstromBatesOutcome best_outcome(LindstromBates& engine, int maximum_iterations) {
+  LindstromBatesOutcome best;
+  for (const double spread : {1.0, 0.1}) {
+    LindstromBatesOutcome outcome = engine.run(engine.start(spread), maximum_iterations);
+    LindstromBatesState inside;
+    for (int attempt = 0; attempt < 3 && engine.leave_edge(outcome, inside); ++attempt) {
+      LindstromBatesOutcome moved = engine.run(inside, maximum_iterations);
+      if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + 1e-7) break;
+      outcome = std::move(moved);
+    }
+    const bool better =
+        outcome.is_valid && (!best.is_valid || (outcome.converged && !best.converged) ||
+                             (outcome.converged == best.converged &&
+                              outcome.log_likelihood > best.log_likelihood + 1e-7));
+    if (better) best = std::move(outcome);
+    if (best.converged && spread == 1.0) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+double MixedEffectsFit::aic() const { return fit::aic(log_likelihood, parameter_count); }
+double MixedEffectsFit::aicc() const {
+  return fit::aicc(log_likelihood, parameter_count, observations);
+}
+double MixedEffectsFit::bic() const {
+  return fit::bic(log_likelihood, parameter_count, observations);
+}
+
+VectorXd MixedEffectsFit::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
+VectorXd MixedEffectsFit::random_sd() const { return random_covariance.diagonal().cwiseSqrt(); }
+
+MatrixXd MixedEffectsFit::random_correlation() const {
+  const VectorXd deviations = random_sd();
+  MatrixXd correlation = random_covariance;
+  for (Index i = 0; i < correlation.rows(); ++i) {
+    for (Index j = 0; j < correlation.cols(); ++j) {
+      const double product = deviations[i] * deviations[j];
+      correlation(i, j) = i == j ? 1.0 : (product > 0.0 ? correlation(i, j) / product : kNaN);
+    }
+  }
+  return correlation;
+}
+
+MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
+                                    const VectorXd& start,
+                                    const MixedEffectsOptions& options) {
+  if (start.size() != model.coefficient_count()) {
+    throw UsageError(fmt::format(
+        "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
+  }
+  LindstromBates engine(model, start);
+  const LindstromBatesOutcome outcome = best_outcome(engine, options.maximum_iterations);
+  MixedEffectsFit fit = outcome.is_valid
+                            ? engine.result(outcome)
+                            : failed(model,
+                                     start,
+                                     "Not converged: the first penalised least-squares step found "
+                                     "no finite point. Try fewer "
+                                     "random effects, or a model that the pooled data fit better.");
+  fit.coefficient_names = model.coefficient_names();
+  fit.group_labels = model.group_labels();
+  if (model.specification().random) fit.random_names = model.specification().random->coefficients;
+  // nlme's count: observations less groups less coefficients, the first of which the groups absorb.
+  const auto groups = model.specification().random ? static_cast<double>(model.group_count()) : 1.0;
+  fit.degrees_of_freedom =
+      static_cast<double>(model.observations()) - groups - static_cast<double>(start.size() - 1);
+  if (outcome.is_valid) {
+    fit.convergence.rank = information_rank(fit);
+    name_boundary(model, fit);
+    fit.convergence.verdict = verdict_of(fit);
+  }
+  return fit;
+}
+
+}  // namespace silvafit::fit

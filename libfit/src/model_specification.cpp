@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/model_specification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+/// A stretch of a text, without the blanks around it.
+struct Part {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+bool is_blank(char byte) { return byte == ' ' || byte == '\t' || byte == '\n' || byte == '\r'; }
+
+Part trimmed(std::string_view text, std::size_t begin, std::size_t end) {
+  while (begin < end && is_blank(text[begin])) ++begin;
+  while (end > begin && is_blank(text[end - 1])) --end;
+  return {begin, end};
+}
+
+std::string_view of(std::string_view text, Part part) {
+  return text.substr(part.begin, part.end - part.begin);
+}
+
+/// Parts between separators that stand outside parentheses and backquotes.
+std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator) {
+  std::vector<Part> parts;
+  int depth = 0;
+  bool quoted = false;
+  std::size_t start = begin;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (text[i] == '`') quoted = !quoted;
+    if (quoted) continue;
+    depth += static_cast<int>(text[i] == '(') - static_cast<int>(text[i] == ')');
+    if (text[i] == separator && depth == 0) {
+      parts.push_back(trimmed(text, start, i));
+      start = i + 1;
+    }
+  }
+  parts.push_back(trimmed(text, start, end));
+  return parts;
+}
+
+Covariate parse_covariate(std::string_view text, Part part) {
+  // `C:U` is the product, as in R's formulas.
+  std::string with_products(text);
+  std::replace(with_products.begin() + static_cast<std::ptrdiff_t>(part.begin),
+               with_products.begin() + static_cast<std::ptrdiff_t>(part.end),
+               ':',
+               '*');
+  return {.label = std::string(of(text, part)),
+          .value = data::Expression::parse(with_products, part.begin, part.end)};
+}
+
+bool equal_but_for_case(std::string_view a, std::string_view b) {
+  const auto lower = [](char byte) { return std::tolower(static_cast<unsigned char>(byte)); };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+void check_parameter_name(const std::string& name,
+                          std::string_view formula,
+                          const data::Table& table) {
+  // Single letters are the usual names of parameters: c beside a column C is no slip.
+  if (name.size() == 1) return;
+  for (const std::string& column : table.names()) {
+    if (!equal_but_for_case(column, name)) continue;
+    throw FormulaError(fmt::format("there is no column '{}', but one named '{}'", name, column),
+                       formula,
+                       formula.find(name, formula.find('~')) + 1);
+  }
+}
+
+void check_response(const data::Formula& formula, const data::Table& table) {
+  if (table.has(formula.left)) return;
+  throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
+                                 formula.left,
+                                 fmt::join(table.names(), ", ")),
+                     formula.text,
+                     formula.text.find(formula.left) + 1);
+}
+
+void check_covariates(const ParameterModel& model,
+                      std::string_view text,
+                      const data::Table& table) {
+  for (const Covariate& covariate : model.covariates) {
+    for (const std::string& name : covariate.value.variables()) {
+      data::TextMatch match;
+      const std::string& column = data::is_text_match(name, match) ? match.column : name;
+      if (table.has(column)) continue;
+      throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
+                                     column,
+                                     fmt::join(table.names(), ", ")),
+                         text,
+                         text.find(column, text.find('~')) + 1);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> ParameterModel::coefficient_names() const {
+  std::vector<std::string> names;
+  if (has_intercept) names.push_back(name);
+  for (const Covariate& covariate : covariates) names.push_back(name + ":" + covariate.label);
+  return names;
+}
+
+std::string ParameterModel::text() const {
+  std::string result = has_intercept ? "1" : "0";
+  for (const Covariate& covariate : covariates) result += " + " + covariate.label;
+  return result;
+}
+
+int VarianceFunction::parameter_count() const {
+  constexpr std::array kCounts{0, 1, 1, 2};
+  return kCounts[static_cast<std::size_t>(kind)];
+}
+
+std::string VarianceFunction::text() const {
+  constexpr std::array kNames{"none", "exponential", "power", "constant-plus-power"};
+  const std::string name = kNames[static_cast<std::size_t>(kind)];
+  return column.empty() ? name : fmt::format("{}({})", name, column);
+}
+
+std::vector<std::string> ModelSpecification::coefficient_names() const {
+  std::vector<std::string> names;
+  for (const ParameterModel& parameter : parameters) {
+    for (std::string& name : parameter.coefficient_names()) names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::vector<std::string> ModelSpecification::predictors() const {
+  std::vector<std::string> names;
+  const auto add = [&names](const std::string& name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  for (const std::string& name : formula.right.variables()) {
+    if (std::ranges::find(parameters, name, &ParameterModel::name) == parameters.end()) add(name);
+  }
+  for (const ParameterModel& parameter : parameters) {
+    for (const Covariate& covariate : parameter.covariates) {
+      for (const std::string& name : covariate.value.variables()) add(name);
+    }
+  }
+  return names;
+}
+
+ParameterModel parse_parameter_model(std::string_view text) {
+  const std::size_t tilde = text.find('~');
+  if (tilde == std::string_view::npos) {
+    throw FormulaError("a sub-model has the form `parameter ~ 1 + covariate`; there is no ~",
+                       text,
+                       text.size() + 1);
+  }
+  ParameterModel model{.name = std::string(of(text, trimmed(text, 0, tilde)))};
+  for (const Part part : split(text, tilde + 1, text.size(), '+')) {
+    const std::string_view term = of(text, part);
+    if (term.empty()) throw FormulaError("a covariate is expected", text, part.begin + 1);
+    if (term == "0" || term == "1") {
+      model.has_intercept = term == "1";
+    } else {
+      model.covariates.push_back(parse_covariate(text, part));
+    }
+  }
+  if (!model.has_intercept && model.covariates.empty()) {
+    throw FormulaError("a sub-model needs an intercept or a covariate", text, tilde + 2);
+  }
+  return model;
+}
+
+ModelSpecification specify_model(std::string_view formula,
+                                 const std::vector<std::string>& sub_models,
+                                 const data::Table& table) {
+  ModelSpecification specification{.formula = data::parse_formula(formula)};
+  check_response(specification.formula, table);
+  for (const std::string& name : specification.formula.right.variables()) {
+    data::TextMatch match;
+    if (data::is_text_match(name, match) || table.has(name)) continue;
+    check_parameter_name(name, formula, table);
+    specification.parameters.push_back({.name = name});
+  }
+  if (specification.parameters.empty()) {
+    throw FormulaError("there is nothing to estimate, since every name is a column",
+                       formula,
+                       formula.find('~') + 1);
+  }
+  for (const std::string& text : sub_models) {
+    ParameterModel model = parse_parameter_model(text);
+    const auto target =
+        std::ranges::find(specification.parameters, model.name, &ParameterModel::name);
+    if (target == specification.parameters.end()) {
+      throw FormulaError(
+          fmt::format("'{}' is no parameter of the formula {}", model.name, formula), text, 1);
+    }
+    check_covariates(model, text, table);
+    *target = std::move(model);
+  }
+  return specification;
+}
+
+RandomEffects parse_random_effects(std::string_view text) {
+  const std::size_t bar = text.find('|');
+  if (bar == std::string_view::npos) {
+    throw FormulaError(
+        "random effects have the form `a + b:C | group`; there is no |", text, text.size() + 1);
+  }
+  RandomEffects random;
+  for (const Part part : split(text, 0, bar, '+')) {
+    if (part.begin == part.end)
+      throw FormulaError("a coefficient is expected", text, part.begin + 1);
+    random.coefficients.emplace_back(of(text, part));
+  }
+  const Part group = trimmed(text, bar + 1, text.size());
+  if (group.begin == group.end) throw FormulaError("a group column is expected", text, bar + 2);
+  random.group = of(text, group);
+  return random;
+}
+
+void add_random_effects(ModelSpecification& specification,
+                        std::string_view text,
+                        const data::Table& table) {
+  RandomEffects random = parse_random_effects(text);
+  const std::vector<std::string> known = specification.coefficient_names();
+  std::size_t position = 0;
+  for (auto effect = random.coefficients.begin(); effect != random.coefficients.end(); ++effect) {
+    position = text.find(*effect, position);
+    if (std::ranges::find(known, *effect) == known.end()) {
+      throw FormulaError(
+          fmt::format(
+              "'{}' is no coefficient of the model; there are {}", *effect, fmt::join(known, ", ")),
+          text,
+          position + 1);
+    }
+    if (std::find(random.coefficients.begin(), effect, *effect) != effect) {
+      throw FormulaError(fmt::format("'{}' is named twice", *effect), text, position + 1);
+    }
+    position += effect->size();
+  }
+  if (!table.has(random.group)) {
+    throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
+                                   random.group,
+                                   fmt::join(table.names(), ", ")),
+                       text,
+                       text.rfind(random.group) + 1);
+  }
+  specification.random = std::move(random);
+}
+
+VarianceFunction parse_variance_function(std::string_view text) {
+  VarianceFunction function;
+  std::string_view name = text;
+  const std::size_t parenthesis = text.find('(');
+  if (parenthesis != std::string_view::npos && text.back() == ')') {
+    name = text.substr(0, parenthesis);
+    function.column = text.substr(parenthesis + 1, text.size() - parenthesis - 2);
+  }
+  constexpr std::array<std::pair<std::string_view, VarianceFunction::Kind>, 4> kKinds{{
+      {"none", VarianceFunction::Kind::kNone},
+      {"exponential", VarianceFunction::Kind::kExponential},
+      {"power", VarianceFunction::Kind::kPower},
+      {"constant-plus-power", VarianceFunction::Kind::kConstantPlusPower},
+  }};
+  for (const auto& [known, kind] : kKinds) {
+    if (name != known) continue;
+    function.kind = kind;
+    return function;
+  }
+  throw UsageError(fmt::format(
+      "'{}' is no variance function; there are none, exponential, power, constant-plus-power",
+      name));
+}
+
+Covariance parse_covariance(std::string_view text) {
+  if (text == "general") return Covariance::kGeneral;
+  if (text == "diagonal") return Covariance::kDiagonal;
+  if (text == "identity") return Covariance::kIdentity;
+  throw UsageError(
+      fmt::format("'{}' is no covariance form; there are general, diagonal, identity", text));
+}
+
+std::string covariance_text(Covariance covariance) {
+  constexpr std::array kNames{"general", "diagonal", "identity"};
+  return kNames[static_cast<std::size_t>(covariance)];
+}
+
+}  // namespace silvafit::fit

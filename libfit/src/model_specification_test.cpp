@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/model_specification.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "silvafit/base/error.hpp"
+
+using namespace silvafit::fit;
+using silvafit::FormulaError;
+using silvafit::data::Table;
+
+namespace {
+
+Table columns(std::initializer_list<const char*> names) {
+  Table table(1);
+  for (const char* name : names) table.set(name, std::vector<double>{1.0});
+  return table;
+}
+
+using Names = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("names that are no columns are parameters, in order") {
+  const auto model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))^c", {}, columns({"h", "dbh"}));
+  CHECK(model.formula.left == "h");
+  CHECK(model.coefficient_names() == Names{"a", "b", "c"});
+}
+
+TEST_CASE("sub-models add coefficients named parameter:covariate") {
+  const auto table = columns({"h", "dbh", "C", "U"});
+  const auto model = specify_model(
+      "h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C + C:U", "a ~ 0 + log(dbh + 1)"}, table);
+  CHECK(model.coefficient_names() == Names{"a:log(dbh + 1)", "b", "b:C", "b:C:U"});
+  CHECK(model.parameters[1].text() == "1 + C + C:U");
+  CHECK(model.parameters[1].covariates[1].value.text() == "C*U");
+}
+
+TEST_CASE("a parameter of one letter may differ from a column by its case alone") {
+  const auto model =
+      specify_model("cw ~ a/(1 + b*exp(-c*dbh))", {"c ~ 1 + C"}, columns({"cw", "dbh", "C"}));
+  CHECK(model.coefficient_names() == Names{"a", "b", "c", "c:C"});
+}
+
+TEST_CASE("errors name what is not known and where") {
+  const auto table = columns({"h", "dbh"});
+  CHECK_THROWS_WITH(specify_model("h ~ a*DBH", {}, table),
+                    Catch::Matchers::Contains("named 'dbh'"));
+  CHECK_THROWS_WITH(specify_model("h ~ a*dbh", {"b ~ 1"}, table),
+                    Catch::Matchers::Contains("'b' is no parameter"));
+  CHECK_THROWS_WITH(specify_model("h ~ a*dbh", {"a ~ 1 + Q"}, table),
+                    Catch::Matchers::Contains("column 9: there is no column 'Q'"));
+  CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a ~ 0"}, table), FormulaError);
+  CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a ~ 1 +"}, table), FormulaError);
+  CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a = 1"}, table), FormulaError);
+}
+
+TEST_CASE("random effects and variance functions are read") {
+  const auto random = parse_random_effects("a + b + b:C | plot");
+  CHECK(random.coefficients == Names{"a", "b", "b:C"});
+  CHECK(random.group == "plot");
+  CHECK_THROWS_AS(parse_random_effects("a + b"), FormulaError);
+  CHECK_THROWS_AS(parse_random_effects("a + | plot"), FormulaError);
+  CHECK_THROWS_AS(parse_random_effects("a |"), FormulaError);
+
+  const auto power = parse_variance_function("power(dbh)");
+  CHECK(power.kind == VarianceFunction::Kind::kPower);
+  CHECK(power.column == "dbh");
+  CHECK(power.text() == "power(dbh)");
+  CHECK(parse_variance_function("constant-plus-power").parameter_count() == 2);
+  CHECK_THROWS_AS(parse_variance_function("cubic"), silvafit::UsageError);
+  CHECK(covariance_text(parse_covariance("diagonal")) == "diagonal");
+  CHECK_THROWS_AS(parse_covariance("round"), silvafit::UsageError);
+}

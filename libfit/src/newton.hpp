@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// The last digits of a least-squares solution, and the evidence that it is one.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// A point with what is known of the sum of squares around it. s^2 is SSE/(n - p).
+struct NewtonPoint {
+  Eigen::VectorXd coefficients{};  ///< (p)
+  Eigen::VectorXd mean{};          ///< (N)
+  double sum_of_squares = 0.0;
+  bool finite = true;  ///< false where the Jacobian is not
+  int iterations = 0;
+  /// g' H^-1 g / s^2 with the Hessian H of half the sum of squares (J'J where H is not positive
+  /// definite): the squared distance to the optimum in standard errors.
+  double decrement = 0.0;
+  /// What rounding alone can make of the decrement.
+  double rounding = 0.0;
+  /// H is positive definite, so that the point is a minimum.
+  bool positive_curvature = false;
+  int rank = 0;
+  /// Coefficients that others can stand in for; all of them where nothing is known.
+  std::vector<Eigen::Index> confounded{};
+  /// (p x p) (J'J)^-1, NaN in the rows and columns of confounded coefficients.
+  Eigen::MatrixXd unscaled_covariance{};
+};
+
+/// Takes Newton steps from a point near the optimum as long as they help.
+NewtonPoint refine(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+
+/// True at a minimum, to 1e-5 standard errors or to rounding.
+bool is_converged(const NewtonPoint& point);
+
+/// Number of columns that are not sums of others.
+Eigen::Index numerical_rank(const Eigen::MatrixXd& jacobian);
+
+}  // namespace silvafit::fit

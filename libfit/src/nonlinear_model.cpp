@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/nonlinear_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+
+/// All variables of the data that the model reads, but for the group; the response is the first.
+std::vector<std::string> data_variables(const ModelSpecification& specification) {
+  std::vector<std::string> names{specification.formula.left};
+  const auto add = [&names](const std::string& name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  for (const std::string& name : specification.predictors()) add(name);
+  if (!specification.variance.column.empty()) add(specification.variance.column);
+  return names;
+}
+
+void check_finite(const std::vector<double>& values,
+                  const std::string& name,
+                  const data::Table& table) {
+  const auto found = std::ranges::find_if(values, [](double value) { return std::isinf(value); });
+  if (found == values.end()) return;
+  const auto row = static_cast<std::size_t>(found - values.begin());
+  Place place{.file = table.file(), .column = name};
+  if (table.line(row) > 0) place.line = table.line(row);
+  throw InputError("the value is not finite", place);
+}
+
+Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<std::size_t>& rows) {
+  Eigen::VectorXd result(static_cast<Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) result[static_cast<Index>(i)] = values[rows[i]];
+  return result;
+}
+
+}  // namespace
+
+NonlinearModel::NonlinearModel(ModelSpecification specification, const data::Table& table)
+    : specification_(std::move(specification)), names_(specification_.coefficient_names()) {
+  choose_rows(table);
+  load_columns(table);
+  load_covariates(table);
+  compile();
+}
+
+void NonlinearModel::choose_rows(const data::Table& table) {
+  std::vector<bool> complete(table.rows(), true);
+  for (const std::string& name : data_variables(specification_)) {
+    const std::vector<double> values = data::variable_values(name, table);
+    check_finite(values, name, table);
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      if (std::isnan(values[row])) complete[row] = false;
+    }
+  }
+  data::TextColumn groups;
+  if (specification_.random) groups = table.labels(specification_.random->group);
+  std::vector<std::vector<std::size_t>> members(specification_.random ? groups.levels().size() : 1);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (!complete[row] || (specification_.random && groups.is_missing(row))) {
+      ++excluded_;
+    } else {
+      members[specification_.random ? groups.code(row) : 0].push_back(row);
+    }
+  }
+  for (std::size_t group = 0; group < members.size(); ++group) {
+    if (members[group].empty()) continue;
+    group_labels_.push_back(specification_.random ? groups.levels()[group] : std::string());
+    group_begin_.push_back(static_cast<Index>(rows_.size()));
+    rows_.insert(rows_.end(), members[group].begin(), members[group].end());
+  }
+  group_begin_.push_back(static_cast<Index>(rows_.size()));
+  file_ = table.file();
+  for (const std::size_t row : rows_) lines_.push_back(table.line(row));
+  if (rows_.empty()) {
+    throw InputError(fmt::format("no row has values for all of {}",
+                                 fmt::join(data_variables(specification_), ", ")),
+                     {.file = table.file()});
+  }
+}
+
+void NonlinearModel::load_columns(const data::Table& table) {
+  variables_ = data_variables(specification_);
+  const auto n = static_cast<Index>(rows_.size());
+  columns_.resize(n, static_cast<Index>(variables_.size()));
+  for (std::size_t k = 0; k < variables_.size(); ++k) {
+    columns_.col(static_cast<Index>(k)) =
+        gathered(data::variable_values(variables_[k], table), rows_);
+  }
+  response_ = columns_.col(0);
+}
+
+void NonlinearModel::load_covariates(const data::Table& table) {
+  std::vector<Eigen::VectorXd> values;
+  for (std::size_t k = 0; k < specification_.parameters.size(); ++k) {
+    const ParameterModel& parameter = specification_.parameters[k];
+    if (parameter.has_intercept) slots_.push_back({.parameter = static_cast<Index>(k)});
+    for (const Covariate& covariate : parameter.covariates) {
+      slots_.push_back(
+          {.parameter = static_cast<Index>(k), .covariate = static_cast<Index>(values.size())});
+      values.push_back(gathered(data::evaluate(covariate.value, table), rows_));
+    }
+  }
+  covariates_.resize(observations(), static_cast<Index>(values.size()));
+  for (std::size_t k = 0; k < values.size(); ++k)
+    covariates_.col(static_cast<Index>(k)) = values[k];
+}
+
+void NonlinearModel::compile() {
+  // A parameter is one value a call unless it has covariates or random effects.
+  std::vector<data::Program::Input> inputs;
+  for (const ParameterModel& parameter : specification_.parameters) {
+    const bool varies = !parameter.covariates.empty() || group_count() > 1;
+    inputs.push_back({.name = parameter.name, .is_scalar = !varies});
+  }
+  for (const std::string& name : variables_) inputs.push_back({.name = name});
+
+  std::vector<data::Expression> outputs{specification_.formula.right};
+  mean_program_ = data::Program(outputs, inputs);
+  for (const ParameterModel& parameter : specification_.parameters) {
+    outputs.push_back(specification_.formula.right.derivative(parameter.name));
+  }
+  gradient_program_ = data::Program(outputs, inputs);
+
+  const std::size_t count = specification_.parameters.size();
+  parameter_bilinear_.assign(count, std::vector<bool>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j < count; ++j) {
+      parameter_bilinear_[i][j] =
+          outputs[1 + i].derivative(specification_.parameters[j].name).is_zero();
+    }
+  }
+}
+
+Index NonlinearModel::coefficient_index(std::string_view name) const {
+  const auto found = std::ranges::find(names_, name);
+  if (found == names_.end()) {
+    throw UsageError(fmt::format(
+        "'{}' is no coefficient of the model; there are {}", name, fmt::join(names_, ", ")));
+  }
+  return found - names_.begin();
+}
+
+Eigen::VectorXd NonlinearModel::column(std::string_view name) const {
+  const auto found = std::ranges::find(variables_, name);
+  if (found == variables_.end()) {
+    throw UsageError(fmt::format("the model does not use the column '{}'", name));
+  }
+  return columns_.col(found - variables_.begin());
+}
+
+Index NonlinearModel::parameter_of(Index coefficient) const {
+  return slots_[static_cast<std::size_t>(coefficient)].parameter;
+}
+
+Eigen::VectorXd NonlinearModel::multiplier(Index coefficient) const {
+  const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
+  if (slot.covariate < 0) return Eigen::VectorXd::Ones(observations());
+  return covariates_.col(slot.covariate);
+}
+
+bool NonlinearModel::is_bilinear(Index i, Index j) const {
+  return parameter_bilinear_[static_cast<std::size_t>(slots_[i].parameter)]
+                            [static_cast<std::size_t>(slots_[j].parameter)];
+}
+
+NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) const {
+  NonlinearModel part = *this;
+  part.rows_.clear();
+  part.lines_.clear();
+  part.group_labels_.clear();
+  part.group_begin_.clear();
+  Index group = 0;
+  Index last_group = -1;
+  for (const Index i : observations) {
+    while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
+    if (group != last_group) {
+      part.group_labels_.push_back(group_labels_[static_cast<std::size_t>(group)]);
+      part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+      last_group = group;
+    }
+    part.rows_.push_back(rows_[static_cast<std::size_t>(i)]);
+    part.lines_.push_back(lines_[static_cast<std::size_t>(i)]);
+  }
+  part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+  part.response_ = response_(observations);
+  part.columns_ = columns_(observations, Eigen::all);
+  part.covariates_ = covariates_(observations, Eigen::all);
+  return part;
+}
+
+NonlinearModel NonlinearModel::pooled() const {
+  NonlinearModel model = *this;
+  model.slots_.clear();
+  for (ParameterModel& parameter : model.specification_.parameters) {
+    parameter = {.name = parameter.name, .has_intercept = true};
+    model.slots_.push_back({.parameter = static_cast<Index>(model.slots_.size())});
+  }
+  model.specification_.random.reset();
+  model.names_ = model.specification_.coefficient_names();
+  model.covariates_.resize(observations(), 0);
+  model.compile();
+  return model;
+}
+
+Place NonlinearModel::place(Index observation) const {
+  Place place{.file = file_};
+  const std::size_t line = lines_[static_cast<std::size_t>(observation)];
+  if (line > 0) place.line = line;
+  return place;
+}
+
+void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                                     Eigen::MatrixXd& parameters) const {
+  parameters.setZero(observations(), static_cast<Index>(specification_.parameters.size()));
+  const Index sets = coefficients.cols();
+  for (std::size_t slot_index = 0; slot_index < slots_.size(); ++slot_index) {
+    const Slot& slot = slots_[slot_index];
+    for (Index set = 0; set < sets; ++set) {
+      const Index begin = sets == 1 ? 0 : group_begin_[set];
+      const Index size = sets == 1 ? observations() : group_begin_[set + 1] - begin;
+      const double value = coefficients(static_cast<Index>(slot_index), set);
+      auto target = parameters.col(slot.parameter).segment(begin, size);
+      if (slot.covariate < 0) {
+        target.array() += value;
+      } else {
+        target += value * covariates_.col(slot.covariate).segment(begin, size);
+      }
+    }
+  }
+}
+
+void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                              Eigen::VectorXd& mean,
+                              Eigen::MatrixXd* jacobian,
+                              Workspace& workspace) const {
+  if (coefficients.rows() != coefficient_count() ||
+      (coefficients.cols() != 1 && coefficients.cols() != group_count())) {
+    throw UsageError("coefficients must be given once, or once for each group");
+  }
+  const Index n = observations();
+  const auto parameter_count = static_cast<Index>(specification_.parameters.size());
+  fill_parameters(coefficients, workspace.parameters);
+  mean.resize(n);
+
+  std::vector<const double*> inputs;
+  for (Index k = 0; k < parameter_count; ++k) inputs.push_back(workspace.parameters.col(k).data());
+  for (Index k = 0; k < columns_.cols(); ++k) inputs.push_back(columns_.col(k).data());
+  std::vector<double*> outputs{mean.data()};
+  if (jacobian == nullptr) {
+    mean_program_.evaluate(inputs, static_cast<std::size_t>(n), outputs, workspace.program);
+    return;
+  }
+  workspace.derivatives.resize(n, parameter_count);
+  for (Index k = 0; k < parameter_count; ++k) {
+    outputs.push_back(workspace.derivatives.col(k).data());
+  }
+  gradient_program_.evaluate(inputs, static_cast<std::size_t>(n), outputs, workspace.program);
+  jacobian->resize(n, coefficient_count());
+  for (Index j = 0; j < coefficient_count(); ++j) {
+    const Slot& slot = slots_[static_cast<std::size_t>(j)];
+    if (slot.covariate < 0) {
+      jacobian->col(j) = workspace.derivatives.col(slot.parameter);
+    } else {
+      jacobian->col(j) =
+          workspace.derivatives.col(slot.parameter).cwiseProduct(covariates_.col(slot.covariate));
+    }
+  }
+}
+
+}  // namespace silvafit::fit

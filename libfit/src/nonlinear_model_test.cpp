@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/nonlinear_model.hpp"
+
+#include <catch2/catch.hpp>
+
+using namespace silvafit::fit;
+using Eigen::VectorXd;
+using silvafit::data::Table;
+
+namespace {
+
+/// Five trees of two plots, one without height.
+Table five_trees() {
+  Table table(5);
+  table.set("plot", std::vector<double>{7, 8, 7, 8, 7});
+  table.set("dbh", std::vector<double>{10, 20, 30, 40, 50});
+  table.set("C", std::vector<double>{0, 1, 2, 3, 4});
+  table.set("h", std::vector<double>{11, silvafit::data::kMissing, 13, 14, 15});
+  table.set_origin("trees.csv", {2, 3, 4, 6, 7});
+  return table;
+}
+
+NonlinearModel by_plot(const Table& table) {
+  ModelSpecification specification = specify_model("h ~ a + b*dbh", {"b ~ 1 + C"}, table);
+  specification.random = parse_random_effects("a | plot");
+  return {specification, table};
+}
+
+VectorXd mean_of(const NonlinearModel& model, const VectorXd& coefficients) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  model.evaluate(coefficients, mean, nullptr, workspace);
+  return mean;
+}
+
+}  // namespace
+
+TEST_CASE("rows are complete and sorted by group, and know their line") {
+  const NonlinearModel model = by_plot(five_trees());
+  CHECK(model.rows() == std::vector<std::size_t>{0, 2, 4, 3});
+  CHECK(model.excluded() == 1);
+  CHECK(model.group_labels() == std::vector<std::string>{"7", "8"});
+  CHECK(model.place(3).file == "trees.csv");
+  CHECK(model.place(3).line == 6);
+}
+
+TEST_CASE("a subset is the model of those observations") {
+  const NonlinearModel model = by_plot(five_trees());
+  const VectorXd coefficients = Eigen::Vector3d(1.0, 0.5, -0.01);
+  const VectorXd mean = mean_of(model, coefficients);
+
+  const NonlinearModel part = model.subset({1, 3});
+  CHECK(part.rows() == std::vector<std::size_t>{2, 3});
+  CHECK(part.group_labels() == std::vector<std::string>{"7", "8"});
+  CHECK(part.group_begin(1) == 1);
+  CHECK(mean_of(part, coefficients) == VectorXd(Eigen::Vector2d(mean[1], mean[3])));
+  CHECK(part.place(1).line == 6);
+
+  const NonlinearModel last = model.subset({3});
+  CHECK(last.group_labels() == std::vector<std::string>{"8"});
+  CHECK(last.group_count() == 1);
+}
+
+TEST_CASE("the pooled model has a constant for each parameter") {
+  const NonlinearModel model = by_plot(five_trees());
+  const NonlinearModel pooled = model.pooled();
+  CHECK(pooled.coefficient_names() == std::vector<std::string>{"a", "b"});
+  // a + b dbh at dbh 10, 30, 50, 40
+  CHECK(mean_of(pooled, Eigen::Vector2d(1.0, 0.5)) == VectorXd(Eigen::Vector4d(6, 16, 26, 21)));
+  CHECK(pooled.is_bilinear(0, 1));
+}
+
+TEST_CASE("a coefficient knows its parameter and what it is multiplied by") {
+  const NonlinearModel model = by_plot(five_trees());
+  CHECK(model.parameter_of(2) == 1);
+  CHECK(model.multiplier(1) == VectorXd::Ones(4));
+  CHECK(model.multiplier(2) == VectorXd(Eigen::Vector4d(0, 2, 4, 3)));
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/prediction.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "silvafit/base/error.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// h ~ 1.3 + a*dbh^b with a = 1.5 + 0.4 C + u and b = 0.7; u is 0.2 in plot 07 and -0.1 in plot 8.
+FittedModel power_curve() {
+  FittedModel fit{.specification = {.formula = data::parse_formula("h ~ 1.3 + a*dbh^b")}};
+  fit.specification.parameters = {parse_parameter_model("a ~ 1 + C"),
+                                  parse_parameter_model("b ~ 1")};
+  fit.specification.random = parse_random_effects("a | plot");
+  fit.coefficient_names = {"a", "a:C", "b"};
+  fit.estimate = Eigen::Vector3d(1.5, 0.4, 0.7);
+  fit.random_names = {"a"};
+  fit.group_labels = {"07", "8"};
+  fit.random_effects = Eigen::RowVector2d(0.2, -0.1);
+  fit.sigma = 0.5;
+  fit.variance = {.function = {.kind = VarianceFunction::Kind::kPower}, .delta = 2.0};
+  return fit;
+}
+
+data::Table trees() {
+  data::Table table;
+  table.set("dbh", std::vector<double>{10.0, 20.0, kNaN, 30.0, 40.0});
+  table.set("C", std::vector<double>{0.25, 0.5, 0.5, 1.0, kNaN});
+  data::TextColumn plot;
+  for (const char* label : {"07", "8", "8", "9", "07"}) plot.append(label);
+  table.set("plot", plot);
+  return table;
+}
+
+double height(double a, double dbh) { return 1.3 + a * std::pow(dbh, 0.7); }
+
+}  // namespace
+
+TEST_CASE("the population's prediction is the formula with the fixed effects") {
+  const Prediction prediction = predict(power_curve(), trees(), Level::kPopulation);
+  CHECK(prediction.value[0] == Approx(height(1.6, 10.0)).epsilon(1e-14));
+  CHECK(prediction.value[1] == Approx(height(1.7, 20.0)).epsilon(1e-14));
+  CHECK(prediction.value[3] == Approx(height(1.9, 30.0)).epsilon(1e-14));
+  CHECK(std::isnan(prediction.value[2]));
+  CHECK(std::isnan(prediction.value[4]));
+  CHECK(prediction.residual_sd[0] == Approx(0.5 * std::pow(height(1.6, 10.0), 2.0)).epsilon(1e-14));
+  CHECK(std::isnan(prediction.residual_sd[2]));
+  CHECK(prediction.is_new_group == std::vector<bool>(5, false));
+}
+
+TEST_CASE("the conditional prediction adds the effects of the row's group") {
+  const Prediction prediction = predict(power_curve(), trees(), Level::kConditional);
+  CHECK(prediction.value[0] == Approx(height(1.8, 10.0)).epsilon(1e-14));
+  CHECK(prediction.value[1] == Approx(height(1.6, 20.0)).epsilon(1e-14));
+  CHECK(prediction.value[3] == Approx(height(1.9, 30.0)).epsilon(1e-14));
+  CHECK(prediction.is_new_group == std::vector<bool>{false, false, false, true, false});
+}
+
+TEST_CASE("groups that the fit has not seen are an explicit choice") {
+  const Prediction missing =
+      predict(power_curve(), trees(), Level::kConditional, {.new_groups = NewGroups::kMissing});
+  CHECK(std::isnan(missing.value[3]));
+  CHECK(std::isfinite(missing.value[1]));
+  data::Table table = trees();
+  table.set_origin("new.csv", {2, 3, 4, 5, 6});
+  CHECK_THROWS_WITH(
+      predict(power_curve(), table, Level::kConditional, {.new_groups = NewGroups::kError}),
+      Contains("new.csv:5: plot: '9' is no group of the fit"));
+}
+
+TEST_CASE("without random effects both levels are the same") {
+  FittedModel fit = power_curve();
+  fit.specification.random.reset();
+  fit.random_names.clear();
+  fit.group_labels.clear();
+  const Prediction prediction = predict(fit, trees(), Level::kConditional);
+  CHECK(prediction.value[0] == Approx(height(1.6, 10.0)).epsilon(1e-14));
+}
+
+TEST_CASE("the variance may follow a column") {
+  FittedModel fit = power_curve();
+  fit.variance.function.column = "dbh";
+  const Prediction prediction = predict(fit, trees(), Level::kPopulation);
+  CHECK(prediction.residual_sd[1] == Approx(0.5 * 400.0).epsilon(1e-14));
+}
+
+TEST_CASE("a missing value cannot be hidden by the formula") {
+  FittedModel fit = power_curve();
+  fit.specification.formula = data::parse_formula("h ~ a*b*ifelse(dbh > 5, 2, 3)");
+  CHECK(std::isnan(predict(fit, trees(), Level::kPopulation).value[2]));
+}

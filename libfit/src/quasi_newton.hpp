@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Minimisation of a smooth function of a few variables with exact gradients.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+namespace silvafit::fit {
+
+/// Value and, unless null, gradient of the function; a value that is not finite means "outside".
+using SmoothFunction = std::function<double(const Eigen::VectorXd& x, Eigen::VectorXd* gradient)>;
+
+struct QuasiNewtonResult {
+  Eigen::VectorXd x{};
+  double value = 0.0;
+  Eigen::MatrixXd hessian{};  ///< positive definite approximation at x
+  double decrement = 0.0;     ///< g' H^-1 g at x
+  int evaluations = 0;
+};
+
+struct QuasiNewtonOptions {
+  double decrement = 1e-14;  ///< stop below this
+  int maximum_steps = 100;
+  double longest_step = 2.0;  ///< per step, in any variable
+};
+
+/// Newton steps whose Hessian starts as differences of the exact gradient (or as given) and is then
+/// kept by BFGS updates; |eigenvalues| are floored, so that each direction descends; Armijo
+/// halving. \param hessian  start for the Hessian, empty to have it computed
+QuasiNewtonResult minimise(const SmoothFunction& function,
+                           const Eigen::VectorXd& start,
+                           const Eigen::MatrixXd& hessian = {},
+                           const QuasiNewtonOptions& options = {});
+
+/// The Hessian from central differences of the exact gradient, symmetrised.
+Eigen::MatrixXd hessian_from_gradients(const SmoothFunction& function, const Eigen::VectorXd& x);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// The covariance of the random effects relative to sigma^2, as a factor L that is linear in its
+// parameters.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+/// Psi / sigma^2 = L L' with L lower triangular; its diagonal may be zero or negative, so that the
+/// edge of the set of covariance matrices is nothing special to an optimiser.
+class RelativeFactor {
+ public:
+  /// \param scales  (q) the unit in which each random effect is measured: L acts on effects /
+  /// scales. It only
+  ///   matters for the identity form, which is a multiple of the identity in the effects' own
+  ///   units.
+  RelativeFactor(Covariance form, Eigen::VectorXd scales);
+
+  Eigen::Index size() const { return scales_.size(); }
+  Eigen::Index parameter_count() const;
+  /// (q x q) L for given parameters.
+  Eigen::MatrixXd factor(const Eigen::VectorXd& parameters) const;
+  /// Parameters of the L nearest to a diagonal one.
+  Eigen::VectorXd from_diagonal(const Eigen::VectorXd& diagonal) const;
+  /// Parameters of the factor of a positive semidefinite D, as far as the form can hold it.
+  Eigen::VectorXd from_covariance(const Eigen::MatrixXd& relative_covariance) const;
+  /// dF/d parameters from dF/dL.
+  Eigen::VectorXd gradient(const Eigen::MatrixXd& by_factor) const;
+
+ private:
+  Covariance form_;
+  Eigen::VectorXd scales_;
+  Eigen::VectorXd identity_;  ///< diagonal of L for the identity form with parameter one
+};
+
+}  // namespace silvafit::fit

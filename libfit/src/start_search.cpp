@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "start_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include "candidate_points.hpp"
+#include "descent.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr Index kSampleRows = 200;
+constexpr std::size_t kCandidatesPerCoefficient = 300;
+constexpr std::size_t kDescents = 8;
+/// Candidates nearer than this factor in all coefficients lead to the same place.
+constexpr double kCandidateFactor = 2.5;
+constexpr double kStartFactor = 1.001;
+constexpr std::size_t kStarts = 3;
+
+/// At most kSampleRows observations, evenly spread over the ordered response, so that the order
+/// of the rows in the file does not matter.
+std::vector<Index> sample(const VectorXd& response) {
+  std::vector<Index> order(static_cast<std::size_t>(response.size()));
+  std::iota(order.begin(), order.end(), Index{0});
+  if (response.size() <= kSampleRows) return order;
+  std::ranges::stable_sort(order, {}, [&](Index i) { return response[i]; });
+  std::vector<Index> chosen;
+  for (Index k = 0; k < kSampleRows; ++k) {
+    const Index place = k * (response.size() - 1) / (kSampleRows - 1);
+    chosen.push_back(order[static_cast<std::size_t>(place)]);
+  }
+  std::ranges::sort(chosen);
+  return chosen;
+}
+
+struct Candidate {
+  VectorXd nonlinear{};
+  VectorXd coefficients{};
+  double sum_of_squares = std::numeric_limits<double>::infinity();
+};
+
+/// True if each nonlinear coefficient has the same sign and a size within a factor.
+bool are_near(const Candidate& a, const Candidate& b, double factor) {
+  const auto ratio = (a.nonlinear.array() / b.nonlinear.array());
+  return (ratio <= factor && ratio >= 1.0 / factor).all();
+}
+
+/// The best candidates, no two of them near each other.
+std::vector<Candidate> best_of(std::vector<Candidate> candidates, std::size_t count, double factor) {
+  std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
+  std::vector<Candidate> chosen;
+  for (Candidate& candidate : candidates) {
+    if (chosen.size() == count) break;
+    const bool is_new = std::ranges::none_of(
+        chosen, [&](const Candidate& other) { return are_near(candidate, other, factor); });
+    if (is_new) chosen.push_back(std::move(candidate));
+  }
+  return chosen;
+}
+
+class StartSearch {
+ public:
+  StartSearch(const NonlinearModel& model, const StartSearchOptions& options)
+      : model_(model),
+        options_(options),
+        part_(model.subset(sample(model.response()))),
+        projected_(part_) {}
+
+  std::vector<VectorXd> run() {
+    scan();
+    std::vector<Candidate> starts = best_of(candidates_, kDescents, kCandidateFactor);
+    if (rule_) starts.push_back(*rule_);
+    std::vector<Candidate> reached;
+    for (const Candidate& start : starts) reached.push_back(descended(start));
+    std::vector<VectorXd> result;
+    for (const Candidate& candidate : best_of(std::move(reached), kStarts, kStartFactor)) {
+      result.push_back(candidate.coefficients);
+    }
+    return result;
+  }
+
+ private:
+  void scan() {
+    const Index q = projected_.size();
+    if (!options_.rule.empty() && try_candidate(rule_values())) rule_ = candidates_.back();
+    if (q == 0) {
+      try_candidate(VectorXd(0));
+      return;
+    }
+    const CandidatePoints points(model_, q);
+    for (const double scale : points.scales()) try_candidate(VectorXd::Constant(q, scale));
+    if (q == 1) {
+      scan_line();
+    } else {
+      const std::size_t count = kCandidatesPerCoefficient * static_cast<std::size_t>(q);
+      for (std::size_t i = 1; i <= count; ++i) try_candidate(points(i));
+    }
+  }
+
+  /// One coefficient: a grid of both signs, four points a decade.
+  void scan_line() {
+    for (int step = -40; step <= 40; ++step) {
+      const double magnitude = std::pow(10.0, step / 4.0);
+      try_candidate(VectorXd::Constant(1, magnitude));
+      try_candidate(VectorXd::Constant(1, -magnitude));
+    }
+  }
+
+  VectorXd rule_values() const {
+    VectorXd point = VectorXd::Ones(projected_.size());
+    set_named(options_.rule, point);
+    return point;
+  }
+
+  void set_named(const std::map<std::string, double>& values, VectorXd& point) const {
+    for (Index k = 0; k < point.size(); ++k) {
+      const Index coefficient = projected_.split().nonlinear[static_cast<std::size_t>(k)];
+      const auto found =
+          values.find(part_.coefficient_names()[static_cast<std::size_t>(coefficient)]);
+      if (found != values.end()) point[k] = found->second;
+    }
+  }
+
+  bool try_candidate(VectorXd nonlinear) {
+    set_named(options_.fixed, nonlinear);
+    if (!projected_.evaluate(nonlinear)) return false;
+    candidates_.push_back({.nonlinear = std::move(nonlinear),
+                           .coefficients = projected_.coefficients(),
+                           .sum_of_squares = projected_.residuals().squaredNorm()});
+    return true;
+  }
+
+  Candidate descended(const Candidate& start) {
+    const Descent descent =
+        descend(projected_, start.nonlinear, {.maximum_iterations = 50, .tolerance = 1e-9});
+    return {.nonlinear = projected_.nonlinear_part(descent.coefficients),
+            .coefficients = descent.coefficients,
+            .sum_of_squares = descent.sum_of_squares};
+  }
+
+  const NonlinearModel& model_;
+  const StartSearchOptions& options_;
+  NonlinearModel part_;
+  ProjectedModel projected_;
+  std::vector<Candidate> candidates_;
+  std::optional<Candidate> rule_;
+};
+
+}  // namespace
+
+std::vector<VectorXd> search_starts(const NonlinearModel& model,
+                                    const StartSearchOptions& options) {
+  return StartSearch(model, options).run();
+}
+
+void check_domain(const NonlinearModel& model) {
+  constexpr std::size_t kPoints = 64;
+  const CandidatePoints points(model, model.coefficient_count());
+  std::vector<bool> never_finite(static_cast<std::size_t>(model.observations()), true);
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  for (std::size_t number = 1; number <= kPoints; ++number) {
+    model.evaluate(points(number), mean, &jacobian, workspace);
+    for (Index i = 0; i < mean.size(); ++i) {
+      if (std::isfinite(mean[i]) && jacobian.row(i).allFinite()) {
+        never_finite[static_cast<std::size_t>(i)] = false;
+      }
+    }
+  }
+  const auto found = std::ranges::find(never_finite, true);
+  if (found == never_finite.end()) return;
+  throw DomainError("the formula has no finite value or slope for this row, whatever its "
+                    "coefficients: correct the row or leave it out",
+                    model.place(found - never_finite.begin()));
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Where to start a fit that nobody gave start values for.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "descent.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+struct StartSearchOptions {
+  /// Coefficients that are not searched, by name.
+  std::map<std::string, double> fixed{};
+  /// One more candidate, by name; what it does not name is 1.
+  std::map<std::string, double> rule{};
+};
+
+/// Good starts for a model without covariates, best first, each in a valley of its own.
+///
+/// Candidates cover sign and logarithm of the nonlinear coefficients around the scales of the data
+/// (a rate times a column is of order one) and, thinner, far beyond; the linear coefficients are
+/// solved for. The best go downhill on at most 200 observations spread over the response.
+/// \throws DomainError if an observation has no finite mean for any candidate
+std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
+                                           const StartSearchOptions& options);
+
+/// Looks for an observation whose mean or slope is not finite, whatever the coefficients.
+/// \throws DomainError that names the first one
+void check_domain(const NonlinearModel& model);
+
+}  // namespace silvafit::fit

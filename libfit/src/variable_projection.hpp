@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Least squares in the nonlinear coefficients only, with the linear ones solved for.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// The coefficients of a model, taken apart: `linear` enter the mean jointly linearly.
+struct CoefficientSplit {
+  std::vector<Eigen::Index> linear{};
+  std::vector<Eigen::Index> nonlinear{};
+};
+
+/// A largest jointly linear set, found greedily.
+CoefficientSplit split_coefficients(const NonlinearModel& model);
+
+/// A model as a function of its q nonlinear coefficients: the best linear coefficients belong to
+/// each of their values.
+///
+/// Source: Golub and Pereyra 1973, SIAM Journal on Numerical Analysis 10, 413-432; the Jacobian
+/// with Kaufman's simplification (1975, BIT 15, 49-57), which leaves the gradient exact.
+/// Not thread safe: evaluations share scratch memory. The model must outlive it.
+class ProjectedModel {
+ public:
+  explicit ProjectedModel(const NonlinearModel& model);
+
+  const NonlinearModel& model() const { return model_; }
+  const CoefficientSplit& split() const { return split_; }
+  Eigen::Index size() const { return static_cast<Eigen::Index>(split_.nonlinear.size()); }
+
+  /// The nonlinear ones among all coefficients.
+  Eigen::VectorXd nonlinear_part(const Eigen::VectorXd& coefficients) const;
+
+  /// Evaluates at nonlinear values; afterwards coefficients() and residuals() hold.
+  /// \return  false where the mean is not finite
+  bool evaluate(const Eigen::VectorXd& nonlinear);
+  /// (N x q) derivative of the residuals y - f after evaluate().
+  /// \return  false where it is not finite
+  bool evaluate_jacobian(Eigen::MatrixXd& jacobian);
+
+  /// (p) all coefficients, the linear ones solved for.
+  const Eigen::VectorXd& coefficients() const { return coefficients_; }
+  const Eigen::VectorXd& residuals() const { return residuals_; }
+
+ private:
+  bool solve_linear();
+
+  const NonlinearModel& model_;
+  CoefficientSplit split_;
+  NonlinearModel::Workspace workspace_;
+  Eigen::VectorXd coefficients_;
+  Eigen::VectorXd residuals_;
+  Eigen::VectorXd mean_;
+  Eigen::MatrixXd jacobian_;
+  Eigen::MatrixXd basis_;  ///< orthonormal, of the space that the linear coefficients span
+};
+
+}  // namespace silvafit::fit

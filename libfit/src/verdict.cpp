@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "candidate_points.hpp"
+#include "variable_projection.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// "a", "a and b", "a, b and c".
+std::string listed(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  std::string text;
+  for (std::size_t k = 0; k < coefficients.size(); ++k) {
+    if (k > 0) text += k + 1 == coefficients.size() ? " and " : ", ";
+    text += model.coefficient_names()[static_cast<std::size_t>(coefficients[k])];
+  }
+  return text;
+}
+
+/// Coefficients whose standard error is larger than they are.
+std::vector<Index> undetermined(const NewtonPoint& point, double sigma) {
+  std::vector<Index> result;
+  for (Index j = 0; j < point.coefficients.size(); ++j) {
+    const double error = sigma * std::sqrt(point.unscaled_covariance(j, j));
+    if (error > 10.0 * std::abs(point.coefficients[j])) result.push_back(j);
+  }
+  return result;
+}
+
+/// True if the coefficients can be told apart somewhere, so that it is this place that cannot.
+bool identifiable_elsewhere(const NonlinearModel& model) {
+  ProjectedModel projected(model);
+  const CandidatePoints points(model, projected.size());
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  constexpr std::size_t kPoints = 64;
+  for (std::size_t number = 1; number <= kPoints; ++number) {
+    if (!projected.evaluate(points(number))) continue;
+    model.evaluate(projected.coefficients(), mean, &jacobian, workspace);
+    if (jacobian.allFinite() && numerical_rank(jacobian) == jacobian.cols()) return true;
+  }
+  return false;
+}
+
+std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& point) {
+  const std::string names = listed(model, point.confounded);
+  if (point.confounded.size() == 1) {
+    return fmt::format(
+        "The data say nothing about {}, because the mean does not depend on it: leave it out.",
+        names);
+  }
+  if (identifiable_elsewhere(model)) {
+    return fmt::format(
+        "The fit keeps improving while {} run away together, so the data do not show the part of "
+        "the curve that they describe: try a model with fewer coefficients.",
+        names);
+  }
+  return fmt::format(
+      "The data cannot tell {} apart, because others can take the place of each: leave one out.",
+      names);
+}
+
+std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& point, double sigma) {
+  if (!point.finite) {
+    return "The formula stopped having finite slopes where the fit led: give start values, or try "
+           "another model.";
+  }
+  const std::vector<Index> loose = undetermined(point, sigma);
+  if (!loose.empty()) {
+    return fmt::format(
+        "The fit keeps improving, ever more slowly, while {} run{} away, so the data do not show "
+        "the part of the curve that {}: try a model with fewer coefficients.",
+        listed(model, loose),
+        loose.size() == 1 ? "s" : "",
+        loose.size() == 1 ? "it describes" : "they describe");
+  }
+  return fmt::format(
+      "No minimum was reached, the estimates are still {:.2g} standard errors away: try other start "
+      "values or a model with fewer coefficients.",
+      std::sqrt(point.decrement));
+}
+
+std::string success_verdict(const NonlinearModel& model,
+                            const NewtonPoint& point,
+                            double sigma,
+                            bool exact) {
+  if (exact) {
+    return "The model goes through all observations exactly, so that sigma is zero and the "
+           "log-likelihood infinite: do not compare it with others by them.";
+  }
+  const std::vector<Index> loose = undetermined(point, sigma);
+  if (!loose.empty()) {
+    return fmt::format(
+        "The least-squares solution was found, but {} hardly determined by these data (standard "
+        "error above ten times the estimate).",
+        listed(model, loose) + (loose.size() == 1 ? " is" : " are"));
+  }
+  return "The least-squares solution was found to the last digits.";
+}
+
+}  // namespace
+
+Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact) {
+  Convergence result{.gradient = point.decrement, .rank = point.rank};
+  if (!point.finite) {
+    result.verdict = failure_verdict(model, point, 0.0);
+    return result;
+  }
+  const double freedom = static_cast<double>(model.observations() - model.coefficient_count());
+  const double sigma = freedom > 0.0 ? std::sqrt(point.sum_of_squares / freedom) : 0.0;
+  if (point.rank < model.coefficient_count()) {
+    result.verdict = confounding_verdict(model, point);
+  } else if (exact || is_converged(point)) {
+    result.converged = true;
+    result.verdict = success_verdict(model, point, sigma, exact);
+  } else {
+    result.verdict = failure_verdict(model, point, sigma);
+  }
+  return result;
+}
+
+std::string too_few_observations(const NonlinearModel& model) {
+  return fmt::format(
+      "There are only {} observations for {} coefficients: measure more, or use a model with fewer "
+      "coefficients.",
+      model.observations(),
+      model.coefficient_count());
+}
+
+std::string no_start() {
+  return "No values of the coefficients were found for which the formula is finite for all "
+         "observations: give start values.";
+}
+
+}  // namespace silvafit::fit

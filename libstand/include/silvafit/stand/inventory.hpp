@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Forest inventories: one CSV row a tree, checked once, here.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::stand {
+
+/// Measured trees, N of them, in the order of the file. A measure has N values, NaN where it was
+/// not taken; it has none if the file has no such column.
+struct Inventory {
+  std::string file{};
+  std::vector<std::uint32_t> lines{};  ///< line of each tree in the file, from 1
+
+  data::TextColumn plot{};
+  data::TextColumn tree{};     ///< unique within a plot; a number given twice is told apart by #2
+  data::TextColumn species{};  ///< missing where the row names none
+
+  std::vector<double> x{};  ///< east [m]
+  std::vector<double> y{};  ///< north [m]
+  std::vector<double> z{};  ///< elevation of the stem's foot [m]
+
+  std::vector<double> dbh_cm{};  ///< diameter at breast height, never missing, > 0
+  std::vector<double> h_m{};     ///< total height, > 1.3
+  std::vector<double> hcb_m{};   ///< height to crown base, in [0, h)
+  std::vector<double> cw_m{};    ///< crown width, a diameter, > 0
+  std::vector<double> cr_e_m{};  ///< crown radii to the east, west, south and north, >= 0
+  std::vector<double> cr_w_m{};
+  std::vector<double> cr_s_m{};
+  std::vector<double> cr_n_m{};
+
+  /// Other columns that were asked for.
+  data::Table other{};
+
+  std::size_t size() const { return dbh_cm.size(); }
+  bool has_coordinates() const { return !x.empty() && !y.empty(); }
+  /// Where a tree stands in the file, for messages.
+  Place place(std::size_t row) const;
+};
+
+/// `name=source`: where a column of ours comes from.
+struct ColumnMapping {
+  std::string name{};    ///< plot, tree, species, x, y, z, dbh, h, hcb, cw, cr_e ..., or any other
+  std::string source{};  ///< a column of the file, spelled as in its header, or an expression
+};
+
+/// Reads `dbh=DBH_cm,h=Height,x=xk/10`. Commas inside parentheses or double quotes do not separate.
+/// \throws UsageError if a part is not `name=source` or a name comes twice
+std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
+
+struct InventoryOptions {
+  std::vector<ColumnMapping> columns{};
+  /// Columns of the file to keep in Inventory::other, where they are not among ours. Mappings to
+  /// names that are not ours are kept there too.
+  std::vector<std::string> keep{};
+  bool keep_all = false;             ///< keep every other column of the file
+  bool needs_coordinates = false;    ///< rows without x or y cannot be used
+  bool trust_units = false;          ///< do not ask whether a column has another unit
+  std::vector<std::string> needs{};  ///< measures the file must have, such as "h"
+};
+
+/// Why a row cannot be used. A row with several problems has as many entries.
+struct ExcludedRow {
+  std::size_t line = 0;
+  std::string plot{};
+  std::string tree{};
+  std::string column{};  ///< the file's name of the column
+  std::string value{};   ///< as written, or the number that was tested
+  std::string reason{};
+};
+
+struct CheckedInventory {
+  Inventory inventory{};
+  std::vector<ExcludedRow> excluded{};  ///< by line
+  std::size_t excluded_tree_count = 0;  ///< rows left out
+  std::vector<std::string> notes{};     ///< what was assumed, and single odd values
+};
+
+/// Reads an inventory and checks every value; docs/inventory.md lists the columns and the rules.
+///
+/// A value that was not taken is missing; a value that cannot be right excludes its row, and all
+/// problems of all rows are collected. Crown width is taken from four radii where it is missing:
+/// cw = ((cr_e + cr_w) + (cr_s + cr_n)) / 2.
+/// \throws InputError if a needed column is missing, a whole column looks like another unit (the
+///         message names the remedy), or no row can be used (with the first problems)
+/// \throws UsageError or FormulaError if a mapping names what the file does not have
+CheckedInventory read_inventory(const std::filesystem::path& path,
+                                const InventoryOptions& options = {});
+
+/// Says how many rows were left out and why the first of them; empty if none was.
+std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5);
+
+/// Writes excluded.csv: line, plot, tree, column, value, reason.
+void write_excluded(const std::vector<ExcludedRow>& excluded, std::ostream& stream);
+void write_excluded(const std::vector<ExcludedRow>& excluded, const std::filesystem::path& path);
+
+/// The inventory as a table with our column names: plot, tree, species, the measures that the file
+/// has (x, y, z, dbh, h, hcb, cw, cr_e, cr_w, cr_s, cr_n), then the other columns.
+data::Table to_table(const Inventory& inventory);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// Means of the structural indices by species.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/structural_units.hpp"
+
+namespace silvafit::stand {
+
+/// Trees of one species, or of all, and the means of the indices of its core trees; NaN where no
+/// core tree has the index.
+struct UnitSummary {
+  std::string species{};  ///< empty for trees without species
+  std::size_t trees = 0;
+  std::size_t core_trees = 0;
+  double W = 0.0;
+  double M = 0.0;
+  double U = 0.0;
+  double C = 0.0;
+};
+
+/// One entry a species, in the order of the species' first trees.
+std::vector<UnitSummary> summarize_by_species(const Inventory& inventory,
+                                              const StructuralUnits& units);
+
+/// All trees together; `species` stays empty.
+UnitSummary summarize_all(const Inventory& inventory, const StructuralUnits& units);
+
+}  // namespace silvafit::stand

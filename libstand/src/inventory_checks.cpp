@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#include "inventory_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace silvafit::stand {
+namespace {
+
+constexpr double kBreastHeight_m = 1.3;
+
+bool is_known(double value) { return !std::isnan(value); }
+
+class RowChecker {
+ public:
+  explicit RowChecker(const Measures& row) : row_(row) {}
+
+  void check_finite();
+  void check_required(bool needs_coordinates);
+  void check_stem();
+  void check_crown(bool is_cw_from_radii);
+  std::vector<Problem> take() { return std::move(problems_); }
+
+ private:
+  void add(std::size_t measure, std::string reason) {
+    problems_.push_back({measure, std::move(reason)});
+  }
+
+  const Measures& row_;
+  std::vector<Problem> problems_{};
+};
+
+void RowChecker::check_finite() {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    if (std::isinf(row_[i])) add(i, "the value is not finite");
+  }
+}
+
+void RowChecker::check_required(bool needs_coordinates) {
+  if (!is_known(row_[kDbh])) add(kDbh, "is missing, and no tree can be used without it");
+  if (!needs_coordinates) return;
+  if (!is_known(row_[kX])) add(kX, "is missing, so the tree has no place");
+  if (!is_known(row_[kY])) add(kY, "is missing, so the tree has no place");
+}
+
+void RowChecker::check_stem() {
+  if (row_[kDbh] <= 0.0) add(kDbh, fmt::format("{} cm is not above 0", row_[kDbh]));
+  const double h = row_[kH];
+  if (h <= kBreastHeight_m) {
+    add(kH, fmt::format("{} m is not above breast height, {} m", h, kBreastHeight_m));
+  }
+}
+
+void RowChecker::check_crown(bool is_cw_from_radii) {
+  const double hcb = row_[kHcb];
+  if (hcb < 0.0) add(kHcb, fmt::format("{} m is below the ground", hcb));
+  if (hcb >= row_[kH]) add(kHcb, fmt::format("{} m is not below h {} m", hcb, row_[kH]));
+  for (const Measure radius : kRadii) {
+    if (row_[radius] < 0.0) add(radius, fmt::format("{} m is below 0", row_[radius]));
+  }
+  if (row_[kCw] > 0.0 || !is_known(row_[kCw])) return;
+  if (is_cw_from_radii) {
+    add(kCrE, fmt::format("the four crown radii make a width of {} m", row_[kCw]));
+  } else {
+    add(kCw, fmt::format("{} m is not above 0", row_[kCw]));
+  }
+}
+
+}  // namespace
+
+double crown_width_m(const Measures& row) {
+  return ((row[kCrE] + row[kCrW]) + (row[kCrS] + row[kCrN])) / 2.0;
+}
+
+std::vector<Problem> problems_of(const Measures& row,
+                                 bool needs_coordinates,
+                                 bool is_cw_from_radii) {
+  RowChecker checker(row);
+  checker.check_finite();
+  checker.check_required(needs_coordinates);
+  checker.check_stem();
+  checker.check_crown(is_cw_from_radii);
+  return checker.take();
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// What a row of an inventory must satisfy, and what a whole column should look like.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "inventory_columns.hpp"
+
+namespace silvafit::stand {
+
+using Measures = std::array<double, kMeasureCount>;
+
+/// A rule that a row breaks.
+struct Problem {
+  std::size_t measure = 0;
+  std::string reason{};
+};
+
+/// Crown width from four radii; NaN if one is missing.
+double crown_width_m(const Measures& row);
+
+/// The rules that a row's measures break, NaN standing for missing.
+/// \param is_cw_from_radii  cw was computed and its radii are to blame
+std::vector<Problem> problems_of(const Measures& row,
+                                 bool needs_coordinates,
+                                 bool is_cw_from_radii);
+
+/// Throws where a whole column looks like another unit.
+/// \param crown_base_above_top  how many rows were left out because hcb is not below h
+/// \throws InputError with the remedy
+void check_units(const Inventory& inventory,
+                 const ColumnPlan& plan,
+                 std::size_t crown_base_above_top);
+
+/// Notes on single values beyond what trees reach.
+std::vector<std::string> notes_on_odd_values(const Inventory& inventory);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// Trees whose id comes again within their plot.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+
+namespace silvafit::stand {
+
+/// A row that has the plot and tree of an earlier one.
+struct RepeatedTree {
+  std::size_t row = 0;
+  std::size_t first_row = 0;
+  bool is_same_tree = false;  ///< the row tells of the same tree once more
+  std::string new_id{};       ///< for another tree: an id of its own, such as `64#2`
+};
+
+/// Rows by ascending number. The same tree comes twice if both rows have the same position, or,
+/// where positions are unknown, the same measures. Otherwise two trees were given one number, which
+/// is no reason to lose one of them.
+std::vector<RepeatedTree> repeated_trees(const Inventory& inventory);
+
+}  // namespace silvafit::stand

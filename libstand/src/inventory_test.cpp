@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/inventory.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+
+#include "reference.hpp"
+#include "scratch_file.hpp"
+#include "silvafit/base/error.hpp"
+
+using namespace silvafit::stand;
+using Catch::Matchers::Contains;
+using silvafit::InputError;
+using silvafit::UsageError;
+using silvafit::test::ScratchFile;
+
+namespace {
+
+CheckedInventory read_text(const std::string& text, InventoryOptions options = {}) {
+  const ScratchFile file(text);
+  return read_inventory(file.path(), options);
+}
+
+/// `line column: reason` of each problem.
+std::vector<std::string> problems(const CheckedInventory& checked) {
+  std::vector<std::string> texts;
+  for (const ExcludedRow& row : checked.excluded) {
+    texts.push_back(std::to_string(row.line) + " " + row.column + ": " + row.reason);
+  }
+  return texts;
+}
+
+InventoryOptions with_columns(const std::string& text) {
+  return {.columns = parse_column_mappings(text)};
+}
+
+bool has_note(const CheckedInventory& checked, const std::string& text) {
+  for (const std::string& note : checked.notes) {
+    if (note.find(text) != std::string::npos) return true;
+  }
+  return false;
+}
+
+/// Twelve trees that differ in nothing but a factor on one column.
+std::string stand_with(const std::string& column, double factor) {
+  std::string text = "tree,species,x,y,dbh,h,hcb,cw\n";
+  const std::vector<std::string> names{"x", "y", "dbh", "h", "hcb", "cw"};
+  for (int i = 0; i < 12; ++i) {
+    const std::vector<double> values{5.0 * (i % 4), 5.0 * (i / 4), 22.0 + i, 18.0, 7.5, 4.0};
+    text += std::to_string(i) + ",SM";
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      text += "," + std::to_string(values[k] * (names[k] == column ? factor : 1.0));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("an inventory is read with its places in the file") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,x,y,dbh,h,hcb,cw,note\n"
+      "07,31,SM,1.5,2,20.4,18.5,9,4.2,leaning\n"
+      "\n"
+      "07,32, 杉木 ,3,4,11,NA,,,\n");
+  const Inventory& inventory = checked.inventory;
+  REQUIRE(inventory.size() == 2);
+  CHECK(inventory.plot[0] == "07");
+  CHECK(inventory.species[1] == "杉木");
+  CHECK(inventory.dbh_cm == std::vector<double>{20.4, 11.0});
+  CHECK(inventory.hcb_m[0] == 9.0);
+  CHECK(std::isnan(inventory.h_m[1]));
+  CHECK(inventory.z.empty());
+  CHECK(inventory.cr_e_m.empty());
+  CHECK(inventory.place(1).line == 4);
+  CHECK(inventory.place(1).tree == "32");
+  CHECK(inventory.other.names().empty());
+  CHECK(checked.excluded.empty());
+  CHECK(checked.notes.empty());
+}
+
+TEST_CASE("every problem of every row is found, and none of the rows is used") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,x,y,dbh,h,hcb,cw\n"
+      "1,1,SM,0,0,20,15,7,4\n"
+      "1,2,SM,0,1,twenty,15,7,4\n"
+      "1,3,SM,0,2,-3,1.3,-1,0\n"
+      "1,4,SM,0,3,20,15,15,4\n"
+      "1,5,SM,0,4,NA,15,7,4\n"
+      "1,6,SM,inf,5,20,15,7,4\n"
+      "1,7,SM,,6,20,15,7,4\n"
+      "1,,SM,0,7,20,15,7,4\n"
+      "NA,9,SM,0,8,\"20,5\",15,7,4\n"
+      "1,10,,0,9,20,15,7,4\n",
+      {.needs_coordinates = true});
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"3 dbh: 'twenty' is no number",
+                                 "4 dbh: -3 cm is not above 0",
+                                 "4 h: 1.3 m is not above breast height, 1.3 m",
+                                 "4 hcb: -1 m is below the ground",
+                                 "4 cw: 0 m is not above 0",
+                                 "5 hcb: 15 m is not below h 15 m",
+                                 "6 dbh: is missing, and no tree can be used without it",
+                                 "7 x: the value is not finite",
+                                 "8 x: is missing, so the tree has no place",
+                                 "9 tree: the tree number is missing",
+                                 "10 plot: the plot is missing",
+                                 "10 dbh: '20,5' is no number; decimals need a point"});
+  CHECK(checked.excluded_tree_count == 8);
+  REQUIRE(checked.inventory.size() == 2);
+  CHECK(checked.inventory.tree[1] == "10");
+  CHECK(checked.inventory.species.is_missing(1));
+  CHECK(has_note(checked, "1 trees have no species"));
+
+  const std::string text = describe_excluded(checked, 2);
+  CHECK_THAT(text, Contains("8 of 10 rows left out, 12 problems"));
+  CHECK_THAT(text, Contains(".csv:3: dbh: 'twenty' is no number (plot 1, tree 2)"));
+  CHECK_THAT(text, Contains("and 10 more"));
+
+  std::ostringstream csv;
+  write_excluded(checked.excluded, csv);
+  CHECK_THAT(csv.str(), Contains("line,plot,tree,column,value,reason\n"));
+  CHECK_THAT(csv.str(), Contains("3,1,2,dbh,twenty,'twenty' is no number\n"));
+  CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is no number;"));
+}
+
+TEST_CASE("without a need for coordinates trees without them are used") {
+  const CheckedInventory checked = read_text("plot,tree,species,x,y,dbh\n1,1,SM,,,20\n");
+  CHECK(checked.inventory.size() == 1);
+  CHECK(checked.excluded.empty());
+}
+
+TEST_CASE("a row that repeats a tree goes, a tree that has another's number stays") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,x,y,dbh\n"
+      "1,5,SM,0,0,20\n"
+      "2,5,SM,0,0,20\n"
+      "1,5,SM,0,0,21\n"
+      "1,5#2,SM,1,0,22\n"
+      "1,5,SM,2,0,20\n"
+      "1,5,SM,3,0,20\n");
+  CHECK(problems(checked) == std::vector<std::string>{"4 tree: the same tree is on line 2"});
+  REQUIRE(checked.inventory.size() == 5);
+  CHECK(checked.inventory.tree[1] == "5");
+  CHECK(checked.inventory.tree[3] == "5#3");
+  CHECK(checked.inventory.tree[4] == "5#4");
+  CHECK(checked.inventory.x == std::vector<double>{0, 0, 1, 2, 3});
+  CHECK(has_note(checked, "2 trees have the number of another tree of their plot"));
+
+  const CheckedInventory unplaced =
+      read_text("plot,tree,species,dbh,h\n1,5,SM,20,15\n1,5,SM,20,15\n1,5,SM,20,16\n");
+  CHECK(unplaced.excluded_tree_count == 1);
+  CHECK(unplaced.inventory.size() == 2);
+}
+
+TEST_CASE("columns are named by mappings, expressions included") {
+  const CheckedInventory checked = read_text(
+      "Plot,Nr.,sp,xk,yk,D (cm),unit,height,age\n"
+      "A,1,SM,53,54,20.3,m,18,70\n"
+      "A,2,SM,57,93,10.7,cm,950,NA\n",
+      with_columns("tree=Nr.,species=sp,x=xk/10,y=min(yk, 1000)/10,dbh=D (cm),"
+                   "h=ifelse(unit == \"cm\", height/100, height),years=age,decade=age/10,z=100"));
+  const Inventory& inventory = checked.inventory;
+  REQUIRE(inventory.size() == 2);
+  CHECK(inventory.plot[0] == "A");
+  CHECK(inventory.x == std::vector<double>{5.3, 5.7});
+  CHECK(inventory.y[1] == Approx(9.3).epsilon(1e-15));
+  CHECK(inventory.dbh_cm[0] == 20.3);
+  CHECK(inventory.h_m == std::vector<double>{18.0, 9.5});
+  CHECK(inventory.z == std::vector<double>{100.0, 100.0});
+  CHECK(inventory.other.numbers("years")[0] == 70.0);
+  CHECK(inventory.other.numbers("decade")[0] == 7.0);
+  CHECK(std::isnan(inventory.other.numbers("years")[1]));
+  CHECK(has_note(checked, "plot is read from column Plot"));
+}
+
+TEST_CASE("other columns are kept on request, for the rows that are used") {
+  const std::string text =
+      "plot,tree,species,dbh,age,site\n1,1,SM,20,70,dry\n1,2,SM,-1,60,wet\n1,3,SM,20,NA,wet\n";
+  const Inventory kept = read_text(text, {.keep = {"site", "dbh"}}).inventory;
+  CHECK(kept.other.names() == std::vector<std::string>{"site"});
+  CHECK(kept.other.text("site")[1] == "wet");
+
+  const auto table = to_table(read_text(text, {.keep_all = true}).inventory);
+  CHECK(table.names() == std::vector<std::string>{"plot", "tree", "species", "dbh", "age", "site"});
+  CHECK(table.numbers("age")[0] == 70.0);
+  CHECK(std::isnan(table.numbers("age")[1]));
+  CHECK(table.line(1) == 4);
+  CHECK_THROWS_AS(read_text(text, {.keep = {"slope"}}), UsageError);
+}
+
+TEST_CASE("what the file leaves out is assumed and said") {
+  const CheckedInventory checked = read_text("DBH,H\n20,15\n30,20\n");
+  CHECK(checked.inventory.plot[1] == "1");
+  CHECK(checked.inventory.tree[1] == "2");
+  CHECK(checked.inventory.species[1] == "unknown");
+  CHECK(has_note(checked, "dbh is read from column DBH"));
+  CHECK(has_note(checked, "no column plot"));
+  CHECK(has_note(checked, "no column tree"));
+  CHECK(has_note(checked, "no column species"));
+}
+
+TEST_CASE("crown width comes from four radii where it is missing") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,dbh,cw,cr_e,cr_w,cr_s,cr_n\n"
+      "1,1,SM,20,NA,1,2,1.5,0\n"
+      "1,2,SM,20,5,1,2,1.5,0\n"
+      "1,3,SM,20,NA,1,2,1.5,NA\n"
+      "1,4,SM,20,NA,0,0,0,0\n"
+      "1,5,SM,20,NA,1,-2,1,1\n");
+  REQUIRE(checked.inventory.size() == 3);
+  CHECK(checked.inventory.cw_m[0] == 2.25);
+  CHECK(checked.inventory.cw_m[1] == 5.0);
+  CHECK(std::isnan(checked.inventory.cw_m[2]));
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"5 cr_e: the four crown radii make a width of 0 m",
+                                 "6 cr_w: -2 m is below 0"});
+  CHECK(has_note(checked, "four crown radii"));
+}
+
+TEST_CASE("a whole column in another unit is an error with its remedy") {
+  const auto remedy = [](const std::string& column, double factor, const std::string& text) {
+    INFO(column << " times " << factor);
+    CHECK_THROWS_AS(read_text(stand_with(column, factor)), InputError);
+    CHECK_THROWS_WITH(read_text(stand_with(column, factor)), Contains(text));
+    CHECK_NOTHROW(read_text(stand_with(column, factor), {.trust_units = true}));
+  };
+  CHECK_NOTHROW(read_text(stand_with("", 1.0)));
+  remedy("h", 100.0, "in centimetres, use --columns h=h/100");
+  remedy("h", 1000.0, "in millimetres, use --columns h=h/1000");
+  remedy("h", 10.0, "in decimetres, use --columns h=h/10");
+  remedy("dbh", 10.0, "in millimetres, use --columns dbh=dbh/10");
+  remedy("dbh", 0.01, "in metres, use --columns dbh=dbh*100");
+  remedy("cw", 100.0, "in centimetres, use --columns cw=cw/100");
+  remedy("cw", 10.0, "in decimetres, use --columns cw=cw/10");
+  remedy("y", 0.0, "on one point or line");
+  CHECK_THROWS_WITH(read_text(stand_with("hcb", 100.0)),
+                    Contains("swapped, or in different units"));
+  CHECK_THROWS_WITH(read_text(stand_with("h", 1000.0), with_columns("h=h/10")),
+                    Contains("use --columns h=(h/10)/100"));
+}
+
+TEST_CASE("saplings, giants and sparse woods pass the question for units") {
+  CHECK_NOTHROW(read_text("dbh,h\n0.5,1.6\n0.7,1.9\n0.4,1.5\n"));
+  CHECK_NOTHROW(read_text("dbh,h\n400,85\n520,90\n350,78\n"));
+  CHECK_NOTHROW(read_text("dbh\n30\n40\n"));
+}
+
+TEST_CASE("a single odd value is a note") {
+  const CheckedInventory checked = read_text("dbh,h\n20,15\n21,160\n22,16\n");
+  CHECK(checked.inventory.size() == 3);
+  CHECK(has_note(checked, ":3: h: 160 m is odd (plot 1, tree 2)"));
+}
+
+TEST_CASE("a file without what is needed is refused with the remedy") {
+  CHECK_THROWS_WITH(read_text("plot,d\n1,20\n"),
+                    Contains("no column dbh (diameter at breast height in cm); name yours with "
+                             "--columns dbh=COLUMN; the columns are plot, d"));
+  CHECK_THROWS_WITH(read_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
+                    Contains("no column y"));
+  CHECK_THROWS_WITH(read_text("dbh\n20\n", {.needs = {"hcb"}}), Contains("no column hcb"));
+  CHECK_NOTHROW(read_text("dbh,cr_e,cr_w,cr_s,cr_n\n20,1,1,1,1\n", {.needs = {"cw"}}));
+  CHECK_THROWS_WITH(read_text("dbh,h\n"), Contains("there is a header but no tree"));
+  CHECK_THROWS_WITH(read_text("dbh,h\n-1,5\nx,5\n"),
+                    Contains("no row can be used: 2 of 2 rows left out, 2 problems") &&
+                        Contains("'x' is no number"));
+  CHECK_THROWS_WITH(read_text("DBH,Dbh\n1,2\n"), Contains("'DBH' and 'Dbh' could both be dbh"));
+}
+
+TEST_CASE("mappings are read, and refused where they make no sense") {
+  const auto mappings =
+      parse_column_mappings(" dbh = D , h=min(a, b),s=ifelse(u == \"a,b\", 1, 2)");
+  REQUIRE(mappings.size() == 3);
+  CHECK(mappings[0].name == "dbh");
+  CHECK(mappings[0].source == "D");
+  CHECK(mappings[1].source == "min(a, b)");
+  CHECK(parse_column_mappings("").empty());
+  for (const char* text : {"dbh", "dbh=", "=D", "dbh=D,", "dbh==D"}) {
+    CHECK_THROWS_WITH(parse_column_mappings(text), Contains("is not NAME=COLUMN"));
+  }
+  CHECK_THROWS_WITH(parse_column_mappings("h=a,h=b"), Contains("'h' is named twice"));
+  CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("h=Height")),
+                    Contains("no column 'Height' for h=Height; the columns are dbh"));
+  CHECK_THROWS_AS(read_text("dbh\n20\n", with_columns("h=dbh+")), silvafit::FormulaError);
+  CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("plot=dbh/10")),
+                    Contains("plot must be a column"));
+}
+
+TEST_CASE("the Finnish stands need their columns and units named, and lose one row of 9913",
+          "[reference]") {
+  SILVAFIT_NEEDS_REFERENCE("public/spati.csv");
+  const auto file = silvafit::test::reference_file("public/spati.csv");
+  InventoryOptions options = with_columns("tree=puunro,species=pl,dbh=d,x=xk,y=yk");
+  options.needs_coordinates = true;
+  CHECK_THROWS_WITH(read_inventory(file, options), Contains("use --columns x=xk/10,y=yk/10"));
+  options.columns = parse_column_mappings("tree=puunro,species=pl,dbh=d,x=xk/10,y=yk/10");
+  const CheckedInventory checked = read_inventory(file, options);
+  CHECK(checked.inventory.size() == 9912);
+  CHECK(checked.excluded_tree_count == 1);
+  CHECK(has_note(checked, "131 trees have the number of another tree"));
+}

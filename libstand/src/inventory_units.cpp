@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+// Is a whole column in another unit? The limits lie well outside what stands of trees reach, so
+// that giants and saplings pass; a single odd value is a note and no error.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+
+#include "inventory_checks.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr double kHeightOfStand_m = 130.0;  // the tallest tree known is 116 m
+constexpr double kDbhOfStand_cm = 250.0;
+constexpr double kCrownOfStand_m = 25.0;
+constexpr std::size_t kEnoughTrees = 10;
+
+/// The median of the positive values; 0 if there are none.
+double positive_median(const std::vector<double>& values) {
+  std::vector<double> positive;
+  std::ranges::copy_if(values, std::back_inserter(positive), [](double v) { return v > 0.0; });
+  if (positive.empty()) return 0.0;
+  const auto middle = positive.begin() + static_cast<std::ptrdiff_t>(positive.size() / 2);
+  std::ranges::nth_element(positive, middle);
+  return *middle;
+}
+
+/// Median of h / dbh, both in the same unit; 0 where no tree has both. Stands have 20 to 200.
+double median_slenderness(const Inventory& inventory) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < inventory.h_m.size(); ++i) {
+    const double ratio = 100.0 * inventory.h_m[i] / inventory.dbh_cm[i];
+    if (!std::isnan(ratio)) ratios.push_back(ratio);
+  }
+  return positive_median(ratios);
+}
+
+/// Expressions get parentheses before they are divided.
+std::string converted(const Source& source, int divisor, int factor) {
+  const std::string text = source.expression ? "(" + source.text + ")" : source.text;
+  return divisor > 1 ? fmt::format("{}/{}", text, divisor) : fmt::format("{}*{}", text, factor);
+}
+
+[[noreturn]] void suspect(const Inventory& inventory,
+                          const ColumnPlan& plan,
+                          std::size_t measure,
+                          double median,
+                          std::string_view unit,
+                          int divisor,
+                          int factor = 1) {
+  const Source& source = plan.measures[measure];
+  const std::string_view name = known_measure(measure).name;
+  throw InputError(
+      fmt::format("{} has the median {:.4g}, which is no {}; if it is in {}, use --columns {}={}; "
+                  "if it is right, --trust-units",
+                  source.exists() ? source.text : std::string(name),
+                  median,
+                  known_measure(measure).meaning,
+                  unit,
+                  name,
+                  converted(source, divisor, factor)),
+      {.file = inventory.file, .column = std::string(name)});
+}
+
+void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
+  constexpr double kSlenderest = 600.0;
+  constexpr double kStoutest = 12.0;
+  const double median = positive_median(inventory.dbh_cm);
+  const double slenderness = median_slenderness(inventory);
+  const double h = positive_median(inventory.h_m);
+  const bool h_is_plausible = h > 0.0 && h < kHeightOfStand_m;
+  // Giants are tall, too: where heights are known they decide.
+  const bool is_too_thick =
+      h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStand_cm;
+  if (is_too_thick) {
+    suspect(inventory, plan, kDbh, median, "millimetres", 10);
+  }
+  if (median > 0.0 && median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
+    suspect(inventory, plan, kDbh, median, "metres", 1, 100);
+  }
+}
+
+void check_heights(const Inventory& inventory,
+                   const ColumnPlan& plan,
+                   std::size_t crown_base_above_top) {
+  for (const Measure measure : {kH, kHcb}) {
+    const double median = positive_median(values_of(inventory, measure));
+    if (median <= kHeightOfStand_m) continue;
+    // 13 to 40 m in decimetres, 4 to 50 m in centimetres, more in millimetres.
+    if (median < 400.0) suspect(inventory, plan, measure, median, "decimetres", 10);
+    if (median < 5000.0) suspect(inventory, plan, measure, median, "centimetres", 100);
+    suspect(inventory, plan, measure, median, "millimetres", 1000);
+  }
+  constexpr double kSlenderest = 300.0;
+  const double h = positive_median(inventory.h_m);
+  if (h > 60.0 && median_slenderness(inventory) > kSlenderest) {
+    suspect(inventory, plan, kH, h, "decimetres", 10);
+  }
+  const auto usable = static_cast<std::size_t>(
+      std::ranges::count_if(inventory.hcb_m, [](double hcb) { return !std::isnan(hcb); }));
+  if (crown_base_above_top >= kEnoughTrees && crown_base_above_top > usable) {
+    throw InputError(
+        fmt::format("in {} of {} rows the height to crown base is not below the height; are the "
+                    "columns {} and {} swapped, or in different units? Convert with --columns",
+                    crown_base_above_top,
+                    crown_base_above_top + usable,
+                    plan.measures[kH].text,
+                    plan.measures[kHcb].text),
+        {.file = inventory.file, .column = "hcb"});
+  }
+}
+
+void check_crowns(const Inventory& inventory, const ColumnPlan& plan) {
+  for (const Measure measure : {kCw, kCrE, kCrW, kCrS, kCrN}) {
+    // Without a column of its own cw comes from the radii, which are asked themselves.
+    if (!plan.measures[measure].exists()) continue;
+    const double limit = measure == kCw ? kCrownOfStand_m : kCrownOfStand_m / 2.0;
+    const double median = positive_median(values_of(inventory, measure));
+    if (median > 4.0 * limit) suspect(inventory, plan, measure, median, "centimetres", 100);
+    if (median > limit) suspect(inventory, plan, measure, median, "decimetres", 10);
+  }
+}
+
+struct PlotSummary {
+  double low_x = std::numeric_limits<double>::infinity();
+  double low_y = std::numeric_limits<double>::infinity();
+  double high_x = -std::numeric_limits<double>::infinity();
+  double high_y = -std::numeric_limits<double>::infinity();
+  std::size_t trees = 0;
+  double basal_area_m2 = 0.0;
+
+  double area_ha() const { return (high_x - low_x) * (high_y - low_y) / 1e4; }
+};
+
+std::vector<PlotSummary> summarize_plots(const Inventory& inventory) {
+  std::vector<PlotSummary> plots(inventory.plot.levels().size());
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    const double x = inventory.x[i];
+    const double y = inventory.y[i];
+    if (std::isnan(x) || std::isnan(y)) continue;
+    PlotSummary& plot = plots[inventory.plot.code(i)];
+    plot.low_x = std::min(plot.low_x, x);
+    plot.low_y = std::min(plot.low_y, y);
+    plot.high_x = std::max(plot.high_x, x);
+    plot.high_y = std::max(plot.high_y, y);
+    ++plot.trees;
+    const double radius_m = inventory.dbh_cm[i] / 200.0;
+    plot.basal_area_m2 += std::numbers::pi * radius_m * radius_m;
+  }
+  return plots;
+}
+
+/// Positions in another unit show in the basal area of the bounding rectangles. The densest forests
+/// known hold some 450 m2/ha; a stand below 1 m2/ha with fewer than 30 trees/ha has no neighbors to
+/// speak of.
+void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
+  if (!inventory.has_coordinates()) return;
+  std::vector<double> stems;
+  std::vector<double> basal_areas;
+  for (const PlotSummary& plot : summarize_plots(inventory)) {
+    if (plot.trees < kEnoughTrees) continue;
+    stems.push_back(static_cast<double>(plot.trees) / plot.area_ha());
+    basal_areas.push_back(plot.basal_area_m2 / plot.area_ha());
+  }
+  if (stems.empty()) return;
+  const Source& x = plan.measures[kX];
+  const Source& y = plan.measures[kY];
+  const double trees_per_ha = positive_median(stems);
+  const double basal_area = positive_median(basal_areas);
+  const auto complain = [&](std::string_view cause) {
+    throw InputError(fmt::format("the positions make {:.3g} trees and {:.3g} m2 of basal area per "
+                                 "hectare in the median plot; {}; if they are right, --trust-units",
+                                 trees_per_ha,
+                                 basal_area,
+                                 cause),
+                     {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+  };
+  if (std::isinf(trees_per_ha)) {
+    throw InputError(
+        "all trees of a plot stand on one point or line; are these the positions of trees? Name "
+        "the right columns with --columns x=COLUMN,y=COLUMN",
+        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+  }
+  if (trees_per_ha < 30.0 && basal_area < 1.0) {
+    complain(fmt::format("if they are in decimetres, use --columns x={},y={}",
+                         converted(x, 10, 1),
+                         converted(y, 10, 1)));
+  }
+  if (basal_area > 1000.0 || trees_per_ha > 1e6) {
+    complain("they should be metres (and not in degrees or kilometres)");
+  }
+}
+
+void note_beyond(const Inventory& inventory,
+                 std::size_t measure,
+                 double limit,
+                 std::string_view unit,
+                 std::vector<std::string>& notes) {
+  const std::vector<double>& values = values_of(inventory, measure);
+  const auto is_beyond = [limit](double value) { return value > limit; };
+  const auto first = std::ranges::find_if(values, is_beyond);
+  if (first == values.end()) return;
+  const auto count = std::ranges::count_if(values, is_beyond);
+  Place place = inventory.place(static_cast<std::size_t>(first - values.begin()));
+  place.column = known_measure(measure).name;
+  std::string message = fmt::format("{} {} is odd", *first, unit);
+  if (count > 1) message += fmt::format(", and {} more values above {} {}", count - 1, limit, unit);
+  notes.push_back(describe(place, message));
+}
+
+}  // namespace
+
+void check_units(const Inventory& inventory,
+                 const ColumnPlan& plan,
+                 std::size_t crown_base_above_top) {
+  check_heights(inventory, plan, crown_base_above_top);
+  check_dbh(inventory, plan);
+  check_crowns(inventory, plan);
+  check_positions(inventory, plan);
+}
+
+std::vector<std::string> notes_on_odd_values(const Inventory& inventory) {
+  std::vector<std::string> notes;
+  note_beyond(inventory, kDbh, 1000.0, "cm", notes);
+  note_beyond(inventory, kH, 120.0, "m", notes);
+  note_beyond(inventory, kCw, 60.0, "m", notes);
+  return notes;
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Structural units as CSV.
+#include <charconv>
+#include <cmath>
+#include <ostream>
+#include <string>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/stand/structural_units.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr std::size_t kFlushAt = std::size_t{1} << 18;
+
+std::string header_of(std::size_t neighbors) {
+  std::string header = "plot,tree,species,core,W,M,U,C";
+  for (const char* prefix : {",nn", ",d"}) {
+    for (std::size_t i = 1; i <= neighbors; ++i) header += prefix + std::to_string(i);
+  }
+  return header + '\n';
+}
+
+void append_number(std::string& out, double value) {
+  out += ',';
+  if (std::isnan(value)) return;
+  char digits[32];
+  const auto [end, status] = std::to_chars(digits, digits + sizeof digits, value);
+  out.append(digits, end);
+}
+
+/// Writes rows; knows how a neighbor is named.
+class UnitWriter {
+ public:
+  UnitWriter(const Inventory& inventory, const StructuralUnits& units)
+      : inventory_(inventory),
+        units_(units),
+        needs_plot_(units.scope == SearchScope::kStand &&
+                    inventory.tree.levels().size() < inventory.size()) {}
+
+  void append_row(std::string& out, std::size_t row) const;
+
+ private:
+  void append_neighbor(std::string& out, std::uint32_t neighbor) const;
+
+  const Inventory& inventory_;
+  const StructuralUnits& units_;
+  bool needs_plot_;
+};
+
+void UnitWriter::append_neighbor(std::string& out, std::uint32_t neighbor) const {
+  out += ',';
+  if (neighbor == kNoTree) return;
+  std::string name(inventory_.tree[neighbor]);
+  if (needs_plot_) name = std::string(inventory_.plot[neighbor]) + "-" + name;
+  out += data::csv_field(name);
+}
+
+void UnitWriter::append_row(std::string& out, std::size_t row) const {
+  out += data::csv_field(inventory_.plot[row]);
+  out += ',' + data::csv_field(inventory_.tree[row]);
+  out += ',' + data::csv_field(inventory_.species[row]);
+  out += units_.core[row] != 0 ? ",1" : ",0";
+  append_number(out, units_.W[row]);
+  append_number(out, units_.M[row]);
+  append_number(out, units_.U[row]);
+  append_number(out, units_.C.empty() ? data::kMissing : units_.C[row]);
+  const std::size_t first = row * units_.neighbors;
+  for (std::size_t i = 0; i < units_.neighbors; ++i)
+    append_neighbor(out, units_.nearest[first + i]);
+  for (std::size_t i = 0; i < units_.neighbors; ++i) {
+    append_number(out, units_.distance_m[first + i]);
+  }
+  out += '\n';
+}
+
+}  // namespace
+
+void write_structural_units(const Inventory& inventory,
+                            const StructuralUnits& units,
+                            std::ostream& stream) {
+  const UnitWriter writer(inventory, units);
+  std::string out = header_of(units.neighbors);
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    writer.append_row(out, row);
+    if (out.size() < kFlushAt) continue;
+    stream.write(out.data(), static_cast<std::streamsize>(out.size()));
+    out.clear();
+  }
+  stream.write(out.data(), static_cast<std::streamsize>(out.size()));
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/structural_units.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/stand/unit_summary.hpp"
+
+using namespace silvafit::stand;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Tree {
+  double x = 0.0;
+  double y = 0.0;
+  double dbh_cm = 20.0;
+  const char* species = "A";
+  double cw_m = 1.0;
+  std::string id{};  ///< default: the number in the list, from 1
+  const char* plot = "1";
+};
+
+Inventory stand_of(const std::vector<Tree>& trees) {
+  Inventory inventory;
+  for (const Tree& tree : trees) {
+    inventory.plot.append(tree.plot);
+    inventory.tree.append(tree.id.empty() ? std::to_string(inventory.size() + 1) : tree.id);
+    if (tree.species == nullptr) {
+      inventory.species.append_missing();
+    } else {
+      inventory.species.append(tree.species);
+    }
+    inventory.x.push_back(tree.x);
+    inventory.y.push_back(tree.y);
+    inventory.cw_m.push_back(tree.cw_m);
+    inventory.dbh_cm.push_back(tree.dbh_cm);
+  }
+  return inventory;
+}
+
+StructuralUnitOptions without_edge(std::size_t neighbors = 4) {
+  return {.neighbors = neighbors, .edge = EdgeCorrection::kNone};
+}
+
+/// Ids of a tree's neighbors, nearest first.
+std::vector<std::string> neighbors_of(const Inventory& inventory,
+                                      const StructuralUnits& units,
+                                      std::size_t tree) {
+  std::vector<std::string> ids;
+  for (std::size_t i = 0; i < units.neighbors; ++i) {
+    const std::uint32_t neighbor = units.nearest[tree * units.neighbors + i];
+    ids.emplace_back(neighbor == kNoTree ? "none" : inventory.tree[neighbor]);
+  }
+  return ids;
+}
+
+using Ids = std::vector<std::string>;
+
+std::vector<Tree> random_stand(std::size_t count, std::uint64_t seed) {
+  silvafit::Random random(seed);
+  constexpr std::array kSpecies{"A", "B", "C"};
+  std::vector<Tree> trees;
+  for (std::size_t i = 0; i < count; ++i) {
+    trees.push_back({.x = random.uniform(0, 60),
+                     .y = random.uniform(0, 40),
+                     .dbh_cm = std::round(random.uniform(5, 30)),
+                     .species = kSpecies[random.below(3)],
+                     .cw_m = random.uniform(1, 5),
+                     .id = std::to_string(i + 1)});
+  }
+  return trees;
+}
+
+bool same(const std::vector<double>& left, const std::vector<double>& right) {
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (left[i] != right[i] && !(std::isnan(left[i]) && std::isnan(right[i]))) return false;
+  }
+  return left.size() == right.size();
+}
+
+}  // namespace
+
+TEST_CASE("a unit of five trees has the indices computed by hand") {
+  // Neighbors to the north 1 m, east 2 m, south 3 m, and north-north-east; azimuths 0, 90, 180 and
+  // atan(1/3) = 18.4 degrees: angles 18.4, 71.6, 90, 180, two of them below 72.
+  const Inventory stand =
+      stand_of({{.x = 0, .y = 0, .dbh_cm = 20, .species = "A", .cw_m = 2.0},
+                {.x = 0, .y = 1, .dbh_cm = 20, .species = "A", .cw_m = 0.1},
+                {.x = 2, .y = 0, .dbh_cm = 19.9, .species = "B", .cw_m = 2.0},
+                {.x = 0, .y = -3, .dbh_cm = 35, .species = "C", .cw_m = 4.1},
+                {.x = 1.5, .y = 4.5, .dbh_cm = 5, .species = "A", .cw_m = 9.0}});
+  const StructuralUnits units = structural_units(stand, without_edge());
+  CHECK(neighbors_of(stand, units, 0) == Ids{"2", "3", "4", "5"});
+  CHECK(units.W[0] == 0.5);
+  CHECK(units.M[0] == 0.5);
+  CHECK(units.U[0] == 0.5);
+  // Reaches 1.05 > 1, 2.0 = 2 (touching is no overlap), 3.05 > 3, 5.5 > 4.74.
+  CHECK(units.C[0] == 0.75);
+  CHECK(units.distance_m[3] == Approx(std::sqrt(22.5)).epsilon(1e-15));
+  CHECK(units.core == std::vector<char>{1, 1, 1, 1, 1});
+}
+
+TEST_CASE("in a square lattice the inner trees have W 0 and touching crowns do not overlap") {
+  std::vector<Tree> trees;
+  for (int row = 0; row < 9; ++row) {
+    for (int column = 0; column < 9; ++column) {
+      // A spacing that binary numbers do not hold: ties are then decided against rounding.
+      trees.push_back({.x = 0.3 + 1.7 * column, .y = 0.7 + 1.7 * row, .cw_m = 1.7});
+    }
+  }
+  const Inventory stand = stand_of(trees);
+  const StructuralUnits units = structural_units(stand, {.buffer_m = 1.7});
+  int inner = 0;
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    const bool is_inner = i / 9 >= 1 && i / 9 <= 7 && i % 9 >= 1 && i % 9 <= 7;
+    // Trees at exactly the buffer's width from the bounding rectangle are core trees.
+    CHECK((units.core[i] != 0) == is_inner);
+    if (!is_inner) continue;
+    ++inner;
+    CHECK(units.W[i] == 0.0);
+    CHECK(units.U[i] == 1.0);
+    CHECK(units.M[i] == 0.0);
+    CHECK(units.C[i] == 0.0);
+    const std::size_t id = i + 1;
+    CHECK(neighbors_of(stand, units, i) == Ids{std::to_string(id - 9),
+                                               std::to_string(id - 1),
+                                               std::to_string(id + 1),
+                                               std::to_string(id + 9)});
+  }
+  CHECK(inner == 49);
+  // At a limit of 90 degrees the right angles are not smaller; just above they all are.
+  CHECK(structural_units(stand, {.alpha0_deg = 90.0}).W[40] == 0.0);
+  CHECK(structural_units(stand, {.alpha0_deg = 90.001}).W[40] == 1.0);
+}
+
+TEST_CASE("a regular pentagon has angles of just 72 degrees, which are not smaller") {
+  for (const double turn : {0.0, 0.1, 1.0, 2.5}) {
+    std::vector<Tree> trees{{}};
+    for (int i = 0; i < 5; ++i) {
+      const double azimuth = turn + 2.0 * M_PI * i / 5.0;
+      trees.push_back({.x = 3.0 * std::sin(azimuth), .y = 3.0 * std::cos(azimuth)});
+    }
+    StructuralUnitOptions options = without_edge(5);
+    options.alpha0_deg = 72.0;
+    CHECK(structural_units(stand_of(trees), options).W[0] == 0.0);
+    options.alpha0_deg = std::nullopt;  // 360 / (5 + 1)
+    CHECK(structural_units(stand_of(trees), options).alpha0_deg == 60.0);
+  }
+}
+
+TEST_CASE("clustered neighbors on one side have W of three quarters and more") {
+  // All neighbors within 60 degrees: three small angles, and the rest of the circle taken <= 180.
+  const Inventory stand =
+      stand_of({{}, {.x = 0, .y = 2}, {.x = 1, .y = 2}, {.x = 2, .y = 2}, {.x = 2, .y = 1.2}});
+  CHECK(structural_units(stand, without_edge()).W[0] == 1.0);
+  const Inventory line = stand_of({{}, {.x = 1}, {.x = 2}, {.x = -1}, {.x = -2}});
+  CHECK(structural_units(line, without_edge()).W[0] == 0.5);
+}
+
+TEST_CASE("ties in distance go to the smaller id, integers by value") {
+  const Inventory stand = stand_of({{.id = "100"},
+                                    {.x = 1, .id = "10"},
+                                    {.y = 1, .id = "9"},
+                                    {.x = -1, .id = "b"},
+                                    {.y = -1, .id = "a"},
+                                    {.x = 0.5, .id = "77"}});
+  const StructuralUnits units = structural_units(stand, without_edge(3));
+  CHECK(neighbors_of(stand, units, 0) == Ids{"77", "9", "10"});
+  CHECK(neighbors_of(stand, structural_units(stand, without_edge(4)), 0) ==
+        Ids{"77", "9", "10", "a"});
+}
+
+TEST_CASE("many ties are decided by id, wherever the trees stand in the file") {
+  std::vector<Tree> trees;
+  for (int i = 60; i > 0; --i) {
+    const double azimuth = 2.0 * M_PI * ((7 * i) % 60) / 60.0;
+    trees.push_back({.x = 500000.3 + 10.0 * std::sin(azimuth),
+                     .y = 6000000.7 + 10.0 * std::cos(azimuth),
+                     .id = std::to_string(i)});
+  }
+  trees.push_back({.x = 500000.3, .y = 6000000.7, .id = "999"});
+  const Inventory stand = stand_of(trees);
+  CHECK(neighbors_of(stand, structural_units(stand, without_edge(6)), 60) ==
+        Ids{"1", "2", "3", "4", "5", "6"});
+}
+
+TEST_CASE("stems at one place are neighbors without a direction") {
+  std::vector<Tree> trees;
+  for (int i = 0; i < 9; ++i) trees.push_back({.dbh_cm = 10.0 + i});
+  trees.push_back({.x = 3});
+  const Inventory stand = stand_of(trees);
+  const StructuralUnits units = structural_units(stand, without_edge());
+  CHECK(neighbors_of(stand, units, 4) == Ids{"1", "2", "3", "4"});
+  CHECK(std::isnan(units.W[4]));
+  CHECK(units.U[4] == 0.0);
+  CHECK(units.C[4] == 1.0);
+  CHECK(units.distance_m[4 * 4] == 0.0);
+  CHECK(neighbors_of(stand, units, 9) == Ids{"1", "2", "3", "4"});
+  CHECK(units.W[9] == 1.0);
+  REQUIRE(units.notes.size() == 1);
+  CHECK_THAT(units.notes[0], Contains("9 trees have a neighbor at the same place"));
+}
+
+TEST_CASE("too few neighbors, no species or no crown width leave what cannot be known missing") {
+  const Inventory three = stand_of({{}, {.x = 1}, {.x = 2}});
+  const StructuralUnits few = structural_units(three, without_edge());
+  CHECK(neighbors_of(three, few, 0) == Ids{"2", "3", "none", "none"});
+  CHECK(std::isnan(few.U[0]));
+  CHECK(std::isnan(few.distance_m[2]));
+  CHECK_THAT(few.notes.at(0), Contains("3 trees have fewer than 4 neighbors"));
+
+  Inventory stand = stand_of({{}, {.x = 1, .species = nullptr}, {.x = 3, .cw_m = NAN}, {.x = 6}});
+  const StructuralUnits units = structural_units(stand, without_edge(1));
+  CHECK(std::isnan(units.W[0]));
+  CHECK(std::isnan(units.M[0]));
+  CHECK(units.U[0] == 1.0);
+  CHECK(units.C[0] == 0.0);
+  CHECK(std::isnan(units.C[3]));
+  stand.cw_m.clear();
+  CHECK(structural_units(stand, without_edge(1)).C.empty());
+  CHECK(structural_units(stand_of({{}}), without_edge(1)).nearest[0] == kNoTree);
+}
+
+TEST_CASE("per plot neighbors are of the plot, per stand of all plots") {
+  const Inventory stand = stand_of({{.id = "1", .plot = "a"},
+                                    {.x = 1, .id = "1", .plot = "b"},
+                                    {.x = 2, .id = "2", .plot = "a"}});
+  StructuralUnitOptions options = without_edge(1);
+  CHECK(structural_units(stand, options).nearest == std::vector<std::uint32_t>{2, kNoTree, 0});
+  options.scope = SearchScope::kStand;
+  const StructuralUnits units = structural_units(stand, options);
+  // Trees 0 and 2 are equally near to tree 1; the smaller id is that of tree 0.
+  CHECK(units.nearest == std::vector<std::uint32_t>{1, 0, 1});
+  std::ostringstream csv;
+  write_structural_units(stand, units, csv);
+  CHECK(csv.str() ==
+        "plot,tree,species,core,W,M,U,C,nn1,d1\n"
+        "a,1,A,1,,0,1,0,b-1,1\n"
+        "b,1,A,1,,0,1,0,a-1,1\n"
+        "a,2,A,1,,0,1,0,b-1,1\n");
+}
+
+TEST_CASE("turning, moving and shuffling a stand changes no index") {
+  const std::vector<Tree> trees = random_stand(400, 5);
+  const StructuralUnits units = structural_units(stand_of(trees), without_edge());
+  silvafit::Random random(6);
+  for (int round = 0; round < 5; ++round) {
+    const double turn = random.uniform(0, 2.0 * M_PI);
+    std::vector<Tree> moved = trees;
+    for (Tree& tree : moved) {
+      const Tree old = tree;
+      tree.x = 3.5e5 + std::cos(turn) * old.x - std::sin(turn) * old.y;
+      tree.y = 6.7e6 + std::sin(turn) * old.x + std::cos(turn) * old.y;
+    }
+    const StructuralUnits same_units = structural_units(stand_of(moved), without_edge());
+    CHECK(same_units.nearest == units.nearest);
+    CHECK(same(same_units.W, units.W));
+    CHECK(same(same_units.C, units.C));
+  }
+
+  std::vector<std::size_t> order(trees.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (std::size_t i = order.size() - 1; i > 0; --i)
+    std::swap(order[i], order[random.below(i + 1)]);
+  std::vector<Tree> shuffled;
+  for (const std::size_t i : order) shuffled.push_back(trees[i]);
+  const Inventory stand = stand_of(shuffled);
+  const StructuralUnits other = structural_units(stand, without_edge());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    CHECK(other.W[i] == units.W[order[i]]);
+    CHECK(other.M[i] == units.M[order[i]]);
+    CHECK(other.U[i] == units.U[order[i]]);
+    CHECK(other.C[i] == units.C[order[i]]);
+  }
+}
+
+TEST_CASE("the nearest neighbors are those of a comparison with every tree") {
+  const std::vector<Tree> trees = random_stand(300, 9);
+  const Inventory stand = stand_of(trees);
+  const StructuralUnits units = structural_units(stand, without_edge(7));
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    std::vector<std::pair<double, std::uint32_t>> all;
+    for (std::size_t j = 0; j < trees.size(); ++j) {
+      if (j == i) continue;
+      all.emplace_back(std::hypot(trees[j].x - trees[i].x, trees[j].y - trees[i].y),
+                       static_cast<std::uint32_t>(j));
+    }
+    std::sort(all.begin(), all.end());
+    for (std::size_t k = 0; k < 7; ++k) CHECK(units.nearest[7 * i + k] == all[k].second);
+  }
+}
+
+TEST_CASE("in a random stand the mean of W is near one half") {
+  // The mean of W in stands placed at random is about 0.5 (Hui and Gadow 2002: 0.475 to 0.517).
+  const Inventory stand = stand_of(random_stand(4000, 11));
+  const StructuralUnits units = structural_units(stand, {.buffer_m = 2.0});
+  const UnitSummary all = summarize_all(stand, units);
+  CHECK(all.trees == 4000);
+  CHECK(all.core_trees > 3000);
+  CHECK(all.W == Approx(0.5).margin(0.02));
+  // Three species in equal shares: a neighbor is another one with probability 2/3.
+  CHECK(all.M == Approx(2.0 / 3.0).margin(0.02));
+  std::size_t sum = 0;
+  for (const UnitSummary& species : summarize_by_species(stand, units)) sum += species.trees;
+  CHECK(sum == 4000);
+}
+
+TEST_CASE("windows belong to plots, and missing ones are an error") {
+  const Inventory stand = stand_of({{.x = 1, .y = 5, .plot = "a"},
+                                    {.x = 5, .y = 5, .plot = "a"},
+                                    {.x = 15, .y = 5, .plot = "b"},
+                                    {.x = 25, .y = 5, .plot = "b"}});
+  const Window left = Window::rectangle({0, 0}, {10, 10});
+  const Window right = Window::rectangle({10, 0}, {20, 10});
+  StructuralUnitOptions options{.neighbors = 1, .windows = {{"a", left}, {"b", right}}};
+  const StructuralUnits units = structural_units(stand, options);
+  CHECK(units.core == std::vector<char>{0, 1, 1, 0});
+  CHECK_THAT(units.notes.at(0), Contains("1 trees stand outside the window"));
+  options.edge = EdgeCorrection::kNone;
+  CHECK(structural_units(stand, options).core == std::vector<char>{1, 1, 1, 0});
+
+  options.windows = {{"a", left}};
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("none for plot b"));
+  options.windows = {{std::nullopt, left}};
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("use --per stand"));
+  options.scope = SearchScope::kStand;
+  CHECK(structural_units(stand, options).core == std::vector<char>{1, 1, 0, 0});
+  options.windows = {{std::nullopt, Window::rectangle({100, 0}, {110, 10})}};
+  CHECK_THROWS_WITH(structural_units(stand, options),
+                    Contains("all trees stand outside the window"));
+}
+
+TEST_CASE("without a window the bounding rectangle is taken, and that is said") {
+  std::vector<Tree> trees{
+      {.x = 0, .y = 0}, {.x = 20, .y = 20}, {.x = 10, .y = 10}, {.x = 3, .y = 10}};
+  trees.push_back({.x = 1, .plot = "line"});
+  trees.push_back({.x = 2, .plot = "line"});
+  const StructuralUnits units = structural_units(stand_of(trees), {.neighbors = 1});
+  CHECK(units.core == std::vector<char>{0, 0, 1, 0, 0, 0});
+  CHECK_THAT(units.notes.at(0), Contains("no window is given"));
+  CHECK_THAT(units.notes.at(1), Contains("no core tree in: line"));
+}
+
+TEST_CASE("options out of range are refused") {
+  const Inventory stand = stand_of({{}, {.x = 1}});
+  CHECK_THROWS_WITH(structural_units(stand, {.neighbors = 0}), Contains("--neighbors: 0"));
+  CHECK_THROWS_WITH(structural_units(stand, {.alpha0_deg = 181.0}), Contains("--alpha: 181"));
+  CHECK_THROWS_WITH(structural_units(stand, {.buffer_m = -1.0}), Contains("--buffer: -1"));
+  Inventory unplaced = stand;
+  unplaced.x.clear();
+  CHECK_THROWS_AS(structural_units(unplaced, {}), silvafit::UsageError);
+}

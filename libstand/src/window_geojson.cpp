@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// Windows from GeoJSON (RFC 7946), but for the reference system: coordinates are metres.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/window.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+using nlohmann::json;
+
+/// Polygons of one owner, to be joined.
+struct Collected {
+  std::optional<std::string> plot{};
+  std::vector<Polygon> polygons{};
+};
+
+class GeoJsonReader {
+ public:
+  explicit GeoJsonReader(const std::filesystem::path& path) : file_(path.string()) {}
+
+  std::vector<NamedWindow> read();
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const;
+  json parse() const;
+  void collect_feature(const json& feature, std::size_t number);
+  std::optional<std::string> plot_of(const json& feature) const;
+  std::vector<Polygon> polygons_of(const json& geometry, const std::string& where) const;
+  Polygon polygon_of(const json& rings, const std::string& where) const;
+  std::vector<Point> ring_of(const json& positions, const std::string& where) const;
+
+  std::string file_;
+  std::vector<Collected> collected_{};
+};
+
+void GeoJsonReader::fail(const std::string& message) const {
+  throw InputError(message, {.file = file_});
+}
+
+json GeoJsonReader::parse() const {
+  const std::string text = read_file(file_);
+  try {
+    return json::parse(text);
+  } catch (const json::parse_error& error) {
+    const std::size_t read = std::min(error.byte, text.size());
+    const auto line_ends =
+        std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(read), '\n');
+    throw InputError("is no JSON from here on",
+                     {.file = file_, .line = static_cast<std::size_t>(line_ends) + 1});
+  }
+}
+
+std::string type_of(const json& object) {
+  if (!object.is_object()) return "";
+  const auto type = object.find("type");
+  return type != object.end() && type->is_string() ? type->get<std::string>() : "";
+}
+
+std::vector<Point> GeoJsonReader::ring_of(const json& positions, const std::string& where) const {
+  if (!positions.is_array()) fail(where + ": a ring must be an array of positions");
+  std::vector<Point> ring;
+  for (const json& position : positions) {
+    const bool is_position = position.is_array() && position.size() >= 2 &&
+                             position[0].is_number() && position[1].is_number();
+    if (!is_position) fail(where + ": a position must be [x, y] in metres");
+    ring.push_back({position[0].get<double>(), position[1].get<double>()});
+  }
+  return ring;
+}
+
+Polygon GeoJsonReader::polygon_of(const json& rings, const std::string& where) const {
+  if (!rings.is_array() || rings.empty()) fail(where + ": a polygon must be an array of rings");
+  Polygon polygon{.outer = ring_of(rings[0], where)};
+  for (std::size_t i = 1; i < rings.size(); ++i) polygon.holes.push_back(ring_of(rings[i], where));
+  return polygon;
+}
+
+std::vector<Polygon> GeoJsonReader::polygons_of(const json& geometry,
+                                                const std::string& where) const {
+  const std::string type = type_of(geometry);
+  if (type != "Polygon" && type != "MultiPolygon") {
+    fail(fmt::format("{}: a Polygon or MultiPolygon is needed{}",
+                     where,
+                     type.empty() ? "" : fmt::format(", not a {}", type)));
+  }
+  const auto coordinates = geometry.find("coordinates");
+  if (coordinates == geometry.end() || !coordinates->is_array()) fail(where + ": no coordinates");
+  std::vector<Polygon> polygons;
+  if (type == "Polygon") {
+    polygons.push_back(polygon_of(*coordinates, where));
+  } else {
+    for (const json& rings : *coordinates) polygons.push_back(polygon_of(rings, where));
+  }
+  for (const Polygon& polygon : polygons) {
+    try {
+      Window({polygon});
+    } catch (const GeometryError& error) {
+      fail(where + ": " + error.message());
+    }
+  }
+  return polygons;
+}
+
+/// The feature's property `plot`, spelled as an inventory would spell it.
+std::optional<std::string> GeoJsonReader::plot_of(const json& feature) const {
+  const auto properties = feature.find("properties");
+  if (properties == feature.end() || !properties->is_object()) return std::nullopt;
+  const auto plot = properties->find("plot");
+  if (plot == properties->end() || plot->is_null()) return std::nullopt;
+  if (plot->is_string()) return plot->get<std::string>();
+  if (plot->is_number()) return data::shortest(plot->get<double>());
+  fail("the property 'plot' of a feature must be a text or a number");
+}
+
+void GeoJsonReader::collect_feature(const json& feature, std::size_t number) {
+  const std::string where = fmt::format("feature {}", number);
+  if (type_of(feature) != "Feature") fail(where + ": the type must be Feature");
+  const std::optional<std::string> plot = plot_of(feature);
+  std::vector<Polygon> polygons = polygons_of(feature.value("geometry", json()), where);
+  auto owner = std::ranges::find(collected_, plot, &Collected::plot);
+  if (owner == collected_.end()) {
+    collected_.push_back({.plot = plot});
+    owner = collected_.end() - 1;
+  }
+  std::ranges::move(polygons, std::back_inserter(owner->polygons));
+}
+
+std::vector<NamedWindow> GeoJsonReader::read() {
+  const json document = parse();
+  const std::string type = type_of(document);
+  if (type == "FeatureCollection") {
+    const auto features = document.find("features");
+    if (features == document.end() || !features->is_array()) fail("the collection has no features");
+    std::size_t number = 0;
+    for (const json& feature : *features) collect_feature(feature, ++number);
+  } else if (type == "Feature") {
+    collect_feature(document, 1);
+  } else {
+    collected_.push_back({.polygons = polygons_of(document, "the geometry")});
+  }
+  if (collected_.empty()) fail("there is no window in this file");
+  std::vector<NamedWindow> windows;
+  for (const Collected& owner : collected_) {
+    windows.push_back({.plot = owner.plot, .window = Window(owner.polygons)});
+  }
+  return windows;
+}
+
+}  // namespace
+
+std::vector<NamedWindow> read_windows(const std::filesystem::path& path) {
+  return GeoJsonReader(path).read();
+}
+
+}  // namespace silvafit::stand

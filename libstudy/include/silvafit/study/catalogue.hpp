@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// The catalogue of base models: what models/base holds, read and checked.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::study {
+
+/// What is known of a parameter's sign before any fit.
+enum class Sign { kAny, kPositive, kNegative };
+
+/// How a response changes with DBH for all parameters of the stated signs.
+enum class Monotone { kUnknown, kIncreasing, kDecreasing };
+
+/// A parameter of a base model.
+struct BaseParameter {
+  std::string name{};
+  std::string meaning{};
+  std::string unit{};  ///< "1" for a pure number
+  Sign sign = Sign::kAny;
+  /// Start value over min_, mean_, max_ and median_ of dbh, h and the response: `1/mean_dbh`.
+  data::Expression start = data::Expression::constant(0.0);
+};
+
+/// A value of the model known from outside the program.
+struct ReferencePoint {
+  std::map<std::string, double> arguments{};
+  std::map<std::string, double> parameters{};
+  double value = 0.0;
+};
+
+/// Where a model is another one: `where` fixes parameters of this model, `with` gives each of the
+/// other model's parameters; both are expressions of this model's parameters.
+struct Equivalence {
+  std::string model{};
+  std::map<std::string, data::Expression> where{};
+  std::map<std::string, data::Expression> with{};
+};
+
+/// One candidate equation for height (h), height to crown base (hcb) or crown width (cw).
+struct BaseModel {
+  std::string id{};    ///< "M4"
+  std::string name{};  ///< "Meyer"
+  std::string response{};
+  std::string formula{};  ///< "h ~ 1.3 + a*(1 - exp(-b*dbh))"
+  /// The right side of the formula.
+  data::Expression mean = data::Expression::constant(0.0);
+  std::vector<BaseParameter> parameters{};
+  /// The data columns that the mean uses: dbh, and h for hcb.
+  std::vector<std::string> covariates{};
+  Monotone monotone = Monotone::kUnknown;
+  /// Conditions on the covariates, 1 or 0, all of which must hold.
+  std::vector<data::Expression> domain{};
+  std::vector<Equivalence> equals{};
+  std::vector<ReferencePoint> reference_points{};
+  /// Covariates outside the domain, for tests.
+  std::vector<std::map<std::string, double>> invalid{};
+  std::string notes{};
+  std::vector<std::string> source{};
+  std::filesystem::path file{};
+
+  std::vector<std::string> parameter_names() const;
+  /// Whether the covariates are where the model is defined.
+  bool in_domain(const std::map<std::string, double>& arguments) const;
+  /// The response of one tree. \throws UsageError if a name is missing
+  double value(const std::map<std::string, double>& arguments,
+               const std::map<std::string, double>& parameters) const;
+};
+
+/// All base models of a folder `models`.
+class Catalogue {
+ public:
+  /// Reads every file of `models/base`, sorted by the number in the id.
+  /// \throws InputError that names the file and the key, if an entry cannot be used
+  static Catalogue load(const std::filesystem::path& models_directory);
+
+  const std::vector<BaseModel>& models() const { return models_; }
+  /// \throws UsageError if there is no such model; the message lists what there is
+  const BaseModel& find(std::string_view id) const;
+  /// The candidates for a response, in the order of the catalogue.
+  std::vector<const BaseModel*> candidates(std::string_view response) const;
+
+ private:
+  std::vector<BaseModel> models_;
+};
+
+/// Start values of a model's parameters for the rows of a table, in the order of `parameters`.
+/// Rows with missing values in dbh, h or the response are left out of the summaries.
+/// \throws UsageError if a column that a start rule needs is missing or holds no number
+std::vector<double> start_values(const BaseModel& model, const data::Table& table);
+
+}  // namespace silvafit::study

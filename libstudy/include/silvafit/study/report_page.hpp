@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// The HTML page of a study: the bundled template, filled with the data of docs/report-data.md.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace silvafit {
+
+/// The JSON text in a form that may stand inside an HTML script element: `<`, `>`, `&`, U+2028 and
+/// U+2029, which JSON has inside texts only, become their \u escapes. The value stays the same.
+///
+/// \param json  UTF-8
+std::string escape_for_script(std::string_view json);
+
+/// Writes a report page, whole or not at all. The same arguments give the same bytes.
+///
+/// \param template_path  the bundled page, `share/silvafit/viewer/report.html`
+/// \param data_json      report data as docs/report-data.md describes them, UTF-8
+/// \param title          plain text for the window's title
+/// \param out_path       the page; folders above it are made
+/// \throws UsageError if the data are not JSON
+/// \throws InputError if the template cannot be read or is not one, or the page cannot be written
+void write_report_page(const std::filesystem::path& template_path,
+                       std::string_view data_json,
+                       const std::string& title,
+                       const std::filesystem::path& out_path);
+
+}  // namespace silvafit

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// The study: for each species and response, base models, structural covariates, mixed effects.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/catalogue.hpp"
+
+namespace silvafit::study {
+
+struct StudyOptions {
+  std::vector<std::string> species{};  ///< empty: all with enough trees
+  std::vector<std::string> responses{"h", "hcb", "cw"};
+  std::vector<std::string> covariates{"W", "M", "C", "U"};  ///< as far as the table has them
+  std::string group = "plot";                               ///< column of the random effects
+  std::size_t minimum_trees = 50;          ///< of a species with the response measured
+  std::size_t maximum_random_effects = 3;  ///< coefficients that vary by plot at once
+  unsigned threads = 0;                    ///< 0: as many as there are cores
+};
+
+/// A likelihood-ratio test against the simpler model of the same level.
+struct LikelihoodRatioTest {
+  double statistic = 0.0;
+  int degrees_of_freedom = 0;
+  double p = 1.0;
+};
+
+/// One model that was tried at a level.
+struct Candidate {
+  std::vector<std::string> terms{};  ///< level 2: sub-models; level 3: random coefficients
+  fit::FittedModel fit;
+  std::optional<LikelihoodRatioTest> test{};
+  int rank = 0;  ///< from 1 by the level's criterion; 0 if it did not converge
+  bool chosen = false;
+};
+
+/// All that was found for one species and response.
+struct ResponseStudy {
+  std::string species{};
+  std::string response{};
+  std::vector<std::size_t> rows{};  ///< rows of the table that all of its fits use
+  std::size_t plots = 0;
+  std::vector<std::string> notes{};
+  std::vector<Candidate> base{};                    ///< level 1
+  std::vector<Candidate> covariates{};              ///< level 2, empty if left out
+  std::vector<Candidate> random{};                  ///< level 3, empty if left out
+  std::vector<Candidate> variance{};                ///< level 3, empty if left out
+  std::optional<fit::FitResult> ols{};              ///< chosen at level 1
+  std::optional<fit::FitResult> with_covariates{};  ///< chosen at level 2, or that of level 1
+  std::optional<fit::FitResult> nlme{};             ///< chosen at level 3
+
+  /// Whether the last level that was tried ended in a model to rely on, and the sentence on it.
+  bool converged() const;
+  std::string verdict() const;
+};
+
+struct StageTime {
+  std::string name{};
+  double seconds = 0.0;
+  std::size_t fits = 0;
+};
+
+struct Study {
+  StudyOptions options{};
+  std::vector<std::string> notes{};
+  std::vector<ResponseStudy> results{};
+  std::vector<StageTime> stages{};
+
+  std::size_t fit_count() const;
+};
+
+/// Called as a stage advances; may come from several threads.
+using ProgressCallback =
+    std::function<void(const std::string& stage, std::size_t done, std::size_t total)>;
+
+/// Runs the three levels for every species and response with enough trees.
+///
+/// Level 1: every candidate of the catalogue by least squares; of those within 2 AIC of the best,
+/// the one with the fewest parameters. Level 2: every subset of the covariates on each parameter in
+/// turn; lowest BIC, where its likelihood-ratio test against level 1 is significant at 5 %; the
+/// chosen one also without intercept. Level 3: random effects of the plot on every subset of the
+/// coefficients (at most maximum_random_effects), lowest BIC of those that converge away from the
+/// edge; then the variance functions, lowest AIC where the test against a constant variance is
+/// significant at 5 %. All fits of a species and response use the same trees. \param table  an
+/// inventory with our column names, optionally W, M, U, C and `core` (only rows with 1 count)
+/// Deterministic whatever the number of threads. A fit that fails is listed with its reason.
+/// \throws UsageError if an asked-for species or response is not there
+Study run_study(const data::Table& table,
+                const Catalogue& catalogue,
+                const StudyOptions& options,
+                const ProgressCallback& progress = {});
+
+/// Unit of a response: "m".
+std::string unit_of(const std::string& response);
+
+}  // namespace silvafit::study

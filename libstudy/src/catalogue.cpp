@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/catalogue.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "json_reader.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Names = std::vector<std::string>;
+
+bool contains(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Columns that a base model of a response may use.
+Names covariates_of(const std::string& response) {
+  return response == "hcb" ? Names{"dbh", "h"} : Names{"dbh"};
+}
+
+/// Names that a start rule may use.
+Names summary_names(const std::string& response) {
+  Names result;
+  for (const std::string& column : {std::string("dbh"), std::string("h"), response}) {
+    for (const char* summary : {"min", "mean", "max", "median"}) {
+      result.push_back(fmt::format("{}_{}", summary, column));
+    }
+  }
+  return result;
+}
+
+void check_names(const JsonReader& place, const data::Expression& expression, const Names& known) {
+  for (const std::string& name : expression.variables()) {
+    if (!contains(known, name)) {
+      place.fail(fmt::format("'{}' is not known here; known are {}", name, fmt::join(known, ", ")));
+    }
+  }
+}
+
+void check_names(const JsonReader& place,
+                 const std::map<std::string, double>& values,
+                 const Names& wanted) {
+  Names names;
+  for (const auto& [name, value] : values) names.push_back(name);
+  Names sorted = wanted;
+  std::sort(sorted.begin(), sorted.end());
+  if (names != sorted) place.fail(fmt::format("must name {}", fmt::join(wanted, ", ")));
+}
+
+BaseParameter read_parameter(const JsonReader& json, const std::string& response) {
+  json.allow_only({"name", "meaning", "unit", "sign", "start"});
+  constexpr Sign kSigns[] = {Sign::kAny, Sign::kPositive, Sign::kNegative};
+  BaseParameter result{
+      .name = json.at("name").text(),
+      .meaning = json.at("meaning").text(),
+      .unit = json.at("unit").text(),
+      .sign = kSigns[json.at("sign").one_of({"any", "positive", "negative"})],
+      .start = json.at("start").expression(),
+  };
+  check_names(json.at("start"), result.start, summary_names(response));
+  return result;
+}
+
+void read_formula(const JsonReader& json, BaseModel& model) {
+  const JsonReader place = json.at("formula");
+  model.formula = place.text();
+  try {
+    data::Formula formula = data::parse_formula(model.formula);
+    if (formula.left != model.response) {
+      place.fail(fmt::format("must begin with {} ~", model.response));
+    }
+    model.mean = std::move(formula.right);
+  } catch (const FormulaError& error) {
+    place.fail(error.what());
+  }
+  const Names names = model.parameter_names();
+  const Names variables = model.mean.variables();
+  Names known = names;
+  for (const std::string& column : covariates_of(model.response)) {
+    known.push_back(column);
+    if (contains(variables, column)) model.covariates.push_back(column);
+  }
+  check_names(place, model.mean, known);
+  for (const std::string& name : names) {
+    if (!contains(variables, name)) {
+      place.fail(fmt::format("does not use the parameter {}", name));
+    }
+  }
+}
+
+Equivalence read_equivalence(const JsonReader& json, const Names& parameters) {
+  json.allow_only({"model", "where", "with"});
+  Equivalence result{.model = json.at("model").text()};
+  if (const auto where = json.find("where")) result.where = where->expressions_by_name();
+  result.with = json.at("with").expressions_by_name();
+  for (const auto& [name, expression] : result.where) {
+    if (!contains(parameters, name)) json.fail(fmt::format("there is no parameter {}", name));
+    check_names(json, expression, parameters);
+  }
+  for (const auto& [name, expression] : result.with) check_names(json, expression, parameters);
+  return result;
+}
+
+void read_domain(const JsonReader& json, BaseModel& model) {
+  for (const JsonReader& item : json.at("domain").items()) {
+    model.domain.push_back(item.expression());
+    check_names(item, model.domain.back(), model.covariates);
+  }
+  for (const JsonReader& item : json.at("invalid").items()) {
+    model.invalid.push_back(item.numbers_by_name());
+    check_names(item, model.invalid.back(), model.covariates);
+  }
+}
+
+void read_reference_points(const JsonReader& json, BaseModel& model) {
+  for (const JsonReader& item : json.at("reference_points").items()) {
+    item.allow_only({"arguments", "parameters", "value"});
+    model.reference_points.push_back({.arguments = item.at("arguments").numbers_by_name(),
+                                      .parameters = item.at("parameters").numbers_by_name(),
+                                      .value = item.at("value").number()});
+    check_names(item.at("arguments"), model.reference_points.back().arguments, model.covariates);
+    check_names(
+        item.at("parameters"), model.reference_points.back().parameters, model.parameter_names());
+  }
+}
+
+BaseModel read_model(const std::filesystem::path& path) {
+  const JsonReader json = JsonReader::open(path);
+  json.allow_only({"schema",
+                   "id",
+                   "name",
+                   "response",
+                   "formula",
+                   "parameters",
+                   "monotone",
+                   "domain",
+                   "invalid",
+                   "equals",
+                   "reference_points",
+                   "notes",
+                   "source"});
+  json.at("schema").one_of({"silvafit-base-model/1"});
+  json.at("response").one_of({"h", "hcb", "cw"});
+  BaseModel model;
+  model.file = path;
+  model.id = json.at("id").text();
+  model.name = json.at("name").text();
+  model.response = json.at("response").text();
+  for (const JsonReader& item : json.at("parameters").items()) {
+    model.parameters.push_back(read_parameter(item, model.response));
+  }
+  read_formula(json, model);
+  if (const auto monotone = json.find("monotone")) {
+    model.monotone = monotone->one_of({"increasing", "decreasing"}) == 0 ? Monotone::kIncreasing
+                                                                         : Monotone::kDecreasing;
+  }
+  read_domain(json, model);
+  if (const auto equals = json.find("equals")) {
+    for (const JsonReader& item : equals->items()) {
+      model.equals.push_back(read_equivalence(item, model.parameter_names()));
+    }
+  }
+  read_reference_points(json, model);
+  if (const auto notes = json.find("notes")) model.notes = notes->text();
+  model.source = json.at("source").texts();
+  return model;
+}
+
+/// "M12" as ("M", 12), so that M2 comes before M12.
+std::pair<std::string, unsigned long> order_of(const std::string& id) {
+  const std::size_t digits = id.find_first_of("0123456789");
+  if (digits == std::string::npos) return {id, 0};
+  return {id.substr(0, digits), std::strtoul(id.c_str() + digits, nullptr, 10)};
+}
+
+void check_together(const std::vector<BaseModel>& models) {
+  std::map<std::string, const BaseModel*> by_id;
+  for (const BaseModel& model : models) {
+    const auto [place, is_new] = by_id.emplace(model.id, &model);
+    if (!is_new) {
+      throw InputError(fmt::format("{} has the same id {}", place->second->file.string(), model.id),
+                       {.file = model.file.string(), .column = "id"});
+    }
+  }
+  for (const BaseModel& model : models) {
+    for (const Equivalence& equivalence : model.equals) {
+      if (!by_id.contains(equivalence.model)) {
+        throw InputError(fmt::format("there is no model {}", equivalence.model),
+                         {.file = model.file.string(), .column = "equals"});
+      }
+    }
+  }
+}
+
+double evaluate(const data::Expression& expression, const std::map<std::string, double>& values) {
+  std::vector<std::string> names;
+  std::vector<double> numbers;
+  for (const auto& [name, value] : values) {
+    names.push_back(name);
+    numbers.push_back(value);
+  }
+  return expression.value(names, numbers);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+void summarize(const std::string& column,
+               const std::vector<double>& values,
+               std::map<std::string, double>& summaries) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  summaries["min_" + column] = *low;
+  summaries["max_" + column] = *high;
+  summaries["mean_" + column] = sum / static_cast<double>(values.size());
+  summaries["median_" + column] = median(values);
+}
+
+/// The columns that the start rules of a model speak of.
+Names columns_of_start_rules(const BaseModel& model) {
+  std::set<std::string> columns;
+  for (const BaseParameter& parameter : model.parameters) {
+    for (const std::string& name : parameter.start.variables()) {
+      columns.insert(name.substr(name.find('_') + 1));
+    }
+  }
+  return {columns.begin(), columns.end()};
+}
+
+}  // namespace
+
+std::vector<std::string> BaseModel::parameter_names() const {
+  std::vector<std::string> result;
+  result.reserve(parameters.size());
+  for (const BaseParameter& parameter : parameters) result.push_back(parameter.name);
+  return result;
+}
+
+bool BaseModel::in_domain(const std::map<std::string, double>& arguments) const {
+  return std::all_of(domain.begin(), domain.end(), [&](const data::Expression& condition) {
+    return evaluate(condition, arguments) == 1.0;
+  });
+}
+
+double BaseModel::value(const std::map<std::string, double>& arguments,
+                        const std::map<std::string, double>& parameter_values) const {
+  std::map<std::string, double> all = arguments;
+  all.insert(parameter_values.begin(), parameter_values.end());
+  return evaluate(mean, all);
+}
+
+Catalogue Catalogue::load(const std::filesystem::path& models_directory) {
+  const std::filesystem::path directory = models_directory / "base";
+  std::error_code failure;
+  Catalogue result;
+  for (const auto& entry : std::filesystem::directory_iterator(directory, failure)) {
+    if (entry.path().extension() == ".json") result.models_.push_back(read_model(entry.path()));
+  }
+  if (failure || result.models_.empty()) {
+    throw InputError("there are no base models here", {.file = directory.string()});
+  }
+  std::sort(result.models_.begin(), result.models_.end(), [](const auto& a, const auto& b) {
+    return std::tuple(order_of(a.id), a.file) < std::tuple(order_of(b.id), b.file);
+  });
+  check_together(result.models_);
+  return result;
+}
+
+const BaseModel& Catalogue::find(std::string_view id) const {
+  for (const BaseModel& model : models_) {
+    if (model.id == id) return model;
+  }
+  std::vector<std::string> ids;
+  for (const BaseModel& model : models_) ids.push_back(model.id);
+  throw UsageError(fmt::format("there is no model {}; there are {}", id, fmt::join(ids, ", ")));
+}
+
+std::vector<const BaseModel*> Catalogue::candidates(std::string_view response) const {
+  std::vector<const BaseModel*> result;
+  for (const BaseModel& model : models_) {
+    if (model.response == response) result.push_back(&model);
+  }
+  return result;
+}
+
+std::vector<double> start_values(const BaseModel& model, const data::Table& table) {
+  const Names columns = columns_of_start_rules(model);
+  std::map<std::string, std::vector<double>> values;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const bool complete = std::all_of(columns.begin(), columns.end(), [&](const auto& column) {
+      return std::isfinite(table.numbers(column)[row]);
+    });
+    if (!complete) continue;
+    for (const std::string& column : columns) values[column].push_back(table.numbers(column)[row]);
+  }
+  std::map<std::string, double> summaries;
+  for (const std::string& column : columns) {
+    if (values[column].empty()) {
+      throw UsageError("no row has all the values that start values need", {.column = column});
+    }
+    summarize(column, values[column], summaries);
+  }
+  std::vector<double> result;
+  for (const BaseParameter& parameter : model.parameters) {
+    result.push_back(evaluate(parameter.start, summaries));
+  }
+  return result;
+}
+
+}  // namespace silvafit::study

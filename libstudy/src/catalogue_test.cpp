@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/catalogue.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "reference.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+
+using namespace silvafit;
+using study::BaseModel;
+using study::Catalogue;
+using Values = std::map<std::string, double>;
+
+namespace {
+
+const Catalogue& catalogue() {
+  static const Catalogue loaded = Catalogue::load(test::source_file("models"));
+  return loaded;
+}
+
+/// A models folder of one edited entry, removed at the end.
+class TemporaryModels {
+ public:
+  explicit TemporaryModels(const std::string& name)
+      : directory_(std::filesystem::temp_directory_path() / ("silvafit-catalogue-" + name)) {
+    std::filesystem::remove_all(directory_);
+  }
+  ~TemporaryModels() { std::filesystem::remove_all(directory_); }
+  TemporaryModels(const TemporaryModels&) = delete;
+  TemporaryModels& operator=(const TemporaryModels&) = delete;
+
+  void add(const std::string& file, const nlohmann::json& entry) const {
+    write_file(directory_ / "base" / file, entry.dump());
+  }
+  const std::filesystem::path& path() const { return directory_; }
+
+ private:
+  std::filesystem::path directory_;
+};
+
+nlohmann::json meyer() {
+  return nlohmann::json::parse(read_file(test::source_file("models/base/M04.json")));
+}
+
+Values values_of(const std::map<std::string, data::Expression>& expressions,
+                 const Values& parameters) {
+  Values result;
+  std::vector<std::string> names;
+  std::vector<double> numbers;
+  for (const auto& [name, value] : parameters) {
+    names.push_back(name);
+    numbers.push_back(value);
+  }
+  for (const auto& [name, expression] : expressions) {
+    result[name] = expression.value(names, numbers);
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("the catalogue holds the 32 candidates in the order of their numbers") {
+  REQUIRE(catalogue().models().size() >= 32);
+  for (std::size_t i = 0; i < 32; ++i) {
+    CHECK(catalogue().models()[i].id == "M" + std::to_string(i + 1));
+  }
+  CHECK(catalogue().candidates("h").size() >= 16);
+  CHECK(catalogue().candidates("hcb").size() >= 5);
+  CHECK(catalogue().candidates("cw").size() >= 11);
+  CHECK(catalogue().find("M4").name == "Meyer");
+}
+
+TEST_CASE("every base model gives its reference points") {
+  for (const BaseModel& model : catalogue().models()) {
+    INFO(model.id << " " << model.formula);
+    CHECK(model.reference_points.size() >= 3);
+    for (const study::ReferencePoint& point : model.reference_points) {
+      CHECK(model.in_domain(point.arguments));
+      // Some ten roundings of 1e-16, the largest of them enlarged by exponents of about 4.
+      CHECK(model.value(point.arguments, point.parameters) ==
+            Approx(point.value).epsilon(1e-14).margin(0.0));
+    }
+  }
+}
+
+TEST_CASE("every base model knows where it is not defined") {
+  for (const BaseModel& model : catalogue().models()) {
+    INFO(model.id);
+    CHECK_FALSE(model.invalid.empty());
+    for (const Values& arguments : model.invalid) CHECK_FALSE(model.in_domain(arguments));
+  }
+}
+
+TEST_CASE("a base model is the other one where its entry says so") {
+  std::size_t checked = 0;
+  for (const BaseModel& model : catalogue().models()) {
+    for (const study::Equivalence& equivalence : model.equals) {
+      const BaseModel& other = catalogue().find(equivalence.model);
+      INFO(model.id << " as " << other.id);
+      CHECK(other.response == model.response);
+      for (const study::ReferencePoint& point : model.reference_points) {
+        Values parameters = point.parameters;
+        for (const auto& [name, value] : values_of(equivalence.where, point.parameters)) {
+          parameters[name] = value;
+        }
+        const Values others = values_of(equivalence.with, parameters);
+        // The detour over logarithms of parameters costs a few digits more.
+        CHECK(model.value(point.arguments, parameters) ==
+              Approx(other.value(point.arguments, others)).epsilon(1e-13).margin(0.0));
+        ++checked;
+      }
+    }
+  }
+  CHECK(checked > 60);
+}
+
+TEST_CASE("a base model that is said to increase does so at its reference parameters") {
+  for (const BaseModel& model : catalogue().models()) {
+    if (model.monotone == study::Monotone::kUnknown) continue;
+    INFO(model.id);
+    const double direction = model.monotone == study::Monotone::kIncreasing ? 1.0 : -1.0;
+    for (const study::ReferencePoint& point : model.reference_points) {
+      Values arguments = point.arguments;
+      arguments["dbh"] = 1.0;
+      double last = model.value(arguments, point.parameters);
+      for (double dbh = 2.0; dbh <= 80.0; dbh += 1.0) {
+        arguments["dbh"] = dbh;
+        const double value = model.value(arguments, point.parameters);
+        CHECK(direction * (value - last) > 0.0);
+        last = value;
+      }
+    }
+  }
+}
+
+TEST_CASE("the parameters of reference points have the stated signs") {
+  for (const BaseModel& model : catalogue().models()) {
+    for (const study::BaseParameter& parameter : model.parameters) {
+      for (const study::ReferencePoint& point : model.reference_points) {
+        INFO(model.id << " " << parameter.name);
+        const double value = point.parameters.at(parameter.name);
+        if (parameter.sign == study::Sign::kPositive) CHECK(value > 0.0);
+        if (parameter.sign == study::Sign::kNegative) CHECK(value < 0.0);
+      }
+    }
+  }
+}
+
+TEST_CASE("the derivatives of base models agree with differences") {
+  for (const BaseModel& model : catalogue().models()) {
+    for (const std::string& name : model.parameter_names()) {
+      const data::Expression derivative = model.mean.derivative(name);
+      for (const study::ReferencePoint& point : model.reference_points) {
+        INFO(model.id << " " << name << ": " << derivative.text());
+        Values all = point.arguments;
+        all.insert(point.parameters.begin(), point.parameters.end());
+        const double exact = values_of({{"d", derivative}}, all).at("d");
+        // Five points: error of order step^4, with rounding of 1e-16 / step.
+        const double step = 3e-4 * std::max(std::abs(point.parameters.at(name)), 1e-3);
+        const auto shifted = [&](double steps) {
+          Values parameters = point.parameters;
+          parameters[name] += steps * step;
+          return model.value(point.arguments, parameters);
+        };
+        const double difference =
+            (8.0 * (shifted(1) - shifted(-1)) - (shifted(2) - shifted(-2))) / (12.0 * step);
+        CHECK(exact == Approx(difference).epsilon(1e-7).margin(1e-9));
+      }
+    }
+  }
+}
+
+TEST_CASE("start values have the stated signs and are finite") {
+  data::Table table(5);
+  table.set("dbh", {6.1, 12.0, 18.5, 27.0, data::kMissing});
+  table.set("h", {5.0, 10.2, 15.1, 20.4, 12.0});
+  table.set("hcb", {2.0, 4.4, 6.0, 8.1, 4.0});
+  table.set("cw", {2.1, 3.3, 4.0, 5.2, 3.0});
+  for (const BaseModel& model : catalogue().models()) {
+    const std::vector<double> start = study::start_values(model, table);
+    REQUIRE(start.size() == model.parameters.size());
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      INFO(model.id << " " << model.parameters[i].name);
+      CHECK(std::isfinite(start[i]));
+      if (model.parameters[i].sign == study::Sign::kPositive) CHECK(start[i] > 0.0);
+      if (model.parameters[i].sign == study::Sign::kNegative) CHECK(start[i] < 0.0);
+    }
+  }
+}
+
+TEST_CASE("start values explain data better than twice their mean", "[reference]") {
+  SILVAFIT_NEEDS_REFERENCE("fir_mixed_inventory.csv");
+  const data::Table table = data::read_csv_table(test::reference_file("fir_mixed_inventory.csv"));
+  for (const BaseModel& model : catalogue().models()) {
+    const std::vector<double> start = study::start_values(model, table);
+    const std::vector<std::string> names = model.parameter_names();
+    Values parameters;
+    for (std::size_t i = 0; i < names.size(); ++i) parameters[names[i]] = start[i];
+    const auto observed = table.numbers(model.response);
+    double error = 0.0;
+    double about_zero = 0.0;
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      Values arguments;
+      for (const auto& column : model.covariates) arguments[column] = table.numbers(column)[row];
+      error += std::pow(observed[row] - model.value(arguments, parameters), 2);
+      about_zero += observed[row] * observed[row];
+    }
+    INFO(model.id << ": " << error << " of " << about_zero);
+    // The right order of magnitude: within the size of the response itself.
+    CHECK(error < about_zero);
+  }
+}
+
+TEST_CASE("an unknown model is refused with the list of those that exist") {
+  CHECK_THROWS_AS(catalogue().find("M99"), UsageError);
+  CHECK_THROWS_WITH(catalogue().find("M99"), Catch::Contains("M1, M2") && Catch::Contains("M99"));
+}
+
+TEST_CASE("a wrong entry is refused with its file and key") {
+  const TemporaryModels folder("wrong");
+  nlohmann::json entry = meyer();
+  std::string message;
+  SECTION("a misspelled name in the formula") {
+    entry["formula"] = "h ~ 1.3 + a*(1 - exp(-b*dhb))";
+    message = "formula: 'dhb' is not known here";
+  }
+  SECTION("a formula that cannot be read") {
+    entry["formula"] = "h ~ 1.3 + a*(1 - exp(-b*dbh)";
+    message = "formula: ";
+  }
+  SECTION("another response than the formula's") {
+    entry["response"] = "cw";
+    message = "formula: must begin with cw ~";
+  }
+  SECTION("a parameter that the formula does not use") {
+    entry["formula"] = "h ~ 1.3 + a*dbh";
+    message = "formula: does not use the parameter b";
+  }
+  SECTION("a start rule with an unknown summary") {
+    entry["parameters"][1]["start"] = "1/average_dbh";
+    message = "parameters[1].start: 'average_dbh' is not known here";
+  }
+  SECTION("a key that is not known") {
+    entry["parametres"] = 1;
+    message = "the key \"parametres\" is not known here";
+  }
+  SECTION("a missing key") {
+    entry.erase("source");
+    message = "the key \"source\" is missing";
+  }
+  SECTION("a reference point without a parameter") {
+    entry["reference_points"][0]["parameters"].erase("b");
+    message = "reference_points[0].parameters: must name a, b";
+  }
+  folder.add("M04.json", entry);
+  CHECK_THROWS_AS(Catalogue::load(folder.path()), InputError);
+  CHECK_THROWS_WITH(Catalogue::load(folder.path()),
+                    Catch::Contains("M04.json") && Catch::Contains(message));
+}
+
+TEST_CASE("two entries of one id, and a folder without entries, are refused") {
+  const TemporaryModels folder("two");
+  CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("there are no base models"));
+  folder.add("M04.json", meyer());
+  folder.add("M4.json", meyer());
+  CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("has the same id M4"));
+}
+
+TEST_CASE("broken JSON is refused with its line") {
+  const TemporaryModels folder("broken");
+  write_file(folder.path() / "base" / "M01.json", "{\n \"id\": \"M1\",\n \"name\" \"x\"\n}\n");
+  CHECK_THROWS_WITH(Catalogue::load(folder.path()),
+                    Catch::Contains("M01.json:3: this is not JSON"));
+}

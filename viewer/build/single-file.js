@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Vite plugins: everything into one HTML file that is a Mustache template.
+import { readFileSync } from "node:fs";
+
+/** The template's tags use <% and %>, since scripts are full of braces. */
+const OPEN = "<%";
+const SET_DELIMITERS = "{{=<% %>=}}";
+const TAGS = ["<% title %>", "<%& data %>"];
+
+/** A script's text may not end its element, open a comment or look like a tag; in code all three occur in texts only. */
+const safeScript = (code) =>
+  code.replaceAll("</script", "<\\/script").replaceAll("<!--", "<\\!--").replaceAll(OPEN, "<\\x25");
+
+function holdsOnlyItsTags(html) {
+  return html.split(OPEN).length - 1 === TAGS.length && TAGS.every((tag) => html.includes(tag));
+}
+
+/** Puts the one script and the one style sheet into the page, and names the page. */
+export function singleFile(name) {
+  return {
+    name: "silvafit-single-file",
+    apply: "build",
+    enforce: "post",
+    generateBundle(_, bundle) {
+      const files = Object.values(bundle);
+      const take = (suffix) => {
+        const file = files.find((candidate) => candidate.fileName.endsWith(suffix));
+        delete bundle[file.fileName];
+        return String(file.code ?? file.source);
+      };
+      const script = `<script>\n(() => {\n${safeScript(take(".js"))}\n})();\n</script>`;
+      const style = `<style>\n${take(".css")}\n</style>`;
+      const html = take(".html")
+        .replace(/\s*<script type="module"[^>]*><\/script>/, "")
+        .replace(/\s*<link rel="stylesheet"[^>]*>/, "")
+        .replace("</head>", () => `${style}\n</head>`)
+        .replace("</body>", () => `${script}\n</body>`);
+      if (!holdsOnlyItsTags(html)) this.error(`${name}: the page must hold exactly the tags ${TAGS.join(" and ")}`);
+      if (/\bimport\s*\(|https?:[^"'\s]*\.(js|css|woff2?)\b/.test(html)) this.error(`${name}: the page must not fetch anything`);
+      this.emitFile({ type: "asset", fileName: name, source: SET_DELIMITERS + html });
+    },
+  };
+}
+
+/** While developing (`npm run dev`), the page shows an example. */
+export function fillWithExample(path) {
+  return {
+    name: "silvafit-example",
+    apply: "serve",
+    transformIndexHtml: {
+      order: "pre",
+      handler: (html) =>
+        html
+          .replace("<% title %>", "Example")
+          .replace("<%& data %>", () => readFileSync(path, "utf8").replaceAll("<", "\\u003c")),
+    },
+  };
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Numbers and names as people read them.
+
+export const MISSING = "\u2013";
+
+const missing = (value) => value === null || value === undefined || !Number.isFinite(value);
+
+/** A fixed number of decimals; never "-0.00". */
+export function decimals(value, digits) {
+  if (missing(value)) return MISSING;
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text;
+}
+
+/** A number of significant digits, with an exponent only for the very small and very large. */
+export function significant(value, digits = 5) {
+  if (missing(value)) return MISSING;
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size < 1e-4 || size >= 1e7) return value.toExponential(digits - 1).replace("e+", "e");
+  return value.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(size))));
+}
+
+/** A p-value; below 0.001 only that. */
+export function probability(value) {
+  if (missing(value)) return MISSING;
+  return value < 0.001 ? "< 0.001" : value.toFixed(3);
+}
+
+export const count = (value) => (missing(value) ? MISSING : value.toLocaleString("en-US").replaceAll(",", "\u202f"));
+export const r2 = (value) => decimals(value, 4);
+export const criterion = (value) => decimals(value, 2);
+export const points = (value) => (missing(value) ? MISSING : (value > 0 ? "+" : "") + decimals(value, 2));
+
+const RESPONSES = { h: "Height", hcb: "Height to crown base", cw: "Crown width" };
+export const responseName = (column) => RESPONSES[column] ?? column;
+
+const COLUMNS = { W: "uniform angle index", M: "mingling", U: "dominance", C: "crowding", h: "height", dbh: "DBH" };
+export const columnName = (column) => COLUMNS[column] ?? column;
+
+export const plural = (number, one, many = `${one}s`) => `${count(number)} ${number === 1 ? one : many}`;
+
+/** "4 apples and 2 pears"; "a, b and c". */
+export function listing(items) {
+  return items.length < 2 ? items.join("") : `${items.slice(0, -1).join(", ")} and ${items.at(-1)}`;
+}

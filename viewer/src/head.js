@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// The top of the report: verdict, summary, and what was done.
+import { element, verdictMark } from "./dom.js";
+import { count, decimals, listing, MISSING, plural, points, r2, responseName, significant } from "./format.js";
+import { resultId } from "./navigation.js";
+import { table } from "./table.js";
+
+const LEVELS = [
+  ["base", "base equations"],
+  ["covariates", "covariate subsets"],
+  ["random", "random-effect subsets"],
+  ["variance", "variance functions"],
+];
+
+const chosen = (rows) => rows.find((row) => row.chosen) ?? null;
+
+/** @param {import("./types.js").Report} report */
+export function head(report) {
+  return element(
+    "div",
+    {},
+    element("header", {}, element("h1", {}, report.title), element("p", { class: "lead" }, whatItIs(report))),
+    verdict(report),
+    summary(report),
+    whatWasDone(report),
+  );
+}
+
+function whatItIs({ inventory, results }) {
+  const species = new Set(results.map((result) => result.species)).size;
+  const responses = listing([...new Set(results.map((result) => responseName(result.response).toLowerCase()))]);
+  if (results.length === 0) return `${inventory.file}: no model was fitted.`;
+  return (
+    `Models of ${responses} for ${plural(species, "species", "species")} from ${plural(inventory.trees, "tree")} ` +
+    `on ${plural(inventory.plots, "plot")} (${inventory.file}), by least squares (OLS) and by nonlinear mixed effects (NLME).`
+  );
+}
+
+function verdict(report) {
+  const failed = report.results.map((result, index) => ({ result, index })).filter(({ result }) => !result.converged);
+  return element(
+    "section",
+    { id: "verdict", class: failed.length > 0 || report.results.length === 0 ? "panel warn" : "panel", "aria-labelledby": "verdict-title" },
+    element("h2", { id: "verdict-title" }, "Verdict"),
+    element("p", { class: "headline" }, headline(report.results, failed)),
+    failed.length > 0 ? element("ul", {}, ...failed.map(failure)) : null,
+    gainSentence(report.results),
+    effort(report.results),
+    ...report.notes.map((note) => element("p", { class: "note" }, note)),
+  );
+}
+
+function headline(results, failed) {
+  if (results.length === 0) return "No model was fitted.";
+  const models = plural(results.length, "final model");
+  if (failed.length === 0) return results.length === 1 ? "The final model converged." : `All ${models} converged.`;
+  return `${failed.length} of ${models} did not converge. Do not use what the report says about ${failed.length === 1 ? "it" : "them"}.`;
+}
+
+function failure({ result, index }) {
+  const name = `${result.species}, ${responseName(result.response).toLowerCase()}`;
+  return element("li", {}, element("a", { href: `#${resultId(index)}` }, name), `: ${result.verdict}`);
+}
+
+/** "+2.53 (SM, height) to +30.32 (BHN, crown width)". */
+function gainRange(results, level) {
+  const sorted = results.filter(({ gain }) => gain[level] !== null).sort((a, b) => a.gain[level] - b.gain[level]);
+  const named = ({ gain, species, response }) => `${points(gain[level])} (${species}, ${responseName(response).toLowerCase()})`;
+  if (sorted.length === 0) return null;
+  return sorted.length === 1 ? named(sorted[0]) : `${named(sorted[0])} to ${named(sorted.at(-1))}`;
+}
+
+function gainSentence(results) {
+  const usable = results.filter(({ converged }) => converged);
+  const conditional = gainRange(usable, "conditional");
+  const population = gainRange(usable, "population");
+  if (conditional === null) return null;
+  const onNewPlots = population === null ? "" : ` On a plot without measured trees, from covariates alone: ${population}.`;
+  return element(
+    "p",
+    {},
+    `Against OLS, the mixed models change R² by ${conditional} percent points where other trees of the plot ` +
+      `were measured (conditional).${onNewPlots}`,
+  );
+}
+
+function effort(results) {
+  const counts = LEVELS.map(([level, name]) => {
+    const rows = results.flatMap((result) => result[level]);
+    return { name, all: rows.length, failed: rows.filter((row) => !row.converged).length };
+  }).filter((level) => level.all > 0);
+  if (counts.length === 0) return null;
+  const parts = counts.map(({ name, all, failed }) => `${count(all)} ${name}${failed > 0 ? ` (${count(failed)} not converged)` : ""}`);
+  return element("p", {}, `Compared: ${listing(parts)}. Those that did not converge were not ranked.`);
+}
+
+/** Covariates of the chosen level 2 model, "none" if the base won, a dash if the level was left out. */
+export function covariateText(result) {
+  const row = chosen(result.covariates);
+  if (row === null) return MISSING;
+  return row.parameters.length > 0 ? row.parameters.join("; ") : "none";
+}
+
+export function varianceText(variance) {
+  if (variance === null) return MISSING;
+  const of = variance.of === null || variance.of === "fitted" ? "" : ` of ${variance.of}`;
+  return variance.function.replaceAll("-", " ") + of;
+}
+
+function summary(report) {
+  const stat = (fit, level, name) => fit?.statistics[level]?.[name] ?? null;
+  const row = (result, index) => ({ ...result, index });
+  const unit = ({ unit }) => ` ${unit}`;
+  const columns = [
+    {
+      title: "Species, response",
+      text: true,
+      value: (result) =>
+        element("a", { href: `#${resultId(result.index)}` }, `${result.species} ${responseName(result.response).toLowerCase()}`),
+    },
+    { title: "Converged", text: true, value: (result) => verdictMark(result.converged) },
+    { title: "Gain, percent points of R²", value: ({ gain }) => points(gain.conditional) },
+    { title: "R² OLS", value: ({ fits }) => r2(stat(fits.ols, "population", "r2")) },
+    { title: "R² NLME population", value: ({ fits }) => r2(stat(fits.nlme, "population", "r2")) },
+    { title: "R² NLME conditional", value: ({ fits }) => r2(stat(fits.nlme, "conditional", "r2")) },
+    { title: "RMSE OLS", value: (result) => decimals(stat(result.fits.ols, "population", "rmse"), 3) + unit(result) },
+    { title: "RMSE NLME conditional", value: (result) => decimals(stat(result.fits.nlme, "conditional", "rmse"), 3) + unit(result) },
+    { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
+    { title: "Covariates", text: true, value: covariateText },
+    { title: "Random effects", text: true, value: ({ fits }) => fits.nlme?.random?.effects.join(", ") ?? MISSING },
+    { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
+    { title: "Trees", value: (result) => count(result.n) },
+  ];
+  const rows = report.results.map(row);
+  return element(
+    "section",
+    { id: "summary", "aria-labelledby": "summary-title" },
+    element("h2", { id: "summary-title" }, "Summary"),
+    table("Chosen model and accuracy for each species and response", columns, rows, failedRow),
+    element(
+      "p",
+      { class: "small" },
+      "Population: random effects zero. Conditional: with the plot's own random effects (EBLUP). " +
+        "Gain: 100 (R² NLME conditional − R² OLS).",
+    ),
+  );
+}
+
+const baseText = (row) => (row === null ? MISSING : `${row.id} ${row.name}`);
+const failedRow = (result) => (result.converged ? null : "failed");
+
+function whatWasDone({ inventory, options, command }) {
+  const items = [
+    ["Inventory", `${inventory.file}: ${plural(inventory.trees, "tree")}, ${plural(inventory.plots, "plot")}, ${plural(inventory.species.length, "species", "species")}`],
+    ["Excluded", inventory.excluded === 0 ? "no row" : `${plural(inventory.excluded, "row")}, each with its reason in excluded.csv`],
+    ...options.map(({ name, value }) => [name, value]),
+  ];
+  const share = ({ trees }) => `${significant((100 * trees) / inventory.trees, 3)} %`;
+  const species = [
+    { title: "Species", text: true, value: ({ code, name }) => (name === null ? code : `${code} (${name})`) },
+    { title: "Trees", value: ({ trees }) => count(trees) },
+    { title: "Share of stems", value: share },
+    { title: "Inside the edge buffer", value: ({ core }) => count(core) },
+    { title: "Models", text: true, value: ({ studied }) => (studied ? "fitted" : "not fitted") },
+  ];
+  return element(
+    "section",
+    { id: "done", "aria-labelledby": "done-title" },
+    element("h2", { id: "done-title" }, "What was done"),
+    element(
+      "dl",
+      {},
+      ...items.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]),
+      element("dt", {}, "Command"),
+      element("dd", {}, element("code", {}, command)),
+    ),
+    table("Species of the inventory", species, inventory.species),
+  );
+}

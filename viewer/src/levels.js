@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// The candidates of each level, best first, behind a line that says what was chosen.
+import { disclosure, element } from "./dom.js";
+import { count, criterion, decimals, plural, probability, r2, significant } from "./format.js";
+import { varianceText } from "./head.js";
+import { byRank, table } from "./table.js";
+
+const CRITERIA = [
+  { title: "k", value: ({ k }) => count(k) },
+  { title: "Log-likelihood", value: ({ log_likelihood }) => criterion(log_likelihood) },
+  { title: "AIC", value: ({ aic }) => criterion(aic) },
+  { title: "BIC", value: ({ bic }) => criterion(bic) },
+];
+const LIKELIHOOD_RATIO = [
+  { title: "Likelihood ratio", value: ({ likelihood_ratio }) => criterion(likelihood_ratio) },
+  { title: "df", value: ({ df }) => count(df) },
+  { title: "p", value: ({ p }) => probability(p) },
+];
+const RANK = { title: "Rank", value: ({ rank }) => count(rank) };
+const OUTCOME = { title: "Outcome", text: true, value: outcome };
+
+function outcome(row) {
+  if (!row.converged) return element("span", { class: "bad" }, `\u26a0 ${row.verdict}`);
+  return row.chosen ? element("strong", { title: row.verdict }, "chosen") : element("span", { title: row.verdict }, "converged");
+}
+
+const rowClass = (row) => (row.chosen ? "chosen" : row.converged ? null : "failed");
+
+/** "Level 1, base equation: M4 Meyer, of 16 (2 not converged)". */
+function line(title, rows, name) {
+  const winner = rows.find((row) => row.chosen);
+  const failed = rows.filter((row) => !row.converged).length;
+  return [
+    element("span", { class: "level" }, `${title}: `),
+    element("strong", {}, winner ? name(winner) : "none could be used"),
+    ` of ${plural(rows.length, "candidate")}`,
+    failed > 0 ? element("span", { class: "bad" }, ` (${count(failed)} not converged)`) : null,
+  ].filter((part) => part !== null);
+}
+
+function level(title, rows, name, columns) {
+  if (rows.length === 0) return element("p", { class: "skipped" }, `${title}: left out.`);
+  return disclosure(line(title, rows, name), table(title, [...columns, OUTCOME], byRank(rows), rowClass));
+}
+
+const parameters = ({ parameters }) => (parameters.length > 0 ? parameters.join("; ") : "base model");
+const effects = ({ effects, covariance }) => effects.join(", ") + (covariance === "general" ? "" : ` (${covariance})`);
+
+/** @param {import("./types.js").Result} result */
+export function levels(result) {
+  const length = (name) => ({ title: `${name[0]}, ${result.unit}`, value: (row) => decimals(row[name[1]], 3) });
+  return [
+    level("Level 1, base equation", result.base, ({ id, name }) => `${id} ${name}`, [
+      { title: "Equation", text: true, value: ({ id, name }) => `${id} ${name}` },
+      RANK,
+      { title: "R²", value: (row) => r2(row.r2) },
+      ...[["RMSE", "rmse"], ["MAE", "mae"], ["Mean error", "mean_error"]].map(length),
+      ...CRITERIA,
+      { title: "Formula", text: true, value: ({ formula }) => element("code", {}, formula) },
+    ]),
+    level("Level 2, covariates (test against the base model)", result.covariates, parameters, [
+      { title: "Parameters", text: true, value: (row) => element("code", {}, parameters(row)) },
+      RANK,
+      ...CRITERIA,
+      ...LIKELIHOOD_RATIO,
+    ]),
+    level("Level 3, random effects by plot", result.random, effects, [
+      { title: "Random effects on", text: true, value: (row) => element("code", {}, effects(row)) },
+      RANK,
+      ...CRITERIA,
+    ]),
+    level("Level 3, variance function (test against none)", result.variance, varianceText, [
+      { title: "Function", text: true, value: varianceText },
+      RANK,
+      { title: "Delta", value: ({ delta }) => significant(delta) },
+      { title: "Constant", value: ({ constant }) => significant(constant) },
+      ...CRITERIA,
+      ...LIKELIHOOD_RATIO,
+    ]),
+  ];
+}

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// The chosen models: formulas, accuracy, coefficients, variance components, random effects.
+import { disclosure, element, verdictMark } from "./dom.js";
+import { columnName, count, criterion, decimals, listing, probability, r2, significant } from "./format.js";
+import { varianceText } from "./head.js";
+import { table } from "./table.js";
+
+const FITS = [
+  ["ols", "OLS, base"],
+  ["covariates", "OLS, with covariates"],
+  ["nlme", "NLME"],
+];
+
+/** @param {import("./types.js").Result} result */
+export function chosenModels(result) {
+  const fits = FITS.filter(([key]) => result.fits[key] !== null).map(([key, name]) => ({ key, name, fit: result.fits[key] }));
+  if (fits.length === 0) return [element("p", {}, "No model could be fitted.")];
+  return [
+    formulas(fits),
+    accuracy(fits, result.unit),
+    coefficients(fits),
+    ...components(result.fits.nlme, result.unit),
+  ];
+}
+
+/** "h ~ ..., b ~ 1 + C, random a + b:C by plot". */
+function formulas(fits) {
+  const describe = ({ name, fit }) => {
+    const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1");
+    const random = fit.random === null ? [] : [`random: ${fit.random.effects.join(" + ")} | ${fit.random.group}`];
+    const parts = [fit.formula, ...submodels.map(([parameter, terms]) => `${parameter} ~ ${terms}`), ...random];
+    const warning = fit.converged ? [] : [" ", verdictMark(false), ` ${fit.verdict}`];
+    return [element("dt", {}, name), element("dd", {}, ...parts.flatMap((part) => [element("code", {}, part), " "]), ...warning)];
+  };
+  return element("dl", { class: "formulas" }, ...fits.flatMap(describe));
+}
+
+/** The columns of the accuracy table: a fit, seen as a population or conditionally. */
+function views(fits) {
+  return fits.flatMap(({ key, name, fit }) =>
+    key === "nlme"
+      ? [
+          { name: "NLME population", fit, statistics: fit.statistics.population },
+          { name: "NLME conditional", fit, statistics: fit.statistics.conditional },
+        ]
+      : [{ name, fit, statistics: fit.statistics.population }],
+  );
+}
+
+function accuracy(fits, unit) {
+  const rows = [
+    { name: "R²", of: ({ statistics }) => r2(statistics?.r2) },
+    { name: `Mean error, ${unit}`, of: ({ statistics }) => decimals(statistics?.mean_error, 4) },
+    { name: `RMSE, ${unit}`, of: ({ statistics }) => decimals(statistics?.rmse, 4) },
+    { name: `MAE, ${unit}`, of: ({ statistics }) => decimals(statistics?.mae, 4) },
+    { name: "Log-likelihood", of: ({ fit }) => criterion(fit.log_likelihood) },
+    { name: "Parameters counted, k", of: ({ fit }) => count(fit.k) },
+    { name: "AIC", of: ({ fit }) => criterion(fit.aic) },
+    { name: "BIC", of: ({ fit }) => criterion(fit.bic) },
+  ];
+  const columns = views(fits).map((view) => ({ title: view.name, value: (row) => row.of(view) }));
+  return table("Accuracy and criteria", [{ title: "Statistic", text: true, value: ({ name }) => name }, ...columns], rows);
+}
+
+function coefficients(fits) {
+  const rows = fits.flatMap(({ name, fit }) => Object.entries(fit.fixed).map(([coefficient, values]) => ({ name, coefficient, ...values })));
+  const columns = [
+    { title: "Coefficient", text: true, value: ({ coefficient }) => element("code", {}, coefficient) },
+    { title: "Model", text: true, value: ({ name }) => name },
+    { title: "Estimate", value: ({ estimate }) => significant(estimate) },
+    { title: "Standard error", value: ({ se }) => significant(se, 4) },
+    { title: "df", value: ({ df }) => count(df) },
+    { title: "t", value: ({ t }) => decimals(t, 2) },
+    { title: "p", value: ({ p }) => probability(p) },
+  ];
+  const covariates = [...new Set(rows.filter(({ coefficient }) => coefficient.includes(":")).map(({ coefficient }) => coefficient.split(":")[1]))];
+  const example = rows.find(({ coefficient }) => coefficient.includes(":"))?.coefficient;
+  const legend =
+    example === undefined
+      ? null
+      : element(
+          "p",
+          { class: "small" },
+          `${example} is the change of ${example.split(":")[0]} when ${example.split(":")[1]} grows by 1. ` +
+            `${listing(covariates.map((column) => `${column}: ${columnName(column)}`))}.`,
+        );
+  return element("div", {}, table("Fixed coefficients", columns, rows), legend);
+}
+
+function components(fit, unit) {
+  if (fit === null || fit.random === null) return [];
+  const { effects, sd, correlation, group, eblup } = fit.random;
+  const rows = effects.map((effect, index) => ({ effect, sd: sd[index], correlation: correlation[index] ?? [], index }));
+  const columns = [
+    { title: "Random effect on", text: true, value: ({ effect }) => element("code", {}, effect) },
+    { title: "Standard deviation", value: (row) => significant(row.sd) },
+    ...effects.slice(0, -1).map((other, column) => ({
+      title: `Correlation with ${other}`,
+      value: (row) => (column < row.index ? decimals(row.correlation[column], 3) : ""),
+    })),
+  ];
+  const { variance, sigma } = fit;
+  const parts = [
+    `Residual sigma ${significant(sigma)}${variance.function === "none" ? ` ${unit}` : ""}`,
+    `variance function ${varianceText(variance)}`,
+    variance.delta === null ? null : `delta ${significant(variance.delta)}`,
+    variance.constant === null ? null : `constant ${significant(variance.constant)}`,
+  ].filter((part) => part !== null);
+  return [
+    table("Variance components", columns, rows),
+    element("p", { class: "small" }, `${parts.join("; ")}.`),
+    nearlyOne(correlation) ? element("p", { class: "note" }, NEARLY_ONE) : null,
+    disclosure(`Random effects of each ${group} (EBLUP)`, eblups(group, effects, eblup)),
+  ].filter((part) => part !== null);
+}
+
+const NEARLY_ONE =
+  "A correlation is nearly 1 or -1: the data hardly tell these random effects apart, and fewer of them may do as well.";
+const nearlyOne = (correlation) => correlation.some((row, index) => row.slice(0, index).some((value) => Math.abs(value) > 0.995));
+
+function eblups(group, effects, eblup) {
+  const columns = [
+    { title: group, text: true, value: ([name]) => name },
+    ...effects.map((effect) => ({ title: element("code", {}, effect), value: ([, values]) => significant(values[effect], 4) })),
+  ];
+  return table(`Random effects of each ${group}`, columns, Object.entries(eblup));
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// The data as the page sees them; docs/report-data.md is the full account.
+
+/**
+ * @typedef {{converged: boolean, verdict: string, k: number|null, log_likelihood: number|null, aic: number|null,
+ *   bic: number|null, rank: number|null, chosen: boolean}} Criteria
+ * @typedef {{r2: number|null, mean_error: number|null, rmse: number|null, mae: number|null}} Accuracy
+ * @typedef {{likelihood_ratio: number|null, df: number|null, p: number|null}} LikelihoodRatio
+ * @typedef {Criteria & Accuracy & {id: string, name: string, formula: string}} BaseCandidate
+ * @typedef {Criteria & LikelihoodRatio & {parameters: string[]}} CovariateCandidate
+ * @typedef {Criteria & {effects: string[], covariance: string}} RandomCandidate
+ * @typedef {{function: string, of: string|null, delta: number|null, constant: number|null}} Variance
+ * @typedef {Criteria & LikelihoodRatio & Variance} VarianceCandidate
+ * @typedef {{group: string, effects: string[], sd: number[], correlation: number[][],
+ *   eblup: Record<string, Record<string, number>>}} Random
+ * @typedef {{formula: string, parameters: Record<string, string>, method: string, n: number, converged: boolean,
+ *   verdict: string, fixed: Record<string, {estimate: number, se: number, df: number, t: number, p: number}>,
+ *   random: Random|null, variance: Variance, sigma: number, log_likelihood: number, k: number, aic: number, bic: number,
+ *   statistics: {population: Accuracy|null, conditional: Accuracy|null}}} Fit
+ * @typedef {{plot: string[], tree: string[], dbh: number[], observed: number[], ols: number[], population: number[],
+ *   conditional: number[], residual_ols: number[], residual_nlme: number[]}} Observations
+ * @typedef {{held_at: Record<string, number>, dbh: number[], h?: number[], ols: number[], population: number[],
+ *   plots: Record<string, number[]>}} Curves
+ * @typedef {{species: string, response: string, unit: string, n: number, plots: number, converged: boolean,
+ *   verdict: string, notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
+ *   random: RandomCandidate[], variance: VarianceCandidate[], fits: {ols: Fit|null, covariates: Fit|null, nlme: Fit|null},
+ *   gain: {population: number|null, conditional: number|null}, observations: Observations, curves: Curves|null}} Result
+ * @typedef {{silvafit: string, title: string, command: string, options: {name: string, value: string}[],
+ *   inventory: {file: string, trees: number, plots: number, excluded: number,
+ *     species: {code: string, name: string|null, trees: number, core: number|null, studied: boolean}[]},
+ *   notes: string[], results: Result[]}} Report
+ */
+export {};

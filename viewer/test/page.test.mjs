@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// The page in a browser: it needs nothing but itself, shows the numbers, marks failures, and works in every dress.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { chromiumPath, hasChromium, launch, openPage, paintedPixels } from "./browser.mjs";
+import { example, writePage } from "./template.mjs";
+
+const skip = hasChromium ? false : `no Chromium at ${chromiumPath}; SILVAFIT_CHROMIUM can name another`;
+let browser;
+before(async () => {
+  if (hasChromium) browser = await launch();
+});
+after(() => browser?.close());
+
+/** Opens the page, hands it over, closes it, and fails on errors and requests. */
+async function withPage(data, options, use) {
+  const { page, problems } = await openPage(browser, writePage(data), options);
+  await use(page);
+  assert.deepEqual(problems, []);
+  await page.context().close();
+}
+
+/** The first row of a table, by column title. */
+const firstRow = (page, section, caption) =>
+  page.locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) }).evaluate((table) => {
+    const texts = (row) => [...row.cells].map((cell) => cell.textContent);
+    const values = texts(table.tBodies[0].rows[0]);
+    return Object.fromEntries(texts(table.tHead.rows[0]).map((title, index) => [title, values[index]]));
+  });
+
+const rowTexts = (page, section, caption) =>
+  page
+    .locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) })
+    .locator("tbody tr")
+    .evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
+
+test("opens without a network, draws every chart, and reports no error", { skip }, () =>
+  withPage(example(), {}, async (page) => {
+    assert.equal(await page.title(), example().title);
+    const painted = await paintedPixels(page);
+    assert.equal(painted.length, 5 * example().results.length);
+    // Axes alone paint some 2 % of a chart.
+    painted.forEach((pixels) => assert.ok(pixels > 5000, `a chart has ${pixels} painted pixels`));
+  }),
+);
+
+test("the summary and the tables hold the numbers of the data", { skip }, () =>
+  withPage(example(), {}, async (page) => {
+    const [result] = example().results;
+    const { ols, nlme } = result.fits;
+    const first = await firstRow(page, "#summary", "Chosen model");
+    const expected = {
+      "Species, response": "SM height",
+      Converged: "\u2713 converged",
+      "Base model": "M4 Meyer",
+      Covariates: "b ~ 1 + C",
+      "Random effects": "a, b, b:C",
+      "R² OLS": ols.statistics.population.r2.toFixed(4),
+      "R² NLME population": nlme.statistics.population.r2.toFixed(4),
+      "R² NLME conditional": nlme.statistics.conditional.r2.toFixed(4),
+      "RMSE OLS": `${ols.statistics.population.rmse.toFixed(3)} m`,
+      "Gain, percent points of R²": `+${result.gain.conditional.toFixed(2)}`,
+    };
+    for (const [title, value] of Object.entries(expected)) assert.equal(first[title], value, title);
+
+    const coefficients = await rowTexts(page, "#result-1", "Fixed coefficients");
+    assert.equal(coefficients.length, 2 + 3 + 3);
+    assert.deepEqual(coefficients[0].slice(0, 3), ["a", "OLS, base", "39.607"]);
+    assert.deepEqual(coefficients.at(-1).slice(0, 2), ["b:C", "NLME"]);
+
+    const candidates = await rowTexts(page, "#result-1", "Level 1");
+    assert.equal(candidates.length, result.base.length);
+    assert.equal(candidates[0][1], "1");
+    const eblups = await rowTexts(page, "#result-1", "Random effects of each plot");
+    assert.equal(eblups.length, 10);
+  }),
+);
+
+test("a fit that has not converged cannot be overlooked", { skip }, () => {
+  const data = example();
+  Object.assign(data.results[1], { converged: false, verdict: "stopped after 200 iterations; try --covariance diagonal" });
+  return withPage(data, {}, async (page) => {
+    assert.match(await page.locator("#verdict").textContent(), /1 of 2 final models did not converge.*stopped after 200 iterations/s);
+    assert.match(await page.locator("#summary tr.failed").textContent(), /not converged/);
+    assert.match(await page.locator("#result-2").textContent(), /not converged.*try --covariance diagonal/s);
+    assert.equal(await page.locator("nav .bad").count(), 1);
+    const failed = page.locator("#result-1 details tr.failed");
+    assert.equal(await failed.count(), data.results[0].random.filter((row) => !row.converged).length);
+  });
+});
+
+test("levels that were left out are said to be, and missing numbers are dashes", { skip }, () => {
+  const data = example();
+  const [result] = data.results;
+  data.notes.unshift("The inventory has no positions: level 2 was left out.");
+  Object.assign(result, { covariates: [], random: [], variance: [], curves: null, converged: false, verdict: "no mixed model converged" });
+  Object.assign(result.fits, { covariates: null, nlme: null });
+  Object.assign(result.gain, { population: null, conditional: null });
+  for (const name of ["population", "conditional", "residual_nlme"]) result.observations[name].fill(null);
+  return withPage(data, {}, async (page) => {
+    assert.match(await page.locator("#verdict").textContent(), /no positions/);
+    assert.match(await page.locator("#result-1").textContent(), /Level 2[^:]*: left out/);
+    assert.equal((await paintedPixels(page)).length, 3 + 5);
+    assert.doesNotMatch(await page.locator("main").textContent(), /NaN|null|undefined/);
+  });
+});
+
+test("an empty report says that nothing was fitted", { skip }, () =>
+  withPage({ ...example(), results: [] }, {}, async (page) => {
+    assert.match(await page.locator("#verdict").textContent(), /No model was fitted/);
+  }),
+);
+
+test("nothing in a name becomes markup or ends the data", { skip }, () => {
+  const data = example();
+  const name = "</script><!--<script><img src=x onerror=alert(1)> & <% data %> {{title}}";
+  data.title = name;
+  data.results[0].species = name;
+  data.inventory.species[0].name = name;
+  return withPage(data, {}, async (page) => {
+    assert.equal(await page.title(), name);
+    assert.equal(await page.locator("h1").textContent(), name);
+    assert.equal(await page.locator("img").count(), 0);
+    assert.equal(await page.locator("#result-1 h2").textContent(), `${name}: height`);
+  });
+});
+
+test("the dark theme is dark, charts too, and follows a change", { skip }, () =>
+  withPage(example(), { colorScheme: "dark" }, async (page) => {
+    const lightness = () =>
+      page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/\d+/g).slice(0, 3).reduce((sum, part) => sum + Number(part), 0) / 3);
+    assert.ok((await lightness()) < 60);
+    await paintedPixels(page);
+    const pixels = () => page.locator(".chart canvas").first().evaluate((canvas) => canvas.toDataURL());
+    const dark = await pixels();
+    await page.emulateMedia({ colorScheme: "light" });
+    assert.ok((await lightness()) > 200);
+    assert.notEqual(await pixels(), dark);
+  }),
+);
+
+for (const [dress, width] of [["a phone", 360], ["400 % zoom of a desktop", 320]]) {
+  test(`${dress}: the page itself does not scroll sideways, and charts fit`, { skip }, () =>
+    withPage(example(), { viewport: { width, height: 640 } }, async (page) => {
+      await paintedPixels(page);
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= width);
+      const widths = await page.locator(".chart canvas").evaluateAll((all) => all.map((canvas) => canvas.getBoundingClientRect().right));
+      widths.forEach((right) => assert.ok(right <= width, `a chart reaches to ${right}`));
+    }),
+  );
+}
+
+test("charts follow the width of the window", { skip }, () =>
+  withPage(example(), { viewport: { width: 1200, height: 800 } }, async (page) => {
+    await paintedPixels(page);
+    await page.setViewportSize({ width: 500, height: 800 });
+    await page.waitForFunction(() => document.querySelector(".chart canvas").getBoundingClientRect().right <= 500);
+  }),
+);
+
+test("everything is reached by keyboard and has a text for those who do not see it", { skip }, () =>
+  withPage(example(), {}, async (page) => {
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement.className), "skip");
+    const labels = await page.locator(".chart").evaluateAll((charts) => charts.map((chart) => [chart.getAttribute("role"), chart.getAttribute("aria-label")]));
+    labels.forEach(([role, label]) => assert.ok(role === "img" && label.length > 40));
+    assert.equal(await page.locator(".scroll:not([tabindex='0'])").count(), 0);
+    assert.equal(await page.locator("figure").count(), await page.locator("figure details table").evaluateAll((all) => new Set(all.map((one) => one.closest("figure"))).size));
+  }),
+);
+
+test("printing opens what is closed and draws every chart in ink", { skip }, () =>
+  withPage(example(), { colorScheme: "dark" }, async (page) => {
+    await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
+    assert.equal(await page.locator("details:not([open])").count(), 0);
+    assert.equal(await page.locator(".chart canvas").count(), 5 * example().results.length);
+    assert.match(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--paper")), /#fdfdfb/);
+    await page.evaluate(() => dispatchEvent(new Event("afterprint")));
+    assert.notEqual(await page.locator("details:not([open])").count(), 0);
+  }),
+);
