@@ -42,8 +42,9 @@ std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
     const auto [from, low, high] = values;
     const bool ascends = layers.empty() ? from == 0.0 : from > layers.back().from && from < 1.0;
     if (!ascends || !(low > 0.0 && low < high && high <= 90.0)) {
-      throw InputError("must be [from, low, high] with ascending shares from 0 and angles in (0, 90]",
-                       entry.place_of("angle_layers"));
+      throw InputError(
+          "must be [from, low, high] with ascending shares from 0 and angles in (0, 90]",
+          entry.place_of("angle_layers"));
     }
     layers.push_back({from, low, high});
   }
@@ -127,8 +128,8 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
   preset.bark = color_of(entry, "bark_color");
   preset.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));
   if (entry.has("branch_count")) {
-    preset.branch_count = BranchCount::load(
-        models / "branch_count" / (entry.get<std::string>("branch_count") + ".json"));
+    preset.branch_count = BranchCount::load(models / "branch_count" /
+                                            (entry.get<std::string>("branch_count") + ".json"));
   }
   // Whoever reads a preset must be able to tell what is known from what is guessed.
   entry.get<std::map<std::string, std::string>>("basis");
