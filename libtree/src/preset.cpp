@@ -109,6 +109,12 @@ Foliage foliage_of(const JsonEntry& entry) {
   }
   foliage.inner = color_of(entry, "inner_color");
   foliage.outer = color_of(entry, "outer_color");
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!(foliage.outer[i] > 0.0 && foliage.inner[i] <= foliage.outer[i])) {
+      throw InputError("must be above 0 and nowhere darker than inner_color",
+                       entry.place_of("outer_color"));
+    }
+  }
   foliage.color_variation = entry.number("color_variation", 0.0, 0.5);
   return foliage;
 }
