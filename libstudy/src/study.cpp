@@ -272,6 +272,15 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
   run_without_intercept(works, study, progress);
 }
 
+/// A mixed model on the edge of its range is the best only where no other is left.
+void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
+  if (fit.convergence.boundary.empty()) return;
+  notes.push_back(
+      fmt::format("Every mixed model ends on the edge of its range ({}): these plots do not tell "
+                  "more effects apart.",
+                  fmt::join(fit.convergence.boundary, "; ")));
+}
+
 void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   Level level("random effects", works);
   for (std::size_t i = 0; i < works.size(); ++i) {
@@ -286,7 +295,9 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
-    choose_random_effects(result.random);
+    if (const auto chosen = choose_random_effects(result.random)) {
+      note_edge(result.random[*chosen].fit, result.notes);
+    }
   }
 }
 
