@@ -20,6 +20,8 @@
 namespace silvafit::cli {
 namespace {
 
+using nlohmann::ordered_json;
+
 struct PredictArguments {
   CommonOptions common{};
   std::string library{};
@@ -85,7 +87,7 @@ void write_out(const PredictArguments& arguments, const study::PredictedResponse
 
 void print_summary(const PredictArguments& arguments,
                    const study::PredictedResponses& predictions) {
-  nlohmann::ordered_json predicted = nlohmann::ordered_json::object();
+  ordered_json predicted = ordered_json::object();
   for (const auto& prediction : predictions.responses) {
     predicted[prediction.response] =
         std::ranges::count_if(prediction.value, [](double value) { return !std::isnan(value); });
@@ -94,11 +96,11 @@ void print_summary(const PredictArguments& arguments,
   for (const std::string& flag : predictions.flags) {
     if (!flag.empty()) ++flags[flag];
   }
-  const nlohmann::ordered_json result{
+  const ordered_json result{
       {"schema", "silvafit-predict/1"},
       {"silvafit", version()},
       {"level", arguments.level},
-      {"out", arguments.out.empty() ? nlohmann::ordered_json(nullptr) : arguments.out},
+      {"out", arguments.out.empty() ? ordered_json(nullptr) : ordered_json(arguments.out)},
       {"n", predictions.flags.size()},
       {"predicted", std::move(predicted)},
       {"flags", flags},

@@ -150,10 +150,12 @@ MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::
   return fit;
 }
 
-/// Runs from several spreads of the random effects; the best point that stands still wins.
+/// Runs from several spreads of the random effects; the best point that stands still wins. A wide
+/// start is nearest to most solutions; a narrow one keeps groups that are far from the pooled fit
+/// from running into mirror images of their curves in the first step.
 LindstromBatesOutcome best_outcome(LindstromBates& engine, int maximum_iterations) {
   LindstromBatesOutcome best;
-  for (const double spread : {1.0, 0.1}) {
+  for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
     LindstromBatesOutcome outcome = engine.run(engine.start(spread), maximum_iterations);
     LindstromBatesState inside;
     for (int attempt = 0; attempt < 3 && engine.leave_edge(outcome, inside); ++attempt) {
