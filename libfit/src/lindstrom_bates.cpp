@@ -113,6 +113,18 @@ LindstromBatesState LindstromBates::start(double spread) const {
   return state;
 }
 
+LindstromBatesState LindstromBates::first_order_start() {
+  LindstromBatesState state = start(1.0);
+  Linearisation at;
+  if (!linearise(state, at)) return state;
+  const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
+    return profile_at(at, theta, gradient);
+  };
+  const QuasiNewtonResult best = minimise(objective, state.theta);
+  if (best.x.allFinite()) state.theta = best.x;
+  return state;
+}
+
 bool LindstromBates::linearise(const LindstromBatesState& state, Linearisation& at) {
   const MatrixXd effects = factor_.factor(factor_parameters(state.theta)) * state.spherical;
   MatrixXd coefficients = state.beta.replicate(1, model_.group_count());

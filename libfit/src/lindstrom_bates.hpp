@@ -35,6 +35,8 @@ class LindstromBates {
 
   /// A start with all random effects zero and standard deviations of a typical size times `spread`.
   LindstromBatesState start(double spread) const;
+  /// A start with the variance components that the model linear around the pooled fit asks for.
+  LindstromBatesState first_order_start();
   /// Alternates until both steps stand still.
   LindstromBatesOutcome run(LindstromBatesState state, int maximum_iterations);
   /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
