@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <mutex>
 
+#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::cli {
@@ -76,6 +77,20 @@ std::filesystem::path data_directory() {
         {.file = directory.string()});
   }
   return directory;
+}
+
+std::string command_line() {
+  const std::string words = read_file("/proc/self/cmdline");
+  std::string line;
+  for (std::size_t begin = 0; begin < words.size();) {
+    const std::size_t end = words.find('\0', begin);
+    std::string word = words.substr(begin, end - begin);
+    if (begin == 0) word = std::filesystem::path(word).filename().string();
+    const bool is_plain = word.find_first_of(" \t'\"$*?;&|<>()") == std::string::npos;
+    line += (line.empty() ? "" : " ") + (is_plain ? word : fmt::format("'{}'", word));
+    begin = end == std::string::npos ? words.size() : end + 1;
+  }
+  return line;
 }
 
 std::string version() { return SILVAFIT_VERSION; }

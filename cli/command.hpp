@@ -66,6 +66,9 @@ class Progress {
 /// folder.
 std::filesystem::path data_directory();
 
+/// The command line as it was given, words with blanks quoted.
+std::string command_line();
+
 /// The text of --version.
 std::string version();
 

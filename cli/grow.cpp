@@ -69,6 +69,12 @@ tree::MorphologyTable read_trees(const GrowCommand& command) {
   return tree::read_morphologies(data::read_csv_table(command.file, csv), options);
 }
 
+std::string quoted(const std::set<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
+  return list;
+}
+
 /// The preset of each tree: the one that was asked for, or the species' own.
 std::vector<const tree::Preset*> presets_of(const std::vector<tree::Morphology>& morphologies,
                                             const tree::PresetCatalogue& catalogue,
@@ -76,16 +82,15 @@ std::vector<const tree::Preset*> presets_of(const std::vector<tree::Morphology>&
   std::vector<const tree::Preset*> presets;
   std::set<std::string> unknown;
   for (const tree::Morphology& morphology : morphologies) {
-    const tree::Preset* preset = command.preset.empty()
-                                     ? catalogue.for_species(morphology.species)
-                                     : &catalogue.named(command.preset);
+    const tree::Preset* preset = command.preset.empty() ? catalogue.for_species(morphology.species)
+                                                        : &catalogue.named(command.preset);
     if (preset == nullptr) unknown.insert(morphology.species);
     presets.push_back(preset);
   }
-  for (const std::string& species : unknown) {
+  if (!unknown.empty()) {
     say(command.common,
-        fmt::format("No preset lists the species \"{}\"; it grows as {} (see --preset).",
-                    species,
+        fmt::format("No preset lists the species {}; they grow as {} (see --preset).",
+                    quoted(unknown),
                     catalogue.fallback().name));
   }
   return presets;
@@ -151,9 +156,10 @@ ordered_json json_of(const GrownTree& grown) {
 }
 
 ordered_json json_of(const tree::LeftOut& left_out) {
+  const ordered_json line = left_out.place.line ? ordered_json(*left_out.place.line) : nullptr;
   return {{"plot", left_out.place.plot},
           {"tree", left_out.place.tree},
-          {"line", left_out.place.line.value_or(0)},
+          {"line", line},
           {"column", left_out.place.column},
           {"reason", left_out.reason}};
 }
@@ -208,6 +214,44 @@ void report_left_out(const GrowCommand& command, const std::vector<tree::LeftOut
   }
 }
 
+tree::SceneTree grow_one(const tree::Morphology& morphology,
+                         const tree::Preset* preset,
+                         const tree::Preset& fallback,
+                         std::uint64_t seed) {
+  tree::SceneTree tree =
+      tree::grow_tree(morphology, preset != nullptr ? *preset : fallback, {.seed = seed});
+  if (preset == nullptr) {
+    tree.notes.push_back({"preset", "no preset lists the species: " + fallback.name});
+  }
+  return tree;
+}
+
+/// Puts a tree into a file of its own; its mesh is not kept.
+GrownTree write_alone(tree::SceneTree tree, const fs::path& path) {
+  tree::Scene scene;
+  scene.trees.push_back(std::move(tree));
+  const std::string bytes = tree::glb_bytes(scene);
+  write_file(path, bytes);
+  GrownTree grown{std::move(scene.trees.front()), path.string(), bytes.size()};
+  grown.tree.mesh = {};
+  return grown;
+}
+
+/// Puts all trees into one file; their meshes are not kept.
+void write_together(std::vector<GrownTree>& grown,
+                    const tree::Position& origin,
+                    const std::string& file) {
+  tree::Scene scene{.origin = origin};
+  scene.trees.reserve(grown.size());
+  for (GrownTree& one : grown) {
+    tree::Mesh mesh = std::move(one.tree.mesh);
+    one.tree.mesh = {};
+    scene.trees.push_back(one.tree);
+    scene.trees.back().mesh = std::move(mesh);
+  }
+  tree::write_glb(std::move(scene), file);
+}
+
 void run(const GrowCommand& command) {
   if (command.scene.empty() == command.out.empty()) {
     throw UsageError("say where the trees go: --scene FILE.glb for all in one, or --out DIR");
@@ -223,38 +267,22 @@ void run(const GrowCommand& command) {
   const auto presets = presets_of(morphologies, catalogue, command);
   const std::vector<std::string> names = file_names(morphologies);
 
-  const bool one_file = !command.scene.empty();
   std::vector<GrownTree> grown(morphologies.size());
   Progress progress(command.common);
   std::atomic<std::size_t> done = 0;
   parallel_for(morphologies.size(), command.common.threads, [&](std::size_t i) {
-    const tree::Preset& preset = presets[i] != nullptr ? *presets[i] : catalogue.fallback();
-    GrownTree& result = grown[i];
-    result.tree = tree::grow_tree(morphologies[i], preset, {.seed = command.common.seed});
-    if (presets[i] == nullptr) {
-      result.tree.notes.push_back({"preset", "no preset lists the species: " + preset.name});
-    }
-    if (one_file) {
-      result.file = command.scene;
-      result.bytes = tree::glb_mesh_bytes(result.tree.mesh);
+    tree::SceneTree tree =
+        grow_one(morphologies[i], presets[i], catalogue.fallback(), command.common.seed);
+    if (command.scene.empty()) {
+      grown[i] = write_alone(std::move(tree), fs::path(command.out) / names[i]);
     } else {
-      const fs::path path = fs::path(command.out) / names[i];
-      tree::Scene scene;
-      scene.trees.push_back(std::move(result.tree));
-      const std::string bytes = tree::glb_bytes(scene);
-      write_file(path, bytes);
-      result.tree = std::move(scene.trees.front());
-      result.tree.mesh = {};
-      result.file = path.string();
-      result.bytes = bytes.size();
+      const std::size_t bytes = tree::glb_mesh_bytes(tree.mesh);
+      grown[i] = {std::move(tree), command.scene, bytes};
     }
     progress.show("growing", ++done, morphologies.size());
   });
-  if (one_file) {
-    tree::Scene scene{.origin = tree::scene_origin(morphologies)};
-    for (GrownTree& tree : grown) scene.trees.push_back(std::move(tree.tree));
-    tree::write_glb(scene, command.scene);
-    for (std::size_t i = 0; i < grown.size(); ++i) grown[i].tree = std::move(scene.trees[i]);
+  if (!command.scene.empty()) {
+    write_together(grown, tree::scene_origin(morphologies), command.scene);
   }
   progress.clear();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -271,9 +299,8 @@ void add_grow_command(CLI::App& program) {
       ->required()
       ->type_name("FILE.csv");
   command
-      ->add_option("--use",
-                   options->use,
-                   "Which h, hcb and cw: observed, ols, population, conditional")
+      ->add_option(
+          "--use", options->use, "Which h, hcb and cw: observed, ols, population, conditional")
       ->capture_default_str();
   command->add_option(
       "--preset", options->preset, "Species preset for all trees (default: by species)");

@@ -8,6 +8,7 @@
 
 #include "descent.hpp"
 #include "newton.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 #include "start_search.hpp"
 #include "variable_projection.hpp"
@@ -221,6 +222,7 @@ double LeastSquaresFit::degrees_of_freedom() const {
 }
 
 LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquaresOptions& options) {
+  if (model.coefficient_count() == 0) throw UsageError("the formula has no coefficients to fit");
   if (model.observations() < model.coefficient_count()) {
     LeastSquaresFit fit = empty_fit(model);
     fit.convergence.verdict = too_few_observations(model);

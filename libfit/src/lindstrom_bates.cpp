@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "fixed_point.hpp"
@@ -45,6 +46,25 @@ VectorXd chosen(const VectorXd& values, const std::vector<Index>& which) {
   for (std::size_t k = 0; k < which.size(); ++k) result[static_cast<Index>(k)] = values[which[k]];
   return result;
 }
+
+/// The method has no fixed point for some data with small groups: its two steps then drive each
+/// other on for ever.
+class Stagnation {
+ public:
+  /// True when the last alternations have not halved the best decrement.
+  bool after(double decrement) {
+    if (decrement < 0.5 * best_) {
+      best_ = decrement;
+      waited_ = 0;
+    }
+    return ++waited_ > kPatience;
+  }
+
+ private:
+  static constexpr int kPatience = 20;
+  double best_ = std::numeric_limits<double>::infinity();
+  int waited_ = 0;
+};
 
 // The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
 constexpr double kStartDivisor = 0.375;
@@ -202,6 +222,7 @@ LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum
   MatrixXd hessian;
   Linearisation at;
   VectorXd plain = state.theta;  // where to go if the mixed proposal fails
+  Stagnation stagnation;
   for (int iteration = 1; iteration <= maximum_iterations; ++iteration) {
     LindstromBatesState trial = state;
     if (!penalised_least_squares(trial, at)) {
@@ -225,7 +246,7 @@ LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum
     outcome.is_valid = true;
     outcome.decrement = change.size() > 0 ? change.dot(hessian * change) : 0.0;
     outcome.converged = outcome.decrement <= kConvergedDecrement;
-    if (outcome.converged) break;
+    if (outcome.converged || stagnation.after(outcome.decrement)) break;
     plain = best.x;
     state.theta = mixing.next(state.theta, best.x);
   }

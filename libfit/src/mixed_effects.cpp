@@ -19,6 +19,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Two log-likelihoods that differ by less are the same but for rounding.
+constexpr double kSameLikelihood = 1e-7;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Random effects whose spread is nothing beside what one standard error of the residuals would
@@ -150,25 +152,44 @@ MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::
   return fit;
 }
 
-/// Runs from several spreads of the random effects; the best point that stands still wins. A wide
-/// start is nearest to most solutions; a narrow one keeps groups that are far from the pooled fit
-/// from running into mirror images of their curves in the first step.
-LindstromBatesOutcome best_outcome(LindstromBates& engine, int maximum_iterations) {
+/// The log-likelihood of the start without random effects, which every mixed model contains.
+double pooled_log_likelihood(const NonlinearModel& model, const VectorXd& start) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  model.evaluate(start, mean, nullptr, workspace);
+  return least_squares_log_likelihood((model.response() - mean).squaredNorm(),
+                                      model.observations());
+}
+
+/// One run, and further ones from inside if it stopped on the edge while the likelihood rises
+/// inwards.
+LindstromBatesOutcome run_from(LindstromBates& engine, double spread, int maximum_iterations) {
+  LindstromBatesOutcome outcome = engine.run(engine.start(spread), maximum_iterations);
+  LindstromBatesState inside;
+  constexpr int kAttempts = 3;
+  for (int attempt = 0; attempt < kAttempts && engine.leave_edge(outcome, inside); ++attempt) {
+    LindstromBatesOutcome moved = engine.run(inside, maximum_iterations);
+    if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + kSameLikelihood) break;
+    outcome = std::move(moved);
+  }
+  return outcome;
+}
+
+/// Runs from a large spread of the random effects, which is quickest. If that does not stand still
+/// above the pooled fit, the best of ever smaller ones: those stay on the pooled fit's side of
+/// poles of the mean, and keep groups far from it out of mirror images of their curves.
+LindstromBatesOutcome best_outcome(LindstromBates& engine, double pooled, int maximum_iterations) {
+  constexpr double kLargest = 1.0;
   LindstromBatesOutcome best;
-  for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
-    LindstromBatesOutcome outcome = engine.run(engine.start(spread), maximum_iterations);
-    LindstromBatesState inside;
-    for (int attempt = 0; attempt < 3 && engine.leave_edge(outcome, inside); ++attempt) {
-      LindstromBatesOutcome moved = engine.run(inside, maximum_iterations);
-      if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + 1e-7) break;
-      outcome = std::move(moved);
-    }
+  for (const double spread : {kLargest, 0.3, 0.1, 0.03, 0.001}) {
+    LindstromBatesOutcome outcome = run_from(engine, spread, maximum_iterations);
+    outcome.converged = outcome.converged && outcome.log_likelihood > pooled - kSameLikelihood;
     const bool better =
         outcome.is_valid && (!best.is_valid || (outcome.converged && !best.converged) ||
                              (outcome.converged == best.converged &&
-                              outcome.log_likelihood > best.log_likelihood + 1e-7));
+                              outcome.log_likelihood > best.log_likelihood + kSameLikelihood));
     if (better) best = std::move(outcome);
-    if (best.converged && spread == 1.0) break;
+    if (best.converged && spread == kLargest) break;
   }
   return best;
 }
@@ -206,7 +227,8 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
         "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
   }
   LindstromBates engine(model, start);
-  const LindstromBatesOutcome outcome = best_outcome(engine, options.maximum_iterations);
+  const LindstromBatesOutcome outcome =
+      best_outcome(engine, pooled_log_likelihood(model, start), options.maximum_iterations);
   MixedEffectsFit fit = outcome.is_valid
                             ? engine.result(outcome)
                             : failed(model,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "start_search.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -180,10 +182,15 @@ void check_domain(const NonlinearModel& model) {
   }
   const auto found = std::ranges::find(never_finite, true);
   if (found == never_finite.end()) return;
+  const Index row = found - never_finite.begin();
+  const Place place = model.place(row);
   throw DomainError(
-      "the formula has no finite value or slope for this row, whatever its "
-      "coefficients: correct the row or leave it out",
-      model.place(found - never_finite.begin()));
+      fmt::format("the formula has no finite value or slope for {}, whatever its coefficients: "
+                  "correct the row or leave it out",
+                  place.line ? "this row"
+                             : fmt::format("row {} of the table",
+                                           model.rows()[static_cast<std::size_t>(row)] + 1)),
+      place);
 }
 
 }  // namespace silvafit::fit

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "candidate_points.hpp"
 #include "variable_projection.hpp"
@@ -25,12 +25,28 @@ std::string listed(const NonlinearModel& model, const std::vector<Index>& coeffi
   return text;
 }
 
-/// Coefficients whose standard error is larger than they are.
-std::vector<Index> undetermined(const NewtonPoint& point, double sigma) {
+/// How far the mean moves, as a length over all observations, when a coefficient becomes zero;
+/// infinite where there is no mean then.
+double change_without(const NonlinearModel& model, const NewtonPoint& point, Index coefficient) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  VectorXd without = point.coefficients;
+  without[coefficient] = 0.0;
+  model.evaluate(without, mean, nullptr, workspace);
+  const double change = (mean - point.mean).norm();
+  return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
+}
+
+/// Coefficients that the curve needs, though their standard errors are ten times their size. (One
+/// that it does not need, such as a covariate's without effect, is merely near zero.)
+std::vector<Index> undetermined(const NonlinearModel& model,
+                                const NewtonPoint& point,
+                                double sigma) {
   std::vector<Index> result;
   for (Index j = 0; j < point.coefficients.size(); ++j) {
     const double error = sigma * std::sqrt(point.unscaled_covariance(j, j));
-    if (error > 10.0 * std::abs(point.coefficients[j])) result.push_back(j);
+    const bool is_loose = error > 10.0 * std::abs(point.coefficients[j]);
+    if (is_loose && change_without(model, point, j) > sigma) result.push_back(j);
   }
   return result;
 }
@@ -45,12 +61,10 @@ std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& poi
   std::vector<Index> result;
   for (Index j = 0; j < jacobian.cols(); ++j) {
     const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
-    if (effect > 1e-12 * point.mean.norm()) continue;
-    VectorXd absent = point.coefficients;
-    absent[j] = 0.0;
-    model.evaluate(absent, mean, nullptr, workspace);
-    const bool is_felt = !((mean - point.mean).norm() <= 1e-6 * point.mean.norm());
-    if (is_felt) result.push_back(j);
+    const bool is_unfelt = effect <= 1e-12 * point.mean.norm();
+    if (is_unfelt && change_without(model, point, j) > 1e-6 * point.mean.norm()) {
+      result.push_back(j);
+    }
   }
   return result;
 }
@@ -102,7 +116,7 @@ std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& poin
     return "The formula stopped having finite slopes where the fit led: give start values, or try "
            "another model.";
   }
-  const std::vector<Index> loose = undetermined(point, sigma);
+  const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
     return "The fit keeps improving, ever more slowly, while " + run_away(model, loose);
   }
@@ -121,7 +135,7 @@ std::string success_verdict(const NonlinearModel& model,
     return "The model goes through all observations exactly, so that sigma is zero and the "
            "log-likelihood infinite: do not compare it with others by them.";
   }
-  const std::vector<Index> loose = undetermined(point, sigma);
+  const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
     return fmt::format(
         "The least-squares solution was found, but {} hardly determined by these data (standard "
@@ -158,10 +172,11 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
 
 std::string too_few_observations(const NonlinearModel& model) {
   return fmt::format(
-      "There are only {} observations for {} coefficients: measure more, or use a model with fewer "
-      "coefficients.",
-      model.observations(),
-      model.coefficient_count());
+      "{} coefficients need as many observations at least, but there are {}: measure more, or use "
+      "a "
+      "model with fewer coefficients.",
+      model.coefficient_count(),
+      model.observations());
 }
 
 std::string no_start() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Simulate, fit, recover: mixed models fitted to the example find the design that it was drawn from.
+// Simulate, fit, recover: mixed models fitted to the example find the design that it was drawn
+// from.
 #include <algorithm>
 #include <cmath>
 
@@ -50,8 +51,7 @@ void check_recovery(const study::ResponseDesign& design, const data::Table& tabl
 }
 
 double estimate_of(const fit::MixedEffectsFit& fit, const std::string& name) {
-  const auto found =
-      std::find(fit.coefficient_names.begin(), fit.coefficient_names.end(), name);
+  const auto found = std::find(fit.coefficient_names.begin(), fit.coefficient_names.end(), name);
   REQUIRE(found != fit.coefficient_names.end());
   return fit.estimate[found - fit.coefficient_names.begin()];
 }
@@ -88,6 +88,7 @@ TEST_CASE("a regression of crown width on C overrates C, which the crown itself 
     const std::string coefficient = species.code == "MH" ? "a:C" : "c:C";
     const std::vector<std::string> names = species.cw.model.coefficient_names();
     const auto index = std::find(names.begin(), names.end(), coefficient) - names.begin();
-    CHECK(estimate_of(fit, coefficient) > species.cw.fixed[index] + 2.0 * fit.standard_errors()[index]);
+    CHECK(estimate_of(fit, coefficient) >
+          species.cw.fixed[index] + 2.0 * fit.standard_errors()[index]);
   }
 }

@@ -36,8 +36,8 @@ BranchCount BranchCount::load(const std::filesystem::path& file) {
   constexpr int kChecks = 100;
   for (int i = 0; i <= kChecks; ++i) {
     const double share = static_cast<double>(i) / kChecks;
-    const Count at = count.at(count.youngest_years_ +
-                              share * (count.oldest_years_ - count.youngest_years_));
+    const Count at =
+        count.at(count.youngest_years_ + share * (count.oldest_years_ - count.youngest_years_));
     if (!(at.total > at.dead && at.dead > 0.0)) {
       throw InputError("total > dead > 0 does not hold in the whole range",
                        entry.place_of("age_range_years"));

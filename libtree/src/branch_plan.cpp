@@ -94,9 +94,10 @@ class Planner {
  private:
   const AngleLayer& layer_at(double z_m) const {
     const double share = (z_m - crown_.hcb_m()) / (crown_.h_m() - crown_.hcb_m());
-    const auto above = std::find_if(branching_.layers.begin() + 1,
-                                    branching_.layers.end(),
-                                    [share](const AngleLayer& layer) { return layer.from > share; });
+    const auto above = std::find_if(
+        branching_.layers.begin() + 1, branching_.layers.end(), [share](const AngleLayer& layer) {
+          return layer.from > share;
+        });
     return *(above - 1);
   }
 

@@ -37,9 +37,9 @@ double look_up(const std::vector<double>& widths, double share) {
   return widths[below] + part * (widths[below + 1] - widths[below]);
 }
 
-/// The largest root in (0, 1] of a function that a ray and a crown curve make, from u = 1 down. Seen
-/// from there both are such that Newton's steps fall monotonically onto the root: convex and rising
-/// for the upper curve, concave and falling for the lower one.
+/// The largest root in (0, 1] of a function that a ray and a crown curve make, from u = 1 down.
+/// Seen from there both are such that Newton's steps fall monotonically onto the root: convex and
+/// rising for the upper curve, concave and falling for the lower one.
 template <typename Function>
 double root_from_one(Function value_and_slope) {
   constexpr int kSteps = 100;
@@ -64,11 +64,7 @@ struct ValueAndSlope {
 }  // namespace
 
 Crown::Crown(const TreeShape& shape, CrownIndex index)
-    : h_m_(shape.h_m),
-      hcb_m_(shape.hcb_m),
-      hc_m_(shape.hc_m),
-      radii_(shape.radii),
-      index_(index) {
+    : h_m_(shape.h_m), hcb_m_(shape.hcb_m), hc_m_(shape.hc_m), radii_(shape.radii), index_(index) {
   for (const double a : {index.up, index.down}) {
     if (!(a >= 1.0 && a <= 2.0)) throw DomainError("a crown index must be in [1, 2]");
   }
@@ -134,8 +130,8 @@ double Crown::excess_m(Point point) const {
       std::hypot(point.z - z, std::max(distance - relative_width(z) * radius, 0.0));
   if (distance > radius) return sideways;
   // Where the curve is nearly level, a hair's breadth upwards is far sideways.
-  const double upright = std::max(
-      {point.z - up_m(distance, radius), down_m(distance, radius) - point.z, 0.0});
+  const double upright =
+      std::max({point.z - up_m(distance, radius), down_m(distance, radius) - point.z, 0.0});
   return std::min(sideways, upright);
 }
 

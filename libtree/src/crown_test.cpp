@@ -69,8 +69,7 @@ TEST_CASE("a ray leaves the crown where it meets the curve") {
         CHECK(x >= 0.0);
         CHECK(x <= radius * (1 + 1e-12));
         const bool above = z > crown.hc_m();
-        const double curve =
-            outline(crown, above, x, radius, above ? index.up : index.down);
+        const double curve = outline(crown, above, x, radius, above ? index.up : index.down);
         CHECK(z == Approx(curve).margin(1e-9));
       }
     }

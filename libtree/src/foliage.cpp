@@ -48,14 +48,13 @@ class CardBuilder {
       face = -1.0 * face;
     }
     // Cards lit by the crown's own shape read as foliage; lit one by one they flicker.
-    const Point normal = direction(0.45 * face + outward);
-    const Point fold = 0.35 * direction(right - left, card.side);
+    const Point normal = direction(0.8 * face + outward);
     const Bytes4 inner = color_at(base, card.shade);
     const Bytes4 outer = color_at(tip, card.shade);
     const auto a = build_.vertex(base, normal, inner);
-    const auto b = build_.vertex(right, direction(normal + fold), outer);
+    const auto b = build_.vertex(right, normal, outer);
     const auto c = build_.vertex(tip, normal, outer);
-    const auto d = build_.vertex(left, direction(normal - fold), outer);
+    const auto d = build_.vertex(left, normal, outer);
     build_.triangle(a, b, c);
     build_.triangle(a, c, d);
   }
@@ -105,9 +104,9 @@ class FoliageGrower {
     // Cards stand for sprays of leaves: in a larger crown, each stands for more of them.
     constexpr double kReferenceWidth = 5.0;
     constexpr double kReferenceLength = 7.0;
-    leaf_length_m_ = foliage.leaf_length_m *
-                     std::sqrt(crown.radii().width_m() * (crown.h_m() - crown.hcb_m()) /
-                               (kReferenceWidth * kReferenceLength));
+    leaf_length_m_ =
+        foliage.leaf_length_m * std::sqrt(crown.radii().width_m() * (crown.h_m() - crown.hcb_m()) /
+                                          (kReferenceWidth * kReferenceLength));
   }
 
   void grow() {

@@ -51,44 +51,30 @@ bool has_narrow_indices(std::size_t vertices) {
   return vertices < std::numeric_limits<std::uint16_t>::max();
 }
 
+void write_model(const tinygltf::Model& model, std::ostream& stream) {
+  tinygltf::TinyGLTF writer;
+  constexpr bool kPretty = false;
+  constexpr bool kBinary = true;
+  if (!writer.WriteGltfSceneToStream(&model, stream, kPretty, kBinary)) {
+    throw GeometryError("the scene cannot be written as GLB");
+  }
+}
+
 /// The format aligns to four bytes.
 std::size_t aligned(std::size_t size) { return (size + 3) / 4 * 4; }
 
 /// Collects buffers, accessors, meshes and nodes of a scene.
 class GltfBuilder {
  public:
-  explicit GltfBuilder(const Scene& scene) : scene_(scene) {}
-
-  tinygltf::Model build() {
+  /// \throws GeometryError if the scene's trees are none or too many
+  explicit GltfBuilder(const Scene& scene) : origin_(scene.origin) {
     model_.asset.version = "2.0";
     model_.asset.generator = "silvafit";
     model_.buffers.resize(1);
-    model_.buffers[0].data.reserve(expected_size());
+    model_.buffers[0].data.reserve(expected_size(scene));
     model_.scenes.resize(1);
     model_.defaultScene = 0;
     describe_frame();
-    for (const SceneTree& tree : scene_.trees) add_tree(tree);
-    return std::move(model_);
-  }
-
- private:
-  std::size_t expected_size() const {
-    std::size_t size = 0;
-    for (const SceneTree& tree : scene_.trees) size += glb_mesh_bytes(tree.mesh);
-    if (size > std::numeric_limits<std::uint32_t>::max() / 2) {
-      throw GeometryError(
-          "the scene is larger than a GLB file can be; write one file a tree, or fewer plots");
-    }
-    return size;
-  }
-
-  /// Where the scene lies in the inventory.
-  void describe_frame() {
-    const Position& at = scene_.origin;
-    model_.scenes[0].extras = tinygltf::Value(tinygltf::Value::Object{
-        {"origin",
-         tinygltf::Value(tinygltf::Value::Object{
-             {"x", number(at.x_m)}, {"y", number(at.y_m)}, {"z", number(at.z_m)}})}});
   }
 
   void add_tree(const SceneTree& tree) {
@@ -99,13 +85,35 @@ class GltfBuilder {
     node.name = tree.name();
     node.mesh = static_cast<int>(model_.meshes.size());
     node.extras = extras_of(tree);
-    const Position& origin = scene_.origin;
-    const double east = tree.position.x_m - origin.x_m;
-    const double north = tree.position.y_m - origin.y_m;
-    node.translation = {east, tree.position.z_m - origin.z_m, 0.0 - north};
+    const double east = tree.position.x_m - origin_.x_m;
+    const double north = tree.position.y_m - origin_.y_m;
+    node.translation = {east, tree.position.z_m - origin_.z_m, 0.0 - north};
     model_.meshes.push_back(std::move(mesh));
     model_.scenes[0].nodes.push_back(static_cast<int>(model_.nodes.size()));
     model_.nodes.push_back(std::move(node));
+  }
+
+  const tinygltf::Model& model() const { return model_; }
+
+ private:
+  static std::size_t expected_size(const Scene& scene) {
+    if (scene.trees.empty()) throw GeometryError("a scene needs at least one tree");
+    std::size_t size = 0;
+    for (const SceneTree& tree : scene.trees) size += glb_mesh_bytes(tree.mesh);
+    if (size > std::numeric_limits<std::uint32_t>::max() / 2) {
+      throw GeometryError(
+          "the scene is larger than a GLB file can be; write one file a tree, or fewer plots");
+    }
+    return size;
+  }
+
+  /// Where the scene lies in the inventory.
+  void describe_frame() {
+    model_.scenes[0].extras = tinygltf::Value(tinygltf::Value::Object{
+        {"origin",
+         tinygltf::Value(tinygltf::Value::Object{{"x", number(origin_.x_m)},
+                                                 {"y", number(origin_.y_m)},
+                                                 {"z", number(origin_.z_m)}})}});
   }
 
   tinygltf::Primitive primitive(const MeshPart& part, const SceneTree& tree) {
@@ -161,12 +169,8 @@ class GltfBuilder {
   }
 
   /// Appends bytes to the buffer as one view with one accessor.
-  int accessor(const void* data,
-               std::size_t size,
-               std::size_t count,
-               int component,
-               int type,
-               int target) {
+  int accessor(
+      const void* data, std::size_t size, std::size_t count, int component, int type, int target) {
     std::vector<unsigned char>& buffer = model_.buffers[0].data;
     tinygltf::BufferView view;
     view.buffer = 0;
@@ -215,7 +219,7 @@ class GltfBuilder {
     return found->second;
   }
 
-  const Scene& scene_;
+  Position origin_;
   tinygltf::Model model_;
   std::map<std::string, int> materials_;
 };
@@ -233,20 +237,22 @@ std::size_t glb_mesh_bytes(const Mesh& mesh) {
 }
 
 std::string glb_bytes(const Scene& scene) {
-  if (scene.trees.empty()) throw GeometryError("a scene needs at least one tree");
-  const tinygltf::Model model = GltfBuilder(scene).build();
+  GltfBuilder builder(scene);
+  for (const SceneTree& tree : scene.trees) builder.add_tree(tree);
   std::ostringstream stream;
-  tinygltf::TinyGLTF writer;
-  constexpr bool kPretty = false;
-  constexpr bool kBinary = true;
-  if (!writer.WriteGltfSceneToStream(&model, stream, kPretty, kBinary)) {
-    throw GeometryError("the scene cannot be written as GLB");
-  }
+  write_model(builder.model(), stream);
   return std::move(stream).str();
 }
 
-void write_glb(const Scene& scene, const std::filesystem::path& path) {
-  write_file(path, glb_bytes(scene));
+void write_glb(Scene scene, const std::filesystem::path& path) {
+  GltfBuilder builder(scene);
+  for (SceneTree& tree : scene.trees) {
+    builder.add_tree(tree);
+    tree.mesh = {};
+  }
+  AtomicFile file(path);
+  write_model(builder.model(), file.stream());
+  file.commit();
 }
 
 }  // namespace silvafit::tree

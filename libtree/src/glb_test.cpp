@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/scene.hpp"
 #include "tree_test_support.hpp"
@@ -27,8 +29,7 @@ Scene two_trees() {
   Scene scene;
   Morphology tree = test::paper_tree_1();
   tree.position = {12.5, 30.25, 101.5};
-  scene.trees.push_back(
-      grow_tree(tree, test::shipped_presets().named("cunninghamia-lanceolata")));
+  scene.trees.push_back(grow_tree(tree, test::shipped_presets().named("cunninghamia-lanceolata")));
   tree.tree = "2 \"b\"";
   tree.position = {-3.0, -4.0, 99.0};
   tree.hc_m.reset();
@@ -83,6 +84,10 @@ TEST_CASE("the crown's extent in the file is east +x, north -z") {
 TEST_CASE("the same trees give the same bytes") {
   CHECK(glb_bytes(two_trees()) == glb_bytes(two_trees()));
   CHECK_THROWS_AS(glb_bytes({}), GeometryError);
+  const auto file = std::filesystem::temp_directory_path() / "silvafit-glb-test.glb";
+  write_glb(two_trees(), file);
+  CHECK(read_file(file) == glb_bytes(two_trees()));
+  std::filesystem::remove(file);
 }
 
 TEST_CASE("far coordinates move the scene's origin, near ones do not") {

@@ -27,9 +27,8 @@ Vertex vertex_of(const MeshPart& part, std::size_t index) {
 
 Vertex crossing(const Vertex& below, const Vertex& above) {
   const double part = (kBreastHeight - below.y) / (above.y - below.y);
-  return {below.x + part * (above.x - below.x),
-          kBreastHeight,
-          below.z + part * (above.z - below.z)};
+  return {
+      below.x + part * (above.x - below.x), kBreastHeight, below.z + part * (above.z - below.z)};
 }
 
 /// Twice the signed area that one triangle's cut through the plane adds to the section (Green).

@@ -34,9 +34,12 @@ void check_finite(const MeshPart& part) {
 
 const char* part_name(PartKind kind) {
   switch (kind) {
-    case PartKind::kStem: return "stem";
-    case PartKind::kBranches: return "branches";
-    case PartKind::kFoliage: return "foliage";
+    case PartKind::kStem:
+      return "stem";
+    case PartKind::kBranches:
+      return "branches";
+    case PartKind::kFoliage:
+      return "foliage";
   }
   return "";
 }
@@ -61,8 +64,7 @@ Mesh build_mesh(const Skeleton& skeleton,
   check_options(options);
   MeshPart stem{.kind = PartKind::kStem, .color = preset.bark};
   MeshPart branches{.kind = PartKind::kBranches, .color = preset.bark};
-  MeshPart foliage{
-      .kind = PartKind::kFoliage, .color = preset.foliage.outer, .double_sided = true};
+  MeshPart foliage{.kind = PartKind::kFoliage, .color = preset.foliage.outer, .double_sided = true};
   for (const Axis& axis : skeleton.axes) {
     const auto points = skeleton.points_of(axis);
     if (axis.order == 0) {

@@ -39,10 +39,10 @@ std::map<std::array<float, 6>, int> edges_of(const MeshPart& part) {
 double volume_m3(const MeshPart& part) {
   double volume = 0.0;
   for (std::size_t i = 0; i < part.indices.size(); i += 3) {
-    volume += dot(vertex_of(part, part.indices[i]),
-                  cross(vertex_of(part, part.indices[i + 1]),
-                        vertex_of(part, part.indices[i + 2]))) /
-              6.0;
+    volume +=
+        dot(vertex_of(part, part.indices[i]),
+            cross(vertex_of(part, part.indices[i + 1]), vertex_of(part, part.indices[i + 2]))) /
+        6.0;
   }
   return volume;
 }
@@ -57,9 +57,8 @@ void check_promise(const Morphology& tree, const SceneTree& grown) {
   const Measurements& measured = grown.measured;
   const CrownRadii radii = radii_of(tree);
   INFO(grown.preset << " h " << tree.h_m << " hcb " << tree.hcb_m << " hc "
-                    << tree.hc_m.value_or(-1) << " dbh " << tree.dbh_cm << " radii "
-                    << radii.east_m << ' ' << radii.west_m << ' ' << radii.south_m << ' '
-                    << radii.north_m);
+                    << tree.hc_m.value_or(-1) << " dbh " << tree.dbh_cm << " radii " << radii.east_m
+                    << ' ' << radii.west_m << ' ' << radii.south_m << ' ' << radii.north_m);
   REQUIRE(measured.h_m == Approx(tree.h_m).margin(0.01));
   REQUIRE(measured.hcb_m == Approx(tree.hcb_m).margin(0.01));
   REQUIRE(measured.dbh_cm == Approx(tree.dbh_cm).margin(0.1));
@@ -97,8 +96,7 @@ TEST_CASE("any legal tree of any preset has its measurements on the mesh") {
 
 TEST_CASE("extreme but legal trees keep the promise") {
   const auto tree = [](double dbh, double h, double hcb, double cw) {
-    return Morphology{
-        .plot = "x", .tree = "1", .dbh_cm = dbh, .h_m = h, .hcb_m = hcb, .cw_m = cw};
+    return Morphology{.plot = "x", .tree = "1", .dbh_cm = dbh, .h_m = h, .hcb_m = hcb, .cw_m = cw};
   };
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (const Morphology& extreme : {tree(0.1, 1.3 + 1e-9, 0, 0.1),
@@ -155,8 +153,7 @@ TEST_CASE("the number of sides and sections changes neither DBH nor height") {
   const Preset& preset = test::shipped_presets().named("generic-broadleaf");
   for (const int sides : {3, 7, 40}) {
     for (const double tolerance : {0.0, 0.0005, 1.0}) {
-      const GrowOptions options{
-          .mesh = {.stem_sides = sides, .stem_tolerance_m = tolerance}};
+      const GrowOptions options{.mesh = {.stem_sides = sides, .stem_tolerance_m = tolerance}};
       check_promise(test::paper_tree_1(), grow_tree(test::paper_tree_1(), preset, options));
     }
   }

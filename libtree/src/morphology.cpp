@@ -22,8 +22,8 @@ class Checker {
 
   void require(bool holds, const char* column, const std::string& message) const {
     if (holds) return;
-    throw DomainError(
-        message, {.column = column, .plot = morphology_.plot, .tree = morphology_.tree});
+    throw DomainError(message,
+                      {.column = column, .plot = morphology_.plot, .tree = morphology_.tree});
   }
 
   void known(double value, const char* column) const {
@@ -33,13 +33,11 @@ class Checker {
   void within(double value, double largest, const char* column, const char* unit) const {
     known(value, column);
     require(value > 0.0, column, fmt::format("{} {} must be above 0", value, unit));
-    require(value <= largest,
-            column,
-            fmt::format("{} {} is more than any tree has ({} {}); check the unit",
-                        value,
-                        unit,
-                        largest,
-                        unit));
+    require(
+        value <= largest,
+        column,
+        fmt::format(
+            "{} {} is more than any tree has ({} {}); check the unit", value, unit, largest, unit));
   }
 
  private:

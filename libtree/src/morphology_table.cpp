@@ -16,10 +16,14 @@ using Numbers = std::vector<double>;
 
 std::string suffix_of(Use use) {
   switch (use) {
-    case Use::kObserved: return "";
-    case Use::kOls: return "_ols";
-    case Use::kPopulation: return "_population";
-    case Use::kConditional: return "_conditional";
+    case Use::kObserved:
+      return "";
+    case Use::kOls:
+      return "_ols";
+    case Use::kPopulation:
+      return "_population";
+    case Use::kConditional:
+      return "_conditional";
   }
   return "";
 }
@@ -28,9 +32,22 @@ class Columns {
  public:
   Columns(const data::Table& table, const MorphologyTableOptions& options)
       : table_(table), options_(options) {
-    static const std::set<std::string> known{"plot", "tree", "species", "x",    "y",    "z",
-                                             "dbh",  "h",    "hcb",     "cw",   "cr_e", "cr_w",
-                                             "cr_s", "cr_n", "hc",      "age"};
+    static const std::set<std::string> known{"plot",
+                                             "tree",
+                                             "species",
+                                             "x",
+                                             "y",
+                                             "z",
+                                             "dbh",
+                                             "h",
+                                             "hcb",
+                                             "cw",
+                                             "cr_e",
+                                             "cr_w",
+                                             "cr_s",
+                                             "cr_n",
+                                             "hc",
+                                             "age"};
     for (const auto& [name, expression] : options.columns) {
       if (!known.contains(name)) throw UsageError("no tree is grown from a column " + name);
     }
@@ -153,8 +170,7 @@ Use use_from_text(const std::string& text) {
   throw UsageError("--use takes observed, ols, population or conditional, not " + text);
 }
 
-MorphologyTable read_morphologies(const data::Table& table,
-                                  const MorphologyTableOptions& options) {
+MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options) {
   const Sources from = sources_of(table, options);
   for (const std::string& plot : options.plots) {
     if (from.plot.code_of(plot) == data::TextColumn::kMissingCode) {
@@ -167,7 +183,8 @@ MorphologyTable read_morphologies(const data::Table& table,
     Morphology tree = morphology_of(from, row, options.needs_position);
     const auto& plots = options.plots;
     if (!plots.empty() && std::find(plots.begin(), plots.end(), tree.plot) == plots.end()) continue;
-    Place place{.file = table.file(), .line = table.line(row), .plot = tree.plot, .tree = tree.tree};
+    Place place{
+        .file = table.file(), .line = table.line(row), .plot = tree.plot, .tree = tree.tree};
     try {
       validate(tree);
     } catch (const DomainError& error) {

@@ -42,8 +42,9 @@ std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
     const auto [from, low, high] = values;
     const bool ascends = layers.empty() ? from == 0.0 : from > layers.back().from && from < 1.0;
     if (!ascends || !(low > 0.0 && low < high && high <= 90.0)) {
-      throw InputError("must be [from, low, high] with ascending shares from 0 and angles in (0, 90]",
-                       entry.place_of("angle_layers"));
+      throw InputError(
+          "must be [from, low, high] with ascending shares from 0 and angles in (0, 90]",
+          entry.place_of("angle_layers"));
     }
     layers.push_back({from, low, high});
   }
@@ -108,6 +109,12 @@ Foliage foliage_of(const JsonEntry& entry) {
   }
   foliage.inner = color_of(entry, "inner_color");
   foliage.outer = color_of(entry, "outer_color");
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!(foliage.outer[i] > 0.0 && foliage.inner[i] <= foliage.outer[i])) {
+      throw InputError("must be above 0 and nowhere darker than inner_color",
+                       entry.place_of("outer_color"));
+    }
+  }
   foliage.color_variation = entry.number("color_variation", 0.0, 0.5);
   return foliage;
 }
@@ -127,8 +134,8 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
   preset.bark = color_of(entry, "bark_color");
   preset.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));
   if (entry.has("branch_count")) {
-    preset.branch_count = BranchCount::load(
-        models / "branch_count" / (entry.get<std::string>("branch_count") + ".json"));
+    preset.branch_count = BranchCount::load(models / "branch_count" /
+                                            (entry.get<std::string>("branch_count") + ".json"));
   }
   // Whoever reads a preset must be able to tell what is known from what is guessed.
   entry.get<std::map<std::string, std::string>>("basis");

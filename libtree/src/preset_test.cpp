@@ -57,13 +57,19 @@ TEST_CASE("a preset with a wrong field is refused with file and field") {
     }
     return std::string("accepted");
   };
-  CHECK(column_of_error("\"index_up\": 2", "\"index_up\": 3") == "crown.index_up");
-  CHECK(column_of_error("\"index_up\": 2", "\"index\": 2") == "crown.index_up");
-  CHECK(column_of_error("\"spiral\"", "\"random\"") == "branching.arrangement");
-  CHECK(column_of_error("[0, 50, 80]", "[0, 80, 50]") == "branching.angle_layers");
-  CHECK(column_of_error("\"leaves_per_twig\": 7", "\"leaves_per_twig\": 2.5") ==
-        "foliage.leaves_per_twig");
+  const auto with_value = [&](const std::string& field, const std::string& value) {
+    return column_of_error("\"" + field + "\": ", "\"" + field + "\": " + value + ", \"was\": ");
+  };
+  CHECK(with_value("index_up", "3") == "crown.index_up");
+  CHECK(with_value("index_up", "\"round\"") == "crown.index_up");
+  CHECK(with_value("arrangement", "\"random\"") == "branching.arrangement");
+  CHECK(with_value("angle_layers", "[[0, 80, 50]]") == "branching.angle_layers");
+  CHECK(with_value("angle_layers", "[[0.1, 50, 80]]") == "branching.angle_layers");
+  CHECK(with_value("leaves_per_twig", "2.5") == "foliage.leaves_per_twig");
+  CHECK(with_value("outer_color", "[0, 0, 2]") == "foliage.outer_color");
+  CHECK(with_value("outer_color", "[0, 1, 1]") == "foliage.outer_color");
+  CHECK(with_value("taper", "\"none\"").empty());
   CHECK(column_of_error("\"basis\"", "\"basics\"") == "basis");
-  CHECK(column_of_error("\"spacing_m\"", "\"spacing_m\"") == "accepted");
+  CHECK(with_value("index_up", "1.5") == "accepted");
   fs::remove_all(models);
 }

@@ -30,10 +30,9 @@ SceneTree grow_tree(const Morphology& morphology,
   } catch (const GeometryError& error) {
     throw GeometryError(error.message(), {.plot = morphology.plot, .tree = morphology.tree});
   } catch (const NumericalError& error) {
-    throw GeometryError(error.message(),
-                        {.plot = morphology.plot,
-                         .tree = morphology.tree,
-                         .model = error.place().model});
+    throw GeometryError(
+        error.message(),
+        {.plot = morphology.plot, .tree = morphology.tree, .model = error.place().model});
   }
 }
 

@@ -52,8 +52,8 @@ class SkeletonGrower {
 
   double stem_radius_m(double z_m) const {
     const auto stem = skeleton_.points_of(skeleton_.axes.front());
-    const auto above = std::lower_bound(
-        stem.begin(), stem.end(), z_m, [](const SkeletonPoint& point, double z) {
+    const auto above =
+        std::lower_bound(stem.begin(), stem.end(), z_m, [](const SkeletonPoint& point, double z) {
           return point.at.z < z;
         });
     if (above == stem.begin()) return stem.front().radius_m;
@@ -69,8 +69,8 @@ class SkeletonGrower {
     const Point tip = branch.tip();
     const double reach = branch.length_m();
     // No branch is thicker than half the stem that bears it.
-    const double base_radius = std::min(preset_.branching.thickness * reach,
-                                        0.5 * stem_radius_m(branch.base_m));
+    const double base_radius =
+        std::min(preset_.branching.thickness * reach, 0.5 * stem_radius_m(branch.base_m));
     const double crown_radius = crown_.radius_m(branch.outward.x, branch.outward.y);
     const int segments = preset_.twigs.has_wood ? 3 : 2;
     add_point({0.0, 0.0, branch.base_m}, base_radius);
@@ -130,8 +130,7 @@ class SkeletonGrower {
   double draw_twig_angle() {
     const double low = preset_.twigs.angle_low_deg;
     const double high = preset_.twigs.angle_high_deg;
-    return kRadian *
-           random_.truncated_normal(0.5 * (low + high), 0.25 * (high - low), low, high);
+    return kRadian * random_.truncated_normal(0.5 * (low + high), 0.25 * (high - low), low, high);
   }
 
   const TreeShape& shape_;

@@ -90,9 +90,7 @@ TEST_CASE("four branches reach the measured radii, and one starts at the crown b
       if (axis.order != 1) continue;
       lowest = std::min(lowest, skeleton.points_of(axis).front().at.z);
       const Point tip = skeleton.points_of(axis).back().at;
-      const auto at = [&](double x, double y) {
-        return length(tip - Point{x, y, 8.8}) < 1e-9;
-      };
+      const auto at = [&](double x, double y) { return length(tip - Point{x, y, 8.8}) < 1e-9; };
       east = east || at(2.1, 0);
       west = west || at(-2.5, 0);
       south = south || at(0, -1.5);

@@ -15,8 +15,7 @@ namespace {
 constexpr double kBreastHeight = 1.3;
 
 data::Expression equation_of(const JsonEntry& entry) {
-  data::Expression equation =
-      data::Expression::parse(entry.get<std::string>("relative_diameter"));
+  data::Expression equation = data::Expression::parse(entry.get<std::string>("relative_diameter"));
   for (const auto& [name, value] : entry.get<std::map<std::string, double>>("coefficients")) {
     equation = equation.substitute(name, data::Expression::constant(value));
   }
@@ -33,10 +32,10 @@ Taper Taper::load(const std::filesystem::path& file) {
   taper.butt_limit_ = entry.number("butt_limit", 1.0, 10.0);
   try {
     const std::array<data::Expression, 1> outputs{equation_of(entry)};
-    taper.program_ = data::Program(
-        outputs,
-        {{.name = "x", .is_scalar = false}, {.name = "h", .is_scalar = true},
-         {.name = "dbh", .is_scalar = true}});
+    taper.program_ = data::Program(outputs,
+                                   {{.name = "x", .is_scalar = false},
+                                    {.name = "h", .is_scalar = true},
+                                    {.name = "dbh", .is_scalar = true}});
   } catch (const UsageError& error) {
     throw InputError(error.message(), entry.place_of("relative_diameter"));
   }

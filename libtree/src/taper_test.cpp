@@ -19,8 +19,8 @@ Taper zeng() { return Taper::load(test::source_file("models/taper/zeng.json")); 
 /// The printed equation, written out a second time.
 double by_hand(double at, double h, double dbh) {
   const double z = at / h;
-  const double power = 3.99786 - 8.63324 * std::sqrt(std::sqrt(z)) + 5.11564 * std::sqrt(z) +
-                       0.19384 * (dbh / h);
+  const double power =
+      3.99786 - 8.63324 * std::sqrt(std::sqrt(z)) + 5.11564 * std::sqrt(z) + 0.19384 * (dbh / h);
   return dbh * std::exp(power * std::log((h - at) / (h - 1.3)));
 }
 
@@ -78,8 +78,7 @@ TEST_CASE("a taper entry that misses DBH, the tip or a field is refused with its
     write_file(file, text);
     return Taper::load(file);
   };
-  CHECK(load(entry("(h - x)/(h - 1.3)")).diameter_cm(10.65, 20, 30) ==
-        Approx(15.0).epsilon(1e-14));
+  CHECK(load(entry("(h - x)/(h - 1.3)")).diameter_cm(10.65, 20, 30) == Approx(15.0).epsilon(1e-14));
   CHECK_THROWS_AS(load(entry("1 - x/h")), InputError);
   CHECK_THROWS_AS(load(entry("(h - x)/(h - 1.3)*q")), InputError);
   CHECK_THROWS_AS(load("[]"), InputError);

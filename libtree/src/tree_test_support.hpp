@@ -11,8 +11,7 @@
 namespace silvafit::test {
 
 inline const tree::PresetCatalogue& shipped_presets() {
-  static const tree::PresetCatalogue catalogue =
-      tree::PresetCatalogue::load(source_file("models"));
+  static const tree::PresetCatalogue catalogue = tree::PresetCatalogue::load(source_file("models"));
   return catalogue;
 }
 
@@ -38,7 +37,9 @@ inline tree::Morphology random_morphology(Random& random, int number) {
   tree.hcb_m = one_in(4) ? 0.0 : tree.h_m * random.uniform(0.0, 0.95);
   if (one_in(6)) tree.hcb_m = tree.h_m - random.uniform(0.01, 0.1);
   tree.dbh_cm = one_in(4) ? random.uniform(0.1, 1.0) : random.uniform(1.0, 150.0);
-  const auto radius = [&] { return one_in(3) ? random.uniform(0.05, 0.3) : random.uniform(0.3, 9.0); };
+  const auto radius = [&] {
+    return one_in(3) ? random.uniform(0.05, 0.3) : random.uniform(0.3, 9.0);
+  };
   if (one_in(2)) {
     tree.radii = tree::CrownRadii{radius(), radius(), radius(), radius()};
   } else {

@@ -77,7 +77,10 @@ void join_rings(PartBuilder& build, std::uint32_t lower, std::uint32_t upper, st
   }
 }
 
-void close_with_tip(PartBuilder& build, std::uint32_t ring, std::uint32_t tip, std::uint32_t sides) {
+void close_with_tip(PartBuilder& build,
+                    std::uint32_t ring,
+                    std::uint32_t tip,
+                    std::uint32_t sides) {
   for (std::uint32_t i = 0; i < sides; ++i) build.triangle(ring + i, ring + (i + 1) % sides, tip);
 }
 

@@ -13,9 +13,6 @@ void add_stem(std::span<const SkeletonPoint> axis, const MeshOptions& options, M
 
 /// A tube around a branch that is open at its base, inside the parent, and ends in a point. Its
 /// vertices stay inside the crown.
-void add_branch(std::span<const SkeletonPoint> axis,
-                int sides,
-                const Crown& crown,
-                MeshPart& part);
+void add_branch(std::span<const SkeletonPoint> axis, int sides, const Crown& crown, MeshPart& part);
 
 }  // namespace silvafit::tree

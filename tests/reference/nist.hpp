@@ -2,11 +2,10 @@
 // The nonlinear regression problems of NIST's Statistical Reference Datasets, in NIST's own format.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <fstream>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -35,18 +34,22 @@ inline std::vector<std::string> words(const std::string& line) {
   return result;
 }
 
+inline void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at)) {
+    text.replace(at, from.size(), to);
+    at += to.size();
+  }
+}
+
 /// NIST's notation as ours: brackets are parentheses, ** is ^, and there is no error term.
 inline std::string formula(std::string model) {
-  model.erase(
-      std::remove_if(
-          model.begin(), model.end(), [](unsigned char byte) { return std::isspace(byte); }),
-      model.end());
-  model = std::regex_replace(model, std::regex("\\*\\*"), "^");
-  std::ranges::replace(model, '[', '(');
-  std::ranges::replace(model, ']', ')');
-  model = std::regex_replace(model, std::regex("arctan"), "atan");
-  model = std::regex_replace(model, std::regex("log\\(y\\)="), "logy=");
-  model = std::regex_replace(model, std::regex("\\+e$"), "");
+  std::erase_if(model, [](unsigned char byte) { return std::isspace(byte) != 0; });
+  if (model.ends_with("+e")) model.resize(model.size() - 2);
+  replace_all(model, "**", "^");
+  replace_all(model, "[", "(");
+  replace_all(model, "]", ")");
+  replace_all(model, "arctan", "atan");
+  replace_all(model, "log(y)=", "logy=");
   const std::size_t equals = model.find('=');
   return model.substr(0, equals) + " ~ " + model.substr(equals + 1);
 }

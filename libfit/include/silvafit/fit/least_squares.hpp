@@ -14,8 +14,8 @@ namespace silvafit::fit {
 struct LeastSquaresOptions {
   /// Values to start from, by coefficient name; those not named are searched.
   std::map<std::string, double> start{};
-  /// Further starts, tried before the search, by parameter name: rules of the catalogue, already
-  /// evaluated.
+  /// One more start by parameter name: the catalogue's rules, evaluated on the data (see
+  /// study::start_values).
   std::map<std::string, double> rule{};
   int maximum_iterations = 500;
 };
@@ -24,11 +24,11 @@ struct LeastSquaresOptions {
 struct LeastSquaresFit {
   std::vector<std::string> coefficient_names{};
   Eigen::VectorXd estimate{};  ///< (p) beta
-  Eigen::MatrixXd
-      covariance{};  ///< (p x p) sigma^2 (J'J)^-1; NaN rows and columns for confounded coefficients
+  /// (p x p) sigma^2 (J'J)^-1; NaN rows and columns for confounded coefficients
+  Eigen::MatrixXd covariance{};
   double sum_of_squares = 0.0;
   double sigma = 0.0;           ///< residual standard deviation with n - p in the denominator
-  double log_likelihood = 0.0;  ///< at the maximum-likelihood sigma^2 = SSE/n
+  double log_likelihood = 0.0;  ///< at the maximum-likelihood sigma^2 = SSE/n; infinite if exact
   int parameter_count = 0;      ///< p + 1: sigma counts
   Eigen::Index observations = 0;
   Convergence convergence{};
@@ -45,12 +45,14 @@ struct LeastSquaresFit {
 /// Fits a model by least squares; random effects and the variance function of its specification are
 /// ignored.
 ///
-/// Starts, in this order: the user's values, the rules, and a search over the nonlinear parameters
-/// with the linear ones solved for (variable projection), scaled by the data. The best few are
-/// polished by Levenberg-Marquardt (Ceres) to the last digits that doubles give. Deterministic. A
-/// fit that fails is a result with converged = false and a verdict, not an exception. \throws
-/// DomainError if the mean is not finite for any start because of the data (first offending row
-/// named)
+/// Coefficients that enter linearly are solved for (variable projection; their start values do not
+/// matter). A start that names all coefficients decides the minimum; else the rules and a
+/// deterministic search, scaled by the data, give several. Levenberg-Marquardt (Ceres) follows the
+/// best, and Newton steps add the last digits. A model with covariates starts from the fit without
+/// them, so that it never fits worse. A fit that fails is a result with converged = false and a
+/// verdict, not an exception; docs/least-squares.md lists the verdicts.
+/// \throws DomainError if a row has no finite mean or slope whatever the coefficients (it is named)
+/// \throws UsageError if the formula has no coefficients
 LeastSquaresFit fit_least_squares(const NonlinearModel& model,
                                   const LeastSquaresOptions& options = {});
 

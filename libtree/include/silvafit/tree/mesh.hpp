@@ -19,11 +19,11 @@ const char* part_name(PartKind kind);
 /// axis meets the ground.
 struct MeshPart {
   PartKind kind = PartKind::kStem;
-  Color color{};                        ///< of the material, linear RGB
-  bool double_sided = false;            ///< open surfaces that are seen from both sides
-  std::vector<float> positions{};       ///< 3 a vertex [m]
-  std::vector<float> normals{};         ///< 3 a vertex, of length 1
-  std::vector<std::uint8_t> colors{};   ///< 4 a vertex (RGBA, linear), times `color`; or none
+  Color color{};                         ///< of the material, linear RGB
+  bool double_sided = false;             ///< open surfaces that are seen from both sides
+  std::vector<float> positions{};        ///< 3 a vertex [m]
+  std::vector<float> normals{};          ///< 3 a vertex, of length 1
+  std::vector<std::uint8_t> colors{};    ///< 4 a vertex (RGBA, linear), times `color`; or none
   std::vector<std::uint32_t> indices{};  ///< 3 a triangle, counter-clockwise from outside
 
   std::size_t vertex_count() const { return positions.size() / 3; }
@@ -60,10 +60,10 @@ Mesh build_mesh(const Skeleton& skeleton,
 
 /// What a forester would measure on the finished mesh, from its triangles alone.
 struct Measurements {
-  double h_m = 0.0;       ///< height of the highest vertex
-  double hcb_m = 0.0;     ///< height of the lowest vertex of branches and foliage
-  double dbh_cm = 0.0;    ///< diameter of the circle with the area of the stem's section at 1.3 m
-  CrownRadii radii{};     ///< farthest vertex of branches and foliage within half a degree
+  double h_m = 0.0;     ///< height of the highest vertex
+  double hcb_m = 0.0;   ///< height of the lowest vertex of branches and foliage
+  double dbh_cm = 0.0;  ///< diameter of the circle with the area of the stem's section at 1.3 m
+  CrownRadii radii{};   ///< farthest vertex of branches and foliage within half a degree
   std::size_t vertices = 0;
   std::size_t triangles = 0;
 };

@@ -39,7 +39,7 @@ struct Branching {
   int most = 96;                  ///< closer spacing is widened to stay below this number
   double divergence_deg = 137.5;  ///< of a spiral
   double azimuth_sd_deg = 10.0;
-  double sag = 0.0;  ///< bow at mid-length as a share of the length; < 0 hangs, > 0 arches
+  double sag = 0.0;          ///< bow at mid-length as a share of the length; < 0 hangs, > 0 arches
   double thickness = 0.014;  ///< base diameter as a share of the length
   std::vector<AngleLayer> layers{};
 };
@@ -49,7 +49,7 @@ struct Twigs {
   double spacing_m = 0.25;
   int least = 4;
   int most = 14;
-  double angle_low_deg = 50.0;   ///< between twig and branch
+  double angle_low_deg = 50.0;  ///< between twig and branch
   double angle_high_deg = 100.0;
   double from = 0.2;             ///< share of the branch's length that stays bare
   double relative_length = 0.4;  ///< of the longest twig, as a share of the branch's length
@@ -62,9 +62,9 @@ enum class FoliageKind { kNeedles, kLeaves };
 /// Foliage hangs on twigs and on the ends of branches.
 struct Foliage {
   FoliageKind kind = FoliageKind::kNeedles;
-  double width = 0.4;           ///< needle spray: width as a share of the twig's length
-  double droop = 0.8;           ///< needle spray: how far its edges hang, as a share of half its width
-  int leaves_per_twig = 6;      ///< leaf sprays
+  double width = 0.4;       ///< needle spray: width as a share of the twig's length
+  double droop = 0.8;       ///< needle spray: how far its edges hang, as a share of half its width
+  int leaves_per_twig = 6;  ///< leaf sprays
   double leaf_length_m = 0.35;  ///< of a spray of leaves in a crown 5 m wide
   double leaf_aspect = 0.6;     ///< width by length
   Color inner{};                ///< color in the shade near the stem

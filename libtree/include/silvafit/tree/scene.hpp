@@ -57,7 +57,10 @@ std::string glb_bytes(const Scene& scene);
 /// Bytes of a mesh in such a file, without its share of the description.
 std::size_t glb_mesh_bytes(const Mesh& mesh);
 
-/// Writes it, whole or not at all. \throws InputError if the file cannot be written
-void write_glb(const Scene& scene, const std::filesystem::path& path);
+/// Writes the same bytes to a file, whole or not at all; folders above it are made.
+///
+/// A scene that is moved in gives its meshes free as they are packed, which halves the memory.
+/// \throws InputError if the file cannot be written; GeometryError as glb_bytes()
+void write_glb(Scene scene, const std::filesystem::path& path);
 
 }  // namespace silvafit::tree
