@@ -183,9 +183,10 @@ bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   return a.log_likelihood > b.log_likelihood + kSameLikelihood;
 }
 
-/// Runs from the first-order start, and if that does not stand still above the pooled fit, from
-/// spreads of the random effects from wide to narrow. A narrow start keeps groups that are far from
-/// the pooled fit from running into mirror images of their curves in the first step.
+/// Runs from the first-order start, with a variance function also from the fit without one, and if
+/// none stands still above the pooled fit, from spreads of the random effects from wide to narrow.
+/// A narrow start keeps groups that are far from the pooled fit from running into mirror images of
+/// their curves in the first step.
 LindstromBatesOutcome best_outcome(LindstromBates& engine, double pooled, int maximum_iterations) {
   LindstromBatesOutcome best;
   const auto consider = [&](const LindstromBatesState& start) {
@@ -194,6 +195,7 @@ LindstromBatesOutcome best_outcome(LindstromBates& engine, double pooled, int ma
     if (is_better(outcome, best)) best = std::move(outcome);
   };
   consider(engine.first_order_start());
+  if (engine.has_variance_function()) consider(engine.constant_variance_start(maximum_iterations));
   if (best.converged) return best;
   for (const double spread : {1.0, 0.1, 0.01, 0.001}) consider(engine.start(spread));
   return best;
