@@ -2,6 +2,7 @@
 #include "lindstrom_bates.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -61,13 +62,17 @@ class Stagnation {
   }
 
  private:
-  static constexpr int kPatience = 20;
+  static constexpr int kPatience = 15;
   double best_ = std::numeric_limits<double>::infinity();
   int waited_ = 0;
 };
 
 // The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
 constexpr double kStartDivisor = 0.375;
+// Directions of L that are smaller by this factor hold no random effects that count.
+constexpr double kSmallestPivot = 1e-6;
+// Enough to settle once the linearisation has; before that, more would be wasted.
+constexpr int kThetaSteps = 30;
 // One alternation has converged when it moves theta by less than 1e-6 standard errors.
 constexpr double kConvergedDecrement = 1e-12;
 
@@ -109,8 +114,23 @@ LindstromBatesState LindstromBates::start(double spread) const {
   const double typical_rows =
       static_cast<double>(model_.observations()) / static_cast<double>(model_.group_count());
   const double deviation = spread / (kStartDivisor * std::sqrt(typical_rows));
-  state.theta << factor_.from_diagonal(VectorXd::Constant(q, deviation)), variance_.start();
+  state.theta << factor_.from_diagonal(VectorXd::Constant(q, deviation)),
+      hold_variance_ ? variance_.constant() : variance_.start();
   return state;
+}
+
+LindstromBatesState LindstromBates::with_theta(const LindstromBatesState& state,
+                                               const VectorXd& theta) const {
+  LindstromBatesState moved = state;
+  moved.theta = theta;
+  if (random_.empty()) return moved;
+  // The random effects b = L v stay as they are, as far as the new L can hold them.
+  const MatrixXd effects = factor_.factor(factor_parameters(state.theta)) * state.spherical;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+  solver.setThreshold(kSmallestPivot);
+  solver.compute(factor_.factor(factor_parameters(theta)));
+  moved.spherical = solver.solve(effects);
+  return moved;
 }
 
 LindstromBatesState LindstromBates::first_order_start() {
@@ -178,34 +198,65 @@ double LindstromBates::profile_at(const Linearisation& at,
   return value.minus_log_likelihood;
 }
 
-bool LindstromBates::take_step(LindstromBatesState& state,
-                               Linearisation& at,
-                               const ResidualScale& scale,
-                               const LinearMixedProfile& target) {
-  const auto penalised = [&](const Linearisation& point, const MatrixXd& spherical) {
-    return (scale.weight * point.residual.array().square()).sum() + spherical.squaredNorm();
-  };
-  const double current = penalised(at, state.spherical);
-  constexpr int kHalvings = 30;
+VectorXd LindstromBates::penalised_squares(const Linearisation& at,
+                                           const MatrixXd& spherical,
+                                           const ResidualScale& scale) const {
+  const Eigen::ArrayXd squares = scale.weight * at.residual.array().square();
+  VectorXd sums(model_.group_count());
+  for (Index j = 0; j < model_.group_count(); ++j) {
+    const Index begin = model_.group_begin(j);
+    sums[j] = squares.segment(begin, model_.group_begin(j + 1) - begin).sum() +
+              spherical.col(j).squaredNorm();
+  }
+  return sums;
+}
+
+double LindstromBates::take_step(LindstromBatesState& state,
+                                 Linearisation& at,
+                                 const ResidualScale& scale,
+                                 const LinearMixedProfile& target) {
+  const VectorXd current = penalised_squares(at, state.spherical, scale);
+  const double total = current.sum();
+  const MatrixXd change = target.spherical - state.spherical;
+  // A few groups that run off must not hold back the others: at first their effects alone step
+  // shorter. If that does not do, all step shorter together, which must descend in the end.
+  constexpr int kGroupTrials = 6;
+  constexpr int kTrials = 36;
+  VectorXd group_length = VectorXd::Ones(model_.group_count());
   double length = 1.0;
-  for (int halving = 0; halving < kHalvings; ++halving, length *= 0.5) {
+  for (int attempt = 0; attempt < kTrials; ++attempt) {
     LindstromBatesState trial = state;
     trial.beta += length * target.coefficients;
-    trial.spherical += length * (target.spherical - state.spherical);
+    trial.spherical += length * change * group_length.asDiagonal();
     Linearisation point;
-    if (!linearise(trial, point)) continue;
-    if (penalised(point, trial.spherical) > current * (1.0 + 1e-13)) continue;
-    state = std::move(trial);
-    at = std::move(point);
-    return true;
+    const bool is_finite = linearise(trial, point);
+    const VectorXd reached = penalised_squares(point, trial.spherical, scale);
+    if (is_finite && reached.sum() <= total * (1.0 + 1e-13)) {
+      state = std::move(trial);
+      at = std::move(point);
+      return length;
+    }
+    const auto runs_off = [&](Index j) { return !(reached[j] <= current[j] + 0.1 * total); };
+    Index shortened = 0;
+    for (Index j = 0; j < reached.size(); ++j) {
+      if (!runs_off(j)) continue;
+      group_length[j] *= 0.25;
+      ++shortened;
+    }
+    if (attempt < kGroupTrials && shortened > 0) continue;
+    group_length.setOnes();
+    length *= 0.5;
   }
-  return false;
+  return 0.0;
 }
 
 bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Linearisation& at) {
   if (!linearise(state, at)) return false;
   const MatrixXd factor = factor_.factor(factor_parameters(state.theta));
   constexpr int kSteps = 100;
+  // Many short steps in a row lead along a wall of the mean function, not to a solution.
+  constexpr double kShort = 0.1;
+  int short_steps = 0;
   double last_decrement = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kSteps; ++step) {
     const ResidualScale scale =
@@ -223,27 +274,23 @@ bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Lineari
       return true;
     }
     last_decrement = decrement;
-    if (!take_step(state, at, scale, target)) return decrement < 1e-6;
+    const double length = take_step(state, at, scale, target);
+    if (length == 0.0) return decrement < 1e-6;
+    short_steps = length < kShort ? short_steps + 1 : 0;
+    if (short_steps > short_steps_) return false;
   }
   return true;
 }
 
-LindstromBatesState LindstromBates::constant_variance_start(int maximum_iterations) {
-  LindstromBatesState state = first_order_start();
-  state.theta.tail(variance_.parameter_count()) = variance_.constant();
-  const LindstromBatesOutcome outcome = alternate(state, maximum_iterations, true);
-  if (outcome.is_valid) state = outcome.state;
+void LindstromBates::hold_variance(bool hold) { hold_variance_ = hold; }
+
+LindstromBatesState LindstromBates::with_free_variance(const LindstromBatesState& held) const {
+  LindstromBatesState state = held;
   state.theta.tail(variance_.parameter_count()) = variance_.start();
   return state;
 }
 
 LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum_iterations) {
-  return alternate(std::move(state), maximum_iterations, false);
-}
-
-LindstromBatesOutcome LindstromBates::alternate(LindstromBatesState state,
-                                                int maximum_iterations,
-                                                bool hold_variance) {
   LindstromBatesOutcome outcome;
   AndersonMixing mixing(4);
   MatrixXd hessian;
@@ -255,19 +302,20 @@ LindstromBatesOutcome LindstromBates::alternate(LindstromBatesState state,
     if (!penalised_least_squares(trial, at)) {
       if (state.theta == plain) break;
       mixing.restart();
-      state.theta = plain;
+      state = with_theta(state, plain);
       continue;
     }
     state = std::move(trial);
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
       const double value = profile_at(at, theta, gradient);
-      if (hold_variance && gradient != nullptr) {
+      if (hold_variance_ && gradient != nullptr) {
         gradient->tail(variance_.parameter_count()).setZero();
       }
       return value;
     };
     const double here = profile_at(at, state.theta, nullptr);
-    const QuasiNewtonResult best = minimise(objective, state.theta, hessian);
+    const QuasiNewtonResult best =
+        minimise(objective, state.theta, hessian, {.maximum_steps = kThetaSteps});
     if (!std::isfinite(here) || !best.x.allFinite()) break;
     hessian = best.hessian;
     const VectorXd change = best.x - state.theta;
@@ -279,7 +327,7 @@ LindstromBatesOutcome LindstromBates::alternate(LindstromBatesState state,
     outcome.converged = outcome.decrement <= kConvergedDecrement;
     if (outcome.converged || stagnation.after(outcome.decrement)) break;
     plain = best.x;
-    state.theta = mixing.next(state.theta, best.x);
+    state = with_theta(state, mixing.next(state.theta, best.x));
   }
   return outcome;
 }

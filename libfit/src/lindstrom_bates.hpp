@@ -38,8 +38,13 @@ class LindstromBates {
   /// A start with the variance components that the model linear around the pooled fit asks for.
   LindstromBatesState first_order_start();
   bool has_variance_function() const { return variance_.parameter_count() > 0; }
-  /// A start at the fit of the same model with constant variance.
-  LindstromBatesState constant_variance_start(int maximum_iterations);
+  /// Holds the variance at a constant one in starts and runs, or lets it go.
+  void hold_variance(bool hold);
+  /// A state whose variance was held, with the variance function at its start.
+  LindstromBatesState with_free_variance(const LindstromBatesState& held) const;
+  /// How many short steps in a row penalised least squares may take before it gives up (6 at
+  /// first).
+  void set_patience(int short_steps) { short_steps_ = short_steps; }
   /// Alternates until both steps stand still.
   LindstromBatesOutcome run(LindstromBatesState state, int maximum_iterations);
   /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
@@ -55,18 +60,23 @@ class LindstromBates {
     Eigen::VectorXd mean{};
     Eigen::VectorXd residual{};
   };
-  LindstromBatesOutcome alternate(LindstromBatesState state,
-                                  int maximum_iterations,
-                                  bool hold_variance);
+  /// The state with other variance components and the same random effects.
+  LindstromBatesState with_theta(const LindstromBatesState& state,
+                                 const Eigen::VectorXd& theta) const;
   Eigen::VectorXd factor_parameters(const Eigen::VectorXd& theta) const;
   Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const;
   bool linearise(const LindstromBatesState& state, Linearisation& at);
   const Eigen::VectorXd& variance_variable(const Linearisation& at) const;
   bool penalised_least_squares(LindstromBatesState& state, Linearisation& at);
-  bool take_step(LindstromBatesState& state,
-                 Linearisation& at,
-                 const ResidualScale& scale,
-                 const LinearMixedProfile& target);
+  /// (G) weighted squares of each group plus |v|^2.
+  Eigen::VectorXd penalised_squares(const Linearisation& at,
+                                    const Eigen::MatrixXd& spherical,
+                                    const ResidualScale& scale) const;
+  /// Moves towards the target while the penalised squares fall; the share of the way, 0 if none.
+  double take_step(LindstromBatesState& state,
+                   Linearisation& at,
+                   const ResidualScale& scale,
+                   const LinearMixedProfile& target);
   double profile_at(const Linearisation& at,
                     const Eigen::VectorXd& theta,
                     Eigen::VectorXd* gradient) const;
@@ -80,6 +90,8 @@ class LindstromBates {
   VarianceModel variance_;
   Eigen::VectorXd variance_column_;  ///< (N), empty when of the fitted value
   NonlinearModel::Workspace workspace_;
+  int short_steps_ = 6;
+  bool hold_variance_ = false;
 };
 
 }  // namespace silvafit::fit

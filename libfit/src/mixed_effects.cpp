@@ -183,22 +183,59 @@ bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   return a.log_likelihood > b.log_likelihood + kSameLikelihood;
 }
 
-/// Runs from the first-order start, with a variance function also from the fit without one, and if
-/// none stands still above the pooled fit, from spreads of the random effects from wide to narrow.
-/// A narrow start keeps groups that are far from the pooled fit from running into mirror images of
-/// their curves in the first step.
+/// The best of several runs; a run counts as converged only above the pooled fit.
+class Search {
+ public:
+  Search(LindstromBates& engine, double pooled, int maximum_iterations)
+      : engine_(engine), pooled_(pooled), maximum_iterations_(maximum_iterations) {}
+
+  void consider(const LindstromBatesState& start) {
+    LindstromBatesOutcome outcome = run_from(engine_, start, maximum_iterations_);
+    outcome.converged = outcome.converged && outcome.log_likelihood > pooled_ - kSameLikelihood;
+    if (is_better(outcome, best_)) best_ = std::move(outcome);
+  }
+
+  /// From the first-order start, then from spreads of the random effects from wide to narrow, the
+  /// narrow ones again with patience. A narrow start keeps groups that are far from the pooled fit
+  /// from running into mirror images of their curves in the first step.
+  void try_all_starts() {
+    constexpr int kImpatient = 6;
+    constexpr int kPatient = 100;
+    engine_.set_patience(kImpatient);
+    consider(engine_.first_order_start());
+    if (best_.converged) return;
+    for (const double spread : {1.0, 0.1, 0.01, 0.001}) consider(engine_.start(spread));
+    if (best_.converged) return;
+    engine_.set_patience(kPatient);
+    for (const double spread : {0.1, 0.01}) consider(engine_.start(spread));
+  }
+
+  const LindstromBatesOutcome& best() const { return best_; }
+
+ private:
+  LindstromBates& engine_;
+  double pooled_;
+  int maximum_iterations_;
+  LindstromBatesOutcome best_;
+};
+
+/// Without a variance function, all starts. With one, from the fit with constant variance, which it
+/// contains, and from a start of its own; all starts if neither converges.
 LindstromBatesOutcome best_outcome(LindstromBates& engine, double pooled, int maximum_iterations) {
-  LindstromBatesOutcome best;
-  const auto consider = [&](const LindstromBatesState& start) {
-    LindstromBatesOutcome outcome = run_from(engine, start, maximum_iterations);
-    outcome.converged = outcome.converged && outcome.log_likelihood > pooled - kSameLikelihood;
-    if (is_better(outcome, best)) best = std::move(outcome);
-  };
-  consider(engine.first_order_start());
-  if (engine.has_variance_function()) consider(engine.constant_variance_start(maximum_iterations));
-  if (best.converged) return best;
-  for (const double spread : {1.0, 0.1, 0.01, 0.001}) consider(engine.start(spread));
-  return best;
+  Search search(engine, pooled, maximum_iterations);
+  if (engine.has_variance_function()) {
+    engine.hold_variance(true);
+    Search constant(engine, pooled, maximum_iterations);
+    constant.try_all_starts();
+    engine.hold_variance(false);
+    search.consider(engine.first_order_start());
+    if (constant.best().is_valid) {
+      search.consider(engine.with_free_variance(constant.best().state));
+    }
+    if (search.best().converged) return search.best();
+  }
+  search.try_all_starts();
+  return search.best();
 }
 
 }  // namespace

@@ -24,11 +24,6 @@ const std::map<std::string, std::string> kVariances{{"none", "none"},
 const std::set<std::string> kStoppedShort{
     "spati_curtis_varConstPower", "spati_korf_varConstPower", "SM_h_nlme_varConstPower"};
 
-/// Here the method finds a lower maximum than nlme from its start values, or none: 56 plots, many
-/// of a few trees, and a curve whose limit most of them do not show.
-const std::set<std::string> kFoundWithStartsOnly{"spati_richards_varPower",
-                                                 "spati_richards_varConstPower"};
-
 /// The reference's formula, whose names that are no columns are our coefficients.
 FitResult fitted(const json& reference, const data::Table& table) {
   fit::ModelSpecification specification =
@@ -178,18 +173,8 @@ TEST_CASE("mixed models of public data agree with nlme", "[reference][slow]") {
   const data::Table table = public_table(name);
   for (const json& reference : file["fits"]) {
     const std::string id = reference["id"].get<std::string>();
-    if (!is_mixed(reference) || !id.starts_with(name) || kFoundWithStartsOnly.contains(id))
-      continue;
+    if (!is_mixed(reference) || !id.starts_with(name)) continue;
     check_against(reference, table, "number");
   }
 }
 
-TEST_CASE("where nlme needs start values, ours may find less", "[reference][slow][!mayfail]") {
-  SILVAFIT_NEEDS_REFERENCE("public_nlme.json");
-  const json file = test::read_json("public_nlme.json");
-  const data::Table table = public_table("spati");
-  for (const json& reference : file["fits"]) {
-    if (!kFoundWithStartsOnly.contains(reference["id"].get<std::string>())) continue;
-    check_against(reference, table, "number");
-  }
-}
