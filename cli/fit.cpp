@@ -86,6 +86,7 @@ data::Table read_data(const FitArguments& arguments) {
 /// What all models of a command have in common.
 void complete(Task& task, const FitArguments& arguments, const data::Table& table) {
   fit::ModelSpecification& specification = task.specification;
+  fit::check_response(specification, table);
   if (!arguments.random.empty()) {
     fit::add_random_effects(specification, arguments.random, table);
   }

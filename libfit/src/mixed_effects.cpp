@@ -176,10 +176,11 @@ LindstromBatesOutcome run_from(LindstromBates& engine, double spread, int maximu
 }
 
 /// Runs from ever smaller spreads of the random effects, until one stands still above the pooled
-/// fit. Large spreads are quickest; small ones stay on the pooled fit's side of poles of the mean.
+/// fit. A wide start is nearest to most solutions; a narrow one keeps groups that are far from the
+/// pooled fit from running into mirror images of their curves in the first step.
 LindstromBatesOutcome best_outcome(LindstromBates& engine, double pooled, int maximum_iterations) {
   LindstromBatesOutcome best;
-  for (const double spread : {1.0, 0.3, 0.1, 0.03}) {
+  for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
     LindstromBatesOutcome outcome = run_from(engine, spread, maximum_iterations);
     outcome.converged = outcome.converged && outcome.log_likelihood > pooled - kSameLikelihood;
     const bool better =

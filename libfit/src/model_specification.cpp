@@ -80,15 +80,6 @@ void check_parameter_name(const std::string& name,
   }
 }
 
-void check_response(const data::Formula& formula, const data::Table& table) {
-  if (table.has(formula.left)) return;
-  throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
-                                 formula.left,
-                                 fmt::join(table.names(), ", ")),
-                     formula.text,
-                     formula.text.find(formula.left) + 1);
-}
-
 void check_covariates(const ParameterModel& model,
                       std::string_view text,
                       const data::Table& table) {
@@ -183,7 +174,6 @@ ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table) {
   ModelSpecification specification{.formula = data::parse_formula(formula)};
-  check_response(specification.formula, table);
   for (const std::string& name : specification.formula.right.variables()) {
     data::TextMatch match;
     if (data::is_text_match(name, match) || table.has(name)) continue;
@@ -225,6 +215,16 @@ RandomEffects parse_random_effects(std::string_view text) {
   if (group.begin == group.end) throw FormulaError("a group column is expected", text, bar + 2);
   random.group = of(text, group);
   return random;
+}
+
+void check_response(const ModelSpecification& specification, const data::Table& table) {
+  const data::Formula& formula = specification.formula;
+  if (table.has(formula.left)) return;
+  throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
+                                 formula.left,
+                                 fmt::join(table.names(), ", ")),
+                     formula.text,
+                     formula.text.find(formula.left) + 1);
 }
 
 void add_random_effects(ModelSpecification& specification,

@@ -55,6 +55,23 @@ TEST_CASE("errors name what is not known and where") {
   CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a = 1"}, table), FormulaError);
 }
 
+TEST_CASE("what a fit needs is checked where it is written") {
+  const auto table = columns({"h", "dbh", "plot"});
+  CHECK_THROWS_WITH(specify_model("h ~ 2*dbh", {}, table),
+                    Catch::Matchers::Contains("nothing to estimate"));
+  CHECK_THROWS_WITH(check_response(specify_model("H ~ a*dbh", {}, table), table),
+                    Catch::Matchers::Contains("column 1: there is no column 'H'"));
+  auto model = specify_model("h ~ a + b*dbh", {}, table);
+  CHECK_THROWS_WITH(add_random_effects(model, "a + q | plot", table),
+                    Catch::Matchers::Contains("column 5: 'q' is no coefficient"));
+  CHECK_THROWS_WITH(add_random_effects(model, "a + a | plot", table),
+                    Catch::Matchers::Contains("column 5: 'a' is named twice"));
+  CHECK_THROWS_WITH(add_random_effects(model, "a | site", table),
+                    Catch::Matchers::Contains("column 5: there is no column 'site'"));
+  add_random_effects(model, "a + b | plot", table);
+  CHECK(model.random->coefficients == Names{"a", "b"});
+}
+
 TEST_CASE("random effects and variance functions are read") {
   const auto random = parse_random_effects("a + b + b:C | plot");
   CHECK(random.coefficients == Names{"a", "b", "b:C"});

@@ -277,6 +277,15 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
   run_without_intercept(works, study, progress);
 }
 
+/// A mixed model on the edge of its range is the best only where no other is left.
+void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
+  if (fit.convergence.boundary.empty()) return;
+  notes.push_back(
+      fmt::format("Every mixed model ends on the edge of its range ({}): these plots do not tell "
+                  "more effects apart.",
+                  fmt::join(fit.convergence.boundary, "; ")));
+}
+
 void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   Level level("random effects", works);
   for (std::size_t i = 0; i < works.size(); ++i) {
@@ -293,6 +302,7 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
     result.random = level.candidates(i);
     if (const auto chosen = choose_random_effects(result.random)) {
       result.nlme = level.result(i, *chosen);
+      note_edge(result.nlme->fit, result.notes);
     }
   }
 }

@@ -128,7 +128,7 @@ class Catalogue(ProgramTest):
     def test_a_value_outside_the_domain_is_bad_input(self):
         self.write("stand.csv", stand_csv() + "06,999,SM,-3,12,0\n")
         error = self.run_program("fit", "stand.csv", "--model", "M4", status=3).stderr
-        self.assertIn("stand.csv:122: dbh: -3 is outside the model's domain dbh > 0", error)
+        self.assertIn("stand.csv:122: dbh: -3 is outside the model's domain 0 < dbh", error)
         self.assertIn("tree 999", error)
 
 

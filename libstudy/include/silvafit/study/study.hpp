@@ -19,7 +19,7 @@ struct StudyOptions {
   std::vector<std::string> responses{"h", "hcb", "cw"};
   std::vector<std::string> covariates{"W", "M", "C", "U"};  ///< as far as the table has them
   std::string group = "plot";                               ///< column of the random effects
-  std::size_t minimum_trees = 50;          ///< of a species with the response measured
+  std::size_t minimum_trees = 100;         ///< of a species with the response measured
   std::size_t maximum_random_effects = 3;  ///< coefficients that vary by plot at once
   unsigned threads = 0;                    ///< 0: as many as there are cores
 };

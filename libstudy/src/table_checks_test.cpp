@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/table_checks.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "reference.hpp"
+
+using namespace silvafit;
+using namespace silvafit::study;
+using Catch::Matchers::Contains;
+
+namespace {
+
+data::Table trees() {
+  data::Table table;
+  data::TextColumn plot;
+  data::TextColumn species;
+  for (const char* text : {"07", "07", "08", "08"}) plot.append(text);
+  for (const char* text : {"SM", "BHN", "SM", "SM"}) species.append(text);
+  table.set("plot", plot);
+  table.set("tree", std::vector<double>{1.0, 2.0, 3.0, 4.0});
+  table.set("species", species);
+  table.set("dbh", std::vector<double>{10.0, 20.0, -3.0, data::kMissing});
+  table.set("h", std::vector<double>{8.0, 15.0, 9.0, 10.0});
+  table.set_origin("trees.csv", {2, 3, 4, 5});
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("a condition chooses rows; where its values are missing it does not hold") {
+  CHECK(rows_where("species == \"SM\"", trees()).rows() == 3);
+  CHECK(rows_where("species == \"SM\" && dbh > 0", trees()).rows() == 1);
+  CHECK(rows_where("tree", trees()).line(3) == 5);
+  CHECK_THROWS_WITH(rows_where("dbh > 99", trees()), Contains("trees.csv: no row meets"));
+  CHECK_THROWS_WITH(rows_where("species == SM", trees()),
+                    Contains("column 12: there is no column 'SM' (text goes in double quotes)"));
+  CHECK_THROWS_WITH(rows_where("species > 1", trees()),
+                    Contains("trees.csv:2: species: 'SM' is not a number (and 3 more) (plot 07"));
+}
+
+TEST_CASE("columns may come from others") {
+  data::Table table = trees();
+  add_columns("d=dbh/100,group=plot,height=h", table);
+  CHECK(table.numbers("d")[1] == 0.2);
+  CHECK(table.text("group")[0] == "07");
+  CHECK(table.numbers("height")[3] == 10.0);
+  CHECK_THROWS_AS(add_columns("d=nothing*2", table), FormulaError);
+  CHECK_THROWS_AS(add_columns("d", table), UsageError);
+}
+
+TEST_CASE("a value outside a model's domain is named with its place") {
+  const Catalogue catalogue = Catalogue::load(test::source_file("models"));
+  CHECK_THROWS_AS(require_domain(catalogue.find("M4"), trees()), DomainError);
+  CHECK_THROWS_WITH(require_domain(catalogue.find("M4"), trees()),
+                    Contains("trees.csv:4: dbh: -3 is outside the model's domain") &&
+                        Contains("(plot 08, tree 3, model M4)"));
+  CHECK_NOTHROW(require_domain(catalogue.find("M4"), rows_where("dbh > 0", trees())));
+  CHECK_THROWS_WITH(require_domain(catalogue.find("M20"), trees()),
+                    Contains("there is no column 'hcb'"));
+}
