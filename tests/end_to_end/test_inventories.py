@@ -80,7 +80,7 @@ class Inventories(ProgramTest):
         self.assertEqual({key[0] for key in StudyFolder(self.folder / "one").fits()}, {names[0]})
 
     def test_one_plot_has_no_mixed_models_and_says_so(self):
-        self.write_rows(rows_of(plots=1, trees=100))
+        self.write_rows(rows_of(plots=1, trees=250))
         folder = self.study("--responses", "h")
         self.assertEqual({role for _, _, role in folder.fits()}, {"ols", "covariates"})
         self.assertEqual(folder.tables["random_effects"], [])
