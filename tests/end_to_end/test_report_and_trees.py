@@ -39,7 +39,10 @@ class ReportAndTrees(unittest.TestCase):
     def test_every_species_and_response_has_a_model_to_rely_on(self):
         results = {(result["species"], result["response"]): result
                    for result in self.folder.report["results"]}
-        self.assertEqual(len(results), 8 * 3)
+        # SD has 109 trees, 96 of them inside the buffer: too few.
+        self.assertEqual(len(results), 7 * 3)
+        self.assertNotIn("SD", {species for species, _ in results})
+        self.assertTrue(any("SD h (96)" in note for note in self.folder.report["notes"]))
         for species in MAIN_SPECIES:
             for response in ("h", "hcb", "cw"):
                 self.assertTrue(results[(species, response)]["converged"], (species, response))
@@ -54,7 +57,7 @@ class ReportAndTrees(unittest.TestCase):
     def test_the_report_opens_in_a_browser(self):
         opened = run_node("SILVAFIT_CHECK_REPORT", self.place / "study" / "report.html")
         self.assertEqual(opened.returncode, 0, opened.stderr)
-        self.assertIn("24 results", opened.stdout)
+        self.assertIn("21 results", opened.stdout)
 
     def grow(self, use):
         scene = f"{use}.glb"
