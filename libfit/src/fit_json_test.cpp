@@ -171,7 +171,7 @@ TEST_CASE("a fit that failed is still an object") {
   const FittedModel fit = fit_model(specification, table).fit;
   const ordered_json json = ordered_json::parse(to_json(fit));
   CHECK(json["converged"] == false);
-  CHECK_THAT(json["verdict"].get<std::string>(), Contains("only 2 observations"));
+  CHECK_THAT(json["verdict"].get<std::string>(), Contains("there are 2: measure more"));
   for (const char* key : {"log_likelihood", "k", "aic", "aicc", "bic", "sigma"}) {
     CHECK(json[key].is_null());
   }

@@ -113,6 +113,18 @@ LindstromBatesState LindstromBates::start(double spread) const {
   return state;
 }
 
+LindstromBatesState LindstromBates::first_order_start() {
+  LindstromBatesState state = start(1.0);
+  Linearisation at;
+  if (!linearise(state, at)) return state;
+  const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
+    return profile_at(at, theta, gradient);
+  };
+  const QuasiNewtonResult best = minimise(objective, state.theta);
+  if (best.x.allFinite()) state.theta = best.x;
+  return state;
+}
+
 bool LindstromBates::linearise(const LindstromBatesState& state, Linearisation& at) {
   const MatrixXd effects = factor_.factor(factor_parameters(state.theta)) * state.spherical;
   MatrixXd coefficients = state.beta.replicate(1, model_.group_count());
@@ -216,7 +228,22 @@ bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Lineari
   return true;
 }
 
+LindstromBatesState LindstromBates::constant_variance_start(int maximum_iterations) {
+  LindstromBatesState state = first_order_start();
+  state.theta.tail(variance_.parameter_count()) = variance_.constant();
+  const LindstromBatesOutcome outcome = alternate(state, maximum_iterations, true);
+  if (outcome.is_valid) state = outcome.state;
+  state.theta.tail(variance_.parameter_count()) = variance_.start();
+  return state;
+}
+
 LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum_iterations) {
+  return alternate(std::move(state), maximum_iterations, false);
+}
+
+LindstromBatesOutcome LindstromBates::alternate(LindstromBatesState state,
+                                                int maximum_iterations,
+                                                bool hold_variance) {
   LindstromBatesOutcome outcome;
   AndersonMixing mixing(4);
   MatrixXd hessian;
@@ -233,7 +260,11 @@ LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum
     }
     state = std::move(trial);
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
-      return profile_at(at, theta, gradient);
+      const double value = profile_at(at, theta, gradient);
+      if (hold_variance && gradient != nullptr) {
+        gradient->tail(variance_.parameter_count()).setZero();
+      }
+      return value;
     };
     const double here = profile_at(at, state.theta, nullptr);
     const QuasiNewtonResult best = minimise(objective, state.theta, hessian);

@@ -35,6 +35,11 @@ class LindstromBates {
 
   /// A start with all random effects zero and standard deviations of a typical size times `spread`.
   LindstromBatesState start(double spread) const;
+  /// A start with the variance components that the model linear around the pooled fit asks for.
+  LindstromBatesState first_order_start();
+  bool has_variance_function() const { return variance_.parameter_count() > 0; }
+  /// A start at the fit of the same model with constant variance.
+  LindstromBatesState constant_variance_start(int maximum_iterations);
   /// Alternates until both steps stand still.
   LindstromBatesOutcome run(LindstromBatesState state, int maximum_iterations);
   /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
@@ -50,6 +55,9 @@ class LindstromBates {
     Eigen::VectorXd mean{};
     Eigen::VectorXd residual{};
   };
+  LindstromBatesOutcome alternate(LindstromBatesState state,
+                                  int maximum_iterations,
+                                  bool hold_variance);
   Eigen::VectorXd factor_parameters(const Eigen::VectorXd& theta) const;
   Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const;
   bool linearise(const LindstromBatesState& state, Linearisation& at);

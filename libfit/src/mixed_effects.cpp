@@ -163,8 +163,10 @@ double pooled_log_likelihood(const NonlinearModel& model, const VectorXd& start)
 
 /// One run, and further ones from inside if it stopped on the edge while the likelihood rises
 /// inwards.
-LindstromBatesOutcome run_from(LindstromBates& engine, double spread, int maximum_iterations) {
-  LindstromBatesOutcome outcome = engine.run(engine.start(spread), maximum_iterations);
+LindstromBatesOutcome run_from(LindstromBates& engine,
+                               const LindstromBatesState& start,
+                               int maximum_iterations) {
+  LindstromBatesOutcome outcome = engine.run(start, maximum_iterations);
   LindstromBatesState inside;
   constexpr int kAttempts = 3;
   for (int attempt = 0; attempt < kAttempts && engine.leave_edge(outcome, inside); ++attempt) {
@@ -175,21 +177,27 @@ LindstromBatesOutcome run_from(LindstromBates& engine, double spread, int maximu
   return outcome;
 }
 
-/// Runs from ever smaller spreads of the random effects, until one stands still above the pooled
-/// fit. A wide start is nearest to most solutions; a narrow one keeps groups that are far from the
-/// pooled fit from running into mirror images of their curves in the first step.
+bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
+  if (!a.is_valid || !b.is_valid) return a.is_valid;
+  if (a.converged != b.converged) return a.converged;
+  return a.log_likelihood > b.log_likelihood + kSameLikelihood;
+}
+
+/// Runs from the first-order start, with a variance function also from the fit without one, and if
+/// none stands still above the pooled fit, from spreads of the random effects from wide to narrow.
+/// A narrow start keeps groups that are far from the pooled fit from running into mirror images of
+/// their curves in the first step.
 LindstromBatesOutcome best_outcome(LindstromBates& engine, double pooled, int maximum_iterations) {
   LindstromBatesOutcome best;
-  for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
-    LindstromBatesOutcome outcome = run_from(engine, spread, maximum_iterations);
+  const auto consider = [&](const LindstromBatesState& start) {
+    LindstromBatesOutcome outcome = run_from(engine, start, maximum_iterations);
     outcome.converged = outcome.converged && outcome.log_likelihood > pooled - kSameLikelihood;
-    const bool better =
-        outcome.is_valid && (!best.is_valid || (outcome.converged && !best.converged) ||
-                             (outcome.converged == best.converged &&
-                              outcome.log_likelihood > best.log_likelihood + kSameLikelihood));
-    if (better) best = std::move(outcome);
-    if (best.converged) break;
-  }
+    if (is_better(outcome, best)) best = std::move(outcome);
+  };
+  consider(engine.first_order_start());
+  if (engine.has_variance_function()) consider(engine.constant_variance_start(maximum_iterations));
+  if (best.converged) return best;
+  for (const double spread : {1.0, 0.1, 0.01, 0.001}) consider(engine.start(spread));
   return best;
 }
 

@@ -46,6 +46,12 @@ VectorXd VarianceModel::start() const {
   return parameters;
 }
 
+VectorXd VarianceModel::constant() const {
+  VectorXd parameters = VectorXd::Zero(parameter_count());
+  if (function_.kind == Kind::kConstantPlusPower) parameters[1] = std::numbers::pi / 2.0;
+  return parameters;
+}
+
 ArrayXd VarianceModel::log_relative(const VectorXd& v) const {
   return (v.array().abs() / typical_).max(kSmallestShare).log();
 }

@@ -26,8 +26,10 @@ class VarianceModel {
   VarianceModel(const VarianceFunction& function, const Eigen::VectorXd& typical_values);
 
   Eigen::Index parameter_count() const { return function_.parameter_count(); }
-  /// Internal parameters of a constant variance, or close to it.
+  /// Internal parameters to start from.
   Eigen::VectorXd start() const;
+  /// Internal parameters of a constant variance.
+  Eigen::VectorXd constant() const;
 
   /// \param v           (N) fitted values or the column
   /// \param parameters  (m) internal

@@ -137,7 +137,7 @@ class Failures(ProgramTest):
         self.write("two.csv", "x,y\n1,2\n2,5\n")
         fit = self.run_json("fit", "two.csv", "--formula", "y ~ a + b*x + c*x^2", status=4)
         self.assertIs(fit["converged"], False)
-        self.assertIn("2 observations for 3 coefficients", fit["verdict"])
+        self.assertIn("there are 2: measure more", fit["verdict"])
         self.assertIsNone(fit["log_likelihood"])
         self.assertIsNone(fit["fixed"]["a"]["estimate"])
 
