@@ -50,7 +50,10 @@ std::vector<std::pair<std::string, std::string>> decisions_of(const Arguments& a
   }
   decisions.emplace_back("Level 1", "fewest parameters within 2 AIC of the best base model");
   decisions.emplace_back(
-      "Level 2", "lowest BIC of covariate subsets on one parameter, likelihood-ratio test at 5 %");
+      "Level 2",
+      record.units
+          ? "lowest BIC of covariate subsets on one parameter, likelihood-ratio test at 5 %"
+          : "left out: no positions, so no structural units");
   decisions.emplace_back(
       "Level 3",
       fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "
@@ -137,7 +140,7 @@ study::StudyRecord make_record(const Arguments& arguments) {
   if (record.inventory.inventory.has_coordinates()) {
     record.units = stand::structural_units(record.inventory.inventory,
                                            unit_options(arguments.units, arguments.common));
-    for (const std::string& note : record.units->notes) say(arguments.common, "Note: " + note);
+    for (const std::string& note : record.units->notes) say(arguments.common, "note: " + note);
   }
   record.table = study::inventory_table(record.inventory.inventory, record.units);
   return record;
@@ -158,7 +161,7 @@ void run(Arguments& arguments) {
           progress.show(stage, done, total);
         });
   }
-  for (const std::string& note : record.study.notes) say(arguments.common, "Note: " + note);
+  for (const std::string& note : record.study.notes) say(arguments.common, "note: " + note);
   record.decisions = decisions_of(arguments, record);
   const std::filesystem::path folder = arguments.out;
   study::write_study(record, catalogue, data_directory() / "viewer" / "report.html", folder);

@@ -47,11 +47,9 @@ void add_criteria(ordered_json& row, const Candidate& candidate) {
 
 void add_test(ordered_json& row, const Candidate& candidate) {
   const auto& test = candidate.test;
-  const bool shown = test.has_value() && candidate.rank > 0;
-  row["likelihood_ratio"] = shown ? number(test->statistic) : ordered_json(nullptr);
-  row["df"] = shown && test->degrees_of_freedom >= 0 ? ordered_json(test->degrees_of_freedom)
-                                                     : ordered_json(nullptr);
-  row["p"] = shown ? number(test->p) : ordered_json(nullptr);
+  row["likelihood_ratio"] = test ? number(test->statistic) : ordered_json(nullptr);
+  row["df"] = test ? ordered_json(test->degrees_of_freedom) : ordered_json(nullptr);
+  row["p"] = test ? number(test->p) : ordered_json(nullptr);
 }
 
 ordered_json base_rows(const ResponseStudy& result, const Catalogue& catalogue) {

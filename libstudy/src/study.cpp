@@ -18,6 +18,9 @@
 namespace silvafit::study {
 namespace {
 
+// A loss of R2 that changes which model to use for plots without measured trees.
+constexpr double kNoticeablyWorse = 0.01;
+
 /// A species and response in work: its trees and what it may use.
 struct Work {
   ResponseStudy result{};
@@ -219,8 +222,10 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
   }
 }
 
+/// Tests against the first candidate; a fit that failed has no likelihood to test.
 void add_tests(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {
+    if (!candidates[i].fit.convergence.converged) continue;
     candidates[i].test = likelihood_ratio_test(candidates[i].fit, candidates[0].fit);
   }
 }
@@ -296,7 +301,8 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
     if (const auto chosen = choose_random_effects(result.random)) {
-      note_edge(result.random[*chosen].fit, result.notes);
+      result.nlme = level.result(i, *chosen);
+      note_edge(result.nlme->fit, result.notes);
     }
   }
 }
@@ -316,6 +322,33 @@ void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback
     if (const auto chosen = choose_variance(result.variance)) {
       result.nlme = level.result(i, *chosen);
     }
+  }
+}
+
+/// The mixed model with b = 0 predicts a typical plot, which may be far from the mean of all plots.
+void note_worse_populations(std::vector<Work>& works) {
+  for (Work& work : works) {
+    ResponseStudy& result = work.result;
+    if (!result.ols || !result.nlme) continue;
+    const double ols = result.ols->fit.population.r2;
+    const double population = result.nlme->fit.population.r2;
+    if (population >= ols - kNoticeablyWorse) continue;
+    result.notes.push_back(
+        fmt::format("For plots without measured trees the base model by least squares predicts "
+                    "better (R2 {:.3f}) than the mixed model with random effects zero (R2 {:.3f}).",
+                    ols,
+                    population));
+  }
+}
+
+void check_responses(const Catalogue& catalogue, const StudyOptions& options) {
+  std::set<std::string> known;
+  for (const BaseModel& model : catalogue.models()) known.insert(model.response);
+  for (const std::string& response : options.responses) {
+    if (known.contains(response)) continue;
+    throw UsageError(fmt::format("the catalogue has no models of '{}'; it has models of {}",
+                                 response,
+                                 fmt::join(known, ", ")));
   }
 }
 
@@ -363,6 +396,7 @@ Study run_study(const data::Table& table,
                 const Catalogue& catalogue,
                 const StudyOptions& options,
                 const ProgressCallback& progress) {
+  check_responses(catalogue, options);
   Study study{.options = options};
   note_what_is_left_out(table, study);
   std::vector<std::string> small;
@@ -387,6 +421,7 @@ Study run_study(const data::Table& table,
   run_covariates(works, study, progress);
   run_random_effects(works, study, progress);
   run_variance(works, study, progress);
+  note_worse_populations(works);
   for (Work& work : works) study.results.push_back(std::move(work.result));
   return study;
 }

@@ -38,7 +38,8 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
 /// The chosen mixed model with each variance function, none first.
 std::vector<Trial> variance_trials(const Candidate& mixed);
 
-/// The largest 5 % test and choices; each marks and ranks, and gives the index of the chosen one.
+/// The choices of the levels (run_study has the rules). Each ranks its candidates, marks the chosen
+/// one and gives its index; nothing if none converged.
 std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates);
 std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates);
 std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates);

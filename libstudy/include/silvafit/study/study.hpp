@@ -87,10 +87,13 @@ using ProgressCallback =
 /// chosen one also without intercept. Level 3: random effects of the plot on every subset of the
 /// coefficients (at most maximum_random_effects), lowest BIC of those that converge away from the
 /// edge; then the variance functions, lowest AIC where the test against a constant variance is
-/// significant at 5 %. All fits of a species and response use the same trees. \param table  an
-/// inventory with our column names, optionally W, M, U, C and `core` (only rows with 1 count)
-/// Deterministic whatever the number of threads. A fit that fails is listed with its reason.
-/// \throws UsageError if an asked-for species or response is not there
+/// significant at 5 %. All fits of a species and response use the same trees. Deterministic
+/// whatever the number of threads. A fit that fails is listed with its reason.
+///
+/// \param table  an inventory with our column names, optionally W, M, U, C and `core` (only rows
+///   with 1 count); a response that it does not have is left out with a note
+/// \throws UsageError if an asked-for species is not there, or the catalogue has no model of a
+///   response
 Study run_study(const data::Table& table,
                 const Catalogue& catalogue,
                 const StudyOptions& options,

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""The files of a study exist, mean what they say, and agree with each other."""
+
+import json
+import math
+import subprocess
+import tempfile
+import unittest
+
+from silvafit_program import PROGRAM
+from study_folder import EXAMPLE, PREDICTIONS, TABLES, StudyFolder, read_csv, statistics_of
+
+RESPONSES = ("h", "hcb", "cw")
+UNITS = ("--window", str(EXAMPLE / "window.geojson"), "--per", "stand")
+
+
+def run(folder, *arguments):
+    return subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True,
+                          timeout=120, check=True)
+
+
+def study(folder, out, *arguments):
+    return run(folder, "study", str(EXAMPLE / "inventory.csv"), "--out", out, "--species", "SM",
+               "--responses", ",".join(RESPONSES), *UNITS, *arguments)
+
+
+class StudyFiles(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        temporary = tempfile.TemporaryDirectory(prefix="silvafit-study-")
+        cls.addClassCleanup(temporary.cleanup)
+        cls.place = temporary.name
+        cls.done = study(cls.place, "study", "--threads", "1")
+        cls.folder = StudyFolder(f"{cls.place}/study")
+
+    def assert_close(self, actual, expected, digits=1e-9):
+        self.assertTrue(math.isclose(float(actual), expected, rel_tol=digits, abs_tol=digits),
+                        f"{actual} is not {expected}")
+
+    def test_all_files_of_the_contract_are_there(self):
+        wanted = {"library.json", "indices.csv", "predictions.csv", "excluded.csv", "report.html",
+                  "run.json"} | {f"tables/{name}.csv" for name in TABLES}
+        self.assertEqual(set(self.folder.files()), wanted)
+
+    def test_run_says_what_was_done(self):
+        run_record = self.folder.run
+        self.assertEqual(run_record["fits"], sum(stage["fits"] for stage in run_record["stages"]))
+        rows = sum(len(self.folder.tables[name])
+                   for name in ("candidates", "covariates", "random_effects", "variance_functions"))
+        self.assertEqual(run_record["fits"], rows)
+        self.assertTrue(all(stage["seconds"] >= 0 for stage in run_record["stages"]))
+        self.assertIn("--window", run_record["command"])
+        self.assertEqual(run_record["input"]["fingerprint"],
+                         self.folder.library["inventory"]["fingerprint"])
+
+    def test_stdout_names_the_report_and_stderr_is_for_messages(self):
+        self.assertIn("study/report.html", self.done.stdout)
+        for response in RESPONSES:
+            self.assertIn(f" {response} ", self.done.stdout)
+        self.assertNotIn("R2", self.done.stderr)
+
+    def test_json_is_all_of_stdout(self):
+        done = study(self.place, "again", "--json", "--quiet")
+        summary = json.loads(done.stdout)
+        self.assertEqual(done.stderr, "")
+        self.assertEqual([row["response"] for row in summary["results"]], list(RESPONSES))
+        for row in summary["results"]:
+            fits = self.folder.fits()
+            nlme = fits[("SM", row["response"], "nlme")]
+            self.assertEqual(row["r2_nlme"], nlme["statistics"]["conditional"]["r2"])
+            self.assertEqual(row["n"], nlme["n"])
+
+    def test_threads_change_no_byte(self):
+        study(self.place, "threads/study", "--threads", "2")
+        other = StudyFolder(f"{self.place}/threads/study")
+        files = self.folder.files()
+        others = other.files()
+        self.assertEqual(set(files), set(others))
+        for name in set(files) - {"run.json", "report.html"}:
+            self.assertEqual(files[name], others[name], name)
+        report, other_report = self.folder.report, other.report
+        self.assertNotEqual(report.pop("command"), other_report.pop("command"))
+        self.assertEqual(report, other_report)
+
+    def test_indices_are_those_of_the_command_indices(self):
+        run(self.place, "indices", str(EXAMPLE / "inventory.csv"), "--out", "indices.csv", *UNITS)
+        with open(f"{self.place}/indices.csv", "rb") as file:
+            self.assertEqual(file.read(), self.folder.files()["indices.csv"])
+
+    def test_predictions_carry_the_inventory_and_the_indices(self):
+        inventory = read_csv(EXAMPLE / "inventory.csv")
+        indices = read_csv(self.folder.folder / "indices.csv")
+        self.assertEqual(len(self.folder.predictions), len(inventory))
+        for row, tree, unit in zip(self.folder.predictions, inventory, indices):
+            for name in ("plot", "tree", "species"):
+                self.assertEqual(row[name], tree[name])
+            for name in ("x", "y", "dbh", "h", "hcb", "cw"):
+                self.assertEqual(float(row[name]), float(tree[name]))
+            for name in ("core", "W", "M", "U", "C"):
+                self.assertEqual(row[name], unit[name])
+
+    def test_statistics_are_those_of_the_predictions(self):
+        for response in RESPONSES:
+            for row in self.folder.table("statistics", "SM", response):
+                column = PREDICTIONS.get((row["level"], row["prediction"]))
+                if column is None:
+                    continue
+                with self.subTest(response=response, prediction=column):
+                    pairs = self.folder.pairs("SM", response, column)
+                    self.assertEqual(int(row["n"]), len(pairs))
+                    for name, value in statistics_of(pairs).items():
+                        self.assert_close(row[name], value)
+
+    def test_criteria_follow_from_likelihood_and_parameters(self):
+        trees = {response: self.folder.fits()[("SM", response, "ols")]["n"]
+                 for response in RESPONSES}
+        for name in ("candidates", "covariates", "random_effects", "variance_functions",
+                     "statistics"):
+            for row in self.folder.tables[name]:
+                if not row["log_likelihood"]:
+                    continue
+                deviance = -2 * float(row["log_likelihood"])
+                self.assert_close(row["aic"], deviance + 2 * int(row["k"]))
+                self.assert_close(row["bic"],
+                                  deviance + int(row["k"]) * math.log(trees[row["response"]]))
+
+    def test_tables_hold_what_the_library_holds(self):
+        for (species, response, role), fit in self.folder.fits().items():
+            rows = [row for row in self.folder.table("statistics", species, response)
+                    if row["level"] == role]
+            for row in rows:
+                self.assertEqual(float(row["log_likelihood"]), fit["log_likelihood"])
+                self.assertEqual(float(row["r2"]), fit["statistics"][row["prediction"]]["r2"])
+            estimates = {row["coefficient"]: row
+                         for row in self.folder.table("estimates", species, response)
+                         if row["level"] == role}
+            self.assertEqual(set(estimates), set(fit["fixed"]))
+            for name, coefficient in fit["fixed"].items():
+                self.assertEqual(float(estimates[name]["estimate"]), coefficient["estimate"])
+                self.assertEqual(float(estimates[name]["se"]), coefficient["se"])
+                self.assert_close(estimates[name]["t"],
+                                  coefficient["estimate"] / coefficient["se"])
+            if role != "nlme":
+                continue
+            components = {row["component"]: float(row["value"])
+                          for row in self.folder.table("variance_components", species, response)}
+            self.assertEqual(components["sigma"], fit["sigma"])
+            for name, deviation in zip(fit["random"]["effects"], fit["random"]["sd"]):
+                self.assertEqual(components[f"sd({name})"], deviation)
+
+    def test_one_row_of_each_level_is_chosen_and_is_the_model_of_the_library(self):
+        levels = {"candidates": "ols", "covariates": "covariates", "variance_functions": "nlme"}
+        for response in RESPONSES:
+            for name, role in levels.items():
+                chosen = [row for row in self.folder.table(name, "SM", response)
+                          if row["chosen"] == "yes"]
+                self.assertEqual(len(chosen), 1, (response, name))
+                self.assert_close(chosen[0]["log_likelihood"],
+                                  self.folder.fits()[("SM", response, role)]["log_likelihood"])
+
+    def test_gain_is_the_difference_of_r2_in_percent_points(self):
+        for result in self.folder.report["results"]:
+            r2 = {(row["level"], row["prediction"]): float(row["r2"])
+                  for row in self.folder.table("statistics", "SM", result["response"])}
+            for prediction in ("population", "conditional"):
+                self.assert_close(result["gain"][prediction],
+                                  100 * (r2[("nlme", prediction)] - r2[("ols", "population")]))
+
+    def test_report_shows_the_fits_of_the_library(self):
+        for result in self.folder.report["results"]:
+            for role, shown in result["fits"].items():
+                kept = dict(self.folder.fits()[("SM", result["response"], role)])
+                kept.pop("seconds")
+                self.assertEqual(shown, kept)
+            observations = result["observations"]
+            pairs = self.folder.pairs("SM", result["response"], "conditional")
+            self.assertEqual(observations["observed"], [observed for observed, _ in pairs])
+            for shown, (_, predicted) in zip(observations["conditional"], pairs):
+                self.assert_close(shown, predicted)
+
+    def test_library_gives_the_same_predictions_in_another_run(self):
+        for level, column in (("conditional", "conditional"), ("population", "population")):
+            run(self.place, "predict", "study/library.json", "study/predictions.csv", "--level",
+                level, "--out", "predicted.csv")
+            predicted = read_csv(f"{self.place}/predicted.csv")
+            for row in predicted:
+                for response in RESPONSES:
+                    self.assertEqual(row[f"{response}_pred"], row[f"{response}_{column}"])
+
+
+if __name__ == "__main__":
+    unittest.main()
