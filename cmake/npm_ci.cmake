@@ -16,8 +16,9 @@ execute_process(COMMAND ${NPM} ci --no-audit --no-fund --ignore-scripts --loglev
 if(NOT status EQUAL 0)
   message(FATAL_ERROR
     "npm could not install what ${SOURCE}/package-lock.json names; its own message stands above.\n"
-    "Where the network is missing: connect and run make again, nothing else is lost.\n"
+    "Where the network is missing: connect, then run make again.\n"
     "Where npm needs a proxy or a mirror: `npm config set proxy URL` or `npm config set registry URL`.\n"
     "Without the report page: cmake --preset release -DSILVAFIT_BUILD_VIEWER=OFF")
 endif()
 file(COPY_FILE ${SOURCE}/package-lock.json ${installed})
+file(TOUCH ${installed})
