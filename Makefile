@@ -1,10 +1,11 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps configure build demo test format check-format clean
+.PHONY: help deps configure build demo test sanitize tidy coverage format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build, and run a whole study on the example"
 	@echo "make test    the same, and run every test"
 	@echo "make build   the program, at build/bin/silvafit"
+	@echo "make sanitize, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make format  rewrite the sources as .clang-format says"
 
 deps:
@@ -21,6 +22,20 @@ demo: build
 
 test: build
 	@ctest --preset release -j 2
+
+# The presets leave out the tests that mostly run npm, Chromium or the compiler; a whole study stands in for them.
+sanitize: deps
+	@cmake --preset asan-ubsan && cmake --build --preset asan-ubsan && ctest --preset asan-ubsan -j 2
+	@build-asan-ubsan/bin/silvafit study examples/fir-mixed/inventory.csv --out build-asan-ubsan/study
+
+tidy: deps
+	@./scripts/install-dependencies packages-debian12-tidy.txt
+	@cmake --preset tidy && cmake --build --preset tidy
+
+coverage: deps
+	@cmake --preset coverage && cmake --build --preset coverage && ctest --preset coverage -j 2
+	@build-coverage/bin/silvafit study examples/fir-mixed/inventory.csv --out build-coverage/study
+	@./scripts/coverage build-coverage
 
 format:
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i

@@ -3,9 +3,11 @@
 include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/silvafit)
+set(SILVAFIT_INSTALL_DATADIR ${CMAKE_INSTALL_DATADIR}/silvafit)
 install(EXPORT silvafitTargets NAMESPACE silvafit:: DESTINATION ${package_dir})
 configure_package_config_file(cmake/silvafitConfig.cmake.in
-  ${PROJECT_BINARY_DIR}/silvafitConfig.cmake INSTALL_DESTINATION ${package_dir})
+  ${PROJECT_BINARY_DIR}/silvafitConfig.cmake INSTALL_DESTINATION ${package_dir}
+  PATH_VARS SILVAFIT_INSTALL_DATADIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/silvafitConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/silvafitConfig.cmake

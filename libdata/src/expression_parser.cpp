@@ -168,7 +168,7 @@ class Parser {
       ++position_;
       return make_operation(Operation::kNot, signed_power());
     }
-    const NodePointer base = primary();
+    NodePointer base = primary();
     if (!accept("^")) return base;
     return make_operation(Operation::kPower, base, signed_power());
   }

@@ -267,6 +267,7 @@ std::vector<double> evaluate(const Expression& expression, const Table& table) {
     inputs.push_back({.name = name});
     columns.push_back(variable_values(name, table));
   }
+  pointers.reserve(columns.size());
   for (const auto& column : columns) pointers.push_back(column.data());
   const Program program(std::span(&expression, 1), inputs);
   std::vector<double> result(table.rows());

@@ -11,7 +11,7 @@ namespace {
 
 data::Expression equation_of_age(const JsonEntry& entry, const std::string& field) {
   try {
-    const data::Expression equation = data::Expression::parse(entry.get<std::string>(field));
+    data::Expression equation = data::Expression::parse(entry.get<std::string>(field));
     for (const std::string& name : equation.variables()) {
       if (name != "age") throw UsageError("knows only `age`, not `" + name + "`");
     }

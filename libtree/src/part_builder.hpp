@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "silvafit/tree/mesh.hpp"
@@ -56,7 +57,7 @@ class PartBuilder {
 
 /// Linear 0 .. 1 as a byte.
 inline std::uint8_t to_byte(double value) {
-  return static_cast<std::uint8_t>(255.0 * std::clamp(value, 0.0, 1.0) + 0.5);
+  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
 }
 
 }  // namespace silvafit::tree

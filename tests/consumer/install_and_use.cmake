@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+# cmake -DBUILD=... -DWORK=... -DCOMPILER=... -DVERSION=... [-DVIEWER=ON] [-DFLAGS=...] -P install_and_use.cmake
+#   Installs a build into WORK/installed, looks at what is there, runs the program from there, and builds
+#   and runs the project beside this script with it.
+set(installed ${WORK}/installed)
+set(consumer ${WORK}/consumer)
+
+function(run what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${status}):\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+function(expect_file path)
+  if(NOT EXISTS ${installed}/${path})
+    message(FATAL_ERROR "not installed: ${path}")
+  endif()
+endfunction()
+
+# Installed anew each time: a file that is no longer installed must be missed.
+file(REMOVE_RECURSE ${installed})
+run("installing" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${installed})
+
+file(GLOB public_headers RELATIVE ${CMAKE_CURRENT_LIST_DIR}/../..
+     ${CMAKE_CURRENT_LIST_DIR}/../../lib*/include/silvafit/*/*.hpp)
+if(NOT public_headers)
+  message(FATAL_ERROR "no public headers beside this script")
+endif()
+foreach(header ${public_headers})
+  string(REGEX REPLACE "^lib[a-z]+/" "" header ${header})
+  expect_file(${header})
+endforeach()
+expect_file(share/silvafit/models/base.schema.json)
+expect_file(share/silvafit/models/taper/zeng.json)
+if(VIEWER)
+  expect_file(share/silvafit/viewer/report.html)
+endif()
+
+# From a folder that is not the checkout's, without the variable that tests set.
+unset(ENV{SILVAFIT_DATA_DIR})
+set(program ${installed}/bin/silvafit)
+if(EXISTS ${program})
+  run("silvafit --version" ${program} --version)
+  if(NOT output STREQUAL "silvafit ${VERSION}\n")
+    message(FATAL_ERROR "silvafit --version says ${output}")
+  endif()
+  run("silvafit models" ${program} models --json)
+  file(GLOB entries ${installed}/share/silvafit/models/base/*.json)
+  list(LENGTH entries expected)
+  string(REGEX MATCHALL "\"id\": *\"M[0-9]+\"" listed "${output}")
+  list(LENGTH listed count)
+  if(expected EQUAL 0 OR NOT count EQUAL expected)
+    message(FATAL_ERROR "silvafit models lists ${count} of ${expected} installed models:\n${output}")
+  endif()
+endif()
+
+run("configuring the consumer" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${consumer} -G Ninja
+    -DCMAKE_PREFIX_PATH=${installed} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
+run("building the consumer" ${CMAKE_COMMAND} --build ${consumer})
+run("running the consumer" ${consumer}/consumer)
+message("${output}")
+
+# What is ours alone stays in our build: no path of the checkout or of the build tree is installed.
+file(GLOB package_files ${installed}/lib*/cmake/silvafit/*.cmake ${installed}/lib*/*/cmake/silvafit/*.cmake)
+if(NOT package_files)
+  message(FATAL_ERROR "no package files are installed")
+endif()
+foreach(file ${package_files})
+  file(READ ${file} text)
+  foreach(word ${BUILD}/ silvafit_build_options kainjow)
+    string(FIND "${text}" "${word}" at)
+    if(NOT at EQUAL -1)
+      message(FATAL_ERROR "${file} mentions ${word}")
+    endif()
+  endforeach()
+endforeach()

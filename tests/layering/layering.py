@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Holds the sources to the order of the libraries: layering.py ROOT prints each breach and fails if there is one.
+
+A library includes headers of itself and of the libraries below it only. Its public headers show nothing
+but the standard library, Eigen, the names (not the classes) of nlohmann-json, and our own public headers:
+what else it is built with stays its own business. Headers have no `using namespace`, and every source
+says its licence on top.
+"""
+
+import os
+import pathlib
+import re
+import sys
+
+MAY_INCLUDE = {
+    "base": set(),
+    "data": {"base"},
+    "fit": {"base", "data"},
+    "stand": {"base", "data"},
+    "tree": {"base", "data"},
+    "study": {"base", "data", "fit", "stand", "tree"},
+}
+
+LICENCE = re.compile(r"(//|#|/\*|<!--) SPDX-License-Identifier: MIT")
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
+USING_NAMESPACE = re.compile(r"^\s*using\s+namespace\b")
+STANDARD_HEADER = re.compile(r"[a-z0-9_]+")
+SOURCE_SUFFIXES = {".cpp", ".hpp", ".cmake", ".py", ".js", ".mjs"}
+
+
+def sources(root):
+    """Every source below root, without build trees, npm's packages and hidden folders."""
+    for folder, subfolders, files in os.walk(root):
+        subfolders[:] = sorted(
+            name for name in subfolders
+            if name != "node_modules" and not name.startswith(".")
+            and not (pathlib.Path(folder) == root and re.fullmatch(r"build(-.*)?", name)))
+        for name in sorted(files):
+            path = pathlib.Path(folder, name)
+            if path.suffix in SOURCE_SUFFIXES or name == "CMakeLists.txt":
+                yield path
+
+
+def library_of(path):
+    """The library whose folder a source is in: "fit" for libfit/..., None outside of all libraries."""
+    top = path.parts[0]
+    return top[3:] if top.startswith("lib") and len(path.parts) > 1 else None
+
+
+def is_public_header(path):
+    return library_of(path) is not None and path.parts[1] == "include"
+
+
+def breach_of_include(path, header):
+    """What is wrong with a source including a header, or None."""
+    library = library_of(path)
+    if header.startswith("silvafit/"):
+        other = header.split("/")[1]
+        if library is not None and other != library and other not in MAY_INCLUDE[library]:
+            return f"lib{library} must not know lib{other} ({header})"
+        return None
+    if is_public_header(path):
+        allowed = (STANDARD_HEADER.fullmatch(header) or header.startswith("Eigen/")
+                   or header == "nlohmann/json_fwd.hpp")
+        return None if allowed else f"a public header must not show {header}"
+    if library is not None and header.startswith("CLI/"):
+        return f"only the program reads command lines ({header})"
+    return None
+
+
+def breaches(root):
+    """All breaches below root, each as "path:line: what"."""
+    root = pathlib.Path(root)
+    found = []
+    for file in sources(root):
+        path = file.relative_to(root)
+        lines = file.read_text(encoding="utf-8").splitlines()
+        library = library_of(path)
+        if library is not None and library not in MAY_INCLUDE:
+            found.append(f"{path}:1: lib{library} has no place in the order of the libraries")
+            continue
+        head = lines[1:2] if lines and lines[0].startswith("#!") else lines[:1]
+        if not (head and LICENCE.match(head[0])):
+            found.append(f"{path}:1: the first line is not the SPDX line")
+        if path.suffix not in {".cpp", ".hpp"}:
+            continue
+        for number, line in enumerate(lines, start=1):
+            include = INCLUDE.match(line)
+            what = breach_of_include(path, include[1]) if include else None
+            if path.suffix == ".hpp" and USING_NAMESPACE.match(line):
+                what = "a header must not say `using namespace`"
+            if what:
+                found.append(f"{path}:{number}: {what}")
+    return found
+
+
+if __name__ == "__main__":
+    all_breaches = breaches(sys.argv[1])
+    print("\n".join(all_breaches))
+    sys.exit(1 if all_breaches else 0)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""layering.py finds each kind of breach, and only those: small trees of sources with one breach each."""
+
+import pathlib
+import tempfile
+import unittest
+
+from layering import breaches
+
+SPDX = "// SPDX-License-Identifier: MIT\n"
+
+
+class Layering(unittest.TestCase):
+    def found(self, files):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in files.items():
+                path = pathlib.Path(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+            return breaches(folder)
+
+    def test_a_tree_in_order_passes(self):
+        self.assertEqual(self.found({
+            "libfit/include/silvafit/fit/model.hpp": SPDX + '#pragma once\n#include <Eigen/Core>\n'
+            '#include <nlohmann/json_fwd.hpp>\n#include <vector>\n#include "silvafit/data/table.hpp"\n',
+            "libfit/src/model.cpp": SPDX + '#include <ceres/ceres.h>\n#include "silvafit/base/error.hpp"\n'
+            '#include "own.hpp"\nusing namespace std::literals;\n',
+            "libstudy/src/study.cpp": SPDX + '#include "silvafit/tree/crown.hpp"\n#include "silvafit/fit/fit.hpp"\n',
+            "cli/main.cpp": SPDX + '#include <CLI/CLI.hpp>\n#include "silvafit/stand/window.hpp"\n',
+            "scripts/tool.py": "#!/usr/bin/env python3\n# SPDX-License-Identifier: MIT\n",
+            "build/generated.cpp": "int generated;\n",
+            "build-dev/generated.cpp": "int generated;\n",
+            "viewer/node_modules/package/index.js": "export {};\n",
+        }), [])
+
+    def test_a_library_may_not_look_up_or_sideways(self):
+        for library, header in [("base", "data"), ("data", "fit"), ("fit", "stand"), ("fit", "tree"),
+                                ("stand", "fit"), ("stand", "tree"), ("tree", "fit"), ("tree", "stand"),
+                                ("tree", "study")]:
+            with self.subTest(library=library, header=header):
+                self.assertEqual(
+                    self.found({f"lib{library}/src/a.cpp": SPDX + f'#include "silvafit/{header}/b.hpp"\n'}),
+                    [f"lib{library}/src/a.cpp:2: lib{library} must not know lib{header} (silvafit/{header}/b.hpp)"])
+
+    def test_tests_of_a_library_are_held_to_its_place(self):
+        self.assertEqual(len(self.found({
+            "libfit/src/a_test.cpp": SPDX + '#include <silvafit/tree/mesh.hpp>\n'})), 1)
+
+    def test_a_public_header_shows_no_one_elses(self):
+        for header in ["ceres/ceres.h", "tiny_gltf.h", "nanoflann.hpp", "boost/geometry.hpp",
+                       "nlohmann/json.hpp", "kainjow/mustache.hpp", "tbb/parallel_for.h", "CLI/CLI.hpp",
+                       "fmt/format.h", "private.hpp"]:
+            with self.subTest(header=header):
+                self.assertEqual(
+                    self.found({"libstudy/include/silvafit/study/a.hpp": SPDX + f"# include <{header}>\n"}),
+                    [f"libstudy/include/silvafit/study/a.hpp:2: a public header must not show {header}"])
+
+    def test_only_the_program_reads_command_lines(self):
+        self.assertEqual(len(self.found({"libstudy/src/a.cpp": SPDX + "#include <CLI/CLI.hpp>\n"})), 1)
+
+    def test_a_header_opens_no_namespace_for_others(self):
+        for name in ["libfit/include/silvafit/fit/a.hpp", "libfit/src/a.hpp", "tests/support/a.hpp"]:
+            with self.subTest(name=name):
+                self.assertEqual(self.found({name: SPDX + "  using namespace std;\n"}),
+                                 [f"{name}:2: a header must not say `using namespace`"])
+
+    def test_a_source_says_its_licence_on_top(self):
+        for name in ["libfit/src/a.cpp", "libfit/CMakeLists.txt", "cmake/a.cmake", "tests/a.py", "viewer/src/a.js"]:
+            with self.subTest(name=name):
+                self.assertEqual(self.found({name: "\n" + SPDX}),
+                                 [f"{name}:1: the first line is not the SPDX line"])
+                self.assertEqual(len(self.found({name: ""})), 1)
+
+    def test_a_library_without_a_place_is_not_overlooked(self):
+        self.assertEqual(self.found({"libnew/src/a.cpp": SPDX}),
+                         ["libnew/src/a.cpp:1: libnew has no place in the order of the libraries"])
+
+
+if __name__ == "__main__":
+    unittest.main()
