@@ -71,6 +71,10 @@ class Stagnation {
 constexpr double kStartDivisor = 0.375;
 // Directions of L that are smaller by this factor hold no random effects that count.
 constexpr double kSmallestPivot = 1e-6;
+// Moves of the variance components that have to be shorter than this lead nowhere.
+constexpr double kShortestMove = 1e-2;
+// Coordinates are chosen anew when a column of the Jacobian has become this much larger or smaller.
+constexpr double kUnsuitable = 4.0;
 // Enough to settle once the linearisation has; before that, more would be wasted.
 constexpr int kThetaSteps = 30;
 // One alternation has converged when it moves theta by less than 1e-6 standard errors.
@@ -81,8 +85,9 @@ constexpr double kConvergedDecrement = 1e-12;
 LindstromBates::LindstromBates(const NonlinearModel& model, const VectorXd& start)
     : model_(model),
       random_(random_columns(model)),
-      scale_(natural_scales(model, start)),
-      start_(start.cwiseQuotient(scale_)),
+      start_(start),
+      natural_scale_(natural_scales(model, start)),
+      scale_(natural_scale_),
       factor_(model.specification().covariance, chosen(scale_, random_)),
       variance_(model.specification().variance,
                 model.specification().variance.column.empty()
@@ -104,10 +109,12 @@ const VectorXd& LindstromBates::variance_variable(const Linearisation& at) const
   return variance_column_.size() > 0 ? variance_column_ : at.mean;
 }
 
-LindstromBatesState LindstromBates::start(double spread) const {
+LindstromBatesState LindstromBates::start(double spread) {
+  adopt_scale(natural_scale_);
   const auto q = static_cast<Index>(random_.size());
   LindstromBatesState state{
-      .beta = start_,
+      .scale = natural_scale_,
+      .beta = start_.cwiseQuotient(natural_scale_),
       .spherical = MatrixXd::Zero(q, model_.group_count()),
       .theta = VectorXd(factor_.parameter_count() + variance_.parameter_count())};
   // In scaled coordinates the mean square of each column of Z is one at the start.
@@ -140,9 +147,32 @@ LindstromBatesState LindstromBates::first_order_start() {
   const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
     return profile_at(at, theta, gradient);
   };
-  const QuasiNewtonResult best = minimise(objective, state.theta);
+  const QuasiNewtonResult best =
+      minimise(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
   if (best.x.allFinite()) state.theta = best.x;
   return state;
+}
+
+void LindstromBates::adopt_scale(const VectorXd& scale) {
+  scale_ = scale;
+  factor_ = RelativeFactor(model_.specification().covariance, chosen(scale_, random_));
+}
+
+bool LindstromBates::rescale(LindstromBatesState& state, Linearisation& at) {
+  const auto n = static_cast<double>(model_.observations());
+  VectorXd size = (at.model.design.colwise().norm() / std::sqrt(n)).transpose();
+  for (double& value : size) {
+    if (!std::isfinite(value) || value == 0.0) value = 1.0;
+  }
+  if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
+  const MatrixXd factor =
+      chosen(size, random_).asDiagonal() * factor_.factor(factor_parameters(state.theta));
+  state.scale = state.scale.cwiseQuotient(size);
+  state.beta = state.beta.cwiseProduct(size);
+  at.model.design = at.model.design * size.cwiseInverse().asDiagonal();
+  adopt_scale(state.scale);
+  state.theta.head(factor_.parameter_count()) = factor_.from_factor(factor);
+  return true;
 }
 
 bool LindstromBates::linearise(const LindstromBatesState& state, Linearisation& at) {
@@ -190,7 +220,9 @@ double LindstromBates::profile_at(const Linearisation& at,
   if (gradient != nullptr) {
     gradient->resize(theta.size());
     gradient->head(factor_.parameter_count()) = factor_.gradient(value.by_factor);
-    if (variance_.parameter_count() > 0) {
+    if (hold_variance_) {
+      gradient->tail(variance_.parameter_count()).setZero();
+    } else if (variance_.parameter_count() > 0) {
       gradient->tail(variance_.parameter_count()) =
           variance_gradient(at.model, moments, scale, factor, value);
     }
@@ -291,27 +323,32 @@ LindstromBatesState LindstromBates::with_free_variance(const LindstromBatesState
 }
 
 LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum_iterations) {
+  adopt_scale(state.scale);
   LindstromBatesOutcome outcome;
   AndersonMixing mixing(4);
   MatrixXd hessian;
   Linearisation at;
-  VectorXd plain = state.theta;  // where to go if the mixed proposal fails
+  LindstromBatesState last = state;  // where the two steps have last succeeded
+  double length = 1.0;
   Stagnation stagnation;
   for (int iteration = 1; iteration <= maximum_iterations; ++iteration) {
     LindstromBatesState trial = state;
     if (!penalised_least_squares(trial, at)) {
-      if (state.theta == plain) break;
+      // Too far for the mean function: less far from where the last round stood.
+      length *= 0.5;
+      if (!outcome.is_valid || length < kShortestMove) break;
       mixing.restart();
-      state = with_theta(state, plain);
+      state = with_theta(last, last.theta + length * (state.theta - last.theta));
       continue;
     }
+    length = 1.0;
     state = std::move(trial);
+    if (rescale(state, at)) {
+      mixing.restart();
+      hessian.resize(0, 0);
+    }
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
-      const double value = profile_at(at, theta, gradient);
-      if (hold_variance_ && gradient != nullptr) {
-        gradient->tail(variance_.parameter_count()).setZero();
-      }
-      return value;
+      return profile_at(at, theta, gradient);
     };
     const double here = profile_at(at, state.theta, nullptr);
     const QuasiNewtonResult best =
@@ -326,7 +363,7 @@ LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum
     outcome.decrement = change.size() > 0 ? change.dot(hessian * change) : 0.0;
     outcome.converged = outcome.decrement <= kConvergedDecrement;
     if (outcome.converged || stagnation.after(outcome.decrement)) break;
-    plain = best.x;
+    last = state;
     state = with_theta(state, mixing.next(state.theta, best.x));
   }
   return outcome;
@@ -335,6 +372,7 @@ LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum
 bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside) {
   if (random_.empty() || !outcome.is_valid) return false;
   inside = outcome.state;
+  adopt_scale(inside.scale);
   Linearisation at;
   if (!linearise(inside, at)) return false;
   const LinearMixedProfile here = profile_of(at, inside.theta);
@@ -362,6 +400,7 @@ bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromB
 
 MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   const LindstromBatesState& state = outcome.state;
+  adopt_scale(state.scale);
   Linearisation at;
   linearise(state, at);
   const LinearMixedProfile value = profile_of(at, state.theta);

@@ -14,6 +14,7 @@ namespace silvafit::fit {
 
 /// Where an alternation stands.
 struct LindstromBatesState {
+  Eigen::VectorXd scale{};      ///< (p) one unit of each scaled coefficient
   Eigen::VectorXd beta{};       ///< (p) scaled coefficients
   Eigen::MatrixXd spherical{};  ///< (q x G) v with b = L v, scaled
   Eigen::VectorXd theta{};      ///< parameters of L, then of the variance function
@@ -34,7 +35,7 @@ class LindstromBates {
   LindstromBates(const NonlinearModel& model, const Eigen::VectorXd& start);
 
   /// A start with all random effects zero and standard deviations of a typical size times `spread`.
-  LindstromBatesState start(double spread) const;
+  LindstromBatesState start(double spread);
   /// A start with the variance components that the model linear around the pooled fit asks for.
   LindstromBatesState first_order_start();
   bool has_variance_function() const { return variance_.parameter_count() > 0; }
@@ -65,6 +66,10 @@ class LindstromBates {
                                  const Eigen::VectorXd& theta) const;
   Eigen::VectorXd factor_parameters(const Eigen::VectorXd& theta) const;
   Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const;
+  /// Works in the units of a state from now on.
+  void adopt_scale(const Eigen::VectorXd& scale);
+  /// Measures a state in units that suit the linearisation at it, if they have changed by much.
+  bool rescale(LindstromBatesState& state, Linearisation& at);
   bool linearise(const LindstromBatesState& state, Linearisation& at);
   const Eigen::VectorXd& variance_variable(const Linearisation& at) const;
   bool penalised_least_squares(LindstromBatesState& state, Linearisation& at);
@@ -84,8 +89,9 @@ class LindstromBates {
 
   const NonlinearModel& model_;
   std::vector<Eigen::Index> random_;
-  Eigen::VectorXd scale_;  ///< (p) one unit of a scaled coefficient
-  Eigen::VectorXd start_;  ///< (p) in scaled coordinates
+  Eigen::VectorXd start_;          ///< (p) coefficients of the pooled fit
+  Eigen::VectorXd natural_scale_;  ///< (p) units at the pooled fit
+  Eigen::VectorXd scale_;          ///< (p) units in use, those of the state at work
   RelativeFactor factor_;
   VarianceModel variance_;
   Eigen::VectorXd variance_column_;  ///< (N), empty when of the fitted value

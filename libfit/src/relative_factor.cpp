@@ -75,6 +75,13 @@ VectorXd RelativeFactor::from_covariance(const MatrixXd& relative_covariance) co
   return parameters;
 }
 
+VectorXd RelativeFactor::from_factor(const MatrixXd& factor) const {
+  if (form_ != Covariance::kIdentity) return gradient(factor);
+  VectorXd result(parameter_count());
+  if (size() > 0) result[0] = factor.diagonal().dot(identity_) / identity_.squaredNorm();
+  return result;
+}
+
 VectorXd RelativeFactor::gradient(const MatrixXd& by_factor) const {
   VectorXd result(parameter_count());
   if (size() == 0) return result;

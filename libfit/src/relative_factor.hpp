@@ -27,6 +27,8 @@ class RelativeFactor {
   Eigen::VectorXd from_diagonal(const Eigen::VectorXd& diagonal) const;
   /// Parameters of the factor of a positive semidefinite D, as far as the form can hold it.
   Eigen::VectorXd from_covariance(const Eigen::MatrixXd& relative_covariance) const;
+  /// Parameters of a factor that has the form.
+  Eigen::VectorXd from_factor(const Eigen::MatrixXd& factor) const;
   /// dF/d parameters from dF/dL.
   Eigen::VectorXd gradient(const Eigen::MatrixXd& by_factor) const;
 

@@ -39,10 +39,9 @@ VarianceModel::VarianceModel(const VarianceFunction& function, const VectorXd& t
 }
 
 VectorXd VarianceModel::start() const {
-  VectorXd parameters = VectorXd::Zero(parameter_count());
-  if (function_.kind == Kind::kConstantPlusPower) {
-    parameters << 0.5, std::numbers::pi / 4.0;
-  }
+  // Between a constant variance and one that grows in proportion.
+  VectorXd parameters = VectorXd::Constant(parameter_count(), 0.5);
+  if (function_.kind == Kind::kConstantPlusPower) parameters[1] = std::numbers::pi / 4.0;
   return parameters;
 }
 
