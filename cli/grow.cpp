@@ -32,6 +32,7 @@ struct GrowCommand {
   std::string preset;
   std::string scene;
   std::string out;
+  std::string builder = "segment";
   std::string format = "glb";
   std::vector<std::string> plots;
   std::vector<std::string> columns;
@@ -310,6 +311,9 @@ void add_grow_command(CLI::App& program) {
       ->type_name("DIR");
   command->add_option("--format", options->format, "File format")
       ->check(CLI::IsMember({"glb"}))
+      ->capture_default_str();
+  command->add_option("--builder", options->builder, "How trees are built")
+      ->check(CLI::IsMember({"segment"}))
       ->capture_default_str();
   command->add_option("--plot", options->plots, "Plots to grow, separated by commas (default: all)")
       ->delimiter(',');

@@ -177,4 +177,3 @@ TEST_CASE("mixed models of public data agree with nlme", "[reference][slow]") {
     check_against(reference, table, "number");
   }
 }
-
