@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -130,6 +131,26 @@ std::string verdict_of(const MixedEffectsFit& fit) {
         fit.floored_variances);
   }
   return verdict;
+}
+
+/// Why penalised least squares found no first step.
+std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(start, mean, &jacobian, workspace);
+  for (Index j = 0; j < jacobian.cols(); ++j) jacobian.col(j).normalize();
+  const Eigen::ColPivHouseholderQR<MatrixXd> solver(jacobian);
+  if (jacobian.allFinite() && solver.rank() < jacobian.cols()) {
+    const Index last = solver.colsPermutation().indices()[jacobian.cols() - 1];
+    return fmt::format(
+        "Not converged: the data cannot tell {} apart from the other coefficients. Drop it, or "
+        "what "
+        "it depends on.",
+        model.coefficient_names()[static_cast<std::size_t>(last)]);
+  }
+  return "Not converged: the first penalised least-squares step found no finite point. Try fewer "
+         "random effects, or a model that the pooled data fit better.";
 }
 
 MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::string verdict) {
@@ -273,13 +294,8 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
   LindstromBates engine(model, start);
   const LindstromBatesOutcome outcome =
       best_outcome(engine, pooled_log_likelihood(model, start), options.maximum_iterations);
-  MixedEffectsFit fit = outcome.is_valid
-                            ? engine.result(outcome)
-                            : failed(model,
-                                     start,
-                                     "Not converged: the first penalised least-squares step found "
-                                     "no finite point. Try fewer "
-                                     "random effects, or a model that the pooled data fit better.");
+  MixedEffectsFit fit =
+      outcome.is_valid ? engine.result(outcome) : failed(model, start, why_no_step(model, start));
   fit.coefficient_names = model.coefficient_names();
   fit.group_labels = model.group_labels();
   if (model.specification().random) fit.random_names = model.specification().random->coefficients;

@@ -62,6 +62,14 @@ std::vector<std::size_t> rows_against(const data::Expression& condition, const d
   return rows;
 }
 
+/// Where a column comes from that inventories lack.
+std::string origin_of(const std::string& name) {
+  const bool is_index = name == "W" || name == "M" || name == "U" || name == "C";
+  return is_index ? ". It is a structural index: `silvafit indices` computes it, and the "
+                    "predictions.csv of a study has it"
+                  : "";
+}
+
 }  // namespace
 
 Place place_of(const data::Table& table, std::size_t row, std::string_view column) {
@@ -103,10 +111,11 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
     data::TextMatch match;
     if (data::is_text_match(name, match)) continue;
     if (!table.has(name)) {
-      throw InputError(
-          fmt::format(
-              "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")),
-          {.file = table.file()});
+      throw InputError(fmt::format("there is no column '{}'; the columns are {}{}",
+                                   name,
+                                   fmt::join(table.names(), ", "),
+                                   origin_of(name)),
+                       {.file = table.file()});
     }
     if (table.is_numeric(name)) continue;
     const data::TextColumn& column = table.text(name);

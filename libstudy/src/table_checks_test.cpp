@@ -59,3 +59,7 @@ TEST_CASE("a value outside a model's domain is named with its place") {
   CHECK_THROWS_WITH(require_domain(catalogue.find("M20"), trees()),
                     Contains("there is no column 'hcb'"));
 }
+
+TEST_CASE("a missing structural index comes with the way to get it") {
+  CHECK_THROWS_WITH(require_numbers(trees(), {"C"}), Contains("silvafit indices"));
+}

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/mixed_effects.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "relative_factor.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using silvafit::Random;
+using silvafit::data::Table;
+using silvafit::data::TextColumn;
+using namespace silvafit::fit;
+
+namespace {
+
+constexpr int kGroups = 8;
+constexpr int kRows = 6;
+
+Table one_way(double between, double within) {
+  Random random(5);
+  Table table;
+  TextColumn plot;
+  std::vector<double> y;
+  for (int i = 0; i < kGroups; ++i) {
+    const double effect = random.normal(0.0, between);
+    for (int j = 0; j < kRows; ++j) {
+      plot.append(std::to_string(i));
+      y.push_back(10.0 + effect + random.normal(0.0, within));
+    }
+  }
+  table.set("plot", plot);
+  table.set("y", y);
+  return table;
+}
+
+/// Balanced one-way layout: its maximum-likelihood estimates are known in closed form.
+struct OneWay {
+  double mean = 0.0;
+  double between = 0.0;  ///< sum of squares between groups
+  double within = 0.0;   ///< sum of squares within groups
+
+  explicit OneWay(const Table& table) {
+    const auto y = table.numbers("y");
+    for (const double value : y) mean += value / static_cast<double>(y.size());
+    for (int i = 0; i < kGroups; ++i) {
+      double group = 0.0;
+      for (int j = 0; j < kRows; ++j) group += y[i * kRows + j] / kRows;
+      between += kRows * (group - mean) * (group - mean);
+      for (int j = 0; j < kRows; ++j) within += std::pow(y[i * kRows + j] - group, 2);
+    }
+  }
+};
+
+ModelSpecification one_way_model(const Table& table) {
+  ModelSpecification model = specify_model("y ~ mu", {}, table);
+  model.random = RandomEffects{.coefficients = {"mu"}, .group = "plot"};
+  return model;
+}
+
+/// Trees of a growth curve whose limit differs by plot.
+Table curves(double scale) {
+  Random random(77);
+  Table table;
+  TextColumn plot;
+  std::vector<double> dbh;
+  std::vector<double> h;
+  for (int i = 0; i < 15; ++i) {
+    const double limit = 25.0 + random.normal(0.0, 3.0);
+    for (int j = 0; j < 20; ++j) {
+      plot.append(std::to_string(i));
+      dbh.push_back(random.uniform(5.0, 45.0));
+      const double mean = limit * (1.0 - std::exp(-0.07 * dbh.back()));
+      h.push_back(scale * (mean + random.normal(0.0, 0.05 * mean)));
+    }
+  }
+  table.set("plot", plot);
+  table.set("dbh", dbh);
+  table.set("h", h);
+  return table;
+}
+
+MixedEffectsFit fit_curves(const Table& table, double scale, VarianceFunction::Kind kind) {
+  ModelSpecification model = specify_model("h ~ a*(1 - exp(-b*dbh))", {}, table);
+  model.random = RandomEffects{.coefficients = {"a"}, .group = "plot"};
+  model.variance.kind = kind;
+  return fit_lindstrom_bates(NonlinearModel(model, table), Eigen::Vector2d(20.0 * scale, 0.1));
+}
+
+}  // namespace
+
+TEST_CASE("a balanced one-way layout has the closed-form solution") {
+  const Table table = one_way(2.0, 1.0);
+  const OneWay sums(table);
+  const double sigma2 = sums.within / (kGroups * (kRows - 1));
+  const double psi = (sums.between / kGroups - sigma2) / kRows;
+  const MixedEffectsFit fit =
+      fit_lindstrom_bates(NonlinearModel(one_way_model(table), table), VectorXd::Constant(1, 9.0));
+  REQUIRE(fit.convergence.converged);
+  CHECK(fit.convergence.boundary.empty());
+  // Converged means within 1e-6 standard errors.
+  CHECK(fit.estimate[0] == Approx(sums.mean).epsilon(1e-12));
+  CHECK(fit.sigma * fit.sigma == Approx(sigma2).epsilon(1e-6));
+  CHECK(fit.random_covariance(0, 0) == Approx(psi).epsilon(1e-6));
+  const double n = kGroups * kRows;
+  const double log_likelihood =
+      -0.5 * (n * std::log(2.0 * std::numbers::pi) + kGroups * (kRows - 1) * std::log(sigma2) +
+              kGroups * std::log(sigma2 + kRows * psi) + n);
+  CHECK(fit.log_likelihood == Approx(log_likelihood).epsilon(1e-12));
+  CHECK(fit.parameter_count == 3);
+}
+
+TEST_CASE("a variance that is zero is found to be so and named") {
+  // Groups that differ less than chance: the closed form would be negative, the maximum is at zero.
+  Table table = one_way(0.0, 1.0);
+  std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
+  for (int i = 0; i < kGroups; ++i) {
+    double group = 0.0;
+    for (int j = 0; j < kRows; ++j) group += y[i * kRows + j] / kRows;
+    for (int j = 0; j < kRows; ++j) y[i * kRows + j] -= group;
+  }
+  table.set("y", y);
+  const MixedEffectsFit fit =
+      fit_lindstrom_bates(NonlinearModel(one_way_model(table), table), VectorXd::Constant(1, 0.1));
+  CHECK(fit.convergence.converged);
+  CHECK(fit.convergence.boundary == std::vector<std::string>{"sd(mu) = 0"});
+  CHECK(fit.convergence.verdict.find("On the edge") != std::string::npos);
+  const OneWay sums(table);
+  const double n = kGroups * kRows;
+  CHECK(fit.log_likelihood ==
+        Approx(least_squares_log_likelihood(sums.within, static_cast<Index>(n))).epsilon(1e-12));
+}
+
+TEST_CASE("a change of unit rescales the answer and nothing else") {
+  using Kind = VarianceFunction::Kind;
+  for (const Kind kind : {Kind::kNone, Kind::kPower}) {
+    const MixedEffectsFit metres = fit_curves(curves(1.0), 1.0, kind);
+    const MixedEffectsFit millimetres = fit_curves(curves(1000.0), 1000.0, kind);
+    REQUIRE(metres.convergence.converged);
+    REQUIRE(millimetres.convergence.converged);
+    // Each stands within 1e-6 standard errors of its optimum; the likelihood is flat to second
+    // order there.
+    CHECK(millimetres.estimate[0] == Approx(1000.0 * metres.estimate[0]).epsilon(1e-7));
+    CHECK(millimetres.estimate[1] == Approx(metres.estimate[1]).epsilon(1e-7));
+    CHECK(millimetres.random_sd()[0] == Approx(1000.0 * metres.random_sd()[0]).epsilon(1e-5));
+    CHECK(millimetres.log_likelihood + 300.0 * std::log(1000.0) ==
+          Approx(metres.log_likelihood).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("simulated curves give their truth back") {
+  const MixedEffectsFit fit = fit_curves(curves(1.0), 1.0, VarianceFunction::Kind::kPower);
+  REQUIRE(fit.convergence.converged);
+  // Within three standard errors; those of the deviations are about sd / sqrt(2 (G - 1)).
+  const VectorXd errors = fit.standard_errors();
+  CHECK(fit.estimate[0] == Approx(25.0).margin(3.0 * errors[0]));
+  CHECK(fit.estimate[1] == Approx(0.07).margin(3.0 * errors[1]));
+  CHECK(fit.random_sd()[0] == Approx(3.0).margin(3.0 * 3.0 / std::sqrt(28.0)));
+  CHECK(fit.variance.delta == Approx(1.0).margin(0.3));
+  // The variance function contains a constant variance.
+  CHECK(fit.log_likelihood >
+        fit_curves(curves(1.0), 1.0, VarianceFunction::Kind::kNone).log_likelihood);
+}
+
+TEST_CASE("constant plus power is never below the functions it contains") {
+  const Table table = curves(1.0);
+  using Kind = VarianceFunction::Kind;
+  const double both = fit_curves(table, 1.0, Kind::kConstantPlusPower).log_likelihood;
+  // Two linearisations at nearly the same point differ by a few 1e-6.
+  CHECK(both >= fit_curves(table, 1.0, Kind::kPower).log_likelihood - 1e-5);
+  CHECK(both >= fit_curves(table, 1.0, Kind::kNone).log_likelihood - 1e-5);
+}
+
+TEST_CASE("a factor holds the covariance that its form can hold") {
+  const VectorXd scales = Eigen::Vector3d(0.5, 2.0, 10.0);
+  MatrixXd covariance(3, 3);
+  covariance << 4.0, 1.0, -0.5, 1.0, 2.0, 0.3, -0.5, 0.3, 1.0;
+  const RelativeFactor general(Covariance::kGeneral, scales);
+  const MatrixXd factor = general.factor(general.from_covariance(covariance));
+  CHECK((factor * factor.transpose() - covariance).norm() < 1e-13);
+  CHECK(factor(0, 2) == 0.0);
+  CHECK((general.factor(general.from_factor(factor)) - factor).norm() == 0.0);
+
+  const RelativeFactor identity(Covariance::kIdentity, scales);
+  const MatrixXd multiple = identity.factor(VectorXd::Constant(1, 2.0));
+  // In the effects' own units all have the same deviation.
+  const VectorXd own = scales.cwiseProduct(multiple.diagonal());
+  CHECK((own.array() - own[0]).abs().maxCoeff() < 1e-14);
+  CHECK(identity.from_factor(multiple)[0] == Approx(2.0).epsilon(1e-14));
+}
+
+TEST_CASE("confounded coefficients are no result") {
+  const Table table = one_way(2.0, 1.0);
+  ModelSpecification model = specify_model("y ~ mu + nu", {}, table);
+  model.random = RandomEffects{.coefficients = {"mu"}, .group = "plot"};
+  const MixedEffectsFit fit =
+      fit_lindstrom_bates(NonlinearModel(model, table), Eigen::Vector2d(5.0, 5.0));
+  CHECK_FALSE(fit.convergence.converged);
+  INFO(fit.convergence.verdict);
+  CHECK(fit.convergence.verdict.find("apart") != std::string::npos);
+}
+
+TEST_CASE("a start of the wrong size is refused") {
+  const Table table = one_way(1.0, 1.0);
+  CHECK_THROWS_AS(
+      fit_lindstrom_bates(NonlinearModel(one_way_model(table), table), VectorXd::Zero(2)),
+      silvafit::UsageError);
+}
