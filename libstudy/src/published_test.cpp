@@ -73,7 +73,8 @@ TEST_CASE("RMSE, number of trees and log-likelihood of the published height mode
 }
 
 TEST_CASE("AIC and log-likelihood of the published base models agree on the parameters") {
-  for (const json& model : shanxia()["models"]) {
+  const json document = shanxia();
+  for (const json& model : document["models"]) {
     if (model["level"] != "base") continue;
     INFO(model["id"]);
     const auto parameters = static_cast<double>(model["fixed"].size()) + 1.0;
