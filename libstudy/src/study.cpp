@@ -245,15 +245,11 @@ void run_without_intercept(std::vector<Work>& works,
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     for (Candidate& candidate : level.candidates(i)) {
-      candidate.test = likelihood_ratio_test(candidate.fit, result.covariates[0].fit);
+      // Not nested in level 1, so there is no likelihood-ratio test: the criterion alone decides.
       result.covariates.push_back(std::move(candidate));
-      // Not nested in level 1: it must beat the model with intercept by the criterion alone.
-      Candidate& added = result.covariates.back();
-      if (added.test->degrees_of_freedom <= 0) added.test->p = 0.0;
       if (choose_covariates(result.covariates) == result.covariates.size() - 1) {
         result.with_covariates = level.result(i, 0);
       }
-      if (added.test->degrees_of_freedom <= 0) added.test.reset();
     }
   }
 }

@@ -56,13 +56,13 @@ std::optional<std::size_t> mark(std::vector<Candidate>& candidates, std::size_t 
   return chosen;
 }
 
-/// The first in order that is significantly better than the first candidate, or the first candidate
-/// itself.
+/// The first in order whose test is significant. Candidates without a test stand on their rank: the
+/// reference of the tests, and what is not nested with it.
 std::optional<std::size_t> first_significant(std::vector<Candidate>& candidates,
                                              const std::vector<std::size_t>& order) {
   for (const std::size_t i : order) {
-    const bool is_reference = !candidates[i].test.has_value();
-    if (is_reference || candidates[i].test->p < kSignificant) return mark(candidates, i);
+    const bool is_untested = !candidates[i].test.has_value();
+    if (is_untested || candidates[i].test->p < kSignificant) return mark(candidates, i);
   }
   return std::nullopt;
 }
