@@ -69,18 +69,32 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 /// Group names keep their spelling ("07") unless a condition takes them for numbers.
 data::CsvTableOptions reading_options(const FitArguments& arguments) {
   if (arguments.random.empty()) return {};
-  const std::string group = fit::parse_random_effects(arguments.random).group;
-  if (!arguments.where.empty() &&
-      contains(data::Expression::parse(arguments.where).variables(), group)) {
-    return {};
+  data::CsvTableOptions options;
+  for (const fit::RandomEffects& effects : fit::parse_random_effects(arguments.random)) {
+    const bool is_compared =
+        !arguments.where.empty() &&
+        contains(data::Expression::parse(arguments.where).variables(), effects.group);
+    if (!is_compared) options.text_columns.push_back(effects.group);
   }
-  return {.text_columns = {group}};
+  return options;
 }
 
 data::Table read_data(const FitArguments& arguments) {
   data::Table table = data::read_csv_table(arguments.data, reading_options(arguments));
   study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
   return arguments.where.empty() ? table : study::rows_where(arguments.where, table);
+}
+
+void set_covariance(fit::ModelSpecification& specification, fit::Covariance covariance) {
+  for (auto* const random : {&specification.random, &specification.outer_random}) {
+    if (*random) (*random)->covariance = covariance;
+  }
+}
+
+void require_column(const data::Table& table, const std::string& name) {
+  if (table.has(name)) return;
+  throw UsageError(fmt::format(
+      "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")));
 }
 
 /// What all models of a command have in common.
@@ -91,14 +105,17 @@ void complete(Task& task, const FitArguments& arguments, const data::Table& tabl
     fit::add_random_effects(specification, arguments.random, table);
   }
   if (!arguments.covariance.empty()) {
-    specification.covariance = fit::parse_covariance(arguments.covariance);
+    set_covariance(specification, fit::parse_covariance(arguments.covariance));
   }
   if (!arguments.variance.empty()) {
     specification.variance = fit::parse_variance_function(arguments.variance);
   }
   std::vector<std::string> columns = specification.predictors();
   columns.push_back(specification.formula.left);
-  if (!specification.variance.column.empty()) columns.push_back(specification.variance.column);
+  for (const fit::VarianceFactor& factor : specification.variance.factors) {
+    if (!factor.column.empty()) columns.push_back(factor.column);
+    if (!factor.stratum.empty()) require_column(table, factor.stratum);
+  }
   study::require_numbers(table, columns);
   if (!arguments.method.empty()) task.options.method = fit::parse_method(arguments.method);
   task.options.start = parse_start(arguments.start);

@@ -20,7 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Kind = VarianceFunction::Kind;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -35,7 +34,7 @@ void check_method(const ModelSpecification& specification, Method method) {
   if (!specification.random && method == Method::kLindstromBates) {
     throw UsageError("the method lb needs random effects; without them use ols or gnls");
   }
-  if (method == Method::kOrdinary && specification.variance.kind != Kind::kNone) {
+  if (method == Method::kOrdinary && !specification.variance.is_constant()) {
     throw UsageError("the method ols has no variance function; use gnls");
   }
 }
@@ -66,7 +65,7 @@ FitResult described(const NonlinearModel& model, Method method) {
   fit.excluded = static_cast<Index>(model.excluded());
   fit.coefficient_names = model.coefficient_names();
   fit.ranges = ranges_of(model);
-  fit.variance.function = model.specification().variance;
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
   if (model.specification().random) {
     fit.random_names = model.specification().random->coefficients;
     fit.group_labels = model.group_labels();
@@ -101,8 +100,9 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
     fit.random_covariance = std::move(found.random_covariance);
     fit.random_effects = std::move(found.random_effects);
   }
-  fit.variance = found.variance;
-  fit.sigma = std::isinf(found.variance.constant) ? found.residual_sd.mean() : found.sigma;
+  fit.outer = std::move(found.outer);
+  fit.variance = std::move(found.variance);
+  fit.sigma = found.sigma;
   fit.log_likelihood = found.log_likelihood;
   fit.parameter_count = found.parameter_count;
   fit.convergence = std::move(found.convergence);
@@ -120,8 +120,7 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
   fit.sigma = kNaN;
   fit.log_likelihood = kNaN;
   fit.parameter_count = 0;
-  fit.variance.delta = kNaN;
-  fit.variance.constant = kNaN;
+  fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.convergence = {.verdict =
                          "Not converged: the least-squares fit to start from failed. " + reason};
 }
@@ -148,7 +147,7 @@ Method parse_method(std::string_view text) {
 
 Method default_method(const ModelSpecification& specification) {
   if (specification.random) return Method::kLindstromBates;
-  return specification.variance.kind == Kind::kNone ? Method::kOrdinary : Method::kGeneralised;
+  return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralised;
 }
 
 double FittedModel::aic() const { return fit::aic(log_likelihood, parameter_count); }
@@ -182,19 +181,9 @@ MatrixXd FittedModel::random_correlation() const {
   return MixedEffectsFit{.random_covariance = random_covariance}.random_correlation();
 }
 
-VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& v) const {
-  switch (variance.function.kind) {
-    case Kind::kNone:
-      break;
-    case Kind::kExponential:
-      return sigma * (variance.delta * v.array()).exp();
-    case Kind::kPower:
-      return sigma * v.array().abs().pow(variance.delta);
-    case Kind::kConstantPlusPower:
-      if (std::isinf(variance.constant)) break;
-      return sigma * (variance.constant + v.array().abs().pow(variance.delta));
-  }
-  return (v.array().isNaN()).select(kNaN, VectorXd::Constant(v.size(), sigma));
+VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,
+                                  const data::Table& table) const {
+  return sigma * relative_sd(variance, fitted, table);
 }
 
 FitResult fit_model(const ModelSpecification& specification,

@@ -81,10 +81,12 @@ void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
   std::vector<std::string>& boundary = fit.convergence.boundary;
   boundary = vanished_effects(fit, mean_slopes(model, fit));
   if (boundary.empty()) boundary = dependent_effects(fit);
-  if (std::isinf(fit.variance.constant)) boundary.emplace_back("the variance is constant");
-  if (fit.variance.function.kind == VarianceFunction::Kind::kConstantPlusPower &&
-      fit.variance.constant < 1e-8) {
-    boundary.emplace_back("the constant of the variance function = 0");
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.factor.constant) continue;
+    if (factor.constant.array().isInf().any()) boundary.emplace_back("the variance is constant");
+    if ((factor.constant.array() < 1e-8).any()) {
+      boundary.emplace_back("the constant of the variance function = 0");
+    }
   }
 }
 
@@ -168,7 +170,7 @@ MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::
   fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
   fit.fitted_conditional = fit.fitted_population;
   fit.residual_sd = fit.fitted_population;
-  fit.variance.function = model.specification().variance;
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
   fit.convergence.verdict = std::move(verdict);
   return fit;
 }

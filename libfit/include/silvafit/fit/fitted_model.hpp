@@ -56,6 +56,7 @@ struct FittedModel {
   std::vector<std::string> group_labels{};  ///< (G)
   Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
   Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs
+  OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
   /// Where constant-plus-power has become a constant variance, its constant is infinite and sigma
   /// the residual standard deviation itself.
   VarianceEstimate variance{};
@@ -80,9 +81,10 @@ struct FittedModel {
   Eigen::VectorXd random_sd() const;
   /// (q x q); NaN off the diagonal where a standard deviation is zero.
   Eigen::MatrixXd random_correlation() const;
-  /// (N) residual standard deviation by the variance function.
-  /// \param v  (N) fitted values, or the column that the function is of
-  Eigen::VectorXd residual_sd(const Eigen::Ref<const Eigen::VectorXd>& v) const;
+  /// (N) residual standard deviation of a table's rows by the variance function.
+  /// \param fitted  (N) fitted values of the rows
+  Eigen::VectorXd residual_sd(const Eigen::Ref<const Eigen::VectorXd>& fitted,
+                              const data::Table& table) const;
 };
 
 /// The fit and what it says of each observation.

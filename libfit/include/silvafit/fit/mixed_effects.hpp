@@ -16,12 +16,12 @@ struct MixedEffectsOptions {
   int maximum_iterations = 200;  ///< alternations of the two steps
 };
 
-/// Estimated parameters of a variance function, by R nlme's definitions.
-struct VarianceEstimate {
-  VarianceFunction function{};
-  double delta = 0.0;  ///< exponent or rate; 0 without a variance function
-  double constant =
-      0.0;  ///< of constant-plus-power; infinite where it has become a constant variance
+/// Estimated random effects of the coarser of two nested groupings: r coefficients, S groups.
+struct OuterRandomEffects {
+  std::vector<std::string> names{};   ///< (r), empty without a coarser grouping
+  std::vector<std::string> labels{};  ///< (S)
+  Eigen::MatrixXd covariance{};       ///< (r x r)
+  Eigen::MatrixXd effects{};          ///< (r x S) EBLUPs
 };
 
 /// A fitted model: y_ij = f(beta + b_i; x_ij) + e_ij, b_i ~ N(0, Psi), Var e_ij = sigma^2 g_ij^2.
@@ -36,6 +36,7 @@ struct MixedEffectsFit {
   std::vector<std::string> group_labels{};  ///< (G)
   Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
   Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs: modes given the data
+  OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
   double sigma = 0.0;
   VarianceEstimate variance{};
   double log_likelihood = 0.0;
