@@ -94,8 +94,7 @@ VarianceFactor parse_factor(std::string_view text, Part part) {
   if (factor.kind == Kind::kStratum) {
     factor.stratum = std::exchange(factor.column, "");
     if (factor.stratum.empty()) {
-      throw FormulaError(
-          "stratum needs a column, as in stratum(species)", text, part.begin + 1);
+      throw FormulaError("stratum needs a column, as in stratum(species)", text, part.begin + 1);
     }
   }
   return factor;
@@ -117,8 +116,7 @@ std::string arguments_text(const VarianceFactor& factor) {
 }
 
 /// (N) the number of the stratum of each row, -1 where the factor does not know it.
-std::vector<Index> strata_of(const VarianceFactorEstimate& estimate,
-                             const data::Table& table) {
+std::vector<Index> strata_of(const VarianceFactorEstimate& estimate, const data::Table& table) {
   std::vector<Index> strata(table.rows(), 0);
   if (estimate.factor.stratum.empty()) return strata;
   const data::TextColumn labels = table.labels(estimate.factor.stratum);

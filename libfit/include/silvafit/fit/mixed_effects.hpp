@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace silvafit::fit {
 
 struct MixedEffectsOptions {
   int maximum_iterations = 200;  ///< alternations of the two steps
+  /// Restricted maximum likelihood instead of maximum likelihood: of the model that is linear
+  /// around the estimates (R nlme's REML).
+  bool reml = false;
+  /// Called with one line for each iteration, if given.
+  std::function<void(const std::string&)> trace{};
 };
 
 /// Estimated random effects of the coarser of two nested groupings: r coefficients, S groups.

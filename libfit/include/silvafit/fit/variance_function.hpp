@@ -18,9 +18,9 @@ namespace silvafit::fit {
 struct VarianceFactor {
   enum class Kind { kExponential, kPower, kConstantPlusPower, kStratum };
   Kind kind = Kind::kPower;
-  std::string column{};   ///< empty: the fitted value
-  std::string stratum{};  ///< column whose values have parameters of their own; empty: none
-  std::optional<double> delta{};     ///< held at this value, not estimated
+  std::string column{};           ///< empty: the fitted value
+  std::string stratum{};          ///< column whose values have parameters of their own; empty: none
+  std::optional<double> delta{};  ///< held at this value, not estimated
   std::optional<double> constant{};  ///< held at this value, not estimated
 
   /// Estimated parameters of one stratum: at most 1, 1, 2, 1.
