@@ -6,8 +6,8 @@
 
 namespace silvafit::fit {
 
-/// The best of runs from several starts. Without a variance function, all starts are tried until one
-/// converges; with one, the fit with constant variance, which it contains, is a start as well.
+/// The best of runs from several starts. Without a variance function, all starts are tried until
+/// one converges; with one, the fit with constant variance, which it contains, is a start as well.
 LindstromBatesOutcome search_lindstrom_bates(const NonlinearModel& model,
                                              const Eigen::VectorXd& start,
                                              LindstromBates& engine,

@@ -78,14 +78,8 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
       search_lindstrom_bates(model, start, engine, options.maximum_iterations);
   MixedEffectsFit fit =
       outcome.is_valid ? engine.result(outcome) : failed(model, start, why_no_step(model, start));
-  fit.coefficient_names = model.coefficient_names();
-  fit.group_labels = model.group_labels();
-  if (model.specification().random) fit.random_names = model.specification().random->coefficients;
-  // nlme's count: observations less groups less coefficients, the first of which the groups absorb.
-  const auto groups = model.specification().random ? static_cast<double>(model.group_count()) : 1.0;
-  fit.degrees_of_freedom =
-      static_cast<double>(model.observations()) - groups - static_cast<double>(start.size() - 1);
-  if (outcome.is_valid) judge(model, fit);
+  describe(model, fit);
+  if (outcome.is_valid) judge(model, fit, Rounds::kAlternations);
   return fit;
 }
 

@@ -94,26 +94,55 @@ int information_rank(const MixedEffectsFit& fit) {
       (solver.eigenvalues().array() > kConfounded * solver.eigenvalues().maxCoeff()).count());
 }
 
-std::string verdict_of(const MixedEffectsFit& fit) {
-  const Convergence& convergence = fit.convergence;
-  if (!convergence.converged) {
+/// How far the fit still is from where it would rest, in standard errors.
+double distance(const MixedEffectsFit& fit) {
+  return std::sqrt(std::max(0.0, fit.convergence.gradient));
+}
+
+std::string failure(const MixedEffectsFit& fit, Rounds rounds) {
+  if (rounds == Rounds::kAlternations) {
     return fmt::format(
         "Not converged after {} alternations: the variance components still move by {:.2g} "
-        "standard "
-        "errors. Try fewer random effects or a diagonal covariance.",
-        convergence.iterations,
-        std::sqrt(std::max(0.0, convergence.gradient)));
+        "standard errors. Try the method laplace, fewer random effects or a diagonal covariance.",
+        fit.convergence.iterations,
+        distance(fit));
   }
+  const std::string where =
+      std::isfinite(fit.convergence.gradient)
+          ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
+          : "the best point found is no maximum of the likelihood";
+  return fmt::format(
+      "Not converged after {} evaluations of the likelihood: {}. Try fewer random effects, a "
+      "diagonal covariance or a simpler variance function.",
+      fit.convergence.iterations,
+      where);
+}
+
+std::string success(const MixedEffectsFit& fit, Rounds rounds) {
+  constexpr double kResolved = 1e-9;
+  const double step = std::max(kResolved, distance(fit));
+  if (rounds == Rounds::kAlternations) {
+    return fmt::format(
+        "Converged after {} alternations: the next would move nothing by more than {:.0e} standard "
+        "errors.",
+        fit.convergence.iterations,
+        step);
+  }
+  return fmt::format(
+      "Converged after {} evaluations: the likelihood has its maximum within {:.0e} standard "
+      "errors of here.",
+      fit.convergence.iterations,
+      step);
+}
+
+std::string verdict_of(const MixedEffectsFit& fit, Rounds rounds) {
+  const Convergence& convergence = fit.convergence;
+  if (!convergence.converged) return failure(fit, rounds);
   if (convergence.rank < fit.estimate.size()) {
     return "Converged, but the data cannot tell all coefficients apart: their estimates depend "
-           "linearly on "
-           "each other. Drop a covariate or a parameter.";
+           "linearly on each other. Drop a covariate or a parameter.";
   }
-  std::string verdict = fmt::format(
-      "Converged after {} alternations: the next would move nothing by more than {:.0e} standard "
-      "errors.",
-      convergence.iterations,
-      std::max(1e-9, std::sqrt(std::max(0.0, convergence.gradient))));
+  std::string verdict = success(fit, rounds);
   if (!convergence.boundary.empty()) {
     verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
                            fmt::join(convergence.boundary, "; "));
@@ -129,10 +158,25 @@ std::string verdict_of(const MixedEffectsFit& fit) {
 
 }  // namespace
 
-void judge(const NonlinearModel& model, MixedEffectsFit& fit) {
+void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  fit.coefficient_names = model.coefficient_names();
+  fit.group_labels = model.group_labels();
+  if (specification.random) fit.random_names = specification.random->coefficients;
+  if (specification.outer_random) {
+    fit.outer.names = specification.outer_random->coefficients;
+    fit.outer.labels = model.outer_labels();
+  }
+  // nlme's count: observations less groups less coefficients, the first of which the groups absorb.
+  const auto groups = specification.random ? static_cast<double>(model.group_count()) : 1.0;
+  fit.degrees_of_freedom = static_cast<double>(model.observations()) - groups -
+                           static_cast<double>(model.coefficient_count() - 1);
+}
+
+void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {
   fit.convergence.rank = information_rank(fit);
   name_boundary(model, fit);
-  fit.convergence.verdict = verdict_of(fit);
+  fit.convergence.verdict = verdict_of(fit, rounds);
 }
 
 }  // namespace silvafit::fit

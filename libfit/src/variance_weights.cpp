@@ -303,6 +303,26 @@ VarianceEstimate VarianceModel::estimate(const VectorXd& parameters) const {
   return result;
 }
 
+VectorXd VarianceModel::parameters(const VarianceEstimate& estimate) const {
+  VectorXd result(parameter_count());
+  for (const Quantity& quantity : quantities_) {
+    const VarianceFactorEstimate& of = estimate.factors[quantity.factor];
+    auto target = result.segment(quantity.first, quantity.count);
+    if (of.factor.kind == Kind::kStratum) {
+      target = of.ratio.tail(quantity.count).array().log();
+    } else if (quantity.name.starts_with("delta")) {
+      const bool is_rate = of.factor.kind == Kind::kExponential;
+      target = of.delta * (is_rate ? typical_[quantity.factor] : 1.0);
+    } else if (quantity.strata >= 0 || of.factor.delta) {
+      target = of.constant.cwiseSqrt();
+    } else {
+      const double odds = of.constant[0] / std::pow(typical_[quantity.factor], of.delta[0]);
+      target[0] = std::atan(std::sqrt(odds));
+    }
+  }
+  return result;
+}
+
 double VarianceModel::sigma_factor(const VectorXd& parameters) const {
   double result = 1.0;
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {

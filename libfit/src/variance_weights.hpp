@@ -77,6 +77,8 @@ class VarianceModel {
   Eigen::Index floored(const Eigen::VectorXd& fitted) const;
 
   VarianceEstimate estimate(const Eigen::VectorXd& parameters) const;
+  /// Internal parameters of an estimate; NaN where it is.
+  Eigen::VectorXd parameters(const VarianceEstimate& estimate) const;
   /// The factor from the internal residual scale to nlme's sigma; a factor whose constant is
   /// infinite counts as 1.
   double sigma_factor(const Eigen::VectorXd& parameters) const;
