@@ -20,8 +20,9 @@ class MarginalCoordinates {
                       Eigen::Index variance_parameters,
                       Eigen::VectorXd unit);
 
-  Eigen::Index size() const { return beta_ + outer_.parameter_count() + inner_.parameter_count() +
-                                     variance_ + 1; }
+  Eigen::Index size() const {
+    return beta_ + outer_.parameter_count() + inner_.parameter_count() + variance_ + 1;
+  }
   MarginalPoint point(const Eigen::VectorXd& x) const;
   Eigen::VectorXd gradient(const MarginalValue& value) const;
   /// \param outer, inner  covariances Psi in the coefficients' own units
@@ -32,9 +33,7 @@ class MarginalCoordinates {
   Eigen::Index beta_count() const { return beta_; }
   /// Where the parameters of the factors are in x.
   Eigen::Index factor_begin() const { return beta_; }
-  Eigen::Index factor_count() const {
-    return outer_.parameter_count() + inner_.parameter_count();
-  }
+  Eigen::Index factor_count() const { return outer_.parameter_count() + inner_.parameter_count(); }
   /// x with the covariance of a grouping in scaled units made larger in one direction.
   Eigen::VectorXd widened(const Eigen::VectorXd& x,
                           bool is_outer,

@@ -57,8 +57,7 @@ void check(const NonlinearModel& model, Integration integration, const MarginalO
   }
   constexpr int kMostPoints = 100;
   if (options.quadrature_points < 1 || options.quadrature_points > kMostPoints) {
-    throw UsageError(
-        fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
+    throw UsageError(fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
   }
 }
 
@@ -132,9 +131,7 @@ class MarginalSearch {
   }
 
   bool has_optimum() const { return std::isfinite(best_.value); }
-  bool has_converged() const {
-    return has_optimum() && best_.decrement <= kConvergedDecrement;
-  }
+  bool has_converged() const { return has_optimum() && best_.decrement <= kConvergedDecrement; }
 
   MixedEffectsFit result() {
     likelihood_.set_modes(best_.outer_modes, best_.inner_modes);
@@ -194,9 +191,8 @@ class MarginalSearch {
     const MarginalValue value = likelihood_.evaluate(coordinates_.point(x), gradient != nullptr);
     if (gradient != nullptr) *gradient = coordinates_.gradient(value);
     if (options_.trace) {
-      options_.trace(fmt::format("evaluation {:4}  log-likelihood {:.8f}",
-                                 evaluations_,
-                                 -value.minus_log_likelihood));
+      options_.trace(fmt::format(
+          "evaluation {:4}  log-likelihood {:.8f}", evaluations_, -value.minus_log_likelihood));
     }
     return value.minus_log_likelihood;
   }
@@ -237,7 +233,8 @@ class MarginalSearch {
       optimum.decrement = decrement_of(gradient, optimum.hessian);
       likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
       if (optimum.decrement <= kConvergedDecrement) break;
-      found = minimise(objective, found.x, optimum.hessian, {.decrement = kConvergedDecrement * 1e-3});
+      found =
+          minimise(objective, found.x, optimum.hessian, {.decrement = kConvergedDecrement * 1e-3});
     }
     return optimum;
   }

@@ -121,7 +121,7 @@ class MarginalLikelihood::Block {
     double decrement = std::numeric_limits<double>::infinity();
     double length = 1.0;
     bool is_done = false;
-    SmallVector outer{};                ///< mode u
+    SmallVector outer{};  ///< mode u
     SmallVector outer_step{};
     std::vector<SmallVector> inner{};  ///< modes v_k
     std::vector<SmallVector> inner_step{};
@@ -372,8 +372,8 @@ class MarginalLikelihood::Block {
         slope = point_.inner_factor.transpose() * in_rows + v;
         pull += share * slope;
         const SmallVector distance = v - cluster.inner[0];
-        by_lower -= share * distance *
-                    lower[c].triangularView<Eigen::Lower>().solve(slope).transpose();
+        by_lower -=
+            share * distance * lower[c].triangularView<Eigen::Lower>().solve(slope).transpose();
       }
       by_lower.diagonal() += lower[c].diagonal().cwiseInverse();
       cluster.spread.assign(1, 2.0 * by_cholesky(lower[c], by_lower));
@@ -465,9 +465,9 @@ class MarginalLikelihood::Block {
       const auto fixed_random = here.segment(r_ + p + m, p * r_);
       const auto variance_random = here.segment(r_ + p + m + p * r_, m * r_);
       // With quadrature the direct slopes are those of the nodes, which are in the value already.
-      const VectorXd direct = whole_.has_quadrature_ ? VectorXd(here.segment(r_, p + m) -
-                                                                mode_slopes(group))
-                                                     : VectorXd(here.segment(r_, p + m));
+      const VectorXd direct = whole_.has_quadrature_
+                                  ? VectorXd(here.segment(r_, p + m) - mode_slopes(group))
+                                  : VectorXd(here.segment(r_, p + m));
       for (Index j = 0; j < p; ++j) {
         result.by_beta[j] += direct[j] - fixed_random.segment(j * r_, r_).dot(shift);
       }
@@ -536,8 +536,9 @@ MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
       threads_(threads) {
   const auto effects = static_cast<int>(outer_.size() + inner_.size());
   if (effects > kMostRandomEffects) {
-    throw UsageError(fmt::format(
-        "there are {} random effects a group; at most {} can be fitted", effects, kMostRandomEffects));
+    throw UsageError(fmt::format("there are {} random effects a group; at most {} can be fitted",
+                                 effects,
+                                 kMostRandomEffects));
   }
   outer_rows_ = places(outer_, sums_.random());
   inner_rows_ = places(inner_, sums_.random());

@@ -102,7 +102,8 @@ struct Setting {
     // Relative to the number; the value is smooth, with rounding near 1e-13.
     const double step = 1e-4 * std::max(1e-3, std::abs(kept));
     double sum = 0.0;
-    for (const auto& [times, weight] : {std::pair{1.0, 8.0}, {-1.0, -8.0}, {2.0, -1.0}, {-2.0, 1.0}}) {
+    for (const auto& [times, weight] :
+         {std::pair{1.0, 8.0}, {-1.0, -8.0}, {2.0, -1.0}, {-2.0, 1.0}}) {
       number = kept + times * step;
       sum += weight * value();
     }
@@ -117,7 +118,8 @@ void check_gradient(Setting& setting) {
   // Fourth-order differences with steps of 1e-4 are good to about 1e-8 of the value's own scale.
   const auto check = [&](double derivative, double& number) {
     const double scale = std::max(1e-3, std::abs(number));
-    CHECK(derivative * scale == Approx(setting.difference(number) * scale).epsilon(1e-7).margin(2e-7));
+    CHECK(derivative * scale ==
+          Approx(setting.difference(number) * scale).epsilon(1e-7).margin(2e-7));
   };
   for (Index j = 0; j < exact.by_beta.size(); ++j) {
     check(exact.by_beta[j], setting.at.observation.beta[j]);
@@ -127,10 +129,12 @@ void check_gradient(Setting& setting) {
   }
   check(exact.by_log_sigma, setting.at.observation.log_sigma);
   for (Index i = 0; i < exact.by_inner_factor.rows(); ++i) {
-    for (Index j = 0; j <= i; ++j) check(exact.by_inner_factor(i, j), setting.at.inner_factor(i, j));
+    for (Index j = 0; j <= i; ++j)
+      check(exact.by_inner_factor(i, j), setting.at.inner_factor(i, j));
   }
   for (Index i = 0; i < exact.by_outer_factor.rows(); ++i) {
-    for (Index j = 0; j <= i; ++j) check(exact.by_outer_factor(i, j), setting.at.outer_factor(i, j));
+    for (Index j = 0; j <= i; ++j)
+      check(exact.by_outer_factor(i, j), setting.at.outer_factor(i, j));
   }
 }
 
@@ -138,8 +142,7 @@ void check_gradient(Setting& setting) {
 double normal_minus_log_density(const VectorXd& residual, const MatrixXd& covariance) {
   const Eigen::LLT<MatrixXd> factor(covariance);
   const VectorXd white = factor.matrixL().solve(residual);
-  return 0.5 * white.squaredNorm() +
-         MatrixXd(factor.matrixL()).diagonal().array().log().sum() +
+  return 0.5 * white.squaredNorm() + MatrixXd(factor.matrixL()).diagonal().array().log().sum() +
          0.5 * static_cast<double>(residual.size()) * std::log(2.0 * std::numbers::pi);
 }
 
@@ -185,8 +188,7 @@ TEST_CASE("a model linear in its random effects has the likelihood of its dense 
     bound.evaluate(setting.at.observation.beta, mean, &jacobian, workspace);
     const double sigma2 = std::exp(2.0 * setting.at.observation.log_sigma);
     MatrixXd covariance = sigma2 * MatrixXd::Identity(mean.size(), mean.size());
-    const MatrixXd inner =
-        setting.at.inner_factor * setting.at.inner_factor.transpose();
+    const MatrixXd inner = setting.at.inner_factor * setting.at.inner_factor.transpose();
     const double outer = std::pow(setting.at.outer_factor(0, 0), 2);
     for (Index c = 0; c < bound.cluster_count(); ++c) {
       const Index first = bound.group_begin(bound.cluster_begin(c));
@@ -227,8 +229,9 @@ TEST_CASE("many points of quadrature give the integral") {
       const Eigen::ArrayXd sd =
           std::exp(exact.at.observation.log_sigma) * scale.weight.segment(begin, size).rsqrt();
       const Eigen::ArrayXd error = (model.response() - mean).segment(begin, size).array() / sd;
-      const double log_density = -0.5 * error.square().sum() - sd.log().sum() - 0.5 * v * v -
-                                 0.5 * static_cast<double>(size + 1) * std::log(2.0 * std::numbers::pi);
+      const double log_density =
+          -0.5 * error.square().sum() - sd.log().sum() - 0.5 * v * v -
+          0.5 * static_cast<double>(size + 1) * std::log(2.0 * std::numbers::pi);
       const double weight = k == 0 || k == kIntervals ? 1.0 : (k % 2 == 0 ? 2.0 : 4.0);
       integral += weight * std::exp(log_density);
     }
@@ -250,7 +253,8 @@ TEST_CASE("quadrature is exact for polynomials under the normal distribution") {
     return sum;
   };
   CHECK(expectation([](double, double) { return 1.0; }) == Approx(1.0).epsilon(1e-14));
-  CHECK(expectation([](double x, double) { return std::pow(x, 8); }) == Approx(105.0).epsilon(1e-13));
+  CHECK(expectation([](double x, double) { return std::pow(x, 8); }) ==
+        Approx(105.0).epsilon(1e-13));
   CHECK(expectation([](double x, double y) { return x * x * std::pow(y, 4); }) ==
         Approx(3.0).epsilon(1e-13));
 }

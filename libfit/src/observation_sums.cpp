@@ -226,7 +226,8 @@ void ObservationSums::run(const Task& task,
                           Workspace& workspace) const {
   const auto width = static_cast<Index>(task.outputs);
   sums.setZero(width, last - first);
-  const std::size_t weight_count = weights == nullptr ? 0 : static_cast<std::size_t>(weights->rows());
+  const std::size_t weight_count =
+      weights == nullptr ? 0 : static_cast<std::size_t>(weights->rows());
   workspace.inputs.resize((varying_.size() + weight_count) * kRows);
   workspace.outputs.resize(task.outputs * kRows);
   double* const parameter_rows = workspace.inputs.data();
@@ -248,13 +249,16 @@ void ObservationSums::run(const Task& task,
     for (Index done = 0; done < rows;) {
       const Index stop = std::min(rows, model_.group_begin(group + 1) - row);
       for (std::size_t k = 0; k < varying_.size(); ++k) {
-        fill_parameter(
-            varying_[k], effects, group, row + done, stop - done, parameter_rows + k * kRows + done);
+        fill_parameter(varying_[k],
+                       effects,
+                       group,
+                       row + done,
+                       stop - done,
+                       parameter_rows + k * kRows + done);
       }
       for (std::size_t k = 0; k < weight_count; ++k) {
-        std::fill_n(weight_rows + k * kRows + done,
-                    stop - done,
-                    (*weights)(static_cast<Index>(k), group));
+        std::fill_n(
+            weight_rows + k * kRows + done, stop - done, (*weights)(static_cast<Index>(k), group));
       }
       workspace.begins.push_back(static_cast<std::size_t>(stop));
       done = stop;
@@ -286,19 +290,13 @@ void ObservationSums::run(const Task& task,
   }
 }
 
-void ObservationSums::density(Index first,
-                              Index last,
-                              const MatrixXd& effects,
-                              MatrixXd& sums,
-                              Workspace& workspace) const {
+void ObservationSums::density(
+    Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const {
   run(density_, first, last, effects, nullptr, sums, workspace);
 }
 
-void ObservationSums::slopes(Index first,
-                             Index last,
-                             const MatrixXd& effects,
-                             MatrixXd& sums,
-                             Workspace& workspace) const {
+void ObservationSums::slopes(
+    Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const {
   run(slopes_, first, last, effects, nullptr, sums, workspace);
 }
 

@@ -73,7 +73,7 @@ class ObservationSums {
   struct Source {
     enum class Kind { kScalar, kColumn, kParameter, kWeight };
     Kind kind = Kind::kScalar;
-    std::size_t index = 0;            ///< of the scalar, the parameter or the weight
+    std::size_t index = 0;           ///< of the scalar, the parameter or the weight
     const double* column = nullptr;  ///< (N) of a column
   };
   struct Task {
@@ -119,9 +119,9 @@ class ObservationSums {
   Eigen::MatrixXd indicators_;  ///< (N x strata of all quantities)
   std::vector<Eigen::Index> indicator_begin_;
   // Values at the current point.
-  std::vector<double> scalars_;     ///< parameters, quantities, log sigma
-  Eigen::MatrixXd base_;            ///< (N x K) parameters of the population, where they vary
-  Eigen::MatrixXd quantity_rows_;   ///< (N x quantities), where they have strata
+  std::vector<double> scalars_;    ///< parameters, quantities, log sigma
+  Eigen::MatrixXd base_;           ///< (N x K) parameters of the population, where they vary
+  Eigen::MatrixXd quantity_rows_;  ///< (N x quantities), where they have strata
 };
 
 }  // namespace silvafit::fit

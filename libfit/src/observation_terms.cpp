@@ -112,8 +112,8 @@ struct DensityDerivatives {
   Expression omega_first = number(0.0);  ///< omega' by the mean
 };
 struct VarianceDerivatives {
-  Expression value = number(0.0);  ///< by the parameter
-  Expression first = number(0.0);  ///< of rho'
+  Expression value = number(0.0);   ///< by the parameter
+  Expression first = number(0.0);   ///< of rho'
   Expression second = number(0.0);  ///< of rho''
   Expression omega = number(0.0);
 };
@@ -127,8 +127,7 @@ struct Residual {
 
 Residual residual_of(const NonlinearModel& model, const Expression& mean, const Expression& scale) {
   const Expression r = Expression::variable(model.specification().formula.left) - mean;
-  const Expression tau =
-      exp(-2.0 * (Expression::variable(term_names::log_sigma()) + scale));
+  const Expression tau = exp(-2.0 * (Expression::variable(term_names::log_sigma()) + scale));
   const Expression scaled = r * tau;
   return {.scaled = scaled, .squared = r * scaled, .tau = tau};
 }
@@ -180,7 +179,8 @@ class Assembly {
     const Expression kappa2 = scale_.by_fitted(3);
     const Expression free = number(1.0) - squared;
     density_.first = kappa * free - scaled;
-    density_.second = kappa1 * free + tau + 4.0 * (kappa * scaled) + 2.0 * (kappa * kappa * squared);
+    density_.second =
+        kappa1 * free + tau + 4.0 * (kappa * scaled) + 2.0 * (kappa * kappa * squared);
     if (curvature_ == Curvature::kFull) {
       density_.omega = density_.second;
       density_.omega_first = kappa2 * free - 6.0 * (kappa * tau) + 6.0 * (kappa1 * scaled) -
@@ -212,9 +212,8 @@ class Assembly {
     result.first = kappa_q * free + 2.0 * (l * pull);
     result.second =
         kappa1_q * free - 2.0 * (l * (density_.second - kappa1)) + 4.0 * (kappa_q * pull);
-    result.omega = curvature_ == Curvature::kFull
-                       ? result.second
-                       : -2.0 * (l * tau) + 4.0 * (kappa * kappa_q);
+    result.omega =
+        curvature_ == Curvature::kFull ? result.second : -2.0 * (l * tau) + 4.0 * (kappa * kappa_q);
     return result;
   }
 
@@ -296,8 +295,8 @@ class Assembly {
       result.by_fixed.push_back(multiplier(j) * (slope + penalty));
       for (const Index c : random_) {
         const Index l = parameter(c);
-        Expression cross = density_.second * (mean_.by(k) * mean_.by(l)) +
-                           density_.first * mean_.by(k, l);
+        Expression cross =
+            density_.second * (mean_.by(k) * mean_.by(l)) + density_.first * mean_.by(k, l);
         if (is_first_order()) {
           cross = cross + 2.0 * (scale_by_population() * population_.by(k) * residual_.scaled) *
                               mean_.by(l);

@@ -39,15 +39,15 @@ std::string weight(Eigen::Index i, Eigen::Index j);
 /// variance, the last of which is log sigma. Derivatives are by coefficients, whose multipliers
 /// they include.
 struct ObservationTerms {
-  data::Expression density;                      ///< rho
-  std::vector<data::Expression> by_random{};     ///< (r) d rho / d b
-  std::vector<data::Expression> curvature{};     ///< lower triangle by columns of d2 rho / db db'
+  data::Expression density;                       ///< rho
+  std::vector<data::Expression> by_random{};      ///< (r) d rho / d b
+  std::vector<data::Expression> curvature{};      ///< lower triangle by columns of d2 rho / db db'
   std::vector<data::Expression> approximation{};  ///< the same of K; empty where it is the same
-  std::vector<data::Expression> by_fixed{};      ///< (p) d rho / d beta + d c / d beta, b held
-  std::vector<data::Expression> density_by_fixed{};  ///< (p) d rho / d beta
-  std::vector<data::Expression> penalty_by_random{};  ///< (r) d c / d b
-  std::vector<data::Expression> fixed_random{};   ///< (p x r by rows) d2 rho / d beta d b'
-  std::vector<data::Expression> by_variance{};    ///< (m + 1) d rho + d c
+  std::vector<data::Expression> by_fixed{};       ///< (p) d rho / d beta + d c / d beta, b held
+  std::vector<data::Expression> density_by_fixed{};     ///< (p) d rho / d beta
+  std::vector<data::Expression> penalty_by_random{};    ///< (r) d c / d b
+  std::vector<data::Expression> fixed_random{};         ///< (p x r by rows) d2 rho / d beta d b'
+  std::vector<data::Expression> by_variance{};          ///< (m + 1) d rho + d c
   std::vector<data::Expression> density_by_variance{};  ///< (m + 1) d rho
   std::vector<data::Expression> variance_random{};      ///< (m + 1 x r by rows)
 };
