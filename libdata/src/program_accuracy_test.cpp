@@ -293,3 +293,69 @@ TEST_CASE("results are the same on all processors with fused multiply-add") {
     }
   }
 }
+
+TEST_CASE("scalars and columns may meet in every way, in any number of rows") {
+  // What becomes one step, is moved to scalars, or shares a logarithm; some outputs are parts of
+  // others, repeat another, or are an input.
+  const std::vector<std::string> texts = {"x*y + s",
+                                          "s - x*y",
+                                          "x*y - s",
+                                          "x*y + s*x",
+                                          "x*y - s*y",
+                                          "-(x*y)",
+                                          "-(x/y)",
+                                          "s*(2*(3*x))",
+                                          "s*(2/x)",
+                                          "exp(-x*y)",
+                                          "exp(s*x) + x*y",
+                                          "x^s",
+                                          "x^(s + 1)",
+                                          "x^s*log(x)",
+                                          "log(x)",
+                                          "x^y + y^x",
+                                          "x^3",
+                                          "x^(-2)",
+                                          "ifelse(x < y, s, x)",
+                                          "min(x, y)*s",
+                                          "x*y",
+                                          "x*y + s",
+                                          "x",
+                                          "s",
+                                          "abs(x - y)",
+                                          "1.3 + s*(1 - exp(-x*y))^s"};
+  std::vector<Expression> outputs;
+  for (const std::string& text : texts) outputs.push_back(Expression::parse(text));
+  Random random(17);
+  const std::vector<std::string> names{"x", "y", "s"};
+  with_each_instruction_set([&](const std::string& set) {
+    for (int scalars = 0; scalars < 8; ++scalars) {
+      std::vector<Program::Input> inputs;
+      for (int k = 0; k < 3; ++k) inputs.push_back({names[k], (scalars >> k & 1) != 0});
+      const Program program(outputs, inputs);
+      for (const std::size_t rows : {0, 1, 2, 3, 5, 8, 13, 257, 600}) {
+        std::vector<std::vector<double>> columns(3, std::vector<double>(rows + 1));
+        std::vector<const double*> sources;
+        for (auto& column : columns) {
+          for (double& value : column) value = random.uniform(0.2, 3.0);
+          sources.push_back(column.data());
+        }
+        std::vector<std::vector<double>> results(texts.size(), std::vector<double>(rows + 1, -7.0));
+        std::vector<double*> targets;
+        for (auto& result : results) targets.push_back(result.data());
+        Program::Workspace workspace;
+        program.evaluate(sources, rows, targets, workspace);
+        for (std::size_t k = 0; k < texts.size(); ++k) {
+          CHECK(results[k][rows] == -7.0);  // nothing is written beyond the rows
+          for (std::size_t i = 0; i < rows; ++i) {
+            std::vector<double> at(3);
+            for (int j = 0; j < 3; ++j) at[j] = columns[j][inputs[j].is_scalar ? 0 : i];
+            CAPTURE(set, texts[k], scalars, rows, i, at[0], at[1], at[2]);
+            // Terms are at most 3^3 in size, and a dozen roundings apart.
+            REQUIRE(results[k][i] ==
+                    Approx(outputs[k].value(names, at)).epsilon(4e-15).margin(1e-14));
+          }
+        }
+      }
+    }
+  });
+}
