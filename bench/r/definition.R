@@ -217,7 +217,7 @@ joint_many <- function(problem, piece, beta, L, sigma, par, V) {
   })
   columns <- lapply(piece$columns, rep, times = m)
   mu <- as.vector(do.call(problem$mean, c(phi, columns)))
-  long <- list(y = rep(piece$y, m), data = piece$data[rep(seq_len(n), m), ])
+  long <- list(y = rep(piece$y, m))  # for variance functions of the mean, which read no other column
   terms <- residual_terms(problem, long, mu, sigma, par)$value
   terms[is.na(terms)] <- Inf
   colSums(matrix(terms, n)) + n / 2 * log(2 * pi) + rowSums(V^2) / 2
@@ -243,21 +243,44 @@ agq_log_likelihood <- function(problem, points, beta, factors, sigma, par = NULL
   }, 0))
 }
 
-# The integral itself by the trapezoidal rule on a grid around the mode, `reach` standard deviations to each side in
-# steps of `step` of them (in the directions of the Cholesky factor). The rule converges faster than any power of
-# the step for a smooth integrand that vanishes at the ends; callers halve the step and widen the reach to see that.
-integral_log_likelihood <- function(problem, beta, factors, sigma, par = NULL, reach = 10, step = 0.25) {
+# The integral itself by the trapezoidal rule on a grid around the mode, in steps of `step` standard deviations of
+# FOCEI's normal approximation (in the directions of its Cholesky factor). The box grows to each side until the
+# integrand at its edge is exp(-edge) of the largest. The rule converges faster than any power of the step for a smooth
+# integrand that vanishes at the ends; callers take two steps and two edges to see that.
+integral_log_likelihood <- function(problem, beta, factors, sigma, par = NULL, step = 0.1, edge = 40) {
   beta <- as.list(beta)
   sum(vapply(problem$pieces, function(piece) {
+    q <- piece$width
     L <- piece_factor(piece, factors)
     v <- piece_mode(problem, piece, beta, L, sigma, par)
     mean <- piece_mean(problem, piece, beta, as.vector(L %*% v))
     terms <- residual_terms(problem, piece, mean$mu, sigma, par)
-    R <- chol(diag(piece$width) + t(L) %*% curvature(problem, piece, mean, NULL, terms$expected_d2) %*% L)
-    x <- as.matrix(expand.grid(rep(list(seq(-reach, reach, by = step)), piece$width)))
-    V <- sweep(t(backsolve(R, t(x))), 2, v, "+")
-    logs <- -joint_many(problem, piece, beta, L, sigma, par, V)
-    max(logs) + log(sum(exp(logs - max(logs)))) + piece$width * (log(step) - log(2 * pi) / 2) - sum(log(diag(R)))
+    R <- chol(diag(q) + t(L) %*% curvature(problem, piece, mean, NULL, terms$expected_d2) %*% L)
+    grid <- function(low, high, step) {
+      as.matrix(expand.grid(Map(function(l, h) seq(ceiling(l / step), floor(h / step)) * step, low, high)))
+    }
+    logs <- function(x) {
+      chunks <- split(seq_len(nrow(x)), (seq_len(nrow(x)) - 1) %/% 10000)
+      -unlist(lapply(chunks, function(i) {
+        joint_many(problem, piece, beta, L, sigma, par, sweep(t(backsolve(R, t(x[i, , drop = FALSE]))), 2, v, "+"))
+      }), use.names = FALSE)
+    }
+    low <- rep(-8, q)
+    high <- rep(8, q)
+    repeat {
+      x <- grid(low, high, 0.5)
+      values <- logs(x)
+      top <- max(values)
+      grew <- FALSE
+      for (d in seq_len(q)) {
+        if (max(values[x[, d] < low[d] + 0.6]) > top - edge) { low[d] <- low[d] - 4; grew <- TRUE }
+        if (max(values[x[, d] > high[d] - 0.6]) > top - edge) { high[d] <- high[d] + 4; grew <- TRUE }
+      }
+      if (!grew) break
+    }
+    values <- logs(grid(low, high, step))
+    top <- max(values)
+    top + log(sum(exp(values - top))) + q * (log(step) - log(2 * pi) / 2) - sum(log(diag(R)))
   }, 0))
 }
 

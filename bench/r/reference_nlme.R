@@ -34,6 +34,10 @@ logistic <- make_model("circumference ~ Asym/(1 + exp(-(age - xmid)/scal))", c("
 same <- function(x) as.numeric(x)
 nameless <- function(names) function(par) as.list(setNames(par, names))
 species <- c("SM", "BHN")
+# The constant is free on its logarithmic scale.
+with_log_constant <- function(g) function(mu, par, piece) g(mu, c(exp(par[1]), par[2]), piece)
+log_constant <- function(x) c(log(x[[1]]), x[[2]])
+natural_constant <- function(par) list(const = exp(par[[1]]), power = par[[2]])
 none <- list(weights = NULL, g = variance_none, from = function(x) NULL, to = function(x) NULL)
 power <- list(weights = quote(varPower()), g = variance_power, from = same, to = nameless("power"))
 variances <- list(
@@ -52,9 +56,10 @@ variances <- list(
   power_of_dbh = list(weights = quote(varPower(form = ~ dbh)), g = of_column(power_of, "dbh"), from = same, to = nameless("power")),
   power_of_dbh_by_species = list(weights = quote(varPower(form = ~ dbh | species)), g = column_by_stratum(power_of, "dbh", "species", species), from = same,
                                  to = nameless(species)),
-  constant_plus_power = list(weights = quote(varConstPower(const = 9, power = 1)), g = variance_constant_power, from = same, to = nameless(c("const", "power"))),
-  constant_plus_power_of_dbh = list(weights = quote(varConstPower(const = 9, power = 1, form = ~ dbh)), g = of_column(constant_power_of, "dbh"),
-                                    from = same, to = nameless(c("const", "power"))),
+  constant_plus_power = list(weights = quote(varConstPower(const = 1, power = 0.6)), g = with_log_constant(variance_constant_power),
+                             from = log_constant, to = natural_constant),
+  constant_plus_power_of_dbh = list(weights = quote(varConstPower(const = 1, power = 0.6, form = ~ dbh)), g = with_log_constant(of_column(constant_power_of, "dbh")),
+                                    from = log_constant, to = natural_constant),
   power_fixed_half = list(weights = quote(varPower(fixed = 0.5)), g = of_mean(function(mu, par) power_of(mu, 0.5)), from = function(x) NULL,
                           to = function(par) list(power = 0.5)),
   power_fixed_in_one_species = list(weights = quote(varPower(form = ~ fitted(.) | species, fixed = list(SM = 0.5))),
@@ -145,7 +150,7 @@ write("nlme_reml.json", function() list(
   linear("linear_power", "power", "REML"),
   linear("linear_none_ml", "none", "ML"),
   linear("linear_power_ml", "power", "ML")),
-  notes = "logLik of REML has no term of log|X'X|: -(N - p)/2 log(2 pi) - 1/2 sum log|V_j| - 1/2 log|X'V^-1 X| - 1/2 e'V^-1 e")
+  notes = "nlme() with method = REML takes the covariance ratios of ML and only sigma from REML, so that its logLik lies below the restricted maximum; fixed_point is the maximum itself. lme (linear_*) does maximise it. logLik of REML has no term of log|X'X|: -(N - p)/2 log(2 pi) - 1/2 sum log|V_j| - 1/2 log|X'V^-1 X| - 1/2 e'V^-1 e")
 
 write("nlme_nested.json", function() {
   own <- quote(list(stand = a ~ 1, plot = a + b ~ 1))
