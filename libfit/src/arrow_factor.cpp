@@ -1,84 +1,122 @@
 // SPDX-License-Identifier: MIT
 #include "arrow_factor.hpp"
 
+#include <cmath>
+
 namespace silvafit::fit {
 namespace {
 
 using Eigen::Index;
 
-double log_determinant_of(const Eigen::LLT<SmallMatrix>& factor) {
-  return 2.0 * factor.matrixLLT().diagonal().array().log().sum();
+/// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
+bool factorise(double* a, Index n, double& log_determinant) {
+  for (Index j = 0; j < n; ++j) {
+    double pivot = a[j + j * n];
+    for (Index k = 0; k < j; ++k) pivot -= a[j + k * n] * a[j + k * n];
+    if (!(pivot > 0.0) || !std::isfinite(pivot)) return false;
+    log_determinant += std::log(pivot);
+    const double root = std::sqrt(pivot);
+    a[j + j * n] = root;
+    for (Index i = j + 1; i < n; ++i) {
+      double value = a[i + j * n];
+      for (Index k = 0; k < j; ++k) value -= a[i + k * n] * a[j + k * n];
+      a[i + j * n] = value / root;
+      a[j + i * n] = 0.0;
+    }
+  }
+  return true;
 }
 
-bool is_positive(const Eigen::LLT<SmallMatrix>& factor) {
-  return factor.info() == Eigen::Success && factor.matrixLLT().allFinite();
+/// Solves L L' x = b in place.
+void solve_factorised(const double* l, Index n, double* x) {
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < i; ++k) x[i] -= l[i + k * n] * x[k];
+    x[i] /= l[i + i * n];
+  }
+  for (Index i = n - 1; i >= 0; --i) {
+    for (Index k = i + 1; k < n; ++k) x[i] -= l[k + i * n] * x[k];
+    x[i] /= l[i + i * n];
+  }
 }
 
 }  // namespace
 
-bool ArrowFactor::compute(const RandomDesign& design,
-                          std::span<const SmallMatrix> curvatures,
-                          double ridge) {
-  const Index s = design.outer.cols();
-  const Index q = design.inner.cols();
-  has_outer_ = s > 0;
-  count_ = curvatures.size();
-  if (groups_.size() < count_) groups_.resize(count_);
-  SmallMatrix complement = SmallMatrix::Identity(s, s) * (1.0 + ridge);
-  for (std::size_t k = 0; k < count_; ++k) {
-    Group& group = groups_[k];
-    const SmallMatrix curved = curvatures[k] * design.inner;
-    SmallMatrix block = design.inner.transpose() * curved;
-    block.diagonal().array() += 1.0 + ridge;
-    if (q > 0) {
-      group.factor.compute(block);
-      if (!is_positive(group.factor)) return false;
+SmallMatrix unpacked(const double* triangle, Index size) {
+  SmallMatrix result(size, size);
+  for (Index column = 0; column < size; ++column) {
+    for (Index row = column; row < size; ++row) {
+      result(row, column) = result(column, row) = *triangle++;
     }
-    if (!has_outer_) continue;
-    group.coupling = design.outer.transpose() * curved;
-    group.solved = group.coupling.transpose();
-    if (q > 0) group.factor.solveInPlace(group.solved);
-    complement += design.outer.transpose() * curvatures[k] * design.outer;
-    complement -= group.coupling * group.solved;
   }
-  if (!has_outer_) return true;
-  complement_.compute(complement);
-  return is_positive(complement_);
+  return result;
 }
 
-double ArrowFactor::log_determinant() const {
-  double sum = has_outer_ ? log_determinant_of(complement_) : 0.0;
-  for (std::size_t k = 0; k < count_; ++k) sum += log_determinant_of(groups_[k].factor);
-  return sum;
+void ArrowFactor::resize(Index s, Index q, Index m) {
+  s_ = s;
+  q_ = q;
+  m_ = m;
+  memory_.resize(static_cast<std::size_t>(m * (q * q + 2 * s * q) + s * s));
 }
 
-void ArrowFactor::solve(SmallVector& u, std::span<SmallVector> v) const {
-  if (has_outer_) {
-    for (std::size_t k = 0; k < count_; ++k) u -= groups_[k].solved.transpose() * v[k];
-    complement_.solveInPlace(u);
+bool ArrowFactor::compute(const RandomDesign& design,
+                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                          double ridge) {
+  resize(design.outer.cols(), design.inner.cols(), curvatures.cols());
+  log_determinant_ = 0.0;
+  Map complement(group(m_), s_, s_);
+  complement.setZero();
+  complement.diagonal().setConstant(1.0 + ridge);
+  for (Index k = 0; k < m_; ++k) {
+    const SmallMatrix curvature = unpacked(curvatures.col(k).data(), design.inner.rows());
+    const SmallMatrix curved = curvature.lazyProduct(design.inner);
+    Map block(group(k), q_, q_);
+    block = design.inner.transpose().lazyProduct(curved);
+    block.diagonal().array() += 1.0 + ridge;
+    if (!factorise(group(k), q_, log_determinant_)) return false;
+    if (s_ == 0) continue;
+    Map coupling(group(k) + q_ * q_, s_, q_);
+    Map solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+    coupling = design.outer.transpose().lazyProduct(curved);
+    solved = coupling.transpose();
+    for (Index j = 0; j < s_; ++j) solve_factorised(group(k), q_, solved.col(j).data());
+    const SmallMatrix curved_outer = curvature.lazyProduct(design.outer);
+    complement += design.outer.transpose().lazyProduct(curved_outer);
+    complement -= coupling.lazyProduct(solved);
   }
-  for (std::size_t k = 0; k < count_; ++k) {
-    groups_[k].factor.solveInPlace(v[k]);
-    if (has_outer_) v[k] -= groups_[k].solved * u;
+  return factorise(group(m_), s_, log_determinant_);
+}
+
+void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const {
+  for (Index k = 0; k < m_ && s_ > 0; ++k) {
+    const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+    u -= solved.transpose().lazyProduct(v.col(k));
+  }
+  solve_factorised(group(m_), s_, u.data());
+  for (Index k = 0; k < m_; ++k) {
+    solve_factorised(group(k), q_, v.col(k).data());
+    if (s_ == 0) continue;
+    const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+    v.col(k) -= solved.lazyProduct(u);
   }
 }
 
-SmallMatrix ArrowFactor::inverse_block(std::size_t k) const {
-  const Group& group = groups_[k];
-  const Index q = group.factor.rows();
-  const Index s = has_outer_ ? complement_.rows() : 0;
-  SmallMatrix inverse(s + q, s + q);
-  SmallMatrix own = SmallMatrix::Identity(q, q);
-  group.factor.solveInPlace(own);
-  inverse.bottomRightCorner(q, q) = own;
-  if (!has_outer_) return inverse;
-  SmallMatrix outer = SmallMatrix::Identity(s, s);
-  complement_.solveInPlace(outer);
-  inverse.topLeftCorner(s, s) = outer;
-  inverse.bottomLeftCorner(q, s) = -group.solved * outer;
-  inverse.topRightCorner(s, q) = inverse.bottomLeftCorner(q, s).transpose();
-  inverse.bottomRightCorner(q, q) += group.solved * outer * group.solved.transpose();
+SmallMatrix ArrowFactor::inverse_block(Index k) const {
+  SmallMatrix inverse = SmallMatrix::Identity(s_ + q_, s_ + q_);
+  SmallMatrix own = SmallMatrix::Identity(q_, q_);
+  for (Index j = 0; j < q_; ++j) solve_factorised(group(k), q_, own.col(j).data());
+  inverse.bottomRightCorner(q_, q_) = own;
+  if (s_ == 0) return inverse;
+  const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+  SmallMatrix outer = SmallMatrix::Identity(s_, s_);
+  for (Index j = 0; j < s_; ++j) solve_factorised(group(m_), s_, outer.col(j).data());
+  const SmallMatrix cross = solved.lazyProduct(outer);
+  inverse.topLeftCorner(s_, s_) = outer;
+  inverse.bottomLeftCorner(q_, s_) = -cross;
+  inverse.topRightCorner(s_, q_) = -cross.transpose();
+  inverse.bottomRightCorner(q_, q_) += cross.lazyProduct(solved.transpose());
   return inverse;
 }
+
+SmallMatrix ArrowFactor::lower(Index k) const { return ConstMap(group(k), q_, q_); }
 
 }  // namespace silvafit::fit

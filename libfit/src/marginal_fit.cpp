@@ -123,8 +123,8 @@ class MarginalSearch {
       return deviations.cwiseAbs2().asDiagonal();
     };
     const VectorXd x = coordinates_.coordinates(observation,
-                                                covariance(likelihood_.outer_coefficients()),
-                                                covariance(likelihood_.inner_coefficients()));
+                                                covariance(likelihood_.places().outer),
+                                                covariance(likelihood_.places().inner));
     run(x,
         MatrixXd::Zero(outer_count(), model_.cluster_count()),
         MatrixXd::Zero(inner_count(), model_.group_count()));
@@ -160,8 +160,8 @@ class MarginalSearch {
   }
 
  private:
-  Index outer_count() const { return static_cast<Index>(likelihood_.outer_coefficients().size()); }
-  Index inner_count() const { return static_cast<Index>(likelihood_.inner_coefficients().size()); }
+  Index outer_count() const { return static_cast<Index>(likelihood_.places().outer.size()); }
+  Index inner_count() const { return static_cast<Index>(likelihood_.places().inner.size()); }
 
   MatrixXd outer_of(const MixedEffectsFit& fit) const {
     return outer_count() > 0 ? fit.outer.covariance : MatrixXd(0, 0);
@@ -295,9 +295,9 @@ class MarginalSearch {
     MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
     for (Index c = 0; c < model_.cluster_count(); ++c) {
       for (Index g = model_.cluster_begin(c); g < model_.cluster_begin(c + 1); ++g) {
-        coefficients(likelihood_.inner_coefficients(), g) += fit.random_effects.col(g);
+        coefficients(likelihood_.places().inner, g) += fit.random_effects.col(g);
         if (outer_count() == 0) continue;
-        coefficients(likelihood_.outer_coefficients(), g) += fit.outer.effects.col(c);
+        coefficients(likelihood_.places().outer, g) += fit.outer.effects.col(c);
       }
     }
     model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);

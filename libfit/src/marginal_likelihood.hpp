@@ -4,30 +4,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
-#include "arrow_factor.hpp"
-#include "observation_sums.hpp"
-#include "quadrature_rule.hpp"
+#include "marginal_block.hpp"
 
 namespace silvafit::fit {
-
-/// Parameters of the marginal likelihood.
-struct MarginalPoint {
-  ObservationPoint observation{};
-  Eigen::MatrixXd outer_factor{};  ///< (s x s) L of the coarser grouping, Psi = L L'; may be empty
-  Eigen::MatrixXd inner_factor{};  ///< (q x q) L of the only or the finer grouping
-};
-
-/// The value and its derivatives by the parameters.
-struct MarginalValue {
-  double minus_log_likelihood = 0.0;  ///< infinite where no mode was found
-  Eigen::VectorXd by_beta{};          ///< (p)
-  Eigen::VectorXd by_variance{};      ///< (m)
-  double by_log_sigma = 0.0;
-  Eigen::MatrixXd by_outer_factor{};  ///< (s x s) lower triangle
-  Eigen::MatrixXd by_inner_factor{};  ///< (q x q) lower triangle
-};
 
 /// F = -log of the integral over the random effects b = L v, v ~ N(0, I), of each cluster:
 /// Laplace's method with K as Curvature says, F_j = rho_j + v'v/2 + log|I + L'KL|/2 at the mode v;
@@ -57,27 +39,22 @@ class MarginalLikelihood {
   /// Where the search for modes begins.
   void set_modes(Eigen::MatrixXd outer, Eigen::MatrixXd inner);
 
-  /// Positions of the random effects of both groupings among the model's coefficients.
-  const std::vector<Eigen::Index>& inner_coefficients() const { return inner_; }
-  const std::vector<Eigen::Index>& outer_coefficients() const { return outer_; }
+  /// Where the random effects of both groupings are among the model's coefficients.
+  const RandomPlaces& places() const { return places_; }
 
  private:
-  class Block;
   void cut_into_blocks();
   RandomDesign design_of(const MarginalPoint& point) const;
 
   const NonlinearModel& model_;
-  std::vector<Eigen::Index> outer_;
-  std::vector<Eigen::Index> inner_;
-  std::vector<Eigen::Index> outer_rows_;  ///< (s) rows of the random coefficients
-  std::vector<Eigen::Index> inner_rows_;  ///< (q)
+  RandomPlaces places_;
   ObservationSums sums_;
   QuadratureRule rule_;
-  bool has_quadrature_ = false;
   unsigned threads_ = 1;
-  std::vector<Eigen::Index> block_begin_;  ///< first cluster of each block
+  std::vector<std::unique_ptr<MarginalBlock>> blocks_;
   Eigen::MatrixXd outer_modes_;
   Eigen::MatrixXd inner_modes_;
+  Eigen::MatrixXd effects_;  ///< (r x G) room for the random effects b
 };
 
 }  // namespace silvafit::fit

@@ -77,8 +77,8 @@ struct Setting {
     at.observation = {.beta = Eigen::Vector3d(20.0, 0.07, -0.02),
                       .variance = variance.start(),
                       .log_sigma = std::log(1.3)};
-    at.inner_factor = lower(likelihood.inner_coefficients(), 0.09);
-    at.outer_factor = lower(likelihood.outer_coefficients(), 0.06);
+    at.inner_factor = lower(likelihood.places().inner, 0.09);
+    at.outer_factor = lower(likelihood.places().outer, 0.06);
   }
 
   /// A factor with deviations of a share of the coefficients, and some correlation.

@@ -257,8 +257,9 @@ void ObservationSums::run(const Task& task,
                        parameter_rows + k * kRows + done);
       }
       for (std::size_t k = 0; k < weight_count; ++k) {
-        std::fill_n(
-            weight_rows + k * kRows + done, stop - done, (*weights)(static_cast<Index>(k), group));
+        std::fill_n(weight_rows + k * kRows + done,
+                    stop - done,
+                    (*weights)(static_cast<Index>(k), group - first));
       }
       workspace.begins.push_back(static_cast<std::size_t>(stop));
       done = stop;

@@ -60,7 +60,7 @@ class ObservationSums {
               Workspace& workspace) const;
   /// Of penalty_by_random (r), by_fixed (p), by_variance (m + 1), fixed_random (p r), and
   /// variance_random ((m + 1) r).
-  /// \param weights  (triangle x G) the matrices M
+  /// \param weights  (triangle x last - first) the matrices M
   void total(Eigen::Index first,
              Eigen::Index last,
              const Eigen::MatrixXd& effects,

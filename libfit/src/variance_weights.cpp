@@ -110,15 +110,16 @@ Expression VarianceModel::differentiated(Expression expression, int order) const
   // With l = log|v| and i = 1/v, dl/dv = i and di/dv = -i^2; where |v| is floored, both are 0.
   const Expression inverse = Expression::variable(kInverse);
   for (int k = 0; k < order; ++k) {
-    expression = expression.derivative(fitted_name()) + expression.derivative(kLogarithm) * inverse -
+    expression = expression.derivative(fitted_name()) +
+                 expression.derivative(kLogarithm) * inverse -
                  expression.derivative(kInverse) * (inverse * inverse);
   }
   const Expression v = Expression::variable(fitted_name());
   const Expression floor = Expression::constant(smallest_);
-  expression = expression.substitute(
-      kLogarithm, filled("log(max(abs(v), f))", {{"f", floor}, {"v", v}}));
-  return expression.substitute(
-      kInverse, filled("ifelse(abs(v) > f, 1/v, 0)", {{"f", floor}, {"v", v}}));
+  expression =
+      expression.substitute(kLogarithm, filled("log(max(abs(v), f))", {{"f", floor}, {"v", v}}));
+  return expression.substitute(kInverse,
+                               filled("ifelse(abs(v) > f, 1/v, 0)", {{"f", floor}, {"v", v}}));
 }
 
 double VarianceModel::typical(const VarianceFactor& factor) const {
