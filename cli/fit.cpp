@@ -37,6 +37,8 @@ struct FitArguments {
   bool trace = false;
   std::string where{};
   std::string start{};
+  std::string fixed{};
+  std::string bounds{};
   std::vector<std::string> columns{};
 };
 
@@ -47,22 +49,55 @@ struct Task {
   fit::FitModelOptions options{};
 };
 
-std::map<std::string, double> parse_start(const std::string& text) {
-  std::map<std::string, double> start;
+/// The texts of `name=text,...` by name.
+std::map<std::string, std::string_view> parse_assignments(std::string_view text,
+                                                          const std::string& option) {
+  std::map<std::string, std::string_view> result;
   std::size_t begin = 0;
   while (begin < text.size()) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string_view part = std::string_view(text).substr(begin, end - begin);
+    const std::string_view part = text.substr(begin, end - begin);
     const std::size_t sign = part.find('=');
-    double value = 0.0;
-    if (sign == std::string_view::npos || !data::parse_number(part.substr(sign + 1), value)) {
-      throw UsageError(fmt::format("'{}' is not NAME=VALUE, such as a=30", part),
-                       {.column = "--start"});
+    if (sign == std::string_view::npos) {
+      throw UsageError(fmt::format("'{}' has no =, as in a=30", part), {.column = option});
     }
-    start[std::string(data::trimmed(part.substr(0, sign)))] = value;
+    result[std::string(data::trimmed(part.substr(0, sign)))] = data::trimmed(part.substr(sign + 1));
     begin = end + 1;
   }
-  return start;
+  return result;
+}
+
+double parse_value(std::string_view text, const std::string& option) {
+  double value = 0.0;
+  if (data::parse_number(text, value)) return value;
+  throw UsageError(fmt::format("'{}' is no number", text), {.column = option});
+}
+
+/// Reads `a=30,b=0.03`.
+std::map<std::string, double> parse_values(const std::string& text, const std::string& option) {
+  std::map<std::string, double> values;
+  for (const auto& [name, value] : parse_assignments(text, option)) {
+    values[name] = parse_value(value, option);
+  }
+  return values;
+}
+
+/// Reads `a=0:40,b=0:`; an end that is left out is no bound.
+std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
+  const std::string option = "--bound";
+  std::map<std::string, fit::Bounds> bounds;
+  for (const auto& [name, range] : parse_assignments(text, option)) {
+    const std::size_t colon = range.find(':');
+    if (colon == std::string_view::npos) {
+      throw UsageError(fmt::format("'{}' is no range such as 0:1, 0: or :1", range),
+                       {.column = option});
+    }
+    const std::string_view low = data::trimmed(range.substr(0, colon));
+    const std::string_view high = data::trimmed(range.substr(colon + 1));
+    if (!low.empty()) bounds[name].low = parse_value(low, option);
+    if (!high.empty()) bounds[name].high = parse_value(high, option);
+  }
+  return bounds;
 }
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
@@ -121,7 +156,9 @@ void complete(Task& task, const FitArguments& arguments, const data::Table& tabl
   }
   study::require_numbers(table, columns);
   if (!arguments.method.empty()) task.options.method = fit::parse_method(arguments.method);
-  task.options.start = parse_start(arguments.start);
+  task.options.start = parse_values(arguments.start, "--start");
+  task.options.fixed = parse_values(arguments.fixed, "--fix");
+  task.options.bounds = parse_bounds(arguments.bounds);
   task.options.reml = arguments.reml;
   task.options.quadrature_points = arguments.quadrature_points;
   if (arguments.trace) {
@@ -281,6 +318,13 @@ void add_model_options(CLI::App& command, FitArguments& arguments) {
       ->check(CLI::Range(1, 100));
   command.add_flag("--reml", arguments.reml, "Restricted maximum likelihood, for lb and gnls");
   command.add_flag("--trace", arguments.trace, "Show the iterations on stderr");
+  command.add_option("--fix", arguments.fixed, "Coefficients held at a value, such as c=1")
+      ->type_name("NAME=VALUE,...");
+  command
+      .add_option("--bound",
+                  arguments.bounds,
+                  "Ranges that coefficients are kept in, such as b=0:1,c=0: (an end may be open)")
+      ->type_name("NAME=LOW:HIGH,...");
   command.add_option("--start", arguments.start, "Start values, such as a=30,b=0.03; never needed")
       ->type_name("NAME=VALUE,...");
 }

@@ -11,6 +11,7 @@
 #include <limits>
 #include <utility>
 
+#include "constrained_fit.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
 
@@ -47,9 +48,14 @@ void check_method(const ModelSpecification& specification, Method method, bool r
   }
 }
 
-void check_start(const NonlinearModel& model, const std::map<std::string, double>& start) {
+void check_start(const ModelSpecification& specification,
+                 const std::map<std::string, double>& start) {
+  const std::vector<std::string> known = specification.coefficient_names();
   for (const auto& [name, value] : start) {
-    static_cast<void>(model.coefficient_index(name));
+    if (std::ranges::find(known, name) == known.end()) {
+      throw UsageError(fmt::format(
+          "'{}' is no coefficient of the model; there are {}", name, fmt::join(known, ", ")));
+    }
     if (!std::isfinite(value)) throw UsageError(fmt::format("the start of {} is no number", name));
   }
 }
@@ -232,21 +238,26 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
   }
 }
 
-}  // namespace
+/// Start values are for coefficients of the whole model; those that are held need none.
+std::map<std::string, double> starts_of(const NonlinearModel& model,
+                                        const std::map<std::string, double>& start) {
+  std::map<std::string, double> result;
+  for (const std::string& name : model.coefficient_names()) {
+    if (const auto found = start.find(name); found != start.end()) result.insert(*found);
+  }
+  return result;
+}
 
-FitResult fit_model(const ModelSpecification& specification,
-                    const data::Table& table,
-                    const FitModelOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
-  const Method method = options.method.value_or(default_method(specification));
-  check_method(specification, method, options.reml);
+FitResult fit_freely(const ModelSpecification& specification,
+                     const data::Table& table,
+                     Method method,
+                     const FitModelOptions& options) {
   const NonlinearModel model(specification, table);
-  check_start(model, options.start);
   FitResult result = described(model, method);
   result.fit.reml = options.reml;
   if (method == Method::kQuadrature) result.fit.quadrature_points = options.quadrature_points;
   LeastSquaresFit least_squares =
-      fit_least_squares(model, {.start = options.start, .rule = options.rule});
+      fit_least_squares(model, {.start = starts_of(model, options.start), .rule = options.rule});
   if (method == Method::kOrdinary) {
     take_over(result, std::move(least_squares));
   } else if (least_squares.estimate.allFinite()) {
@@ -255,6 +266,23 @@ FitResult fit_model(const ModelSpecification& specification,
     give_up(result, std::move(least_squares));
   }
   compute_statistics(result, model.response());
+  return result;
+}
+
+}  // namespace
+
+FitResult fit_model(const ModelSpecification& specification,
+                    const data::Table& table,
+                    const FitModelOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Method method = options.method.value_or(default_method(specification));
+  check_method(specification, method, options.reml);
+  check_start(specification, options.start);
+  const FreeFit fit = [&](const ModelSpecification& model) {
+    return fit_freely(model, table, method, options);
+  };
+  const bool is_free = options.fixed.empty() && options.bounds.empty();
+  FitResult result = is_free ? fit(specification) : fit_constrained(specification, options, fit);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
   return result;

@@ -117,8 +117,7 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
     } else {
       sums_.density(begin, begin + groups, effects, here, modes_.workspace());
     }
-    const double constant =
-        std::log(rule_->weights[k]) + 0.5 * rule_->nodes.col(k).squaredNorm();
+    const double constant = std::log(rule_->weights[k]) + 0.5 * rule_->nodes.col(k).squaredNorm();
     for (Index g = 0; g < groups; ++g) {
       shares_(k, g) = constant - here(0, g) - 0.5 * node(g, k).squaredNorm();
     }
@@ -174,8 +173,7 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point, Index g, Margina
     const SmallVector slope = point.inner_factor.transpose() * by_effects + v;
     inner_follow_.col(g) += share * slope;
     const SmallVector distance = v - modes_.inner(g);
-    by_lower -=
-        share * distance * lower.triangularView<Eigen::Lower>().solve(slope).transpose();
+    by_lower -= share * distance * lower.triangularView<Eigen::Lower>().solve(slope).transpose();
   }
   by_lower.diagonal() += lower.diagonal().cwiseInverse();
   Eigen::Map<MatrixXd>(spread_.col(g).data(), q, q) = 2.0 * by_cholesky(lower, by_lower);
@@ -234,9 +232,8 @@ void MarginalBlock::follow_modes(const RandomDesign& design) {
       }
       inner_follow_.col(g) += design.inner.transpose().lazyProduct(turn);
     }
-    modes_.hessian(c).solve(
-        outer_follow_.col(c),
-        inner_follow_.middleCols(modes_.group_begin(c), modes_.group_count(c)));
+    modes_.hessian(c).solve(outer_follow_.col(c),
+                            inner_follow_.middleCols(modes_.group_begin(c), modes_.group_count(c)));
   }
 }
 
@@ -282,10 +279,12 @@ void MarginalBlock::add_group(const RandomDesign& design,
   by_design += along_mode.lazyProduct(mode.transpose());
   by_design -= modes_.slope(group).lazyProduct(follow.transpose());
   for (Index i = 0; i < s; ++i) {
-    result.by_outer_factor.row(i) += by_design.row(places_.outer_rows[static_cast<std::size_t>(i)]).head(s);
+    result.by_outer_factor.row(i) +=
+        by_design.row(places_.outer_rows[static_cast<std::size_t>(i)]).head(s);
   }
   for (Index i = 0; i < q; ++i) {
-    result.by_inner_factor.row(i) += by_design.row(places_.inner_rows[static_cast<std::size_t>(i)]).tail(q);
+    result.by_inner_factor.row(i) +=
+        by_design.row(places_.inner_rows[static_cast<std::size_t>(i)]).tail(q);
   }
 }
 

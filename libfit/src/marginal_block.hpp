@@ -84,8 +84,8 @@ class MarginalBlock {
   Eigen::Index r_;
   ClusterModes modes_;
   std::vector<ArrowFactor> determinants_;  ///< with K for the curvature; empty where it is the same
-  Eigen::MatrixXd weights_;    ///< (triangle x groups) the matrices M
-  Eigen::MatrixXd totals_;     ///< sums of total terms, one column a group
+  Eigen::MatrixXd weights_;                ///< (triangle x groups) the matrices M
+  Eigen::MatrixXd totals_;                 ///< sums of total terms, one column a group
   /// (s + q squared x groups) what takes the place of H^-1 in derivatives of the log-determinant
   Eigen::MatrixXd spread_;
   /// How the value follows the modes, then how they follow the parameters: (s x clusters), (q x

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -105,22 +106,31 @@ struct FitResult {
   Eigen::VectorXd residual_sd{};         ///< (N) standard deviation of the residual
 };
 
+/// The range that a coefficient is kept in, ends included.
+struct Bounds {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+};
+
 struct FitModelOptions {
-  std::optional<Method> method{};         ///< default_method unless given
-  std::map<std::string, double> start{};  ///< by coefficient, never needed
-  std::map<std::string, double> rule{};   ///< by parameter, from the catalogue
-  int maximum_iterations = 200;           ///< alternations of lb and gnls
-  bool reml = false;                      ///< for lb and gnls; see MixedEffectsOptions
-  int quadrature_points = 7;              ///< for agq, a random effect
-  unsigned threads = 1;                   ///< over groups, for marginal likelihoods
+  std::optional<Method> method{};          ///< default_method unless given
+  std::map<std::string, double> start{};   ///< by coefficient, never needed
+  std::map<std::string, double> rule{};    ///< by parameter, from the catalogue
+  std::map<std::string, double> fixed{};   ///< coefficients that are held at a value
+  std::map<std::string, Bounds> bounds{};  ///< by coefficient
+  int maximum_iterations = 200;            ///< alternations of lb and gnls
+  bool reml = false;                       ///< for lb and gnls; see MixedEffectsOptions
+  int quadrature_points = 7;               ///< for agq, a random effect
+  unsigned threads = 1;                    ///< over groups, for marginal likelihoods
   /// Called with one line for each iteration, if given.
   std::function<void(const std::string&)> trace{};
 };
 
 /// Fits a model to the rows of a table where all of its columns have values. Mixed and generalised
 /// fits start from the least-squares fit. A fit that fails is a result that says so.
-/// \throws UsageError if the method does not suit the specification, or a start value is for no
-///   coefficient; UsageError, InputError, DomainError as NonlinearModel and fit_least_squares
+/// \throws UsageError if the method does not suit the specification, a start value, a held value or
+///   a bound is for no coefficient, or is for one with a random effect; UsageError, InputError,
+///   DomainError as NonlinearModel and fit_least_squares
 FitResult fit_model(const ModelSpecification& specification,
                     const data::Table& table,
                     const FitModelOptions& options = {});
