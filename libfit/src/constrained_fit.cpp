@@ -33,10 +33,8 @@ void check_coefficient(const ModelSpecification& specification, const std::strin
     if (!random || std::ranges::find(random->coefficients, name) == random->coefficients.end()) {
       continue;
     }
-    throw UsageError(
-        fmt::format("{} has a random effect by {}; it can be neither held nor bounded",
-                    name,
-                    random->group));
+    throw UsageError(fmt::format(
+        "{} has a random effect by {}; it can be neither held nor bounded", name, random->group));
   }
 }
 
@@ -121,7 +119,8 @@ class ActiveBounds {
     std::optional<std::pair<std::string, double>> worst;
     double largest = 0.0;
     for (const auto& [name, bounds] : options_.bounds) {
-      const Index j = std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
+      const Index j =
+          std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
       const double value = fit.estimate[j];
       const double bound = std::clamp(value, bounds.low, bounds.high);
       if (at_bound_.contains(name) || bound == value) continue;
@@ -140,7 +139,8 @@ class ActiveBounds {
       Values fewer = at_bound_;
       fewer.erase(name);
       const FittedModel fit = fit_with(fewer).fit;
-      const Index j = std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
+      const Index j =
+          std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
       const Bounds& bounds = options_.bounds.at(name);
       const bool is_inside = fit.estimate[j] > bounds.low && fit.estimate[j] < bounds.high;
       if (!fit.convergence.converged || !is_inside) continue;

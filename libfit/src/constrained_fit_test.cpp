@@ -63,8 +63,7 @@ TEST_CASE("a held coefficient leaves the least squares of the others") {
 
 TEST_CASE("an intercept can be held while its covariates are estimated") {
   const data::Table table = plane();
-  const FittedModel held =
-      fit_model(plane_model(table), table, {.fixed = {{"a", 1.0}}}).fit;
+  const FittedModel held = fit_model(plane_model(table), table, {.fixed = {{"a", 1.0}}}).fit;
   const ModelSpecification same = specify_model("y ~ 1 + c*z + b*x", {}, table);
   const FittedModel expected = fit_model(same, table).fit;
   CHECK(held.log_likelihood == Approx(expected.log_likelihood).epsilon(1e-12));
@@ -111,7 +110,6 @@ TEST_CASE("impossible constraints are refused") {
                     Contains("nothing to estimate"));
   CHECK_THROWS_WITH(fit_model(model, table, {.bounds = {{"b", {2.0, 1.0}}}}),
                     Contains("nothing between"));
-  CHECK_THROWS_WITH(
-      fit_model(model, table, {.fixed = {{"b", 1.0}}, .bounds = {{"b", {0.0, 1.0}}}}),
-      Contains("both held and bounded"));
+  CHECK_THROWS_WITH(fit_model(model, table, {.fixed = {{"b", 1.0}}, .bounds = {{"b", {0.0, 1.0}}}}),
+                    Contains("both held and bounded"));
 }

@@ -193,6 +193,44 @@ TEST_CASE("a fit that never began has its coefficients, without values") {
   CHECK(read.convergence.verdict == fit.convergence.verdict);
 }
 
+TEST_CASE("nested groups, blocks, strata and products are kept") {
+  FittedModel fit{.specification =
+                      specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand())};
+  add_random_effects(fit.specification, "a | species; (a + b) + b:C | plot", stand());
+  fit.specification.variance =
+      parse_variance_function("stratum(species) * power(fitted | plot) * power(dbh, delta = 0.5)");
+  fit.method = Method::kLaplace;
+  fit.coefficient_names = fit.specification.coefficient_names();
+  fit.estimate = Eigen::Vector3d(20.0, 0.05, -0.01);
+  fit.covariance = Eigen::Matrix3d::Identity();
+  fit.random_names = fit.specification.random->coefficients;
+  fit.group_labels = {"SM/1", "SM/2"};
+  fit.random_covariance = Eigen::Matrix3d::Identity();
+  fit.random_effects = Eigen::MatrixXd::Constant(3, 2, 0.25);
+  fit.outer = {.names = {"a"},
+               .labels = {"SM"},
+               .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0),
+               .effects = Eigen::MatrixXd::Constant(1, 1, -1.5)};
+  fit.variance = VarianceEstimate::missing(fit.specification.variance);
+  fit.variance.factors[0].strata = {"SM", "MH"};
+  fit.variance.factors[0].ratio = Eigen::Vector2d(1.0, 1.4);
+  fit.variance.factors[1].strata = {"1", "2"};
+  fit.variance.factors[1].delta = Eigen::Vector2d(0.3, 0.6);
+  const FittedModel read = round_trip(fit);
+  check_same(read, fit);
+  CHECK(read.method == Method::kLaplace);
+  CHECK(read.specification.random->text() == "(a + b) + b:C");
+  REQUIRE(read.specification.outer_random);
+  CHECK(read.specification.outer_random->group == "species");
+  CHECK(read.outer.labels == fit.outer.labels);
+  CHECK(read.outer.effects == fit.outer.effects);
+  CHECK(read.outer.covariance == fit.outer.covariance);
+  CHECK(read.variance.factors[0].ratio == fit.variance.factors[0].ratio);
+  CHECK(read.variance.factors[1].strata == fit.variance.factors[1].strata);
+  CHECK(read.variance.factors[1].delta == fit.variance.factors[1].delta);
+  CHECK(read.variance.factors[2].factor.delta == 0.5);
+}
+
 TEST_CASE("a variance that has become constant keeps its meaning") {
   FittedModel fit = mixed_fit("constant-plus-power");
   fit.variance.factors[0].constant[0] = INFINITY;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
+#include <string>
 #include <unordered_map>
 
 #include "silvafit/base/error.hpp"
@@ -18,7 +20,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr Index kNewGroup = -1;
 
 VectorXd to_vector(const std::vector<double>& values) {
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
@@ -35,36 +36,92 @@ VectorXd to_vector(const std::vector<double>& values) {
       place);
 }
 
-/// (N) the group of each row by its number in the fit, kNewGroup where the fit has none.
-std::vector<Index> groups_of(const FittedModel& fit,
-                             const data::Table& table,
-                             NewGroups new_groups) {
-  std::unordered_map<std::string_view, Index> number_of;
-  for (std::size_t g = 0; g < fit.group_labels.size(); ++g) {
-    number_of.emplace(fit.group_labels[g], static_cast<Index>(g));
+/// Groups by their labels.
+std::unordered_map<std::string, Index> numbered(const std::vector<std::string>& labels) {
+  std::unordered_map<std::string, Index> number_of;
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    number_of.emplace(labels[g], static_cast<Index>(g));
   }
-  const std::string& column = fit.specification.random->group;
-  const data::TextColumn labels = table.labels(column);
-  std::vector<Index> groups(table.rows(), kNewGroup);
-  for (std::size_t row = 0; row < groups.size(); ++row) {
-    const auto found = labels.is_missing(row) ? number_of.end() : number_of.find(labels[row]);
-    if (found != number_of.end()) {
-      groups[row] = found->second;
-    } else if (new_groups == NewGroups::kError) {
-      refuse_group(table, row, column, labels[row]);
+  return number_of;
+}
+
+/// The label of a row's group; that of a nested one is `outer/inner`. Empty where it is missing.
+class GroupLabels {
+ public:
+  GroupLabels(const ModelSpecification& specification, const data::Table& table)
+      : inner_(table.labels(specification.random->group)) {
+    if (specification.outer_random) outer_ = table.labels(specification.outer_random->group);
+  }
+
+  std::string outer(std::size_t row) const {
+    return !outer_ || outer_->is_missing(row) ? std::string() : std::string((*outer_)[row]);
+  }
+  std::string inner(std::size_t row) const {
+    if (inner_.is_missing(row) || (outer_ && outer_->is_missing(row))) return {};
+    return outer_ ? outer(row) + "/" + std::string(inner_[row]) : std::string(inner_[row]);
+  }
+
+ private:
+  data::TextColumn inner_;
+  std::optional<data::TextColumn> outer_;
+};
+
+/// Which column of coefficients_by_group() each row has.
+struct RowGroups {
+  std::vector<Index> column{};  ///< (N)
+  std::vector<bool> is_new{};   ///< (N) true where the fit does not know the row's (finer) group
+};
+
+RowGroups groups_of(const FittedModel& fit, const data::Table& table, NewGroups new_groups) {
+  const auto inner_of = numbered(fit.group_labels);
+  const auto outer_of = numbered(fit.outer.labels);
+  const auto inner_count = static_cast<Index>(fit.group_labels.size());
+  const Index population = inner_count + static_cast<Index>(fit.outer.labels.size());
+  const GroupLabels labels(fit.specification, table);
+  RowGroups groups{.column = std::vector<Index>(table.rows(), population),
+                   .is_new = std::vector<bool>(table.rows(), false)};
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const std::string label = labels.inner(row);
+    if (const auto found = inner_of.find(label); !label.empty() && found != inner_of.end()) {
+      groups.column[row] = found->second;
+      continue;
     }
+    if (new_groups == NewGroups::kError) {
+      refuse_group(table, row, fit.specification.random->group, label);
+    }
+    groups.is_new[row] = true;
+    const auto outer = outer_of.find(labels.outer(row));
+    if (outer != outer_of.end()) groups.column[row] = inner_count + outer->second;
   }
   return groups;
 }
 
-/// (p x G + 1) the coefficients of each group, those of the population in the last column.
+void add_effects(const FittedModel& fit,
+                 const std::vector<std::string>& names,
+                 const Eigen::VectorXd& effects,
+                 Eigen::Ref<VectorXd> coefficients) {
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto found = std::ranges::find(fit.coefficient_names, names[k]);
+    coefficients[found - fit.coefficient_names.begin()] += effects[static_cast<Index>(k)];
+  }
+}
+
+/// (p x G + S + 1) the coefficients of each group, of each group of the coarser grouping when the
+/// finer one is not known, and those of the population.
 MatrixXd coefficients_by_group(const FittedModel& fit) {
-  const auto group_count = static_cast<Index>(fit.group_labels.size());
-  MatrixXd coefficients = fit.estimate.replicate(1, group_count + 1);
-  for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
-    const auto found = std::ranges::find(fit.coefficient_names, fit.random_names[k]);
-    const auto j = static_cast<Index>(found - fit.coefficient_names.begin());
-    coefficients.row(j).head(group_count) += fit.random_effects.row(static_cast<Index>(k));
+  const auto inner_count = static_cast<Index>(fit.group_labels.size());
+  const auto outer_count = static_cast<Index>(fit.outer.labels.size());
+  MatrixXd coefficients = fit.estimate.replicate(1, inner_count + outer_count + 1);
+  for (Index s = 0; s < outer_count; ++s) {
+    const std::string prefix = fit.outer.labels[static_cast<std::size_t>(s)] + "/";
+    add_effects(fit, fit.outer.names, fit.outer.effects.col(s), coefficients.col(inner_count + s));
+    for (Index g = 0; g < inner_count; ++g) {
+      if (!fit.group_labels[static_cast<std::size_t>(g)].starts_with(prefix)) continue;
+      add_effects(fit, fit.outer.names, fit.outer.effects.col(s), coefficients.col(g));
+    }
+  }
+  for (Index g = 0; g < inner_count; ++g) {
+    add_effects(fit, fit.random_names, fit.random_effects.col(g), coefficients.col(g));
   }
   return coefficients;
 }
@@ -72,13 +129,11 @@ MatrixXd coefficients_by_group(const FittedModel& fit) {
 /// (N x K) the parameters of the formula in each row.
 MatrixXd parameter_values(const FittedModel& fit,
                           const data::Table& table,
-                          const std::vector<Index>& groups) {
+                          const RowGroups& groups) {
   const MatrixXd coefficients = coefficients_by_group(fit);
-  const Index population = coefficients.cols() - 1;
-  std::vector<Index> columns(table.rows(), population);
-  for (std::size_t row = 0; row < groups.size(); ++row) {
-    if (groups[row] != kNewGroup) columns[row] = groups[row];
-  }
+  const std::vector<Index> columns = groups.column.empty()
+                                         ? std::vector<Index>(table.rows(), coefficients.cols() - 1)
+                                         : groups.column;
   const std::vector<ParameterModel>& parameters = fit.specification.parameters;
   MatrixXd values =
       MatrixXd::Zero(static_cast<Index>(table.rows()), static_cast<Index>(parameters.size()));
@@ -128,12 +183,12 @@ Prediction predict(const FittedModel& fit,
                    Level level,
                    const PredictionOptions& options) {
   const bool by_group = level == Level::kConditional && fit.has_random_effects();
-  std::vector<Index> groups;
+  RowGroups groups;
   if (by_group) groups = groups_of(fit, table, options.new_groups);
   Prediction result{.value = mean_of(fit, table, parameter_values(fit, table, groups)),
                     .is_new_group = std::vector<bool>(table.rows(), false)};
-  for (std::size_t row = 0; row < groups.size(); ++row) {
-    if (groups[row] != kNewGroup) continue;
+  for (std::size_t row = 0; row < groups.is_new.size(); ++row) {
+    if (!groups.is_new[row]) continue;
     result.is_new_group[row] = true;
     if (options.new_groups == NewGroups::kMissing) result.value[static_cast<Index>(row)] = kNaN;
   }

@@ -98,3 +98,23 @@ TEST_CASE("a missing value cannot be hidden by the formula") {
   fit.specification.formula = data::parse_formula("h ~ a*b*ifelse(dbh > 5, 2, 3)");
   CHECK(std::isnan(predict(fit, trees(), Level::kPopulation).value[2]));
 }
+
+TEST_CASE("nested groups have the effects of both groupings, as far as they are known") {
+  FittedModel fit = power_curve();
+  fit.specification.outer_random = parse_random_effects("b | stand").front();
+  fit.outer.names = {"b"};
+  fit.outer.labels = {"S", "T"};
+  fit.outer.effects = Eigen::RowVector2d(0.05, -0.02);
+  fit.group_labels = {"S/07", "T/8"};
+  data::Table table = trees();
+  data::TextColumn stand;
+  for (const char* label : {"S", "T", "T", "S", "S"}) stand.append(label);
+  table.set("stand", stand);
+  const Prediction prediction = predict(fit, table, Level::kConditional);
+  const auto curve = [](double a, double b, double dbh) { return 1.3 + a * std::pow(dbh, b); };
+  CHECK(prediction.value[0] == Approx(curve(1.5 + 0.4 * 0.25 + 0.2, 0.75, 10.0)).epsilon(1e-14));
+  CHECK(prediction.value[1] == Approx(curve(1.5 + 0.4 * 0.5 - 0.1, 0.68, 20.0)).epsilon(1e-14));
+  // Plot 9 is new, but its stand is known.
+  CHECK(prediction.is_new_group[3]);
+  CHECK(prediction.value[3] == Approx(curve(1.5 + 0.4, 0.75, 30.0)).epsilon(1e-14));
+}

@@ -18,7 +18,7 @@ enum class Level {
 
 /// What a conditional prediction is for a group that the fit has not seen.
 enum class NewGroups {
-  kPopulation,  ///< that of the population
+  kPopulation,  ///< that of the population, or of the coarser group if that was seen
   kMissing,     ///< NaN
   kError,       ///< none: InputError at the first such row
 };

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// Marginal likelihoods against their definitions, computed in R with dense matrices and fine grids;
+// tests/reference/expected/README.md says how.
+#include <Eigen/Cholesky>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "marginal_likelihood.hpp"
+#include "reference.hpp"
+#include "silvafit/data/csv.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using nlohmann::json;
+using namespace silvafit;
+using namespace silvafit::fit;
+
+namespace {
+
+json expected_values() {
+  std::ifstream stream(test::source_file("tests/reference/expected/marginal_values.json"));
+  return json::parse(stream);
+}
+
+ModelSpecification specified(const json& reference, const data::Table& table) {
+  ModelSpecification model =
+      specify_model(reference["formula"].get<std::string>(), {}, table);
+  const auto& [group, random] = *reference["random"].items().begin();
+  std::string effects;
+  for (const json& name : random["effects"]) {
+    effects += (effects.empty() ? "" : " + ") + name.get<std::string>();
+  }
+  add_random_effects(model, effects + " | " + group, table);
+  model.variance = parse_variance_function(reference["variance"].get<std::string>());
+  return model;
+}
+
+/// The variance function with the parameters of the reference, by nlme's definitions.
+VarianceEstimate estimate_of(const json& reference) {
+  VarianceEstimate estimate = VarianceEstimate::missing(
+      parse_variance_function(reference["variance"].get<std::string>()));
+  const json& values = reference["variance_parameters"];
+  for (VarianceFactorEstimate& factor : estimate.factors) {
+    factor.delta[0] = values.back().get<double>();
+    if (factor.constant.size() > 0) factor.constant[0] = values[0].get<double>();
+  }
+  return estimate;
+}
+
+MarginalPoint point_of(const json& reference,
+                       const NonlinearModel& model,
+                       const VarianceModel& variance) {
+  VectorXd beta(model.coefficient_count());
+  for (const auto& [name, value] : reference["fixed"].items()) {
+    beta[model.coefficient_index(name)] = value.get<double>();
+  }
+  const json& rows = reference["random"].begin().value()["covariance"];
+  const auto q = static_cast<Index>(rows.size());
+  MatrixXd covariance(q, q);
+  for (Index i = 0; i < q; ++i) {
+    for (Index j = 0; j < q; ++j) {
+      covariance(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)].get<double>();
+    }
+  }
+  const VectorXd parameters = variance.parameters(estimate_of(reference));
+  const double sigma = reference["sigma"].get<double>() / variance.sigma_factor(parameters);
+  return {.observation = {.beta = beta, .variance = parameters, .log_sigma = std::log(sigma)},
+          .outer_factor = MatrixXd(0, 0),
+          .inner_factor = covariance.llt().matrixL()};
+}
+
+double log_likelihood(const json& reference, Curvature curvature, int points) {
+  const data::Table table = data::read_csv_table(
+      test::source_file("tests/reference/data/" + reference["data"].get<std::string>()));
+  const ModelSpecification specification = specified(reference, table);
+  const NonlinearModel model(specification, table);
+  const VarianceModel variance(specification.variance, VarianceData::of(model));
+  MarginalLikelihood likelihood(model, variance, curvature, points, 1);
+  return -likelihood.evaluate(point_of(reference, model, variance), false).minus_log_likelihood;
+}
+
+}  // namespace
+
+TEST_CASE("marginal likelihoods are what their definitions give") {
+  for (const json& reference : expected_values()["fits"]) {
+    const json& expected = reference["logLik"];
+    INFO(reference["id"].get<std::string>());
+    // R's sums over about a thousand trees round at 1e-12 of the value.
+    const auto check = [&](const char* name, Curvature curvature, int points) {
+      INFO(name);
+      CHECK(log_likelihood(reference, curvature, points) ==
+            Approx(expected[name].get<double>()).epsilon(1e-11));
+    };
+    check("foce", Curvature::kFirstOrder, 1);
+    check("focei", Curvature::kExpected, 1);
+    check("laplace", Curvature::kFull, 1);
+    check("agq_3", Curvature::kFull, 3);
+    check("agq_7", Curvature::kFull, 7);
+    check("agq_15", Curvature::kFull, 15);
+  }
+}
+
+TEST_CASE("fifteen points of quadrature give the integral over the random effects") {
+  for (const json& reference : expected_values()["fits"]) {
+    INFO(reference["id"].get<std::string>());
+    // What is left is the rule's own error, largest for the widest distribution of effects.
+    CHECK(log_likelihood(reference, Curvature::kFull, 15) ==
+          Approx(reference["logLik"]["integral"].get<double>()).margin(1e-6));
+  }
+}
