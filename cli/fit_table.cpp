@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Index;
 using fit::FittedModel;
-using Kind = fit::VarianceFunction::Kind;
 
 std::string number(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
 
@@ -28,6 +27,13 @@ std::size_t widest(const std::vector<std::string>& names, std::size_t at_least) 
   return at_least;
 }
 
+void print_random_structure(const fit::RandomEffects& random) {
+  fmt::print("  random: {} | {}, {} covariance\n",
+             random.text(),
+             random.group,
+             fit::covariance_text(random.covariance));
+}
+
 void print_model(const FittedModel& fit) {
   const fit::ModelSpecification& specification = fit.specification;
   fmt::print("{}{}\n", fit.model.empty() ? "" : fit.model + "  ", specification.formula.text);
@@ -35,18 +41,21 @@ void print_model(const FittedModel& fit) {
     if (parameter.text() != "1") fmt::print("  {} ~ {}\n", parameter.name, parameter.text());
   }
   if (fit.has_random_effects()) {
-    fmt::print("  random: {} | {}, {} covariance\n",
-               fmt::join(fit.random_names, " + "),
-               specification.random->group,
-               fit::covariance_text(specification.covariance));
+    print_random_structure(*specification.random);
+    if (specification.outer_random) print_random_structure(*specification.outer_random);
   }
-  if (specification.variance.kind != Kind::kNone) {
+  if (!specification.variance.is_constant()) {
     fmt::print("  variance: {}\n", specification.variance.text());
   }
   fmt::print("{}\n\n", fit.convergence.verdict);
   fmt::print("method {}, {} rows", fit::method_text(fit.method), fit.observations);
   if (fit.excluded > 0) fmt::print(" ({} more with missing values)", fit.excluded);
-  if (fit.has_random_effects()) fmt::print(", {} groups", fit.group_labels.size());
+  if (!fit.outer.labels.empty()) {
+    fmt::print(", {} {} groups", fit.outer.labels.size(), fit.specification.outer_random->group);
+  }
+  if (fit.has_random_effects()) {
+    fmt::print(", {} {} groups", fit.group_labels.size(), fit.specification.random->group);
+  }
   fmt::print(", {:.3g} s\n\n", fit.seconds);
 }
 
@@ -75,19 +84,19 @@ void print_fixed_effects(const FittedModel& fit) {
   fmt::print("t and p with {} degrees of freedom\n\n", number(fit.degrees_of_freedom));
 }
 
-void print_random_effects(const FittedModel& fit) {
-  if (!fit.has_random_effects()) return;
-  const std::size_t width = widest(fit.random_names, 13);
-  const Eigen::VectorXd deviations = fit.random_sd();
-  const Eigen::MatrixXd correlation = fit.random_correlation();
-  fmt::print("{:<{}} {:>12}{}\n",
-             "random effect",
-             width,
-             "std. dev.",
-             fit.random_names.size() > 1 ? "  correlation" : "");
-  for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
+/// \param title  of the first column
+void print_random_level(const std::string& title,
+                        const std::vector<std::string>& names,
+                        const Eigen::MatrixXd& covariance) {
+  const fit::MixedEffectsFit level{.random_covariance = covariance};
+  const std::size_t width = widest(names, std::max<std::size_t>(13, title.size()));
+  const Eigen::VectorXd deviations = level.random_sd();
+  const Eigen::MatrixXd correlation = level.random_correlation();
+  fmt::print(
+      "{:<{}} {:>12}{}\n", title, width, "std. dev.", names.size() > 1 ? "  correlation" : "");
+  for (std::size_t k = 0; k < names.size(); ++k) {
     const auto i = static_cast<Index>(k);
-    fmt::print("{:<{}} {:>12}", fit.random_names[k], width, number(deviations[i]));
+    fmt::print("{:<{}} {:>12}", names[k], width, number(deviations[i]));
     for (Index j = 0; j < i; ++j) {
       const double value = correlation(i, j);
       fmt::print(" {:>8}", std::isnan(value) ? "-" : fmt::format("{:.4f}", value));
@@ -97,12 +106,40 @@ void print_random_effects(const FittedModel& fit) {
   fmt::print("\n");
 }
 
+void print_random_effects(const FittedModel& fit) {
+  if (!fit.has_random_effects()) return;
+  if (fit.outer.names.empty()) {
+    print_random_level("random effect", fit.random_names, fit.random_covariance);
+    return;
+  }
+  const fit::ModelSpecification& specification = fit.specification;
+  print_random_level("random effect of " + specification.outer_random->group,
+                     fit.outer.names,
+                     fit.outer.covariance);
+  print_random_level(
+      "random effect of " + specification.random->group, fit.random_names, fit.random_covariance);
+}
+
+void print_variance_factor(const fit::VarianceFactorEstimate& estimate) {
+  const auto print_values = [&](const char* name, const Eigen::VectorXd& values) {
+    for (Index s = 0; s < values.size(); ++s) {
+      const std::string& stratum = estimate.strata[static_cast<std::size_t>(s)];
+      fmt::print(", {}{}{} {}",
+                 name,
+                 stratum.empty() ? "" : " of ",
+                 stratum,
+                 std::isinf(values[s]) ? "infinite" : number(values[s]));
+    }
+  };
+  print_values("delta", estimate.delta);
+  print_values("constant", estimate.constant);
+  print_values("ratio", estimate.ratio);
+}
+
 void print_residuals(const FittedModel& fit) {
   fmt::print("sigma {}", number(fit.sigma));
-  if (fit.variance.function.kind != Kind::kNone)
-    fmt::print(", delta {}", number(fit.variance.delta));
-  if (fit.variance.function.kind == Kind::kConstantPlusPower) {
-    fmt::print(", constant {}", number(fit.variance.constant));
+  for (const fit::VarianceFactorEstimate& factor : fit.variance.factors) {
+    print_variance_factor(factor);
   }
   fmt::print("\n");
 }

@@ -99,7 +99,7 @@ void print_table(const study::Study& study) {
                result.ols ? result.ols->fit.model : "-",
                or_dash(chosen_terms(result.covariates, "; ")),
                or_dash(chosen_terms(result.random, " + ")),
-               result.nlme ? result.nlme->fit.variance.function.text() : "-",
+               result.nlme ? result.nlme->fit.variance.function().text() : "-",
                percent(ols),
                percent(nlme),
                result.converged() ? "" : "not converged");
@@ -125,7 +125,7 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
          {"model", result.ols ? ordered_json(result.ols->fit.model) : ordered_json(nullptr)},
          {"covariates", chosen_terms(result.covariates, "; ")},
          {"random", chosen_terms(result.random, " + ")},
-         {"variance", result.nlme ? result.nlme->fit.variance.function.text() : ""},
+         {"variance", result.nlme ? result.nlme->fit.variance.function().text() : ""},
          {"r2_ols", number(result.ols ? result.ols->fit.population.r2 : NAN)},
          {"r2_nlme", number(result.nlme ? result.nlme->fit.conditional.r2 : NAN)},
          {"converged", result.converged()},

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "json_value.hpp"
 #include "silvafit/base/error.hpp"
@@ -13,7 +14,7 @@ namespace silvafit::fit {
 namespace {
 
 using Eigen::Index;
-using Kind = VarianceFunction::Kind;
+using Kind = VarianceFactor::Kind;
 
 /// What a text of the file means; complaints about the text get the place of its key.
 template <class Parse>
@@ -78,41 +79,119 @@ void read_fixed(const JsonValue& json, FittedModel& fit) {
   fit.covariance = json.at("fixed_covariance").square_matrix(p);
 }
 
-void read_random(const JsonValue& json, FittedModel& fit) {
-  if (json.is_null()) return;
-  fit.specification.random =
-      RandomEffects{.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
-  fit.specification.covariance = read_with(json.at("form"), parse_covariance);
-  fit.random_names = fit.specification.random->coefficients;
+/// What the JSON of one grouping holds.
+struct RandomLevel {
+  RandomEffects effects{};
+  std::vector<std::string> labels{};
+  Eigen::MatrixXd covariance{};
+  Eigen::MatrixXd eblups{};
+};
+
+RandomLevel read_random_level(const JsonValue& json, const std::vector<std::string>& known) {
+  RandomLevel level;
+  level.effects = {.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
+  const std::string form = json.at("form").text();
+  if (form == covariance_text(Covariance::kBlock)) {
+    level.effects.covariance = Covariance::kBlock;
+    for (const JsonValue& size : json.at("blocks").items()) {
+      level.effects.blocks.push_back(size.count());
+    }
+  } else {
+    level.effects.covariance = read_with(json.at("form"), parse_covariance);
+  }
   for (const JsonValue& effect : json.at("effects").items()) {
-    if (std::ranges::find(fit.coefficient_names, effect.text()) == fit.coefficient_names.end()) {
+    if (std::ranges::find(known, effect.text()) == known.end()) {
       effect.fail(fmt::format("'{}' is no coefficient of the model", effect.text()));
     }
   }
-  const auto q = static_cast<Index>(fit.random_names.size());
-  fit.random_covariance = json.at("covariance").square_matrix(q);
+  const std::vector<std::string>& names = level.effects.coefficients;
+  const std::vector<int> blocks = level.effects.block_sizes();
+  if (std::accumulate(blocks.begin(), blocks.end(), std::size_t{0}) != names.size()) {
+    json.at("blocks").fail("must add up to the number of effects");
+  }
+  level.covariance = json.at("covariance").square_matrix(static_cast<Index>(names.size()));
   const auto groups = json.at("eblup").members();
-  fit.random_effects.resize(q, static_cast<Index>(groups.size()));
+  level.eblups.resize(static_cast<Index>(names.size()), static_cast<Index>(groups.size()));
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    fit.group_labels.push_back(groups[g].first);
-    for (Index k = 0; k < q; ++k) {
-      fit.random_effects(k, static_cast<Index>(g)) =
-          groups[g].second.at(fit.random_names[static_cast<std::size_t>(k)]).number();
+    level.labels.push_back(groups[g].first);
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      level.eblups(static_cast<Index>(k), static_cast<Index>(g)) =
+          groups[g].second.at(names[k]).number();
     }
   }
+  return level;
+}
+
+void read_random(const JsonValue& json, FittedModel& fit) {
+  if (json.is_null()) return;
+  RandomLevel inner = read_random_level(json, fit.coefficient_names);
+  fit.random_names = inner.effects.coefficients;
+  fit.group_labels = std::move(inner.labels);
+  fit.random_covariance = std::move(inner.covariance);
+  fit.random_effects = std::move(inner.eblups);
+  fit.specification.random = std::move(inner.effects);
+  if (!json.has("outer")) return;
+  RandomLevel outer = read_random_level(json.at("outer"), fit.coefficient_names);
+  fit.outer = {.names = outer.effects.coefficients,
+               .labels = std::move(outer.labels),
+               .covariance = std::move(outer.covariance),
+               .effects = std::move(outer.eblups)};
+  fit.specification.outer_random = std::move(outer.effects);
+}
+
+/// One value, or one a stratum.
+Eigen::VectorXd read_by_stratum(const JsonValue& json, VarianceFactorEstimate& factor) {
+  if (factor.factor.stratum.empty()) return Eigen::VectorXd::Constant(1, json.number());
+  const auto members = json.members();
+  Eigen::VectorXd values(static_cast<Index>(members.size()));
+  factor.strata.clear();
+  for (std::size_t s = 0; s < members.size(); ++s) {
+    factor.strata.push_back(members[s].first);
+    values[static_cast<Index>(s)] = members[s].second.number();
+  }
+  return values;
+}
+
+VarianceFactorEstimate read_variance_factor(const JsonValue& json) {
+  const VarianceFunction function = read_with(json.at("function"), [](const std::string& text) {
+    // The column of strata has a key of its own.
+    return parse_variance_function(text == "stratum" ? "stratum(strata)" : text);
+  });
+  if (function.factors.size() != 1) json.at("function").fail("must be one variance function");
+  VarianceFactorEstimate result{.factor = function.factors.front(), .strata = {""}};
+  VarianceFactor& factor = result.factor;
+  if (json.has("strata")) factor.stratum = json.at("strata").text();
+  if (factor.kind == Kind::kStratum) {
+    result.ratio = read_by_stratum(json.at("ratio"), result);
+    return result;
+  }
+  if (const std::string of = json.at("of").text(); of != "fitted") factor.column = of;
+  result.delta = read_by_stratum(json.at("delta"), result);
+  if (factor.kind == Kind::kConstantPlusPower) {
+    // An infinite constant, that of a variance which has become constant, is written as null.
+    result.constant = read_by_stratum(json.at("constant"), result);
+    for (Index s = 0; s < std::min(result.constant.size(), result.delta.size()); ++s) {
+      const bool is_infinite = std::isnan(result.constant[s]) && std::isfinite(result.delta[s]);
+      if (is_infinite) result.constant[s] = std::numeric_limits<double>::infinity();
+    }
+  }
+  for (const std::string& held :
+       json.has("held") ? json.at("held").texts() : std::vector<std::string>{}) {
+    (held == "delta" ? factor.delta : factor.constant) =
+        held == "delta" ? result.delta[0] : result.constant[0];
+  }
+  return result;
 }
 
 VarianceEstimate read_variance(const JsonValue& json) {
-  VarianceEstimate result{.function = read_with(json.at("function"), parse_variance_function)};
-  const Kind kind = result.function.kind;
-  if (kind == Kind::kNone) return result;
-  if (const std::string of = json.at("of").text(); of != "fitted") result.function.column = of;
-  result.delta = json.at("delta").number();
-  if (kind != Kind::kConstantPlusPower) return result;
-  // An infinite constant, that of a variance which has become constant, is written as null.
-  const double constant = json.at("constant").number();
-  const bool is_infinite = std::isnan(constant) && std::isfinite(result.delta);
-  result.constant = is_infinite ? std::numeric_limits<double>::infinity() : constant;
+  VarianceEstimate result;
+  if (json.has("factors")) {
+    for (const JsonValue& factor : json.at("factors").items()) {
+      result.factors.push_back(read_variance_factor(factor));
+    }
+  } else if (json.at("function").text() != "none") {
+    result.factors.push_back(read_variance_factor(json));
+  }
   return result;
 }
 
@@ -150,13 +229,15 @@ FittedModel from_json(std::string_view text, const std::string& file, const std:
   FittedModel fit{.specification = read_specification(json)};
   if (!json.at("model").is_null()) fit.model = json.at("model").text();
   fit.method = read_with(json.at("method"), parse_method);
+  fit.reml = json.at("reml").boolean();
+  if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count();
   fit.observations = json.at("n").count();
   fit.excluded = json.at("excluded").count();
   fit.convergence = read_convergence(json);
   read_fixed(json, fit);
   read_random(json.at("random"), fit);
   fit.variance = read_variance(json.at("variance"));
-  fit.specification.variance = fit.variance.function;
+  fit.specification.variance = fit.variance.function();
   fit.sigma = json.at("sigma").number();
   fit.log_likelihood = json.at("log_likelihood").number();
   if (!json.at("k").is_null()) fit.parameter_count = json.at("k").count();

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Index;
 using nlohmann::ordered_json;
-using Kind = VarianceFunction::Kind;
+using Kind = VarianceFactor::Kind;
 
 ordered_json number(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
@@ -40,6 +40,9 @@ ordered_json parameters(const ModelSpecification& specification) {
 ordered_json groups(const FittedModel& fit) {
   ordered_json result = ordered_json::object();
   if (fit.has_random_effects()) {
+    if (fit.specification.outer_random) {
+      result[fit.specification.outer_random->group] = fit.outer.labels.size();
+    }
     result[fit.specification.random->group] = fit.group_labels.size();
   }
   return result;
@@ -68,39 +71,87 @@ ordered_json fixed(const FittedModel& fit) {
   return result;
 }
 
-ordered_json eblups(const FittedModel& fit) {
+ordered_json eblups(const std::vector<std::string>& labels,
+                    const std::vector<std::string>& names,
+                    const Eigen::MatrixXd& effects) {
   ordered_json result = ordered_json::object();
-  for (std::size_t g = 0; g < fit.group_labels.size(); ++g) {
-    ordered_json& group = result[fit.group_labels[g]];
-    for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
-      group[fit.random_names[k]] =
-          number(fit.random_effects(static_cast<Index>(k), static_cast<Index>(g)));
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    ordered_json& group = result[labels[g]];
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      group[names[k]] = number(effects(static_cast<Index>(k), static_cast<Index>(g)));
     }
   }
   return result;
 }
 
+ordered_json random_level(const RandomEffects& effects,
+                          const std::vector<std::string>& labels,
+                          const Eigen::MatrixXd& covariance,
+                          const Eigen::MatrixXd& eblup) {
+  const MixedEffectsFit fit{.random_covariance = covariance};
+  ordered_json result{{"group", effects.group},
+                      {"effects", effects.coefficients},
+                      {"form", covariance_text(effects.covariance)}};
+  if (effects.covariance == Covariance::kBlock) result["blocks"] = effects.blocks;
+  result["covariance"] = rows(covariance);
+  result["sd"] = list(fit.random_sd());
+  result["correlation"] = rows(fit.random_correlation());
+  result["eblup"] = eblups(labels, effects.coefficients, eblup);
+  return result;
+}
+
 ordered_json random(const FittedModel& fit) {
   if (!fit.has_random_effects()) return nullptr;
-  return {{"group", fit.specification.random->group},
-          {"effects", fit.random_names},
-          {"form", covariance_text(fit.specification.covariance)},
-          {"covariance", rows(fit.random_covariance)},
-          {"sd", list(fit.random_sd())},
-          {"correlation", rows(fit.random_correlation())},
-          {"eblup", eblups(fit)}};
+  ordered_json result = random_level(
+      *fit.specification.random, fit.group_labels, fit.random_covariance, fit.random_effects);
+  if (fit.specification.outer_random) {
+    result["outer"] = random_level(
+        *fit.specification.outer_random, fit.outer.labels, fit.outer.covariance, fit.outer.effects);
+  }
+  return result;
+}
+
+/// Parameters of a factor that has strata, by stratum.
+ordered_json by_stratum(const VarianceFactorEstimate& factor, const Eigen::VectorXd& values) {
+  if (values.size() == 0) return nullptr;
+  if (factor.factor.stratum.empty()) return number(values[0]);
+  ordered_json result = ordered_json::object();
+  for (std::size_t s = 0; s < factor.strata.size(); ++s) {
+    result[factor.strata[s]] = number(values[static_cast<Index>(s)]);
+  }
+  return result;
+}
+
+ordered_json variance_factor(const VarianceFactorEstimate& estimate) {
+  const VarianceFactor& factor = estimate.factor;
+  ordered_json result{{"function", VarianceFactor{.kind = factor.kind}.text()},
+                      {"of", factor.column.empty() ? "fitted" : factor.column}};
+  if (factor.kind == Kind::kStratum) result["of"] = nullptr;
+  if (!factor.stratum.empty()) result["strata"] = factor.stratum;
+  result["delta"] = by_stratum(estimate, estimate.delta);
+  result["constant"] = by_stratum(estimate, estimate.constant);
+  if (factor.kind == Kind::kStratum) result["ratio"] = by_stratum(estimate, estimate.ratio);
+  std::vector<std::string> held;
+  if (factor.delta) held.emplace_back("delta");
+  if (factor.constant) held.emplace_back("constant");
+  if (!held.empty()) result["held"] = held;
+  return result;
 }
 
 ordered_json variance(const VarianceEstimate& estimate) {
-  const VarianceFunction& function = estimate.function;
-  const bool has_delta = function.kind != Kind::kNone;
-  const bool has_constant = function.kind == Kind::kConstantPlusPower;
-  ordered_json of = nullptr;
-  if (has_delta) of = function.column.empty() ? "fitted" : function.column;
-  return {{"function", VarianceFunction{.kind = function.kind}.text()},
-          {"of", std::move(of)},
-          {"delta", has_delta ? number(estimate.delta) : ordered_json(nullptr)},
-          {"constant", has_constant ? number(estimate.constant) : ordered_json(nullptr)}};
+  if (estimate.factors.empty()) {
+    return {{"function", "none"}, {"of", nullptr}, {"delta", nullptr}, {"constant", nullptr}};
+  }
+  if (estimate.factors.size() == 1) return variance_factor(estimate.factors.front());
+  ordered_json factors = ordered_json::array();
+  for (const VarianceFactorEstimate& factor : estimate.factors) {
+    factors.push_back(variance_factor(factor));
+  }
+  return {{"function", estimate.function().text()},
+          {"of", nullptr},
+          {"delta", nullptr},
+          {"constant", nullptr},
+          {"factors", std::move(factors)}};
 }
 
 ordered_json statistics(const FitStatistics& values) {
@@ -137,7 +188,13 @@ FittedModel with_sizes(FittedModel fit) {
     fit.random_covariance.setConstant(q, q, kNaN);
     fit.random_effects.setConstant(q, static_cast<Index>(fit.group_labels.size()), kNaN);
   }
-  fit.variance = {.function = fit.specification.variance, .delta = kNaN, .constant = kNaN};
+  if (fit.specification.outer_random) {
+    fit.outer.names = fit.specification.outer_random->coefficients;
+    const auto r = static_cast<Index>(fit.outer.names.size());
+    fit.outer.covariance.setConstant(r, r, kNaN);
+    fit.outer.effects.setConstant(r, static_cast<Index>(fit.outer.labels.size()), kNaN);
+  }
+  fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.degrees_of_freedom = fit.sigma = fit.log_likelihood = kNaN;
   fit.population = fit.conditional = {kNaN, kNaN, kNaN, kNaN};
   fit.parameter_count = 0;
@@ -148,14 +205,14 @@ FittedModel with_sizes(FittedModel fit) {
 
 std::string to_json(const FittedModel& model, int indent) {
   const FittedModel fit = with_sizes(model);
-  const ordered_json result{
+  ordered_json result{
       {"schema", "silvafit-fit/1"},
       {"silvafit", SILVAFIT_VERSION},
       {"model", text_or_null(fit.model)},
       {"formula", fit.specification.formula.text},
       {"parameters", parameters(fit.specification)},
       {"method", method_text(fit.method)},
-      {"reml", false},
+      {"reml", fit.reml},
       {"n", fit.observations},
       {"excluded", fit.excluded},
       {"groups", groups(fit)},
@@ -178,6 +235,7 @@ std::string to_json(const FittedModel& model, int indent) {
          fit.has_random_effects() ? statistics(fit.conditional) : ordered_json(nullptr)}}},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
+  if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   return result.dump(indent);
 }
 

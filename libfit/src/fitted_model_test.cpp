@@ -72,20 +72,40 @@ TEST_CASE("p-values are those of Student's t, two-sided") {
 }
 
 TEST_CASE("residual standard deviations follow nlme's variance functions") {
-  using Kind = VarianceFunction::Kind;
   FittedModel fit{.specification = {.formula = data::parse_formula("y ~ a*x")}};
   fit.sigma = 2.0;
   const Eigen::Vector3d v(4.0, -4.0, NAN);
-  const auto sd = [&](Kind kind, double delta, double constant) {
-    fit.variance = {.function = {.kind = kind}, .delta = delta, .constant = constant};
-    return fit.residual_sd(v);
+  data::Table table(3);
+  const auto sd = [&](const char* function, double delta, double constant) {
+    fit.variance = VarianceEstimate::missing(parse_variance_function(function));
+    for (VarianceFactorEstimate& factor : fit.variance.factors) {
+      factor.delta.setConstant(delta);
+      factor.constant.setConstant(constant);
+    }
+    return fit.residual_sd(v, table);
   };
-  CHECK(sd(Kind::kNone, 0.0, 0.0)[0] == 2.0);
-  CHECK(std::isnan(sd(Kind::kNone, 0.0, 0.0)[2]));
-  CHECK(sd(Kind::kPower, 0.5, 0.0)[1] == Approx(4.0).epsilon(1e-15));
-  CHECK(sd(Kind::kExponential, 0.25, 0.0)[1] == Approx(2.0 * std::exp(-1.0)).epsilon(1e-15));
-  CHECK(sd(Kind::kConstantPlusPower, 0.5, 1.5)[0] == Approx(7.0).epsilon(1e-15));
-  CHECK(sd(Kind::kConstantPlusPower, 0.5, INFINITY)[0] == 2.0);
+  CHECK(sd("none", 0.0, 0.0)[0] == 2.0);
+  CHECK(std::isnan(sd("none", 0.0, 0.0)[2]));
+  CHECK(sd("power", 0.5, 0.0)[1] == Approx(4.0).epsilon(1e-15));
+  CHECK(sd("exponential", 0.25, 0.0)[1] == Approx(2.0 * std::exp(-1.0)).epsilon(1e-15));
+  CHECK(sd("constant-plus-power", 0.5, 1.5)[0] == Approx(7.0).epsilon(1e-15));
+  CHECK(sd("constant-plus-power", 0.5, INFINITY)[0] == 2.0);
+}
+
+TEST_CASE("residual standard deviations by stratum are those of the row's stratum") {
+  FittedModel fit{.specification = {.formula = data::parse_formula("y ~ a*x")}};
+  fit.sigma = 2.0;
+  data::Table table(3);
+  data::TextColumn species;
+  for (const char* const label : {"oak", "fir", "elm"}) species.append(label);
+  table.set("species", species);
+  fit.variance = VarianceEstimate::missing(parse_variance_function("power(fitted | species)"));
+  fit.variance.factors[0].strata = {"fir", "oak"};
+  fit.variance.factors[0].delta = Eigen::Vector2d(0.5, 1.0);
+  const Eigen::VectorXd sd = fit.residual_sd(Eigen::Vector3d(4.0, 4.0, 4.0), table);
+  CHECK(sd[0] == Approx(8.0).epsilon(1e-15));
+  CHECK(sd[1] == Approx(4.0).epsilon(1e-15));
+  CHECK(std::isnan(sd[2]));  // of elm nothing is known
 }
 
 TEST_CASE("the method has to suit the model") {
@@ -94,7 +114,7 @@ TEST_CASE("the method has to suit the model") {
   CHECK(default_method(specification) == Method::kOrdinary);
   CHECK_THROWS_WITH(fit_model(specification, table, {.method = Method::kLindstromBates}),
                     Contains("needs random effects"));
-  specification.variance.kind = VarianceFunction::Kind::kPower;
+  specification.variance = parse_variance_function("power");
   CHECK(default_method(specification) == Method::kGeneralised);
   CHECK_THROWS_AS(fit_model(specification, table, {.method = Method::kOrdinary}), UsageError);
   CHECK_THROWS_WITH(fit_model(specification, table, {.start = {{"q", 1.0}}}),

@@ -88,14 +88,8 @@ LindstromBates::LindstromBates(const NonlinearModel& model, const VectorXd& star
       start_(start),
       natural_scale_(natural_scales(model, start)),
       scale_(natural_scale_),
-      factor_(model.specification().covariance, chosen(scale_, random_)),
-      variance_(model.specification().variance,
-                model.specification().variance.column.empty()
-                    ? model.response()
-                    : model.column(model.specification().variance.column)) {
-  const std::string& column = model.specification().variance.column;
-  if (!column.empty()) variance_column_ = model.column(column);
-}
+      factor_(model.specification().random.value_or(RandomEffects{}), chosen(scale_, random_)),
+      variance_(model.specification().variance, VarianceData::of(model)) {}
 
 VectorXd LindstromBates::factor_parameters(const VectorXd& theta) const {
   return theta.head(factor_.parameter_count());
@@ -103,10 +97,6 @@ VectorXd LindstromBates::factor_parameters(const VectorXd& theta) const {
 
 VectorXd LindstromBates::variance_parameters(const VectorXd& theta) const {
   return theta.tail(variance_.parameter_count());
-}
-
-const VectorXd& LindstromBates::variance_variable(const Linearisation& at) const {
-  return variance_column_.size() > 0 ? variance_column_ : at.mean;
 }
 
 LindstromBatesState LindstromBates::start(double spread) {
@@ -155,7 +145,8 @@ LindstromBatesState LindstromBates::first_order_start() {
 
 void LindstromBates::adopt_scale(const VectorXd& scale) {
   scale_ = scale;
-  factor_ = RelativeFactor(model_.specification().covariance, chosen(scale_, random_));
+  factor_ = RelativeFactor(model_.specification().random.value_or(RandomEffects{}),
+                           chosen(scale_, random_));
 }
 
 bool LindstromBates::rescale(LindstromBatesState& state, Linearisation& at) {
@@ -202,8 +193,7 @@ bool LindstromBates::linearise(const LindstromBatesState& state, Linearisation& 
 
 LinearMixedProfile LindstromBates::profile_of(const Linearisation& at,
                                               const VectorXd& theta) const {
-  const ResidualScale scale =
-      variance_.scale(variance_variable(at), variance_parameters(theta), false);
+  const ResidualScale scale = variance_.scale(at.mean, variance_parameters(theta), false);
   const GroupMoments moments(at.model, scale.weight);
   return profile(at.model, moments, scale.sum_log, factor_.factor(factor_parameters(theta)));
 }
@@ -213,7 +203,7 @@ double LindstromBates::profile_at(const Linearisation& at,
                                   VectorXd* gradient) const {
   const MatrixXd factor = factor_.factor(factor_parameters(theta));
   const ResidualScale scale =
-      variance_.scale(variance_variable(at), variance_parameters(theta), gradient != nullptr);
+      variance_.scale(at.mean, variance_parameters(theta), gradient != nullptr);
   const GroupMoments moments(at.model, scale.weight);
   const LinearMixedProfile value = profile(at.model, moments, scale.sum_log, factor);
   if (!value.is_valid) return std::numeric_limits<double>::infinity();
@@ -291,8 +281,7 @@ bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Lineari
   int short_steps = 0;
   double last_decrement = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kSteps; ++step) {
-    const ResidualScale scale =
-        variance_.scale(variance_variable(at), variance_parameters(state.theta), false);
+    const ResidualScale scale = variance_.scale(at.mean, variance_parameters(state.theta), false);
     const GroupMoments moments(at.model, scale.weight);
     const LinearMixedProfile target = profile(at.model, moments, scale.sum_log, factor);
     if (!target.is_valid) return false;
@@ -404,8 +393,7 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   Linearisation at;
   linearise(state, at);
   const LinearMixedProfile value = profile_of(at, state.theta);
-  const ResidualScale scale =
-      variance_.scale(variance_variable(at), variance_parameters(state.theta), false);
+  const ResidualScale scale = variance_.scale(at.mean, variance_parameters(state.theta), false);
   const auto n = static_cast<double>(model_.observations());
   const double sigma2 = value.sum_of_squares / n;
 
@@ -433,7 +421,7 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   fit.convergence.converged = outcome.converged;
   fit.convergence.gradient = outcome.decrement;
   fit.convergence.iterations = outcome.iterations;
-  fit.floored_variances = variance_.floored(variance_variable(at));
+  fit.floored_variances = variance_.floored(at.mean);
   return fit;
 }
 

@@ -71,7 +71,6 @@ class LindstromBates {
   /// Measures a state in units that suit the linearisation at it, if they have changed by much.
   bool rescale(LindstromBatesState& state, Linearisation& at);
   bool linearise(const LindstromBatesState& state, Linearisation& at);
-  const Eigen::VectorXd& variance_variable(const Linearisation& at) const;
   bool penalised_least_squares(LindstromBatesState& state, Linearisation& at);
   /// (G) weighted squares of each group plus |v|^2.
   Eigen::VectorXd penalised_squares(const Linearisation& at,
@@ -94,7 +93,6 @@ class LindstromBates {
   Eigen::VectorXd scale_;          ///< (p) units in use, those of the state at work
   RelativeFactor factor_;
   VarianceModel variance_;
-  Eigen::VectorXd variance_column_;  ///< (N), empty when of the fitted value
   NonlinearModel::Workspace workspace_;
   int short_steps_ = 6;
   bool hold_variance_ = false;

@@ -76,7 +76,7 @@ double value_at(const LinearMixedModel& model,
 
 TEST_CASE("the profile likelihood is that of the dense covariance matrix") {
   const LinearMixedModel model = example();
-  const VarianceModel variance({.kind = VarianceFunction::Kind::kPower}, fitted_values());
+  const VarianceModel variance(parse_variance_function("power"), {.response = fitted_values()});
   const VectorXd parameters = VectorXd::Constant(1, 0.7);
   const ResidualScale scale = variance.scale(fitted_values(), parameters, false);
   // Rounding of a 23 x 23 Cholesky factorisation.
@@ -89,9 +89,8 @@ TEST_CASE("the profile likelihood is that of the dense covariance matrix") {
 
 TEST_CASE("its gradients equal differences of its values") {
   const LinearMixedModel model = example();
-  using Kind = VarianceFunction::Kind;
-  for (const Kind kind : {Kind::kExponential, Kind::kPower, Kind::kConstantPlusPower}) {
-    const VarianceModel variance({.kind = kind}, fitted_values());
+  for (const char* const function : {"exponential", "power", "constant-plus-power"}) {
+    const VarianceModel variance(parse_variance_function(function), {.response = fitted_values()});
     const VectorXd parameters = VectorXd::Constant(variance.parameter_count(), 0.6);
     const MatrixXd factor = example_factor();
     const ResidualScale scale = variance.scale(fitted_values(), parameters, true);

@@ -10,46 +10,10 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "text_parts.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-/// A stretch of a text, without the blanks around it.
-struct Part {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-};
-
-bool is_blank(char byte) { return byte == ' ' || byte == '\t' || byte == '\n' || byte == '\r'; }
-
-Part trimmed(std::string_view text, std::size_t begin, std::size_t end) {
-  while (begin < end && is_blank(text[begin])) ++begin;
-  while (end > begin && is_blank(text[end - 1])) --end;
-  return {begin, end};
-}
-
-std::string_view of(std::string_view text, Part part) {
-  return text.substr(part.begin, part.end - part.begin);
-}
-
-/// Parts between separators that stand outside parentheses and backquotes.
-std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator) {
-  std::vector<Part> parts;
-  int depth = 0;
-  bool quoted = false;
-  std::size_t start = begin;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (text[i] == '`') quoted = !quoted;
-    if (quoted) continue;
-    depth += static_cast<int>(text[i] == '(') - static_cast<int>(text[i] == ')');
-    if (text[i] == separator && depth == 0) {
-      parts.push_back(trimmed(text, start, i));
-      start = i + 1;
-    }
-  }
-  parts.push_back(trimmed(text, start, end));
-  return parts;
-}
 
 Covariate parse_covariate(std::string_view text, Part part) {
   // `C:U` is the product, as in R's formulas.
@@ -97,6 +61,35 @@ void check_covariates(const ParameterModel& model,
   }
 }
 
+void check_random_effects(const RandomEffects& random,
+                          const std::vector<std::string>& known,
+                          std::string_view text,
+                          const data::Table& table) {
+  std::size_t position = 0;
+  const auto& effects = random.coefficients;
+  for (auto effect = effects.begin(); effect != effects.end(); ++effect) {
+    position = text.find(*effect, position);
+    if (std::ranges::find(known, *effect) == known.end()) {
+      throw FormulaError(
+          fmt::format(
+              "'{}' is no coefficient of the model; there are {}", *effect, fmt::join(known, ", ")),
+          text,
+          position + 1);
+    }
+    if (std::find(effects.begin(), effect, *effect) != effect) {
+      throw FormulaError(fmt::format("'{}' is named twice", *effect), text, position + 1);
+    }
+    position += effect->size();
+  }
+  if (!table.has(random.group)) {
+    throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
+                                   random.group,
+                                   fmt::join(table.names(), ", ")),
+                       text,
+                       text.rfind(random.group) + 1);
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> ParameterModel::coefficient_names() const {
@@ -110,17 +103,6 @@ std::string ParameterModel::text() const {
   std::string result = has_intercept ? "1" : "0";
   for (const Covariate& covariate : covariates) result += " + " + covariate.label;
   return result;
-}
-
-int VarianceFunction::parameter_count() const {
-  constexpr std::array kCounts{0, 1, 1, 2};
-  return kCounts[static_cast<std::size_t>(kind)];
-}
-
-std::string VarianceFunction::text() const {
-  constexpr std::array kNames{"none", "exponential", "power", "constant-plus-power"};
-  const std::string name = kNames[static_cast<std::size_t>(kind)];
-  return column.empty() ? name : fmt::format("{}({})", name, column);
 }
 
 std::vector<std::string> ModelSpecification::coefficient_names() const {
@@ -199,24 +181,6 @@ ModelSpecification specify_model(std::string_view formula,
   return specification;
 }
 
-RandomEffects parse_random_effects(std::string_view text) {
-  const std::size_t bar = text.find('|');
-  if (bar == std::string_view::npos) {
-    throw FormulaError(
-        "random effects have the form `a + b:C | group`; there is no |", text, text.size() + 1);
-  }
-  RandomEffects random;
-  for (const Part part : split(text, 0, bar, '+')) {
-    if (part.begin == part.end)
-      throw FormulaError("a coefficient is expected", text, part.begin + 1);
-    random.coefficients.emplace_back(of(text, part));
-  }
-  const Part group = trimmed(text, bar + 1, text.size());
-  if (group.begin == group.end) throw FormulaError("a group column is expected", text, bar + 2);
-  random.group = of(text, group);
-  return random;
-}
-
 void check_response(const ModelSpecification& specification, const data::Table& table) {
   const data::Formula& formula = specification.formula;
   if (table.has(formula.left)) return;
@@ -230,68 +194,13 @@ void check_response(const ModelSpecification& specification, const data::Table& 
 void add_random_effects(ModelSpecification& specification,
                         std::string_view text,
                         const data::Table& table) {
-  RandomEffects random = parse_random_effects(text);
-  const std::vector<std::string> known = specification.coefficient_names();
-  std::size_t position = 0;
-  for (auto effect = random.coefficients.begin(); effect != random.coefficients.end(); ++effect) {
-    position = text.find(*effect, position);
-    if (std::ranges::find(known, *effect) == known.end()) {
-      throw FormulaError(
-          fmt::format(
-              "'{}' is no coefficient of the model; there are {}", *effect, fmt::join(known, ", ")),
-          text,
-          position + 1);
-    }
-    if (std::find(random.coefficients.begin(), effect, *effect) != effect) {
-      throw FormulaError(fmt::format("'{}' is named twice", *effect), text, position + 1);
-    }
-    position += effect->size();
+  std::vector<RandomEffects> groupings = parse_random_effects(text);
+  for (const RandomEffects& random : groupings) {
+    check_random_effects(random, specification.coefficient_names(), text, table);
   }
-  if (!table.has(random.group)) {
-    throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
-                                   random.group,
-                                   fmt::join(table.names(), ", ")),
-                       text,
-                       text.rfind(random.group) + 1);
-  }
-  specification.random = std::move(random);
-}
-
-VarianceFunction parse_variance_function(std::string_view text) {
-  VarianceFunction function;
-  std::string_view name = text;
-  const std::size_t parenthesis = text.find('(');
-  if (parenthesis != std::string_view::npos && text.back() == ')') {
-    name = text.substr(0, parenthesis);
-    function.column = text.substr(parenthesis + 1, text.size() - parenthesis - 2);
-  }
-  constexpr std::array<std::pair<std::string_view, VarianceFunction::Kind>, 4> kKinds{{
-      {"none", VarianceFunction::Kind::kNone},
-      {"exponential", VarianceFunction::Kind::kExponential},
-      {"power", VarianceFunction::Kind::kPower},
-      {"constant-plus-power", VarianceFunction::Kind::kConstantPlusPower},
-  }};
-  for (const auto& [known, kind] : kKinds) {
-    if (name != known) continue;
-    function.kind = kind;
-    return function;
-  }
-  throw UsageError(fmt::format(
-      "'{}' is no variance function; there are none, exponential, power, constant-plus-power",
-      name));
-}
-
-Covariance parse_covariance(std::string_view text) {
-  if (text == "general") return Covariance::kGeneral;
-  if (text == "diagonal") return Covariance::kDiagonal;
-  if (text == "identity") return Covariance::kIdentity;
-  throw UsageError(
-      fmt::format("'{}' is no covariance form; there are general, diagonal, identity", text));
-}
-
-std::string covariance_text(Covariance covariance) {
-  constexpr std::array kNames{"general", "diagonal", "identity"};
-  return kNames[static_cast<std::size_t>(covariance)];
+  specification.outer_random.reset();
+  if (groupings.size() > 1) specification.outer_random = std::move(groupings.front());
+  specification.random = std::move(groupings.back());
 }
 
 }  // namespace silvafit::fit

@@ -72,17 +72,57 @@ TEST_CASE("what a fit needs is checked where it is written") {
   CHECK(model.random->coefficients == Names{"a", "b"});
 }
 
+TEST_CASE("blocks and nested groupings of random effects are read") {
+  const auto blocks = parse_random_effects("(a + b) + c | plot");
+  CHECK(blocks[0].covariance == Covariance::kBlock);
+  CHECK(blocks[0].coefficients == Names{"a", "b", "c"});
+  CHECK(blocks[0].blocks == std::vector<int>{2, 1});
+  CHECK(blocks[0].text() == "(a + b) + c");
+
+  const auto nested = parse_random_effects("a | stand/plot");
+  REQUIRE(nested.size() == 2);
+  CHECK(nested[0].group == "stand");
+  CHECK(nested[1].group == "plot");
+  CHECK(nested[0].coefficients == Names{"a"});
+  const auto own = parse_random_effects("a | stand; a + b | plot");
+  CHECK(own[0].coefficients == Names{"a"});
+  CHECK(own[1].coefficients == Names{"a", "b"});
+  CHECK_THROWS_AS(parse_random_effects("a | region/stand/plot"), FormulaError);
+  CHECK_THROWS_AS(parse_random_effects("a | plot/plot"), FormulaError);
+  CHECK_THROWS_AS(parse_random_effects("() | plot"), FormulaError);
+}
+
+TEST_CASE("products, strata and held parameters of variance functions are read") {
+  const std::string text = "stratum(species) * power(fitted | layer, delta = 0.5)";
+  const VarianceFunction function = parse_variance_function(text);
+  REQUIRE(function.factors.size() == 2);
+  CHECK(function.factors[0].kind == VarianceFactor::Kind::kStratum);
+  CHECK(function.factors[0].stratum == "species");
+  CHECK(function.factors[1].stratum == "layer");
+  CHECK(function.factors[1].column.empty());
+  CHECK(function.factors[1].delta == 0.5);
+  CHECK(function.text() == text);
+  CHECK(parse_variance_function("none").is_constant());
+  CHECK(parse_variance_function("constant-plus-power(dbh, constant = 1)").parameter_count() == 1);
+  CHECK_THROWS_AS(parse_variance_function("power(dbh"), FormulaError);
+  CHECK_THROWS_AS(parse_variance_function("power(constant = 1)"), FormulaError);
+  CHECK_THROWS_AS(parse_variance_function("stratum"), FormulaError);
+}
+
 TEST_CASE("random effects and variance functions are read") {
   const auto random = parse_random_effects("a + b + b:C | plot");
-  CHECK(random.coefficients == Names{"a", "b", "b:C"});
-  CHECK(random.group == "plot");
+  REQUIRE(random.size() == 1);
+  CHECK(random[0].coefficients == Names{"a", "b", "b:C"});
+  CHECK(random[0].group == "plot");
+  CHECK(random[0].covariance == Covariance::kGeneral);
   CHECK_THROWS_AS(parse_random_effects("a + b"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a + | plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a |"), FormulaError);
 
   const auto power = parse_variance_function("power(dbh)");
-  CHECK(power.kind == VarianceFunction::Kind::kPower);
-  CHECK(power.column == "dbh");
+  REQUIRE(power.factors.size() == 1);
+  CHECK(power.factors[0].kind == VarianceFactor::Kind::kPower);
+  CHECK(power.factors[0].column == "dbh");
   CHECK(power.text() == "power(dbh)");
   CHECK(parse_variance_function("constant-plus-power").parameter_count() == 2);
   CHECK_THROWS_AS(parse_variance_function("cubic"), silvafit::UsageError);

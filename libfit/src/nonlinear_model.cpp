@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -22,7 +23,9 @@ std::vector<std::string> data_variables(const ModelSpecification& specification)
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   };
   for (const std::string& name : specification.predictors()) add(name);
-  if (!specification.variance.column.empty()) add(specification.variance.column);
+  for (const VarianceFactor& factor : specification.variance.factors) {
+    if (!factor.column.empty()) add(factor.column);
+  }
   return names;
 }
 
@@ -43,6 +46,30 @@ Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<st
   return result;
 }
 
+/// Columns whose values are the strata of the variance function.
+std::vector<std::string> strata_columns(const ModelSpecification& specification) {
+  std::vector<std::string> names;
+  for (const VarianceFactor& factor : specification.variance.factors) {
+    if (factor.stratum.empty() || std::ranges::find(names, factor.stratum) != names.end()) continue;
+    names.push_back(factor.stratum);
+  }
+  return names;
+}
+
+/// The column of a grouping, its groups numbered in the order of their first appearance.
+class Grouping {
+ public:
+  Grouping(const data::Table& table, const std::string& column) : labels_(table.labels(column)) {}
+
+  bool is_missing(std::size_t row) const { return labels_.is_missing(row); }
+  std::size_t code(std::size_t row) const { return labels_.code(row); }
+  std::size_t levels() const { return labels_.levels().size(); }
+  const std::string& label(std::size_t code) const { return labels_.levels()[code]; }
+
+ private:
+  data::TextColumn labels_;
+};
+
 }  // namespace
 
 NonlinearModel::NonlinearModel(ModelSpecification specification, const data::Table& table)
@@ -50,6 +77,7 @@ NonlinearModel::NonlinearModel(ModelSpecification specification, const data::Tab
   choose_rows(table);
   load_columns(table);
   load_covariates(table);
+  load_strata(table);
   compile();
 }
 
@@ -62,29 +90,67 @@ void NonlinearModel::choose_rows(const data::Table& table) {
       if (std::isnan(values[row])) complete[row] = false;
     }
   }
-  data::TextColumn groups;
-  if (specification_.random) groups = table.labels(specification_.random->group);
-  std::vector<std::vector<std::size_t>> members(specification_.random ? groups.levels().size() : 1);
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    if (!complete[row] || (specification_.random && groups.is_missing(row))) {
-      ++excluded_;
-    } else {
-      members[specification_.random ? groups.code(row) : 0].push_back(row);
+  for (const std::string& name : strata_columns(specification_)) {
+    const data::TextColumn labels = table.labels(name);
+    for (std::size_t row = 0; row < complete.size(); ++row) {
+      if (labels.is_missing(row)) complete[row] = false;
     }
   }
-  for (std::size_t group = 0; group < members.size(); ++group) {
-    if (members[group].empty()) continue;
-    group_labels_.push_back(specification_.random ? groups.levels()[group] : std::string());
-    group_begin_.push_back(static_cast<Index>(rows_.size()));
-    rows_.insert(rows_.end(), members[group].begin(), members[group].end());
-  }
-  group_begin_.push_back(static_cast<Index>(rows_.size()));
   file_ = table.file();
+  sort_by_group(table, complete);
   for (const std::size_t row : rows_) lines_.push_back(table.line(row));
+  excluded_ = table.rows() - rows_.size();
   if (rows_.empty()) {
     throw InputError(fmt::format("no row has values for all of {}",
                                  fmt::join(data_variables(specification_), ", ")),
                      {.file = table.file()});
+  }
+}
+
+void NonlinearModel::sort_by_group(const data::Table& table, const std::vector<bool>& complete) {
+  std::optional<Grouping> inner;
+  std::optional<Grouping> outer;
+  if (specification_.random) inner.emplace(table, specification_.random->group);
+  if (specification_.outer_random) outer.emplace(table, specification_.outer_random->group);
+  std::vector<std::map<std::size_t, std::vector<std::size_t>>> members(outer ? outer->levels() : 1);
+  for (std::size_t row = 0; row < complete.size(); ++row) {
+    if (!complete[row] || (inner && inner->is_missing(row)) || (outer && outer->is_missing(row))) {
+      continue;
+    }
+    members[outer ? outer->code(row) : 0][inner ? inner->code(row) : 0].push_back(row);
+  }
+  for (std::size_t cluster = 0; cluster < members.size(); ++cluster) {
+    if (members[cluster].empty()) continue;
+    if (outer) {
+      outer_labels_.push_back(outer->label(cluster));
+      cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
+    }
+    for (const auto& [code, rows] : members[cluster]) {
+      if (!outer) cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
+      const std::string label = inner ? inner->label(code) : std::string();
+      group_labels_.push_back(outer ? outer->label(cluster) + "/" + label : label);
+      group_begin_.push_back(static_cast<Index>(rows_.size()));
+      rows_.insert(rows_.end(), rows.begin(), rows.end());
+    }
+  }
+  group_begin_.push_back(static_cast<Index>(rows_.size()));
+  cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
+}
+
+void NonlinearModel::load_strata(const data::Table& table) {
+  for (const std::string& column : strata_columns(specification_)) {
+    const data::TextColumn labels = table.labels(column);
+    Strata strata{.column = column};
+    std::vector<Index> number(labels.levels().size(), -1);
+    for (const std::size_t row : rows_) {
+      Index& code = number[labels.code(row)];
+      if (code < 0) {
+        code = static_cast<Index>(strata.labels.size());
+        strata.labels.emplace_back(labels[row]);
+      }
+      strata.of_rows.push_back(code);
+    }
+    strata_.push_back(std::move(strata));
   }
 }
 
@@ -186,6 +252,14 @@ Eigen::VectorXd NonlinearModel::column(std::string_view name) const {
   return columns_.col(found - variables_.begin());
 }
 
+const NonlinearModel::Strata& NonlinearModel::strata(std::string_view column) const {
+  const auto found = std::ranges::find(strata_, column, &Strata::column);
+  if (found == strata_.end()) {
+    throw UsageError(fmt::format("the variance function has no strata '{}'", column));
+  }
+  return *found;
+}
+
 Index NonlinearModel::parameter_of(Index coefficient) const {
   return slots_[static_cast<std::size_t>(coefficient)].parameter;
 }
@@ -194,6 +268,11 @@ Eigen::VectorXd NonlinearModel::multiplier(Index coefficient) const {
   const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
   if (slot.covariate < 0) return Eigen::VectorXd::Ones(observations());
   return covariates_.col(slot.covariate);
+}
+
+const double* NonlinearModel::multiplier_values(Index coefficient) const {
+  const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
+  return slot.covariate < 0 ? nullptr : covariates_.col(slot.covariate).data();
 }
 
 bool NonlinearModel::is_bilinear(Index i, Index j) const {
@@ -207,10 +286,23 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
   part.lines_.clear();
   part.group_labels_.clear();
   part.group_begin_.clear();
+  part.outer_labels_.clear();
+  part.cluster_begin_.clear();
+  for (Strata& strata : part.strata_) strata.of_rows.clear();
   Index group = 0;
+  Index cluster = 0;
   Index last_group = -1;
+  Index last_cluster = -1;
   for (const Index i : observations) {
     while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
+    while (group >= cluster_begin_[static_cast<std::size_t>(cluster) + 1]) ++cluster;
+    if (cluster != last_cluster) {
+      if (!outer_labels_.empty()) {
+        part.outer_labels_.push_back(outer_labels_[static_cast<std::size_t>(cluster)]);
+      }
+      part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
+      last_cluster = cluster;
+    }
     if (group != last_group) {
       part.group_labels_.push_back(group_labels_[static_cast<std::size_t>(group)]);
       part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
@@ -218,8 +310,12 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
     }
     part.rows_.push_back(rows_[static_cast<std::size_t>(i)]);
     part.lines_.push_back(lines_[static_cast<std::size_t>(i)]);
+    for (std::size_t k = 0; k < strata_.size(); ++k) {
+      part.strata_[k].of_rows.push_back(strata_[k].of_rows[static_cast<std::size_t>(i)]);
+    }
   }
   part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+  part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
   part.response_ = response_(observations);
   part.columns_ = columns_(observations, Eigen::all);
   part.covariates_ = covariates_(observations, Eigen::all);
@@ -234,6 +330,7 @@ NonlinearModel NonlinearModel::pooled() const {
     model.slots_.push_back({.parameter = static_cast<Index>(model.slots_.size())});
   }
   model.specification_.random.reset();
+  model.specification_.outer_random.reset();
   model.names_ = model.specification_.coefficient_names();
   model.covariates_.resize(observations(), 0);
   model.compile();

@@ -22,7 +22,7 @@ Table five_trees() {
 
 NonlinearModel by_plot(const Table& table) {
   ModelSpecification specification = specify_model("h ~ a + b*dbh", {"b ~ 1 + C"}, table);
-  specification.random = parse_random_effects("a | plot");
+  specification.random = parse_random_effects("a | plot").front();
   return {specification, table};
 }
 

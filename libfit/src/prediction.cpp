@@ -137,9 +137,7 @@ Prediction predict(const FittedModel& fit,
     result.is_new_group[row] = true;
     if (options.new_groups == NewGroups::kMissing) result.value[static_cast<Index>(row)] = kNaN;
   }
-  const std::string& column = fit.variance.function.column;
-  result.residual_sd = fit.residual_sd(
-      column.empty() ? result.value : to_vector(data::variable_values(column, table)));
+  result.residual_sd = fit.residual_sd(result.value, table);
   return result;
 }
 

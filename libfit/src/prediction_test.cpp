@@ -19,14 +19,15 @@ FittedModel power_curve() {
   FittedModel fit{.specification = {.formula = data::parse_formula("h ~ 1.3 + a*dbh^b")}};
   fit.specification.parameters = {parse_parameter_model("a ~ 1 + C"),
                                   parse_parameter_model("b ~ 1")};
-  fit.specification.random = parse_random_effects("a | plot");
+  fit.specification.random = parse_random_effects("a | plot").front();
   fit.coefficient_names = {"a", "a:C", "b"};
   fit.estimate = Eigen::Vector3d(1.5, 0.4, 0.7);
   fit.random_names = {"a"};
   fit.group_labels = {"07", "8"};
   fit.random_effects = Eigen::RowVector2d(0.2, -0.1);
   fit.sigma = 0.5;
-  fit.variance = {.function = {.kind = VarianceFunction::Kind::kPower}, .delta = 2.0};
+  fit.variance = VarianceEstimate::missing(parse_variance_function("power"));
+  fit.variance.factors[0].delta[0] = 2.0;
   return fit;
 }
 
@@ -87,7 +88,7 @@ TEST_CASE("without random effects both levels are the same") {
 
 TEST_CASE("the variance may follow a column") {
   FittedModel fit = power_curve();
-  fit.variance.function.column = "dbh";
+  fit.variance.factors[0].factor.column = "dbh";
   const Prediction prediction = predict(fit, trees(), Level::kPopulation);
   CHECK(prediction.residual_sd[1] == Approx(0.5 * 400.0).epsilon(1e-14));
 }

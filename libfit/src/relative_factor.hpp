@@ -4,8 +4,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
+#include <vector>
 
-#include "silvafit/fit/model_specification.hpp"
+#include "silvafit/fit/random_effects.hpp"
 
 namespace silvafit::fit {
 
@@ -13,11 +15,12 @@ namespace silvafit::fit {
 /// edge of the set of covariance matrices is nothing special to an optimiser.
 class RelativeFactor {
  public:
+  /// \param random  the form of the covariance
   /// \param scales  (q) the unit in which each random effect is measured: L acts on effects /
   /// scales. It only
   ///   matters for the identity form, which is a multiple of the identity in the effects' own
   ///   units.
-  RelativeFactor(Covariance form, Eigen::VectorXd scales);
+  RelativeFactor(const RandomEffects& random, Eigen::VectorXd scales);
 
   Eigen::Index size() const { return scales_.size(); }
   Eigen::Index parameter_count() const;
@@ -33,8 +36,11 @@ class RelativeFactor {
   Eigen::VectorXd gradient(const Eigen::MatrixXd& by_factor) const;
 
  private:
-  Covariance form_;
+  bool is_identity_ = false;
   Eigen::VectorXd scales_;
+  std::vector<int> blocks_;  ///< sizes; effects of different blocks are independent
+  /// Row and column of each free element, by blocks and columns; unused for the identity form.
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> elements_;
   Eigen::VectorXd identity_;  ///< diagonal of L for the identity form with parameter one
 };
 

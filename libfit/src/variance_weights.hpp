@@ -3,8 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
 
-#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/program.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+#include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::fit {
 
@@ -15,40 +21,92 @@ struct ResidualScale {
   double sum_log = 0.0;              ///< sum of log g
 };
 
-/// A variance function with internal parameters that are of order one and nearly uncorrelated with
-/// sigma: v is taken relative to its typical value, so that g is about 1 whatever delta is, and
-/// constant-plus-power is (sin^2 phi + cos^2 phi |v/v0|^delta), which holds both a constant
-/// variance and a pure power as ordinary points.
+/// What variance functions read from N observations.
+struct VarianceData {
+  Eigen::VectorXd response{};  ///< (N) magnitudes like those of the fitted values
+  std::map<std::string, Eigen::VectorXd, std::less<>> columns{};  ///< (N) by name
+  std::vector<NonlinearModel::Strata> strata{};
+
+  static VarianceData of(const NonlinearModel& model);
+};
+
+/// A variance function with internal parameters that are of order one and, without strata, nearly
+/// uncorrelated with sigma: v is taken relative to its typical value, so that g is about 1 whatever
+/// delta is, and constant-plus-power is (sin^2 phi + cos^2 phi |v/v0|^delta), which holds both a
+/// constant variance and a pure power as ordinary points. With strata, sigma must mean the same in
+/// each: their factors are exp(delta v), |v|^delta and kappa^2 + |v|^delta; stratum() has
+/// logarithms of ratios.
 class VarianceModel {
  public:
-  /// \param typical_values  (N) positive magnitudes like those v will have: |response| or the
-  /// column
-  VarianceModel(const VarianceFunction& function, const Eigen::VectorXd& typical_values);
+  /// A quantity in log g: one number, or one a stratum.
+  struct Quantity {
+    std::string name{};          ///< of the variable in log_scale()
+    std::size_t factor = 0;      ///< of the function
+    int strata = -1;             ///< index into VarianceData::strata, -1 for one number
+    Eigen::Index first = 0;      ///< internal parameter of its first estimated stratum
+    Eigen::Index count = 1;      ///< estimated strata
+    bool has_reference = false;  ///< the first stratum is 0 and not estimated
+    double start = 0.0;
+    double at_constant = 0.0;  ///< its value where the variance is constant
+  };
 
-  Eigen::Index parameter_count() const { return function_.parameter_count(); }
+  VarianceModel(const VarianceFunction& function, VarianceData data);
+
+  /// Number of internal parameters, m.
+  Eigen::Index parameter_count() const { return parameter_count_; }
   /// Internal parameters to start from.
   Eigen::VectorXd start() const;
-  /// Internal parameters of a constant variance.
+  /// Internal parameters of a constant variance, as far as none is held elsewhere.
   Eigen::VectorXd constant() const;
 
-  /// \param v           (N) fitted values or the column
+  /// log g as an expression of fitted_name(), columns and quantities.
+  const data::Expression& log_scale() const { return log_scale_; }
+  static const std::string& fitted_name();
+  const std::vector<Quantity>& quantities() const { return quantities_; }
+  const VarianceData& data() const { return data_; }
+  /// Whether g depends on the fitted value.
+  bool uses_fitted() const;
+
+  /// \param fitted      (N) fitted values
   /// \param parameters  (m) internal
-  ResidualScale scale(const Eigen::VectorXd& v,
+  ResidualScale scale(const Eigen::VectorXd& fitted,
                       const Eigen::VectorXd& parameters,
                       bool with_derivatives) const;
 
   /// Number of observations whose |v| is so small that it had to be floored.
-  Eigen::Index floored(const Eigen::VectorXd& v) const;
+  Eigen::Index floored(const Eigen::VectorXd& fitted) const;
 
   VarianceEstimate estimate(const Eigen::VectorXd& parameters) const;
-  /// The factor from the internal residual scale to nlme's sigma.
+  /// Internal parameters of an estimate; NaN where it is.
+  Eigen::VectorXd parameters(const VarianceEstimate& estimate) const;
+  /// The factor from the internal residual scale to nlme's sigma; a factor whose constant is
+  /// infinite counts as 1.
   double sigma_factor(const Eigen::VectorXd& parameters) const;
 
  private:
-  Eigen::ArrayXd log_relative(const Eigen::VectorXd& v) const;
+  data::Expression factor_expression(const VarianceFactor& factor, std::size_t index);
+  /// A variable for an estimated quantity, or the constant that it is held at.
+  data::Expression quantity(std::size_t factor,
+                            std::string_view what,
+                            double start,
+                            double at_constant);
+  double typical(const VarianceFactor& factor) const;
+  int strata_index(const VarianceFactor& factor) const;
+  /// The number of a quantity of a factor, by its kind; -1 if it is held or there is none.
+  int find(std::size_t factor, std::string_view what) const;
+  /// Values of a quantity by stratum, a single one without strata.
+  Eigen::VectorXd values(int quantity, const Eigen::VectorXd& parameters) const;
+  VarianceFactorEstimate factor_estimate(std::size_t factor,
+                                         const Eigen::VectorXd& parameters) const;
 
   VarianceFunction function_;
-  double typical_ = 1.0;  ///< geometric mean for powers, arithmetic mean for exponentials
+  VarianceData data_;
+  std::vector<double> typical_;  ///< typical |v| of each factor
+  std::vector<Quantity> quantities_;
+  Eigen::Index parameter_count_ = 0;
+  data::Expression log_scale_;
+  data::Program value_program_;
+  data::Program derivative_program_;
 };
 
 }  // namespace silvafit::fit

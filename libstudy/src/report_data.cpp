@@ -82,8 +82,9 @@ ordered_json covariate_rows(const ResponseStudy& result) {
 ordered_json random_rows(const ResponseStudy& result) {
   ordered_json rows = ordered_json::array();
   for (const Candidate& candidate : result.random) {
-    ordered_json row{{"effects", candidate.terms},
-                     {"covariance", fit::covariance_text(candidate.fit.specification.covariance)}};
+    ordered_json row{
+        {"effects", candidate.terms},
+        {"covariance", fit::covariance_text(candidate.fit.specification.random->covariance)}};
     add_criteria(row, candidate);
     rows.push_back(std::move(row));
   }
@@ -94,11 +95,12 @@ ordered_json variance_rows(const ResponseStudy& result) {
   ordered_json rows = ordered_json::array();
   for (const Candidate& candidate : result.variance) {
     const fit::VarianceEstimate& variance = candidate.fit.variance;
-    const int count = variance.function.parameter_count();
-    ordered_json row{{"function", fit::VarianceFunction{.kind = variance.function.kind}.text()},
+    const fit::VarianceFunction function = variance.function();
+    const int count = function.parameter_count();
+    ordered_json row{{"function", function.text()},
                      {"of", count > 0 ? ordered_json("fitted") : ordered_json(nullptr)},
-                     {"delta", count > 0 ? number(variance.delta) : ordered_json(nullptr)},
-                     {"constant", count > 1 ? number(variance.constant) : ordered_json(nullptr)}};
+                     {"delta", count > 0 ? number(variance.delta()) : ordered_json(nullptr)},
+                     {"constant", count > 1 ? number(variance.constant()) : ordered_json(nullptr)}};
     add_test(row, candidate);
     add_criteria(row, candidate);
     rows.push_back(std::move(row));

@@ -120,8 +120,9 @@ std::vector<double> SimulatedResponse::means(const Columns& columns) const {
 
 std::vector<double> SimulatedResponse::relative_spread(const std::vector<double>& means,
                                                        const Columns& columns) const {
-  using Kind = fit::VarianceFunction::Kind;
-  const fit::VarianceFunction& function = design_->model.variance;
+  using Kind = fit::VarianceFactor::Kind;
+  if (design_->model.variance.is_constant()) return std::vector<double>(means.size(), 1.0);
+  const fit::VarianceFactor& function = design_->model.variance.factors.front();
   const std::vector<double>& values = function.column.empty() ? means : columns.at(function.column);
   std::vector<double> result;
   result.reserve(values.size());

@@ -264,8 +264,14 @@ void read_variance(const JsonReader& json, ResponseDesign& response) {
   } catch (const UsageError& error) {
     function.fail(error.what());
   }
-  const std::string& column = response.model.variance.column;
-  if (!column.empty() && column != "dbh") function.fail("can be of the fitted value or of dbh");
+  for (const fit::VarianceFactor& factor : response.model.variance.factors) {
+    const bool is_simple = response.model.variance.factors.size() == 1 && factor.stratum.empty() &&
+                           !factor.delta && !factor.constant;
+    if (!is_simple) function.fail("must be one function without strata and held parameters");
+    if (!factor.column.empty() && factor.column != "dbh") {
+      function.fail("can be of the fitted value or of dbh");
+    }
+  }
   const int parameters = response.model.variance.parameter_count();
   if (parameters >= 1) response.delta = json.at("delta").number();
   if (parameters >= 2) response.constant = json.at("constant").not_negative();

@@ -152,13 +152,11 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
 }
 
 std::vector<Trial> variance_trials(const Candidate& mixed) {
-  using Kind = fit::VarianceFunction::Kind;
   std::vector<Trial> trials;
-  for (const Kind kind :
-       {Kind::kNone, Kind::kExponential, Kind::kPower, Kind::kConstantPlusPower}) {
+  for (const char* const function : {"none", "exponential", "power", "constant-plus-power"}) {
     Trial trial{
         .terms = mixed.terms, .model = mixed.fit.model, .specification = mixed.fit.specification};
-    trial.specification.variance.kind = kind;
+    trial.specification.variance = fit::parse_variance_function(function);
     trial.options.method = fit::Method::kLindstromBates;
     for (Eigen::Index k = 0; k < mixed.fit.estimate.size(); ++k) {
       trial.options.start[mixed.fit.coefficient_names[static_cast<std::size_t>(k)]] =

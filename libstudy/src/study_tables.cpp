@@ -114,8 +114,9 @@ void write_random_effects(const Study& study, const std::filesystem::path& folde
     for (const Candidate& candidate : result.random) {
       const std::string terms = fmt::format("{}", fmt::join(candidate.terms, " + "));
       lines.add(joined(
-          joined(subject(result),
-                 {field(terms), fit::covariance_text(candidate.fit.specification.covariance)}),
+          joined(
+              subject(result),
+              {field(terms), fit::covariance_text(candidate.fit.specification.random->covariance)}),
           criteria(candidate)));
     }
   }
@@ -128,11 +129,12 @@ void write_variance_functions(const Study& study, const std::filesystem::path& f
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.variance) {
       const fit::VarianceEstimate& variance = candidate.fit.variance;
-      const int count = variance.function.parameter_count();
+      const fit::VarianceFunction function = variance.function();
+      const int count = function.parameter_count();
       lines.add(joined(joined(joined(subject(result),
-                                     {field(variance.function.text()),
-                                      count > 0 ? field(variance.delta) : "",
-                                      count > 1 ? field(variance.constant) : ""}),
+                                     {field(function.text()),
+                                      count > 0 ? field(variance.delta()) : "",
+                                      count > 1 ? field(variance.constant()) : ""}),
                               test(candidate)),
                        criteria(candidate)));
     }
@@ -188,9 +190,9 @@ void add_components(const ResponseStudy& result, const fit::FittedModel& fit, Li
     }
   }
   add("sigma", fit.sigma);
-  const int count = fit.variance.function.parameter_count();
-  if (count > 0) add("delta", fit.variance.delta);
-  if (count > 1) add("constant", fit.variance.constant);
+  const int count = fit.variance.function().parameter_count();
+  if (count > 0) add("delta", fit.variance.delta());
+  if (count > 1) add("constant", fit.variance.constant());
 }
 
 void write_variance_components(const Study& study, const std::filesystem::path& folder) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,8 +22,14 @@ namespace silvafit::fit {
 enum class Method {
   kOrdinary,        ///< ordinary least squares, "ols"
   kGeneralised,     ///< with a variance function, without random effects, "gnls"
-  kLindstromBates,  ///< mixed effects, "lb"
+  kLindstromBates,  ///< mixed effects by Lindstrom and Bates' alternation, as R nlme: "lb"
+  kFirstOrder,      ///< marginal likelihood, first order without interaction: "foce"
+  kInteraction,     ///< the same with interaction: "focei"
+  kLaplace,         ///< marginal likelihood by Laplace's method: "laplace"
+  kQuadrature,      ///< marginal likelihood by adaptive Gauss-Hermite quadrature: "agq"
 };
+/// Whether a method estimates random effects.
+bool is_mixed(Method method);
 std::string method_text(Method method);
 /// \throws UsageError if there is no such method; the message lists those there are
 Method parse_method(std::string_view text);
@@ -44,6 +51,8 @@ struct FittedModel {
   std::string model{};  ///< id in the catalogue, or empty
   ModelSpecification specification;
   Method method = Method::kOrdinary;
+  bool reml = false;          ///< restricted maximum likelihood
+  int quadrature_points = 0;  ///< a random effect; 0 but for agq
   Eigen::Index observations = 0;
   Eigen::Index excluded = 0;  ///< rows with missing values
 
@@ -56,6 +65,7 @@ struct FittedModel {
   std::vector<std::string> group_labels{};  ///< (G)
   Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
   Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs
+  OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
   /// Where constant-plus-power has become a constant variance, its constant is infinite and sigma
   /// the residual standard deviation itself.
   VarianceEstimate variance{};
@@ -80,9 +90,10 @@ struct FittedModel {
   Eigen::VectorXd random_sd() const;
   /// (q x q); NaN off the diagonal where a standard deviation is zero.
   Eigen::MatrixXd random_correlation() const;
-  /// (N) residual standard deviation by the variance function.
-  /// \param v  (N) fitted values, or the column that the function is of
-  Eigen::VectorXd residual_sd(const Eigen::Ref<const Eigen::VectorXd>& v) const;
+  /// (N) residual standard deviation of a table's rows by the variance function.
+  /// \param fitted  (N) fitted values of the rows
+  Eigen::VectorXd residual_sd(const Eigen::Ref<const Eigen::VectorXd>& fitted,
+                              const data::Table& table) const;
 };
 
 /// The fit and what it says of each observation.
@@ -99,6 +110,11 @@ struct FitModelOptions {
   std::map<std::string, double> start{};  ///< by coefficient, never needed
   std::map<std::string, double> rule{};   ///< by parameter, from the catalogue
   int maximum_iterations = 200;           ///< alternations of lb and gnls
+  bool reml = false;                      ///< for lb and gnls; see MixedEffectsOptions
+  int quadrature_points = 7;              ///< for agq, a random effect
+  unsigned threads = 1;                   ///< over groups, for marginal likelihoods
+  /// Called with one line for each iteration, if given.
+  std::function<void(const std::string&)> trace{};
 };
 
 /// Fits a model to the rows of a table where all of its columns have values. Mixed and generalised

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,14 +15,19 @@ namespace silvafit::fit {
 
 struct MixedEffectsOptions {
   int maximum_iterations = 200;  ///< alternations of the two steps
+  /// Restricted maximum likelihood instead of maximum likelihood: of the model that is linear
+  /// around the estimates (R nlme's REML).
+  bool reml = false;
+  /// Called with one line for each iteration, if given.
+  std::function<void(const std::string&)> trace{};
 };
 
-/// Estimated parameters of a variance function, by R nlme's definitions.
-struct VarianceEstimate {
-  VarianceFunction function{};
-  double delta = 0.0;  ///< exponent or rate; 0 without a variance function
-  double constant =
-      0.0;  ///< of constant-plus-power; infinite where it has become a constant variance
+/// Estimated random effects of the coarser of two nested groupings: r coefficients, S groups.
+struct OuterRandomEffects {
+  std::vector<std::string> names{};   ///< (r), empty without a coarser grouping
+  std::vector<std::string> labels{};  ///< (S)
+  Eigen::MatrixXd covariance{};       ///< (r x r)
+  Eigen::MatrixXd effects{};          ///< (r x S) EBLUPs
 };
 
 /// A fitted model: y_ij = f(beta + b_i; x_ij) + e_ij, b_i ~ N(0, Psi), Var e_ij = sigma^2 g_ij^2.
@@ -36,6 +42,7 @@ struct MixedEffectsFit {
   std::vector<std::string> group_labels{};  ///< (G)
   Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
   Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs: modes given the data
+  OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
   double sigma = 0.0;
   VarianceEstimate variance{};
   double log_likelihood = 0.0;
@@ -57,6 +64,35 @@ struct MixedEffectsFit {
   /// (q x q); NaN off the diagonal where a standard deviation is zero.
   Eigen::MatrixXd random_correlation() const;
 };
+
+/// How the random effects are integrated out of the likelihood.
+enum class Integration {
+  kFirstOrder,   ///< FOCE: first order around the modes, residual variance at b = 0
+  kInteraction,  ///< FOCEI: the same with the residual variance at the modes
+  kLaplace,      ///< Laplace's method with all second derivatives
+  kQuadrature,   ///< adaptive Gauss-Hermite quadrature
+};
+
+struct MarginalOptions {
+  int quadrature_points = 7;  ///< a random effect
+  unsigned threads = 1;
+  /// Called with one line for each value of the likelihood, if given.
+  std::function<void(const std::string&)> trace{};
+};
+
+/// Fits by maximum marginal likelihood.
+///
+/// Starts from a fit by Lindstrom and Bates' method, converged or not, and follows the exact
+/// gradient of the likelihood to where the Newton decrement vanishes. Standard errors are those of
+/// the observed information. A fit that fails is a result with converged = false and a verdict.
+/// \param start  (p) coefficients to start from: the pooled least-squares fit
+/// \throws UsageError without random effects, or if there are too many for the method: at most 12
+///   a group over both groupings; for quadrature at most 3, of one grouping
+/// Source: see docs/mixed-effects.md.
+MixedEffectsFit fit_marginal(const NonlinearModel& model,
+                             const Eigen::VectorXd& start,
+                             Integration integration,
+                             const MarginalOptions& options = {});
 
 /// Fits by the method of Lindstrom and Bates, maximum likelihood: R nlme's objective.
 ///

@@ -10,6 +10,8 @@
 
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/random_effects.hpp"
+#include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::fit {
 
@@ -32,33 +34,12 @@ struct ParameterModel {
   std::string text() const;
 };
 
-/// Coefficients that vary between groups, written `a + b:C | plot`.
-struct RandomEffects {
-  std::vector<std::string> coefficients{};
-  std::string group{};  ///< the column whose values are the groups
-};
-
-/// The form of the covariance matrix Psi of a group's random effects.
-enum class Covariance { kGeneral, kDiagonal, kIdentity };
-
-/// How the residual standard deviation depends on v, the fitted value or a column (R nlme's
-/// definitions): sigma; sigma exp(delta v); sigma |v|^delta; sigma (constant + |v|^delta).
-struct VarianceFunction {
-  enum class Kind { kNone, kExponential, kPower, kConstantPlusPower };
-  Kind kind = Kind::kNone;
-  std::string column{};  ///< empty: the fitted value
-
-  /// Number of its parameters: 0, 1, 1, 2.
-  int parameter_count() const;
-  /// "none", "power", "power(dbh)", ...
-  std::string text() const;
-};
-
 struct ModelSpecification {
   data::Formula formula;
   std::vector<ParameterModel> parameters{};
-  std::optional<RandomEffects> random{};
-  Covariance covariance = Covariance::kGeneral;
+  std::optional<RandomEffects> random{};  ///< of the only or the finer grouping
+  /// Of a coarser grouping, within whose groups those of `random` are told apart.
+  std::optional<RandomEffects> outer_random{};
   VarianceFunction variance{};
 
   /// All coefficients in the order of the parameters.
@@ -84,22 +65,11 @@ void check_response(const ModelSpecification& specification, const data::Table& 
 /// Reads one sub-model; covariates are not checked against any table.
 ParameterModel parse_parameter_model(std::string_view text);
 
-/// Reads `a + b + b:C | plot`.
-RandomEffects parse_random_effects(std::string_view text);
-
 /// Gives a model the random effects of a text.
 /// \throws FormulaError that points at what is no coefficient of the model, is named twice, or is
 ///   no column of the table
 void add_random_effects(ModelSpecification& specification,
                         std::string_view text,
                         const data::Table& table);
-
-/// Reads none, exponential, power, constant-plus-power, each with a column in parentheses if not of
-/// the fitted value.
-VarianceFunction parse_variance_function(std::string_view text);
-
-/// Reads general, diagonal or identity.
-Covariance parse_covariance(std::string_view text);
-std::string covariance_text(Covariance covariance);
 
 }  // namespace silvafit::fit

@@ -19,10 +19,11 @@ namespace silvafit::fit {
 /// coefficients.
 ///
 /// N observations, p coefficients, G groups. Rows where the response, a column of the formula, a
-/// covariate or the group is missing are left out. Rows are kept sorted by group (groups in the
-/// order of their first appearance, rows within a group in file order); without random effects all
-/// rows are one group. Immutable; evaluate() may run on several threads, each with a Workspace of
-/// its own.
+/// covariate, a stratum or the group is missing are left out. Rows are kept sorted by group (groups
+/// in the order of their first appearance, rows within a group in file order); without random
+/// effects all rows are one group. With two nested groupings the groups are those of the finer one,
+/// told apart within each group of the coarser one and sorted by it. Immutable; evaluate() may run
+/// on several threads, each with a Workspace of its own.
 class NonlinearModel {
  public:
   /// Scratch memory of one caller.
@@ -56,14 +57,38 @@ class NonlinearModel {
   /// First observation of group g; group_begin(group_count()) is N.
   Eigen::Index group_begin(Eigen::Index group) const { return group_begin_[group]; }
 
+  /// Number of independent clusters: the groups, or those of the coarser of two nested groupings.
+  Eigen::Index cluster_count() const {
+    return static_cast<Eigen::Index>(cluster_begin_.size()) - 1;
+  }
+  /// First group of a cluster; cluster_begin(cluster_count()) is G.
+  Eigen::Index cluster_begin(Eigen::Index cluster) const { return cluster_begin_[cluster]; }
+  /// Labels of the coarser grouping's groups; empty without one.
+  const std::vector<std::string>& outer_labels() const { return outer_labels_; }
+
   /// (N) a numeric column of the data in model order, as far as the model uses it.
   /// \throws UsageError if the model does not use it
   Eigen::VectorXd column(std::string_view name) const;
+
+  /// The strata of a column that the variance function names.
+  struct Strata {
+    std::string column{};
+    std::vector<std::string> labels{};    ///< (S)
+    std::vector<Eigen::Index> of_rows{};  ///< (N) number of each observation's stratum
+  };
+  /// \throws UsageError if the variance function does not use the column
+  const Strata& strata(std::string_view column) const;
+
+  /// The columns of the data that the model reads as numbers, and their values.
+  const std::vector<std::string>& variables() const { return variables_; }
+  const Eigen::MatrixXd& variable_values() const { return columns_; }  ///< (N x variables)
 
   /// The parameter of a coefficient, by its number in the specification.
   Eigen::Index parameter_of(Eigen::Index coefficient) const;
   /// (N) what a coefficient is multiplied by in its parameter: the covariate, 1 for an intercept.
   Eigen::VectorXd multiplier(Eigen::Index coefficient) const;
+  /// The same as a pointer to N values, null for an intercept.
+  const double* multiplier_values(Eigen::Index coefficient) const;
 
   /// The mean and, unless null, its Jacobian in the coefficients.
   /// \param coefficients  (p) the same for all groups, or (p x G) by group
@@ -95,8 +120,10 @@ class NonlinearModel {
     Eigen::Index covariate = -1;  ///< column of covariates_, -1 for an intercept
   };
   void choose_rows(const data::Table& table);
+  void sort_by_group(const data::Table& table, const std::vector<bool>& complete);
   void load_columns(const data::Table& table);
   void load_covariates(const data::Table& table);
+  void load_strata(const data::Table& table);
   void compile();
   /// Where all second derivatives vanish: false if a kink (abs, max, ifelse, ...) bends the mean of
   /// the first row all the same.
@@ -113,6 +140,9 @@ class NonlinearModel {
   std::size_t excluded_ = 0;
   std::vector<std::string> group_labels_;
   std::vector<Eigen::Index> group_begin_;
+  std::vector<std::string> outer_labels_;
+  std::vector<Eigen::Index> cluster_begin_;
+  std::vector<Strata> strata_;
   Eigen::VectorXd response_;
   std::vector<std::string> variables_;  ///< data columns of the formula
   Eigen::MatrixXd columns_;             ///< (N x variables)

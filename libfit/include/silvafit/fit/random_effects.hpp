@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// Which coefficients vary between groups, and the form of their covariance.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace silvafit::fit {
+
+/// The form of the covariance matrix Psi of a group's random effects.
+enum class Covariance { kGeneral, kDiagonal, kIdentity, kBlock };
+
+/// Coefficients that vary between groups, written `a + b:C | plot`.
+struct RandomEffects {
+  std::vector<std::string> coefficients{};
+  std::string group{};  ///< the column whose values are the groups
+  Covariance covariance = Covariance::kGeneral;
+  /// For kBlock: how many coefficients each block has, in their order. Effects of different blocks
+  /// are independent.
+  std::vector<int> blocks{};
+
+  /// Sizes of the blocks within which covariances are free: all in one for the general form, ones
+  /// for the diagonal form and multiples of the identity.
+  std::vector<int> block_sizes() const;
+  /// The coefficients as text, blocks in parentheses: "(a + b) + c".
+  std::string text() const;
+};
+
+/// Reads `a + b + b:C | plot`; parentheses make blocks, as in `(a + b) + c | plot`. Two nested
+/// groupings: `a | stand/plot` gives both the same effects, `a | stand; a + b | plot` each its own.
+/// \returns one element, or two with the coarser grouping first
+/// \throws FormulaError that points at what cannot be read
+std::vector<RandomEffects> parse_random_effects(std::string_view text);
+
+/// Reads general, diagonal or identity; blocks are made in the text of random effects.
+Covariance parse_covariance(std::string_view text);
+std::string covariance_text(Covariance covariance);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects_evidence.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Random effects whose spread is nothing beside what one standard error of the residuals would
+/// move.
+std::vector<std::string> vanished_effects(const MixedEffectsFit& fit, const VectorXd& mean_slope) {
+  constexpr double kShareOfSigma = 1e-4;
+  std::vector<std::string> names;
+  const VectorXd deviations = fit.random_sd();
+  for (Index k = 0; k < deviations.size(); ++k) {
+    const double effect = deviations[k] * mean_slope[k];
+    if (effect < kShareOfSigma * fit.residual_sd.mean()) {
+      names.push_back(fmt::format("sd({}) = 0", fit.random_names[static_cast<std::size_t>(k)]));
+    }
+  }
+  return names;
+}
+
+/// Correlations that have run to one, or a dependence among three or more.
+std::vector<std::string> dependent_effects(const MixedEffectsFit& fit) {
+  constexpr double kTiny = 1e-6;
+  std::vector<std::string> names;
+  const MatrixXd correlation = fit.random_correlation();
+  if (!correlation.allFinite() || correlation.rows() < 2) return names;
+  for (Index i = 0; i < correlation.rows(); ++i) {
+    for (Index j = 0; j < i; ++j) {
+      if (1.0 - std::abs(correlation(i, j)) > kTiny) continue;
+      names.push_back(fmt::format("cor({}, {}) = {}",
+                                  fit.random_names[static_cast<std::size_t>(j)],
+                                  fit.random_names[static_cast<std::size_t>(i)],
+                                  correlation(i, j) > 0 ? 1 : -1));
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
+  if (names.empty() && solver.eigenvalues()[0] < kTiny) {
+    names.push_back(fmt::format("the random effects {} depend linearly on each other",
+                                fmt::join(fit.random_names, ", ")));
+  }
+  return names;
+}
+
+/// Root mean square of the derivatives by the random coefficients.
+VectorXd mean_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  VectorXd slopes(static_cast<Index>(fit.random_names.size()));
+  for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
+    const auto column = jacobian.col(model.coefficient_index(fit.random_names[k]));
+    slopes[static_cast<Index>(k)] =
+        std::sqrt(column.squaredNorm() / static_cast<double>(column.size()));
+  }
+  return slopes;
+}
+
+void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
+  std::vector<std::string>& boundary = fit.convergence.boundary;
+  boundary = vanished_effects(fit, mean_slopes(model, fit));
+  if (boundary.empty()) boundary = dependent_effects(fit);
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.factor.constant) continue;
+    if (factor.constant.array().isInf().any()) boundary.emplace_back("the variance is constant");
+    if ((factor.constant.array() < 1e-8).any()) {
+      boundary.emplace_back("the constant of the variance function = 0");
+    }
+  }
+}
+
+/// Coefficients that the data cannot tell apart, from the information matrix at the optimum.
+int information_rank(const MixedEffectsFit& fit) {
+  const VectorXd deviations = fit.covariance.diagonal().cwiseSqrt();
+  if (!deviations.allFinite() || deviations.minCoeff() <= 0.0) return 0;
+  const MatrixXd correlation = deviations.cwiseInverse().asDiagonal() * fit.covariance *
+                               deviations.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
+  constexpr double kConfounded = 1e-12;
+  return static_cast<int>(
+      (solver.eigenvalues().array() > kConfounded * solver.eigenvalues().maxCoeff()).count());
+}
+
+/// How far the fit still is from where it would rest, in standard errors.
+double distance(const MixedEffectsFit& fit) {
+  return std::sqrt(std::max(0.0, fit.convergence.gradient));
+}
+
+std::string failure(const MixedEffectsFit& fit, Rounds rounds) {
+  if (rounds == Rounds::kAlternations) {
+    return fmt::format(
+        "Not converged after {} alternations: the variance components still move by {:.2g} "
+        "standard errors. Try the method laplace, fewer random effects or a diagonal covariance.",
+        fit.convergence.iterations,
+        distance(fit));
+  }
+  const std::string where =
+      std::isfinite(fit.convergence.gradient)
+          ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
+          : "the best point found is no maximum of the likelihood";
+  return fmt::format(
+      "Not converged after {} evaluations of the likelihood: {}. Try fewer random effects, a "
+      "diagonal covariance or a simpler variance function.",
+      fit.convergence.iterations,
+      where);
+}
+
+std::string success(const MixedEffectsFit& fit, Rounds rounds) {
+  constexpr double kResolved = 1e-9;
+  const double step = std::max(kResolved, distance(fit));
+  if (rounds == Rounds::kAlternations) {
+    return fmt::format(
+        "Converged after {} alternations: the next would move nothing by more than {:.0e} standard "
+        "errors.",
+        fit.convergence.iterations,
+        step);
+  }
+  return fmt::format(
+      "Converged after {} evaluations: the likelihood has its maximum within {:.0e} standard "
+      "errors of here.",
+      fit.convergence.iterations,
+      step);
+}
+
+std::string verdict_of(const MixedEffectsFit& fit, Rounds rounds) {
+  const Convergence& convergence = fit.convergence;
+  if (!convergence.converged) return failure(fit, rounds);
+  if (convergence.rank < fit.estimate.size()) {
+    return "Converged, but the data cannot tell all coefficients apart: their estimates depend "
+           "linearly on each other. Drop a covariate or a parameter.";
+  }
+  std::string verdict = success(fit, rounds);
+  if (!convergence.boundary.empty()) {
+    verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
+                           fmt::join(convergence.boundary, "; "));
+  }
+  if (fit.floored_variances > 0) {
+    verdict += fmt::format(
+        " {} fitted values are too near zero for a power variance and were floored; "
+        "constant-plus-power may suit better.",
+        fit.floored_variances);
+  }
+  return verdict;
+}
+
+}  // namespace
+
+void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  fit.coefficient_names = model.coefficient_names();
+  fit.group_labels = model.group_labels();
+  if (specification.random) fit.random_names = specification.random->coefficients;
+  if (specification.outer_random) {
+    fit.outer.names = specification.outer_random->coefficients;
+    fit.outer.labels = model.outer_labels();
+  }
+  // nlme's count: observations less groups less coefficients, the first of which the groups absorb.
+  const auto groups = specification.random ? static_cast<double>(model.group_count()) : 1.0;
+  fit.degrees_of_freedom = static_cast<double>(model.observations()) - groups -
+                           static_cast<double>(model.coefficient_count() - 1);
+}
+
+void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {
+  fit.convergence.rank = information_rank(fit);
+  name_boundary(model, fit);
+  fit.convergence.verdict = verdict_of(fit, rounds);
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Taking model texts apart while keeping the places of their parts.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+namespace silvafit::fit {
+
+/// A stretch of a text, without the blanks around it.
+struct Part {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+Part trimmed(std::string_view text, std::size_t begin, std::size_t end);
+
+std::string_view of(std::string_view text, Part part);
+
+/// Parts between separators that stand outside parentheses and backquotes.
+std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator);
+
+}  // namespace silvafit::fit
