@@ -47,13 +47,7 @@ bench: deps
 format:
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
 
-check-bench-deps: deps
-	@./scripts/install-dependencies packages-debian12-bench.txt
-
-bench: deps
-	@bench/run
-
-format:
+check-format:
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run --Werror
 
 clean:
