@@ -1,11 +1,12 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps configure build demo test sanitize tidy coverage format check-format clean
+.PHONY: help deps configure build demo test sanitize tidy coverage bench-deps bench format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build, and run a whole study on the example"
 	@echo "make test    the same, and run every test"
 	@echo "make build   the program, at build/bin/silvafit"
 	@echo "make sanitize, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
+	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make format  rewrite the sources as .clang-format says"
 
 deps:
@@ -36,6 +37,12 @@ coverage: deps
 	@cmake --preset coverage && cmake --build --preset coverage && ctest --preset coverage -j 2
 	@build-coverage/bin/silvafit study examples/fir-mixed/inventory.csv --out build-coverage/study
 	@./scripts/coverage build-coverage
+
+bench-deps: deps
+	@./scripts/install-dependencies packages-debian12-bench.txt
+
+bench: deps
+	@bench/run
 
 format:
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
