@@ -30,6 +30,11 @@ MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::
   fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
   fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
   fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  if (model.specification().outer_random) {
+    const auto r = static_cast<Index>(model.specification().outer_random->coefficients.size());
+    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
+    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
+  }
   fit.sigma = kNaN;
   fit.log_likelihood = kNaN;
   fit.observations = model.observations();
@@ -73,14 +78,17 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
     throw UsageError(fmt::format(
         "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
   }
-  LindstromBates engine(model, start);
-  const LindstromBatesOutcome outcome =
-      search_lindstrom_bates(model, start, engine, options.maximum_iterations);
-  MixedEffectsFit fit =
-      outcome.is_valid ? engine.result(outcome) : failed(model, start, why_no_step(model, start));
+  const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
+  const LindstromBatesOutcome& outcome = search.outcome;
+  MixedEffectsFit fit = outcome.is_valid ? search.engine->result(outcome)
+                                         : failed(model, start, why_no_step(model, start));
   fit.coefficient_names = model.coefficient_names();
   fit.group_labels = model.group_labels();
   if (model.specification().random) fit.random_names = model.specification().random->coefficients;
+  if (model.specification().outer_random) {
+    fit.outer.names = model.specification().outer_random->coefficients;
+    fit.outer.labels = model.outer_labels();
+  }
   // nlme's count: observations less groups less coefficients, the first of which the groups absorb.
   const auto groups = model.specification().random ? static_cast<double>(model.group_count()) : 1.0;
   fit.degrees_of_freedom =
