@@ -15,6 +15,7 @@ using Eigen::VectorXd;
 /// The nearest matrix with the same eigenvectors and eigenvalues |lambda| >= a small share of the
 /// largest.
 MatrixXd made_positive(const MatrixXd& hessian) {
+  if (hessian.rows() == 0) return hessian;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
   if (solver.info() != Eigen::Success || !solver.eigenvalues().allFinite()) {
     return MatrixXd::Identity(hessian.rows(), hessian.cols());
