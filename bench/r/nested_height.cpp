@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// TMB template: height curve with an effect of the stand on a and of the plot on a and b, both normal, and a power
-// variance of the conditional mean. Parameters as in R: h = 1.3 + a (1 - exp(-b dbh / 10)).
+// TMB template: height curve with an effect of the stand on a and of the plot on a and b, both
+// normal, and a power variance of the conditional mean. Parameters as in R: h = 1.3 + a (1 - exp(-b
+// dbh / 10)).
 #include <TMB.hpp>
 
 template <class Type>

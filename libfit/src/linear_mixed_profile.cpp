@@ -286,7 +286,7 @@ class Evaluation {
     if (!is_displaced_) return moments_.term(group, 0);
     const Index size = width_ * width_;
     const double* const terms = moments_.term(group, 0);
-    for (Index k = 0; k < size; ++k) products_[k] = terms[k];
+    for (Index k = 0; k < size; ++k) products_[k] = term_weights_[0] * terms[k];
     for (Index term = 1; term < moments_.terms(); ++term) {
       const double weight = term_weights_[term];
       const double* const of = terms + term * size;
@@ -335,7 +335,7 @@ class Evaluation {
     if (!(result.sigma2 > 0.0)) return result;
     result.minus_log_likelihood =
         0.5 * freedom * (std::log(2.0 * std::numbers::pi * result.sigma2) + 1.0) +
-        determinant_.value() + term_weights_.dot(moments_.sum_log());
+        determinant_.value() + moments_.sum_log_at(displacement_);
     if (model_.restricted) {
       const MatrixXd& triangle = information_.matrixLLT();
       result.minus_log_likelihood +=
@@ -370,7 +370,7 @@ class Evaluation {
     result.spherical.resize(q, moments_.groups());
     result.by_factor = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
     result.by_covariance = result.by_factor;
-    by_term_ = moments_.sum_log();
+    by_term_ = VectorXd::Zero(moments_.terms());
     const Adjoint of_total = adjoint_of_total(result);
     if (!has_clusters()) {
       for (Index group = 0; group < moments_.groups(); ++group) {
@@ -399,7 +399,8 @@ class Evaluation {
     result.spherical *= scale;
     result.outer_spherical *= scale;
     // v is L'Z'V^-1 of w - X beta; the first vector of the adjoint is (-beta, 1).
-    result.by_variance = moments_.by_displacement(by_term_, displacement_);
+    result.by_variance = moments_.by_displacement(by_term_, displacement_) +
+                         moments_.sum_log_gradient(displacement_);
   }
 
   void differentiate_group(Index group, const Adjoint& from, LinearMixedProfile& result) {
@@ -416,7 +417,7 @@ class Evaluation {
                                  varies ? by_products_.data() : nullptr,
                                  nullptr);
     if (!varies) return;
-    for (Index term = 1; term < moments_.terms(); ++term) {
+    for (Index term = 0; term < moments_.terms(); ++term) {
       const double* const by = moments_.term(group, term);
       double sum = 0.0;
       for (Index k = 0; k < size; ++k) sum += by_products_[k] * by[k];
@@ -454,6 +455,7 @@ GroupMoments::GroupMoments(Index width,
     : width_(width), parameters_(parameters), pairs_(std::move(pairs)) {
   products_.setZero(width * width * terms(), groups);
   sum_log_.setZero(terms());
+  centre_.setZero(parameters);
 }
 
 void GroupMoments::divide_columns(const VectorXd& sizes) {
@@ -469,23 +471,49 @@ void GroupMoments::divide_columns(const VectorXd& sizes) {
 }
 
 VectorXd GroupMoments::term_weights(const VectorXd& displacement) const {
+  const double s = displacement.dot(centre_);
   VectorXd weights(terms());
-  weights[0] = 1.0;
-  weights.segment(1, parameters_) = displacement;
+  weights[0] = 1.0 + 2.0 * s + 2.0 * s * s;
+  weights.segment(1, parameters_) = (1.0 + 2.0 * s) * displacement;
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     const auto [i, j] = pairs_[k];
     weights[1 + parameters_ + static_cast<Index>(k)] =
         displacement[i] * displacement[j] * (i == j ? 0.5 : 1.0);
   }
-  return weights;
+  return std::exp(-2.0 * s) * weights;
 }
 
 VectorXd GroupMoments::by_displacement(const VectorXd& by_term,
                                        const VectorXd& displacement) const {
-  VectorXd result = by_term.segment(1, parameters_);
+  const double s = displacement.dot(centre_);
+  const auto by_first = by_term.segment(1, parameters_);
+  VectorXd result = (1.0 + 2.0 * s) * by_first;
+  double by_s = -4.0 * s * s * by_term[0] - 4.0 * s * by_first.dot(displacement);
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     const auto [i, j] = pairs_[k];
     const double value = by_term[1 + parameters_ + static_cast<Index>(k)];
+    result[i] += value * displacement[j];
+    if (i != j) result[j] += value * displacement[i];
+    by_s -= 2.0 * value * displacement[i] * displacement[j] * (i == j ? 0.5 : 1.0);
+  }
+  return std::exp(-2.0 * s) * (result + by_s * centre_);
+}
+
+double GroupMoments::sum_log_at(const VectorXd& displacement) const {
+  double sum = sum_log_[0] + sum_log_.segment(1, parameters_).dot(displacement);
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const auto [i, j] = pairs_[k];
+    sum += sum_log_[1 + parameters_ + static_cast<Index>(k)] * displacement[i] * displacement[j] *
+           (i == j ? 0.5 : 1.0);
+  }
+  return sum;
+}
+
+VectorXd GroupMoments::sum_log_gradient(const VectorXd& displacement) const {
+  VectorXd result = sum_log_.segment(1, parameters_);
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const auto [i, j] = pairs_[k];
+    const double value = sum_log_[1 + parameters_ + static_cast<Index>(k)];
     result[i] += value * displacement[j];
     if (i != j) result[j] += value * displacement[i];
   }

@@ -54,11 +54,19 @@ class GroupMoments {
   Eigen::VectorXd& sum_log() { return sum_log_; }
   const Eigen::VectorXd& sum_log() const { return sum_log_; }
 
-  /// (terms) what each term counts at d + displacement.
+  /// (m) typical derivatives of log g. What all g have in common goes into sigma, so that only the
+  /// differences from these need be small for the series to be good; zeros at first.
+  void set_centre(const Eigen::VectorXd& centre) { centre_ = centre; }
+
+  /// (terms) what each term counts at d + displacement: of exp(-2 s) times the second-order series
+  /// of exp(2 s) g^-2, where s = displacement' centre.
   Eigen::VectorXd term_weights(const Eigen::VectorXd& displacement) const;
   /// (m) a gradient by the displacement from one by the term weights.
   Eigen::VectorXd by_displacement(const Eigen::VectorXd& by_term,
                                   const Eigen::VectorXd& displacement) const;
+  /// The sum of log g at d + displacement, and its gradient.
+  double sum_log_at(const Eigen::VectorXd& displacement) const;
+  Eigen::VectorXd sum_log_gradient(const Eigen::VectorXd& displacement) const;
 
  private:
   Eigen::Index width_ = 0;
@@ -66,6 +74,7 @@ class GroupMoments {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
   Eigen::MatrixXd products_;  ///< (width^2 terms x G)
   Eigen::VectorXd sum_log_;
+  Eigen::VectorXd centre_;
 };
 
 /// A linear mixed model w = X beta + Z_1 u_cluster + Z_2 b_group + e on N observations.

@@ -26,6 +26,7 @@ struct Example {
   VectorXd working = VectorXd(23);
   ArrayXd log_slope = ArrayXd::LinSpaced(23, -0.8, 1.1);  ///< d log g / d variance parameter
   bool restricted = false;
+  double centre = 0.0;
 
   explicit Example(std::vector<Index> outer = {}) {
     random.outer = std::move(outer);
@@ -46,6 +47,7 @@ struct Example {
                             .random = random,
                             .observations = 23,
                             .restricted = restricted};
+    result.moments.set_centre(VectorXd::Constant(1, centre));
     result.moments.sum_log() << parameter * log_slope.sum(), log_slope.sum(), 0.0;
     MatrixXd all(23, 4);
     all << design, working;
@@ -116,6 +118,7 @@ std::vector<Example> examples() {
     for (const bool restricted : {false, true}) {
       result.emplace_back(outer);
       result.back().restricted = restricted;
+      result.back().centre = restricted ? 0.15 : 0.0;
     }
   }
   return result;

@@ -261,8 +261,7 @@ void Lineariser::evaluate_block(const LinearisationPoint& point,
 }
 
 void Lineariser::add_products(const double* weight, Index rows, double* target) {
-  data::weighted_products(
-      columns_, weight, static_cast<std::size_t>(rows), group_products_.data());
+  data::weighted_products(columns_, weight, static_cast<std::size_t>(rows), group_products_.data());
   for (std::size_t k = 0; k < group_products_.size(); ++k) target[k] += group_products_[k];
 }
 
@@ -338,9 +337,8 @@ void Lineariser::add_terms(const Segment& segment, Index offset, Linearisation& 
       bool is_present = false;
       for (Index i = 0; i < rows; ++i) {
         const auto row = static_cast<std::size_t>(segment.begin + i);
-        const bool inside =
-            (term.stratum < 0 || strata->of_rows[row] == term.stratum) &&
-            (term.other_stratum < 0 || others->of_rows[row] == term.other_stratum);
+        const bool inside = (term.stratum < 0 || strata->of_rows[row] == term.stratum) &&
+                            (term.other_stratum < 0 || others->of_rows[row] == term.other_stratum);
         if (!inside) {
           values[i] = 0.0;
           continue;
@@ -383,6 +381,22 @@ void Lineariser::finish_group(Index group, const LinearisationPoint& point, Line
   }
 }
 
+void Lineariser::centre(Linearisation& result) const {
+  GroupMoments& moments = result.model.moments;
+  const auto n = static_cast<double>(model_.observations());
+  const VectorXd mean = moments.sum_log().segment(1, moments.parameters()) / n;
+  moments.set_centre(mean);
+  result.longest_change.resize(moments.parameters());
+  for (std::size_t k = 0; k < variance_.quantities().size(); ++k) {
+    const VarianceModel::Quantity& quantity = variance_.quantities()[k];
+    for (Index i = quantity.first; i < quantity.first + quantity.count; ++i) {
+      const double square = log_squares_[static_cast<Index>(k)] / n - mean[i] * mean[i];
+      const double typical = std::sqrt(std::max(0.0, square));
+      result.longest_change[i] = std::min(kLongestChange, kTypicalChange / typical);
+    }
+  }
+}
+
 bool Lineariser::linearise(const LinearisationPoint& point,
                            bool expand,
                            const Linearisation* before,
@@ -411,14 +425,7 @@ bool Lineariser::linearise(const LinearisationPoint& point,
     }
   }
   if (before != nullptr && before->weight.size() == 0) result.squares_before = result.squares;
-  result.longest_change.resize(expand ? variance_.parameter_count() : 0);
-  for (std::size_t k = 0; k < variance_.quantities().size() && expand; ++k) {
-    const VarianceModel::Quantity& quantity = variance_.quantities()[k];
-    const double typical = std::sqrt(log_squares_[static_cast<Index>(k)] /
-                                     static_cast<double>(model_.observations()));
-    const double longest = std::min(kLongestChange, kTypicalChange / typical);
-    result.longest_change.segment(quantity.first, quantity.count).setConstant(longest);
-  }
+  if (expand) centre(result);
   return result.squares.allFinite() && result.model.moments.all_finite();
 }
 

@@ -18,9 +18,9 @@ namespace silvafit::fit {
 /// Where to linearise; all in the coefficients' own units.
 struct LinearisationPoint {
   Eigen::VectorXd coefficients{};  ///< (p) fixed effects
-  Eigen::MatrixXd effects{};       ///< (p x G) random effects of each group, zeros where there are none
-  Eigen::VectorXd variance{};      ///< (m) internal parameters of the variance function
-  Eigen::VectorXd units{};         ///< (p) what one unit of each column of X is worth
+  Eigen::MatrixXd effects{};   ///< (p x G) random effects of each group, zeros where there are none
+  Eigen::VectorXd variance{};  ///< (m) internal parameters of the variance function
+  Eigen::VectorXd units{};     ///< (p) what one unit of each column of X is worth
 };
 
 /// The model around a point.
@@ -28,12 +28,12 @@ struct Linearisation {
   /// w = X beta + Z b + e with X = the Jacobian in units and beta the step from the point; the
   /// random effects are whole.
   LinearMixedModel model{};
-  Eigen::VectorXd mean{};             ///< (N) f
-  Eigen::ArrayXd weight{};            ///< (N) g^-2; empty for a constant variance
-  Eigen::VectorXd squares{};          ///< (G) weighted residual squares
-  Eigen::VectorXd squares_before{};   ///< (G) the same with the weights of an earlier point
-  Eigen::VectorXd variance{};         ///< (m) at which the weights were taken
-  Eigen::VectorXd longest_change{};   ///< (m) for which the series in the parameters is good
+  Eigen::VectorXd mean{};            ///< (N) f
+  Eigen::ArrayXd weight{};           ///< (N) g^-2; empty for a constant variance
+  Eigen::VectorXd squares{};         ///< (G) weighted residual squares
+  Eigen::VectorXd squares_before{};  ///< (G) the same with the weights of an earlier point
+  Eigen::VectorXd variance{};        ///< (m) at which the weights were taken
+  Eigen::VectorXd longest_change{};  ///< (m) for which the series in the parameters is good
 };
 
 /// Computes linearisations of one model. Rows go through in blocks that stay in cache, from the
@@ -99,6 +99,8 @@ class Lineariser {
                    Linearisation& result);
   void add_terms(const Segment& segment, Eigen::Index offset, Linearisation& result);
   void finish_group(Eigen::Index group, const LinearisationPoint& point, Linearisation& result);
+  /// How far the series reaches.
+  void centre(Linearisation& result) const;
   void add_products(const double* weight, Eigen::Index rows, double* target);
 
   const NonlinearModel& model_;

@@ -103,8 +103,8 @@ TEST_CASE("cross products are those of the Jacobian and the working response") {
       all << x.middleRows(begin, rows),
           residual.segment(begin, rows) +
               jacobian.middleRows(begin, rows) * point.effects.col(group);
-      const MatrixXd expected = all.transpose() *
-                                scale.weight.segment(begin, rows).matrix().asDiagonal() * all;
+      const MatrixXd expected =
+          all.transpose() * scale.weight.segment(begin, rows).matrix().asDiagonal() * all;
       const Eigen::Map<const MatrixXd> products(at.model.moments.term(group, 0), 5, 5);
       // Sums of up to 600 rows.
       CHECK((products - expected).norm() < 1e-12 * expected.norm());

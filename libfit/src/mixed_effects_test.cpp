@@ -195,8 +195,8 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
                 (reml ? a - 1 : a) * std::log(stands) + (reml ? std::log(kObservations) : 0.0));
     CHECK(fit.log_likelihood == Approx(log_likelihood).epsilon(1e-12));
     // nlme's factor N / (N - p) for maximum likelihood; restricted likelihood needs none.
-    const double variance = stands / kObservations *
-                            (reml ? 1.0 : kObservations / (kObservations - 1.0));
+    const double variance =
+        stands / kObservations * (reml ? 1.0 : kObservations / (kObservations - 1.0));
     CHECK(fit.standard_errors()[0] == Approx(std::sqrt(variance)).epsilon(1e-6));
     CHECK(fit.parameter_count == 4);
     CHECK(fit.outer.names == std::vector<std::string>{"mu"});
@@ -240,10 +240,9 @@ TEST_CASE("restricted likelihood of weighted regression has the closed form") {
   const double sigma2 = (response - design * beta).squaredNorm() / 38.0;
   CHECK((fit.estimate - beta).norm() < 1e-9);
   CHECK(fit.sigma == Approx(std::sqrt(sigma2)).epsilon(1e-9));
-  CHECK(fit.log_likelihood ==
-        Approx(-19.0 * (std::log(2.0 * std::numbers::pi * sigma2) + 1.0) - sum_log -
-               0.5 * std::log(information.determinant()))
-            .epsilon(1e-10));
+  CHECK(fit.log_likelihood == Approx(-19.0 * (std::log(2.0 * std::numbers::pi * sigma2) + 1.0) -
+                                     sum_log - 0.5 * std::log(information.determinant()))
+                                  .epsilon(1e-10));
   CHECK(fit.standard_errors()[1] ==
         Approx(std::sqrt(sigma2 * information.inverse()(1, 1))).epsilon(1e-8));
 }
