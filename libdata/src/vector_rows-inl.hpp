@@ -47,6 +47,27 @@ struct LoadFirst {
   }
 };
 
+/// Like LoadFirst, but the lanes without a row repeat the first value: no function is asked for a
+/// value at zero that nobody wants.
+HWY_INLINE Vector load_repeated(const double* from, [[maybe_unused]] std::size_t rows) {
+  const Vector first = hn::Set(kVector, *from);
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
+  const auto present = hn::FirstN(kVector, rows);
+  return hn::IfThenElse(present, hn::MaskedLoad(present, kVector, from), first);
+#else
+  return first;
+#endif
+}
+
+/// Stores the first `rows` values, 0 < rows < kVectorRows, and touches nothing else.
+HWY_INLINE void store_first(Vector values, double* to, [[maybe_unused]] std::size_t rows) {
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
+  hn::BlendedStore(values, hn::FirstN(kVector, rows), kVector, to);
+#else
+  *to = hn::GetLane(values);
+#endif
+}
+
 /// The sum of all lanes, lane k with lane k + half first.
 #if HWY_TARGET == HWY_SCALAR
 HWY_INLINE double sum_of_lanes(VectorTag /*tag*/, Vector lanes) { return hn::GetLane(lanes); }

@@ -14,7 +14,13 @@
 namespace silvafit::data {
 
 /// Several expressions compiled together: common parts are computed once, parts without columns
-/// once a call, the rest in blocks of rows that stay in cache.
+/// once a call, the rest in blocks of rows that stay in cache, with the vector instructions of the
+/// processor that runs it.
+///
+/// The functions are those of <cmath> to a few units in the last place, for every argument, missing
+/// and infinite ones too. A product that is added or subtracted is rounded once, with its sum,
+/// where the processor has fused multiply-add: two processors may differ in the last digit if one
+/// has none. The values of a row depend on that row alone.
 ///
 /// Thread safety: evaluate() is const and may run on several threads, each with a workspace of its
 /// own.
@@ -41,7 +47,9 @@ class Program {
 
   /// Computes all outputs for `rows` rows.
   /// \param inputs   a pointer per input: `rows` values of a column, one value of a scalar
-  /// \param outputs  a pointer per output with room for `rows` values
+  /// \param outputs  a pointer per output with room for `rows` values, apart from the inputs and
+  /// from
+  ///                 each other
   void evaluate(std::span<const double* const> inputs,
                 std::size_t rows,
                 std::span<double* const> outputs,
