@@ -56,6 +56,14 @@ VectorXd column_sizes(const Linearisation& at) {
   return sizes;
 }
 
+/// Whether g is about one at typical values, whatever the parameters.
+bool normalised(const VarianceFunction& variance) {
+  return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
+    return factor.kind != VarianceFactor::Kind::kStratum && factor.stratum.empty() &&
+           !factor.delta && !factor.constant;
+  });
+}
+
 // The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
 constexpr double kStartDivisor = 0.375;
 // Directions of L that are smaller by this factor hold no random effects that count.
@@ -89,8 +97,32 @@ bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
 
 }  // namespace
 
+PooledFit pooled_fit(const NonlinearModel& model,
+                     const VectorXd& start,
+                     const MixedEffectsOptions& options) {
+  const VarianceModel constant({}, VarianceData::of(model));
+  const LinearisationPoint point{.coefficients = start,
+                                 .effects = MatrixXd::Zero(start.size(), model.group_count()),
+                                 .variance = VectorXd(0),
+                                 .units = VectorXd::Ones(start.size())};
+  Linearisation at;
+  Lineariser(model, constant).linearise(point, false, nullptr, at);
+  PooledFit result{
+      .coefficients = start,
+      .scale = column_sizes(at).cwiseInverse(),
+      .log_likelihood = least_squares_log_likelihood(at.squares.sum(), model.observations())};
+  if (options.reml) {
+    at.model.restricted = true;
+    const auto q = static_cast<Index>(at.model.random.inner.size());
+    const auto r = static_cast<Index>(at.model.random.outer.size());
+    const RelativeFactors none = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
+    result.log_likelihood = -profile(at.model, none, VectorXd(0), false).minus_log_likelihood;
+  }
+  return result;
+}
+
 LindstromBates::LindstromBates(const NonlinearModel& model,
-                               const VectorXd& start,
+                               const PooledFit& pooled,
                                const VarianceFunction& variance,
                                const MixedEffectsOptions& options)
     : model_(model),
@@ -98,32 +130,13 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       variance_text_(variance.text()),
       random_(random_columns(model, model.specification().random)),
       outer_random_(random_columns(model, model.specification().outer_random)),
-      start_(start),
-      natural_scale_(VectorXd::Ones(start.size())),
-      scale_(natural_scale_),
+      pooled_(pooled),
+      scale_(pooled.scale),
       inner_factor_(factor_of(model.specification().random, chosen(scale_, random_))),
       outer_factor_(factor_of(model.specification().outer_random, chosen(scale_, outer_random_))),
       variance_(variance, VarianceData::of(model)),
-      lineariser_(model, variance_) {
-  Linearisation at;
-  const LinearisationPoint point{.coefficients = start,
-                                 .effects = MatrixXd::Zero(start.size(), model.group_count()),
-                                 .variance = variance_.constant(),
-                                 .units = scale_};
-  lineariser_.linearise(point, false, nullptr, at);
-  pooled_log_likelihood_ = least_squares_log_likelihood((model.response() - at.mean).squaredNorm(),
-                                                        model.observations());
-  if (options_.reml) {
-    at.model.restricted = true;
-    const RelativeFactors none = {
-        .inner = MatrixXd::Zero(inner_factor_.size(), inner_factor_.size()),
-        .outer = MatrixXd::Zero(outer_factor_.size(), outer_factor_.size())};
-    pooled_log_likelihood_ = -profile(at.model, none, VectorXd(0), false).minus_log_likelihood;
-  }
-  // In these units the columns of the Jacobian have a root mean square of one.
-  natural_scale_ = column_sizes(at).cwiseInverse();
-  adopt_scale(natural_scale_);
-}
+      is_normalised_(normalised(variance)),
+      lineariser_(model, variance_) {}
 
 RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
   const Index inner = inner_factor_.parameter_count();
@@ -132,12 +145,12 @@ RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
 }
 
 LindstromBatesState LindstromBates::start(double spread) {
-  adopt_scale(natural_scale_);
+  adopt_scale(pooled_.scale);
   const auto q = static_cast<Index>(random_.size());
   const auto r = static_cast<Index>(outer_random_.size());
   LindstromBatesState state{
-      .scale = natural_scale_,
-      .beta = start_.cwiseQuotient(natural_scale_),
+      .scale = pooled_.scale,
+      .beta = pooled_.coefficients.cwiseQuotient(pooled_.scale),
       .spherical = MatrixXd::Zero(q, model_.group_count()),
       .outer_spherical = MatrixXd::Zero(r, r > 0 ? model_.cluster_count() : 0),
       .theta = VectorXd(random_parameter_count() + variance_.parameter_count())};
@@ -169,7 +182,7 @@ SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome
   return {.state = outcome.state,
           .quantities = variance_.quantities(),
           .parameters = variance_parameters(outcome.state.theta),
-          .mean_log = outcome.at->model.moments.sum_log()[0] / n,
+          .mean_log = is_normalised_ ? 0.0 : outcome.at->model.moments.sum_log()[0] / n,
           .log_likelihood = outcome.log_likelihood,
           .converged = outcome.converged};
 }
@@ -205,6 +218,7 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
   state.theta.tail(parameters.size()) = parameters;
   // Psi / sigma^2 with the new scale of sigma.
   adopt_scale(state.scale);
+  if (is_normalised_ && smaller.mean_log == 0.0) return state;
   Linearisation at;
   if (!linearise(state, nullptr, at)) return state;
   const double mean_log =
@@ -507,8 +521,8 @@ class LindstromBates::Run {
     };
     // A round that only starts to settle needs no more digits than its linearisation has.
     constexpr double kShare = 1e-3;
-    QuasiNewtonOptions options{.maximum_steps = kThetaSteps};
-    if (how_ == Alternation::kInterleaved && outcome_.is_valid) {
+    QuasiNewtonOptions options{.maximum_steps = kThetaSteps, .one_sided = true};
+    if (how_ == Alternation::kInterleaved) {
       options.decrement = std::max(options.decrement, kShare * std::min(1.0, curve_decrement_));
     }
     best_ = minimise(objective, state_.theta, hessian_, options);
@@ -525,13 +539,11 @@ class LindstromBates::Run {
     outcome_.iterations = iteration;
     outcome_.is_valid = true;
     outcome_.decrement = change.size() > 0 ? change.dot(hessian_ * change) : 0.0;
-    // One alternation has converged when it moves theta by less than 1e-6 standard errors, and no
-    // coefficient by more than rounding in the sums of squares lets see.
-    constexpr double kConverged = 1e-12;
+    // The coefficients cannot be seen to move by less than rounding in the sums of squares.
     const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
-    outcome_.converged = outcome_.decrement <= kConverged &&
+    outcome_.converged = outcome_.decrement <= engine_.tolerance_ &&
                          (how_ == Alternation::kCareful ||
-                          curve_decrement_ <= std::max(10.0 * kConverged, rounding));
+                          curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding));
     if (!engine_.options_.trace) return;
     engine_.options_.trace(fmt::format(
         "variance {}: alternation {}, log-likelihood {:.6f}, variance components off by {:.1e} and "

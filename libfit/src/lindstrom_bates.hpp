@@ -54,12 +54,22 @@ enum class Alternation {
   kCareful,
 };
 
+/// The model at the coefficients of a fit that knows nothing of groups.
+struct PooledFit {
+  Eigen::VectorXd coefficients{};  ///< (p)
+  Eigen::VectorXd scale{};         ///< (p) units in which the Jacobian's columns have size one
+  double log_likelihood = 0.0;     ///< without random effects, which every mixed model contains
+};
+PooledFit pooled_fit(const NonlinearModel& model,
+                     const Eigen::VectorXd& start,
+                     const MixedEffectsOptions& options);
+
 class LindstromBates {
  public:
-  /// \param start     (p) the pooled fit
+  /// \param pooled    the fit without random effects
   /// \param variance  the model's own variance function, or one that it contains
   LindstromBates(const NonlinearModel& model,
-                 const Eigen::VectorXd& start,
+                 const PooledFit& pooled,
                  const VarianceFunction& variance,
                  const MixedEffectsOptions& options);
 
@@ -77,8 +87,8 @@ class LindstromBates {
   /// How many short steps in a row penalised least squares may take before it gives up (6 at
   /// first).
   void set_patience(int short_steps) { short_steps_ = short_steps; }
-  /// The log-likelihood of the start without random effects, which every mixed model contains.
-  double pooled_log_likelihood() const { return pooled_log_likelihood_; }
+  /// Squared standard errors that theta may still move when an alternation has converged.
+  void set_tolerance(double decrement) { tolerance_ = decrement; }
   /// Alternates until both steps stand still.
   LindstromBatesOutcome run(LindstromBatesState state, Alternation how);
   /// If a covariance stopped on the edge of its range although the likelihood rises inwards, a
@@ -122,14 +132,14 @@ class LindstromBates {
   std::string variance_text_;  ///< for the trace
   std::vector<Eigen::Index> random_;
   std::vector<Eigen::Index> outer_random_;
-  Eigen::VectorXd start_;          ///< (p) coefficients of the pooled fit
-  Eigen::VectorXd natural_scale_;  ///< (p) units at the pooled fit
-  Eigen::VectorXd scale_;          ///< (p) units in use, those of the state at work
+  PooledFit pooled_;
+  Eigen::VectorXd scale_;  ///< (p) units in use, those of the state at work
   RelativeFactor inner_factor_;
   RelativeFactor outer_factor_;
   VarianceModel variance_;
+  bool is_normalised_;
   Lineariser lineariser_;
-  double pooled_log_likelihood_ = 0.0;
+  double tolerance_ = 1e-12;
   int short_steps_ = 6;
 };
 

@@ -45,12 +45,11 @@ bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
 /// The best of several runs; a run counts as converged only above the pooled fit.
 class Search {
  public:
-  explicit Search(LindstromBates& engine) : engine_(engine) {}
+  Search(LindstromBates& engine, double pooled) : engine_(engine), pooled_(pooled) {}
 
   void consider(const LindstromBatesState& start, Alternation how) {
     LindstromBatesOutcome outcome = run_from(engine_, start, how);
-    outcome.converged = outcome.converged &&
-                        outcome.log_likelihood > engine_.pooled_log_likelihood() - kSameLikelihood;
+    outcome.converged = outcome.converged && outcome.log_likelihood > pooled_ - kSameLikelihood;
     if (is_better(outcome, best_)) best_ = std::move(outcome);
   }
 
@@ -80,6 +79,7 @@ class Search {
 
  private:
   LindstromBates& engine_;
+  double pooled_;
   LindstromBatesOutcome best_;
 };
 
@@ -126,42 +126,65 @@ std::vector<Contained> contained_functions(const VarianceFunction& function) {
 class Ladder {
  public:
   Ladder(const NonlinearModel& model, const VectorXd& start, const MixedEffectsOptions& options)
-      : model_(model), start_(start), options_(options) {}
+      : model_(model), options_(options), pooled_(pooled_fit(model, start, options)) {}
 
-  LindstromBatesSearch climb(const VarianceFunction& function) {
+  LindstromBatesSearch climb(const VarianceFunction& function, double tolerance) {
     // The smaller fits come first, so that only what they leave is in memory with the larger one.
-    std::vector<Contained> contained = contained_functions(function);
-    for (const Contained& smaller : contained) add(smaller.function);
-    auto engine = std::make_unique<LindstromBates>(model_, start_, function, options_);
-    Search search(*engine);
-    double floor = -std::numeric_limits<double>::infinity();
+    const std::vector<Contained> contained = contained_functions(function);
+    // A start needs no more than a hundredth of a standard error.
+    constexpr double kRough = 1e-4;
+    for (const Contained& smaller : contained) add(smaller.function, kRough);
+    auto engine = std::make_unique<LindstromBates>(model_, pooled_, function, options_);
+    engine->set_tolerance(tolerance);
+    Search search(*engine, pooled_.log_likelihood);
     for (const Contained& smaller : contained) {
-      const auto& found = known_.at(smaller.function.text());
+      const auto& found = known_.at(smaller.function.text()).start;
       if (!found) continue;
       search.consider(engine->start_from(*found, smaller.factors_of), Alternation::kInterleaved);
-      if (found->converged) floor = std::max(floor, found->log_likelihood);
     }
-    // Two linearisations at nearly the same point differ by a few 1e-6.
-    constexpr double kSlack = 1e-5;
-    if (!search.best().converged || search.best().log_likelihood < floor - kSlack) {
+    if (!search.best().converged || is_below(contained, search.best(), tolerance)) {
       search.try_all_starts();
     }
     return {.engine = std::move(engine), .outcome = search.best()};
   }
 
  private:
-  void add(const VarianceFunction& function) {
-    const std::string name = function.text();
-    if (known_.contains(name)) return;
-    const LindstromBatesSearch found = climb(function);
-    known_[name] = found.outcome.is_valid ? std::optional(found.engine->variance_of(found.outcome))
-                                          : std::nullopt;
+  struct Known {
+    double tolerance = 0.0;
+    std::optional<SmallerVariance> start{};
+  };
+
+  void add(const VarianceFunction& function, double tolerance) {
+    Known& known = known_[function.text()];
+    if (known.start && known.tolerance <= tolerance) return;
+    const LindstromBatesSearch found = climb(function, tolerance);
+    known.tolerance = tolerance;
+    if (found.outcome.is_valid) known.start = found.engine->variance_of(found.outcome);
+  }
+
+  /// Whether a fit is below one that it contains.
+  bool is_below(const std::vector<Contained>& contained,
+                const LindstromBatesOutcome& outcome,
+                double tolerance) {
+    // What a rough fit may lack, and what two linearisations at nearly the same point differ by.
+    constexpr double kRoughSlack = 0.01;
+    constexpr double kSlack = 1e-5;
+    return std::ranges::any_of(contained, [&](const Contained& smaller) {
+      const Known& known = known_.at(smaller.function.text());
+      if (!known.start || !known.start->converged ||
+          outcome.log_likelihood > known.start->log_likelihood + kRoughSlack) {
+        return false;
+      }
+      add(smaller.function, tolerance);
+      return known.start->converged &&
+             outcome.log_likelihood < known.start->log_likelihood - kSlack;
+    });
   }
 
   const NonlinearModel& model_;
-  const VectorXd& start_;
   const MixedEffectsOptions& options_;
-  std::map<std::string, std::optional<SmallerVariance>> known_;
+  PooledFit pooled_;
+  std::map<std::string, Known> known_;
 };
 
 }  // namespace
@@ -169,7 +192,9 @@ class Ladder {
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const VectorXd& start,
                                             const MixedEffectsOptions& options) {
-  return Ladder(model, start, options).climb(model.specification().variance);
+  // Converged means that a round would move theta by less than 1e-6 standard errors.
+  constexpr double kTolerance = 1e-12;
+  return Ladder(model, start, options).climb(model.specification().variance, kTolerance);
 }
 
 std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {

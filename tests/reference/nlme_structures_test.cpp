@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Nested groupings, restricted likelihood, covariance forms and variance functions against R 4.2.2 with
-// nlme 3.1-162 on shipped data; tests/reference/expected/README.md says how the figures were made.
+// Nested groupings, restricted likelihood, covariance forms and variance functions against R 4.2.2
+// with nlme 3.1-162 on shipped data; tests/reference/expected/README.md says how the figures were
+// made.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -125,8 +126,8 @@ void check_fit(const json& reference) {
   }
   const fit::NonlinearModel model(specification, table);
   const bool reml = reference["method"] == "REML";
-  const fit::MixedEffectsFit ours = fit::fit_lindstrom_bates(
-      model, fit::fit_least_squares(model, {}).estimate, {.reml = reml});
+  const fit::MixedEffectsFit ours =
+      fit::fit_lindstrom_bates(model, fit::fit_least_squares(model, {}).estimate, {.reml = reml});
   INFO(id << ": " << ours.convergence.verdict);
   CHECK(ours.convergence.converged);
 
@@ -164,8 +165,7 @@ void check_fit(const json& reference) {
 
 TEST_CASE("covariances, nested groups, restricted likelihood and variance functions are nlme's",
           "[reference]") {
-  const std::string file =
-      GENERATE("nlme_nested", "nlme_reml", "nlme_covariance", "nlme_variance");
+  const std::string file = GENERATE("nlme_nested", "nlme_reml", "nlme_covariance", "nlme_variance");
   const json fits = expected(file)["fits"];
   REQUIRE(fits.size() >= 9);
   for (const json& reference : fits) check_fit(reference);
