@@ -3,8 +3,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 namespace silvafit::fit {
 namespace {
@@ -55,116 +57,134 @@ struct Adjoint {
   std::vector<double> vectors{};  ///< (count x width)
 };
 
-/// The algebra of one level; the number of effects is known to the compiler where it is small.
-template <int kSize>
+/// Numbers on the stack where their count is known to the compiler: it then sees that nothing else
+/// changes them.
+template <int kCount>
+using Buffer = std::conditional_t<(kCount > 0), std::array<double, kCount>, std::vector<double>>;
+
+template <int kCount>
+Buffer<kCount> zeros(Index count) {
+  if constexpr (kCount > 0) {
+    return {};
+  } else {
+    return std::vector<double>(static_cast<std::size_t>(count));
+  }
+}
+
+/// What derivatives of one group are added to.
+struct Derivatives {
+  double* spherical = nullptr;      ///< (size) v for the first vector of the adjoint, is set
+  double* by_factor = nullptr;      ///< (size x size) row by row
+  double* by_covariance = nullptr;  ///< (size x size)
+  double* by_products = nullptr;    ///< (width x width), or null
+  Adjoint* inside = nullptr;        ///< the derivative by the cross products as vectors, or null
+};
+
+/// The algebra of one level; the numbers of effects and columns are known to the compiler where
+/// they are small.
+template <int kSize, int kWidth>
 class LevelAlgebra {
  public:
-  explicit LevelAlgebra(const Level& level)
-      : level_(level), v_(level.size), b_(level.size), t_(level.width), s_(level.size) {}
+  explicit LevelAlgebra(const Level& level) : level_(level) {}
 
-  /// Fills what a group keeps from its cross products.
+  /// Fills what a group keeps from its cross products: the triangle U of A = U U' with the inverse
+  /// of its diagonal, and U^-1 L'Z'[X w].
   void take_out(const double* products, double* kept, LogOfProduct& determinant) const {
     const Index q = size();
-    const Index w = level_.width;
-    double* const triangle = kept;
-    double* const half = kept + q * q;
+    const Index w = width();
+    const auto l = factor();
+    auto triangle = zeros<kSize * kSize>(q * q);
+    auto half = zeros<kSize * kWidth>(q * w);
     for (Index k = 0; k < q; ++k) {
-      double* const row = half + k * w;
-      for (Index c = 0; c < w; ++c) row[c] = 0.0;
       for (Index i = k; i < q; ++i) {
-        const double l = level_.factor[i * q + k];
         const double* const of = products + level_.columns[i] * w;
-        for (Index c = 0; c < w; ++c) row[c] += l * of[c];
+        for (Index c = 0; c < w; ++c) half[k * w + c] += l[i * q + k] * of[c];
       }
     }
+    double product = 1.0;
     for (Index k = 0; k < q; ++k) {
       for (Index j = 0; j <= k; ++j) {
         double value = k == j ? 1.0 : 0.0;
         for (Index i = j; i < q; ++i) {
-          value += half[k * w + level_.columns[i]] * level_.factor[i * q + j];
+          value += half[k * w + level_.columns[i]] * l[i * q + j];
         }
         for (Index i = 0; i < j; ++i) value -= triangle[k * q + i] * triangle[j * q + i];
         if (k == j) {
-          triangle[k * q + k] = std::sqrt(value);
-          determinant.multiply(triangle[k * q + k]);
+          const double root = std::sqrt(value);
+          product *= root;
+          triangle[k * q + k] = 1.0 / root;
         } else {
-          triangle[k * q + j] = value / triangle[j * q + j];
+          triangle[k * q + j] = value * triangle[j * q + j];
         }
       }
-      double* const row = half + k * w;
       for (Index i = 0; i < k; ++i) {
         const double u = triangle[k * q + i];
-        for (Index c = 0; c < w; ++c) row[c] -= u * half[i * w + c];
+        for (Index c = 0; c < w; ++c) half[k * w + c] -= u * half[i * w + c];
       }
-      const double inverse = 1.0 / triangle[k * q + k];
-      for (Index c = 0; c < w; ++c) row[c] *= inverse;
+      for (Index c = 0; c < w; ++c) half[k * w + c] *= triangle[k * q + k];
     }
+    determinant.multiply(product);
+    std::copy_n(triangle.data(), q * q, kept);
+    std::copy_n(half.data(), q * w, kept + q * q);
   }
 
   /// Adds what is left of the cross products to a sum.
   void add_remainder(const double* products, const double* kept, double* sum) const {
     const Index q = size();
-    const Index w = level_.width;
+    const Index w = width();
     const double* const half = kept + q * q;
     for (Index a = 0; a < w; ++a) {
-      for (Index c = 0; c < w; ++c) {
-        double value = products[a * w + c];
-        for (Index k = 0; k < q; ++k) value -= half[k * w + a] * half[k * w + c];
-        sum[a * w + c] += value;
+      auto row = zeros<kWidth>(w);
+      for (Index c = 0; c < w; ++c) row[c] = products[a * w + c];
+      for (Index k = 0; k < q; ++k) {
+        const double share = half[k * w + a];
+        for (Index c = 0; c < w; ++c) row[c] -= share * half[k * w + c];
       }
+      for (Index c = 0; c < w; ++c) sum[a * w + c] += row[c];
     }
   }
 
-  /// Derivatives of one group by L and, unless null, by D and by its cross products.
-  /// \param from         the derivative by what is left of the cross products
-  /// \param spherical    v for the first vector of `from`, that of the residuals
-  /// \param by_products  (width x width) is added to
-  /// \param inside       the derivative by the cross products as vectors
+  /// \param from  the derivative by what is left of the cross products
   void differentiate(const double* products,
                      const double* kept,
                      const Adjoint& from,
-                     double* spherical,
-                     MatrixXd& by_factor,
-                     MatrixXd* by_covariance,
-                     double* by_products,
-                     Adjoint* inside) {
+                     const Derivatives& to) const {
     const Index q = size();
-    const Index w = level_.width;
+    const Index w = width();
+    const auto l = factor();
     const double* const half = kept + q * q;
+    auto by_factor = zeros<kSize * kSize>(q * q);
+    auto by_covariance = zeros<kSize * kSize>(q * q);
+    auto by_products = zeros<kWidth * kWidth>(w * w);
     for (Index f = 0; f < from.count; ++f) {
       const double* const given = from.vectors.data() + f * w;
+      auto v = zeros<kSize>(q);
+      auto t = zeros<kWidth>(w);
+      auto s = zeros<kSize>(q);
       for (Index k = 0; k < q; ++k) {
-        v_[k] = 0.0;
-        for (Index c = 0; c < w; ++c) v_[k] += half[k * w + c] * given[c];
+        for (Index c = 0; c < w; ++c) v[k] += half[k * w + c] * given[c];
       }
-      solve_transposed(kept, v_.data());
-      for (Index c = 0; c < w; ++c) t_[c] = given[c];
+      solve_transposed(kept, v.data());
+      for (Index c = 0; c < w; ++c) t[c] = given[c];
       for (Index i = 0; i < q; ++i) {
-        for (Index k = 0; k <= i; ++k) {
-          t_[level_.columns[i]] -= level_.factor[i * q + k] * v_[k];
-        }
+        for (Index k = 0; k <= i; ++k) t[level_.columns[i]] -= l[i * q + k] * v[k];
       }
       for (Index i = 0; i < q; ++i) {
         const double* const of = products + level_.columns[i] * w;
-        s_[i] = 0.0;
-        for (Index c = 0; c < w; ++c) s_[i] += of[c] * t_[c];
+        for (Index c = 0; c < w; ++c) s[i] += of[c] * t[c];
       }
       for (Index i = 0; i < q; ++i) {
-        for (Index k = 0; k <= i; ++k) by_factor(i, k) -= 2.0 * s_[i] * v_[k];
+        for (Index k = 0; k <= i; ++k) by_factor[i * q + k] -= 2.0 * s[i] * v[k];
+        for (Index k = 0; k < q; ++k) by_covariance[i * q + k] -= s[i] * s[k];
       }
-      if (f == 0) std::copy(v_.begin(), v_.end(), spherical);
-      if (by_covariance != nullptr) {
-        for (Index i = 0; i < q; ++i) {
-          for (Index k = 0; k < q; ++k) (*by_covariance)(i, k) -= s_[i] * s_[k];
-        }
-      }
-      if (by_products != nullptr) add_square(t_.data(), by_products);
-      if (inside != nullptr) {
-        inside->vectors.insert(inside->vectors.end(), t_.begin(), t_.end());
-        ++inside->count;
-      }
+      if (f == 0) std::copy_n(v.data(), q, to.spherical);
+      add_vector(t.data(), by_products.data(), to);
     }
-    by_determinant(products, kept, by_factor, by_covariance, by_products, inside);
+    by_determinant(products, kept, by_factor.data(), by_covariance.data(), by_products.data(), to);
+    for (Index k = 0; k < q * q; ++k) to.by_factor[k] += by_factor[k];
+    for (Index k = 0; k < q * q; ++k) to.by_covariance[k] += by_covariance[k];
+    if (to.by_products == nullptr) return;
+    for (Index k = 0; k < w * w; ++k) to.by_products[k] += by_products[k];
   }
 
  private:
@@ -175,79 +195,86 @@ class LevelAlgebra {
       return level_.size;
     }
   }
+  Index width() const {
+    if constexpr (kWidth > 0) {
+      return kWidth;
+    } else {
+      return level_.width;
+    }
+  }
+  Buffer<kSize * kSize> factor() const {
+    auto l = zeros<kSize * kSize>(size() * size());
+    std::ranges::copy(level_.factor, l.begin());
+    return l;
+  }
 
   /// x becomes U^-T x.
   void solve_transposed(const double* triangle, double* x) const {
     const Index q = size();
     for (Index k = q - 1; k >= 0; --k) {
       for (Index i = k + 1; i < q; ++i) x[k] -= triangle[i * q + k] * x[i];
-      x[k] /= triangle[k * q + k];
+      x[k] *= triangle[k * q + k];
     }
   }
 
-  void add_square(const double* vector, double* sum) const {
-    const Index w = level_.width;
-    for (Index a = 0; a < w; ++a) {
-      for (Index c = 0; c < w; ++c) sum[a * w + c] += vector[a] * vector[c];
+  /// A vector t of the derivative t t' by the cross products.
+  void add_vector(const double* t, double* by_products, const Derivatives& to) const {
+    const Index w = width();
+    if (to.by_products != nullptr) {
+      for (Index a = 0; a < w; ++a) {
+        for (Index c = 0; c < w; ++c) by_products[a * w + c] += t[a] * t[c];
+      }
+    }
+    if (to.inside != nullptr) {
+      to.inside->vectors.insert(to.inside->vectors.end(), t, t + w);
+      ++to.inside->count;
     }
   }
 
   /// The part of log|A| / 2.
   void by_determinant(const double* products,
                       const double* kept,
-                      MatrixXd& by_factor,
-                      MatrixXd* by_covariance,
+                      double* by_factor,
+                      double* by_covariance,
                       double* by_products,
-                      Adjoint* inside) {
+                      const Derivatives& to) const {
     const Index q = size();
-    const Index w = level_.width;
+    const Index w = width();
     const double* const half = kept + q * q;
-    // Z'Z L A^-1 = (A^-1 L'Z'Z)'.
     for (Index i = 0; i < q; ++i) {
-      for (Index k = 0; k < q; ++k) v_[k] = half[k * w + level_.columns[i]];
-      solve_transposed(kept, v_.data());
-      for (Index k = 0; k <= i; ++k) by_factor(i, k) += v_[k];
-    }
-    if (by_covariance != nullptr) {
-      for (Index i = 0; i < q; ++i) {
-        for (Index j = 0; j < q; ++j) {
-          double value = products[level_.columns[i] * w + level_.columns[j]];
-          for (Index k = 0; k < q; ++k) {
-            value -= half[k * w + level_.columns[i]] * half[k * w + level_.columns[j]];
-          }
-          (*by_covariance)(i, j) += 0.5 * value;
+      // Z'Z L A^-1 = (A^-1 L'Z'Z)'.
+      auto v = zeros<kSize>(q);
+      for (Index k = 0; k < q; ++k) v[k] = half[k * w + level_.columns[i]];
+      solve_transposed(kept, v.data());
+      for (Index k = 0; k <= i; ++k) by_factor[i * q + k] += v[k];
+      for (Index j = 0; j < q; ++j) {
+        double value = products[level_.columns[i] * w + level_.columns[j]];
+        for (Index k = 0; k < q; ++k) {
+          value -= half[k * w + level_.columns[i]] * half[k * w + level_.columns[j]];
         }
+        by_covariance[i * q + j] += 0.5 * value;
       }
     }
-    if (by_products == nullptr && inside == nullptr) return;
-    // L A^-1 L' = Y'Y with Y = U^-1 L'.
+    if (to.by_products == nullptr && to.inside == nullptr) return;
+    // L A^-1 L' = Y'Y with Y = U^-1 L', whose row k is L times column k of U^-T.
+    const auto l = factor();
     for (Index k = 0; k < q; ++k) {
-      for (Index i = 0; i < q; ++i) b_[i] = 0.0;
-      // Row k of U^-1 by solving U'x = e_k backwards gives column k of U^-T.
-      for (Index i = 0; i < q; ++i) v_[i] = i == k ? 1.0 : 0.0;
-      solve_transposed(kept, v_.data());
+      auto v = zeros<kSize>(q);
+      auto t = zeros<kWidth>(w);
+      v[k] = std::numbers::sqrt2 / 2.0;
+      solve_transposed(kept, v.data());
       for (Index i = 0; i < q; ++i) {
-        for (Index j = 0; j <= i; ++j) b_[i] += level_.factor[i * q + j] * v_[j];
+        for (Index j = 0; j <= i; ++j) t[level_.columns[i]] += l[i * q + j] * v[j];
       }
-      std::fill(t_.begin(), t_.end(), 0.0);
-      for (Index i = 0; i < q; ++i) t_[level_.columns[i]] = std::numbers::sqrt2 / 2.0 * b_[i];
-      if (by_products != nullptr) add_square(t_.data(), by_products);
-      if (inside != nullptr) {
-        inside->vectors.insert(inside->vectors.end(), t_.begin(), t_.end());
-        ++inside->count;
-      }
+      add_vector(t.data(), by_products, to);
     }
   }
 
   const Level& level_;
-  std::vector<double> v_;
-  std::vector<double> b_;
-  std::vector<double> t_;
-  std::vector<double> s_;
 };
 
 /// One evaluation: sums over groups and clusters on the way up, derivatives on the way down.
-template <int kInner>
+template <int kInner, int kWidth>
 class Evaluation {
  public:
   Evaluation(const LinearMixedModel& model,
@@ -368,6 +395,7 @@ class Evaluation {
     const Index q = inner_.size;
     const Index r = outer_.size;
     result.spherical.resize(q, moments_.groups());
+    // Row by row here, and put upright at the end.
     result.by_factor = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
     result.by_covariance = result.by_factor;
     by_term_ = VectorXd::Zero(moments_.terms());
@@ -383,11 +411,10 @@ class Evaluation {
         outer_algebra_.differentiate(cluster_products(cluster),
                                      cluster_kept(cluster),
                                      of_total,
-                                     result.outer_spherical.col(cluster).data(),
-                                     result.by_factor.outer,
-                                     &result.by_covariance.outer,
-                                     nullptr,
-                                     &inside);
+                                     {.spherical = result.outer_spherical.col(cluster).data(),
+                                      .by_factor = result.by_factor.outer.data(),
+                                      .by_covariance = result.by_covariance.outer.data(),
+                                      .inside = &inside});
         const Index end = model_.random.cluster_begin[cluster + 1];
         for (Index group = model_.random.cluster_begin[cluster]; group < end; ++group) {
           differentiate_group(group, inside, result);
@@ -398,7 +425,8 @@ class Evaluation {
     const double scale = std::sqrt(2.0 * result.sigma2);
     result.spherical *= scale;
     result.outer_spherical *= scale;
-    // v is L'Z'V^-1 of w - X beta; the first vector of the adjoint is (-beta, 1).
+    result.by_factor.inner.transposeInPlace();
+    result.by_factor.outer.transposeInPlace();
     result.by_variance = moments_.by_displacement(by_term_, displacement_) +
                          moments_.sum_log_gradient(displacement_);
   }
@@ -411,11 +439,10 @@ class Evaluation {
     inner_algebra_.differentiate(of,
                                  kept(group),
                                  from,
-                                 result.spherical.col(group).data(),
-                                 result.by_factor.inner,
-                                 &result.by_covariance.inner,
-                                 varies ? by_products_.data() : nullptr,
-                                 nullptr);
+                                 {.spherical = result.spherical.col(group).data(),
+                                  .by_factor = result.by_factor.inner.data(),
+                                  .by_covariance = result.by_covariance.inner.data(),
+                                  .by_products = varies ? by_products_.data() : nullptr});
     if (!varies) return;
     for (Index term = 0; term < moments_.terms(); ++term) {
       const double* const by = moments_.term(group, term);
@@ -433,8 +460,8 @@ class Evaluation {
   Index width_;
   Level inner_;
   Level outer_;
-  LevelAlgebra<kInner> inner_algebra_;
-  LevelAlgebra<0> outer_algebra_;
+  LevelAlgebra<kInner, kWidth> inner_algebra_;
+  LevelAlgebra<0, 0> outer_algebra_;
   std::vector<double> products_;
   std::vector<double> inner_kept_;
   std::vector<double> outer_kept_;
@@ -520,19 +547,45 @@ VectorXd GroupMoments::sum_log_gradient(const VectorXd& displacement) const {
   return result;
 }
 
+namespace {
+
+template <int kInner>
+LinearMixedProfile profile_of_width(const LinearMixedModel& model,
+                                    const RelativeFactors& factors,
+                                    const VectorXd& displacement,
+                                    bool with_derivatives) {
+  const auto run = [&]<int kWidth>() {
+    return Evaluation<kInner, kWidth>(model, factors, displacement).run(with_derivatives);
+  };
+  switch (model.moments.width()) {
+    case 3:
+      return run.template operator()<3>();
+    case 4:
+      return run.template operator()<4>();
+    case 5:
+      return run.template operator()<5>();
+    case 6:
+      return run.template operator()<6>();
+    default:
+      return run.template operator()<0>();
+  }
+}
+
+}  // namespace
+
 LinearMixedProfile profile(const LinearMixedModel& model,
                            const RelativeFactors& factors,
                            const VectorXd& displacement,
                            bool with_derivatives) {
   switch (model.random.inner.size()) {
     case 1:
-      return Evaluation<1>(model, factors, displacement).run(with_derivatives);
+      return profile_of_width<1>(model, factors, displacement, with_derivatives);
     case 2:
-      return Evaluation<2>(model, factors, displacement).run(with_derivatives);
+      return profile_of_width<2>(model, factors, displacement, with_derivatives);
     case 3:
-      return Evaluation<3>(model, factors, displacement).run(with_derivatives);
+      return profile_of_width<3>(model, factors, displacement, with_derivatives);
     default:
-      return Evaluation<0>(model, factors, displacement).run(with_derivatives);
+      return Evaluation<0, 0>(model, factors, displacement).run(with_derivatives);
   }
 }
 
