@@ -78,10 +78,15 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
     throw UsageError(fmt::format(
         "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
   }
-  const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
-  const LindstromBatesOutcome& outcome = search.outcome;
-  MixedEffectsFit fit = outcome.is_valid ? search.engine->result(outcome)
-                                         : failed(model, start, why_no_step(model, start));
+  MixedEffectsFit fit;
+  bool is_valid = false;
+  {
+    // What the search holds is as long as the data, and not needed to judge its result.
+    const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
+    is_valid = search.outcome.is_valid;
+    if (is_valid) fit = search.engine->result(search.outcome);
+  }
+  if (!is_valid) fit = failed(model, start, why_no_step(model, start));
   fit.coefficient_names = model.coefficient_names();
   fit.group_labels = model.group_labels();
   if (model.specification().random) fit.random_names = model.specification().random->coefficients;
@@ -93,7 +98,7 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
   const auto groups = model.specification().random ? static_cast<double>(model.group_count()) : 1.0;
   fit.degrees_of_freedom =
       static_cast<double>(model.observations()) - groups - static_cast<double>(start.size() - 1);
-  if (outcome.is_valid) judge(model, fit);
+  if (is_valid) judge(model, fit);
   return fit;
 }
 
