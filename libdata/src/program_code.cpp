@@ -210,7 +210,7 @@ class Placement {
  private:
   void release(std::vector<std::uint32_t>& freed) {
     std::ranges::sort(freed);
-    freed.erase(std::ranges::unique(freed).begin(), freed.end());
+    freed.erase(std::unique(freed.begin(), freed.end()), freed.end());
     free_.insert(free_.end(), freed.begin(), freed.end());
   }
 

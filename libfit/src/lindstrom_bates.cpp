@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "lindstrom_bates.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
@@ -10,6 +12,7 @@
 
 #include "fixed_point.hpp"
 #include "quasi_newton.hpp"
+#include "silvafit/fit/fit_statistics.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -18,28 +21,14 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-std::vector<Index> random_columns(const NonlinearModel& model) {
+std::vector<Index> random_columns(const NonlinearModel& model,
+                                  const std::optional<RandomEffects>& random) {
   std::vector<Index> columns;
-  if (!model.specification().random) return columns;
-  for (const std::string& name : model.specification().random->coefficients) {
+  if (!random) return columns;
+  for (const std::string& name : random->coefficients) {
     columns.push_back(model.coefficient_index(name));
   }
   return columns;
-}
-
-/// Coefficient units in which the columns of the Jacobian have a root mean square of one.
-VectorXd natural_scales(const NonlinearModel& model, const VectorXd& start) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(start, mean, &jacobian, workspace);
-  VectorXd scales(start.size());
-  for (Index j = 0; j < start.size(); ++j) {
-    const double size =
-        std::sqrt(jacobian.col(j).squaredNorm() / static_cast<double>(model.observations()));
-    scales[j] = std::isfinite(size) && size > 0.0 ? 1.0 / size : 1.0;
-  }
-  return scales;
 }
 
 VectorXd chosen(const VectorXd& values, const std::vector<Index>& which) {
@@ -48,71 +37,132 @@ VectorXd chosen(const VectorXd& values, const std::vector<Index>& which) {
   return result;
 }
 
-/// The method has no fixed point for some data with small groups: its two steps then drive each
-/// other on for ever.
-class Stagnation {
- public:
-  /// True when the last alternations have not halved the best decrement.
-  bool after(double decrement) {
-    if (decrement < 0.5 * best_) {
-      best_ = decrement;
-      waited_ = 0;
-    }
-    return ++waited_ > kPatience;
-  }
+RelativeFactor factor_of(const std::optional<RandomEffects>& random, const VectorXd& scales) {
+  return {random.value_or(RandomEffects{}), scales};
+}
 
- private:
-  static constexpr int kPatience = 15;
-  double best_ = std::numeric_limits<double>::infinity();
-  int waited_ = 0;
-};
+/// Root mean squares of the columns of X, 1 where there is none.
+VectorXd column_sizes(const Linearisation& at) {
+  const GroupMoments& moments = at.model.moments;
+  const Index p = moments.width() - 1;
+  VectorXd squares = VectorXd::Zero(p);
+  for (Index group = 0; group < moments.groups(); ++group) {
+    for (Index j = 0; j < p; ++j) squares[j] += moments.term(group, 0)[j * (p + 1) + j];
+  }
+  VectorXd sizes = (squares / static_cast<double>(at.model.observations)).cwiseSqrt();
+  for (double& value : sizes) {
+    if (!std::isfinite(value) || value == 0.0) value = 1.0;
+  }
+  return sizes;
+}
+
+/// Whether g is about one at typical values, whatever the parameters.
+bool normalised(const VarianceFunction& variance) {
+  return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
+    return factor.kind != VarianceFactor::Kind::kStratum && factor.stratum.empty() &&
+           !factor.delta && !factor.constant;
+  });
+}
 
 // The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
 constexpr double kStartDivisor = 0.375;
 // Directions of L that are smaller by this factor hold no random effects that count.
 constexpr double kSmallestPivot = 1e-6;
-// Moves of the variance components that have to be shorter than this lead nowhere.
-constexpr double kShortestMove = 1e-2;
 // Coordinates are chosen anew when a column of the Jacobian has become this much larger or smaller.
 constexpr double kUnsuitable = 4.0;
 // Enough to settle once the linearisation has; before that, more would be wasted.
 constexpr int kThetaSteps = 30;
-// One alternation has converged when it moves theta by less than 1e-6 standard errors.
-constexpr double kConvergedDecrement = 1e-12;
+
+/// The spherical effects that make the same effects with another factor, as far as it can hold
+/// them.
+MatrixXd moved_effects(const MatrixXd& from, const MatrixXd& to, const MatrixXd& spherical) {
+  if (spherical.rows() == 0) return spherical;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+  solver.setThreshold(kSmallestPivot);
+  solver.compute(to);
+  return solver.solve(from * spherical);
+}
+
+/// A covariance further inside its range, along a direction in which the likelihood rises; false
+/// if there is none.
+bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
+  if (by_covariance.rows() == 0) return false;
+  // On the edge dF/dD must be positive semidefinite.
+  constexpr double kFlat = 1e-6;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(by_covariance);
+  if (solver.info() != Eigen::Success || solver.eigenvalues()[0] >= -kFlat) return false;
+  direction = solver.eigenvectors().col(0);
+  return true;
+}
 
 }  // namespace
 
-LindstromBates::LindstromBates(const NonlinearModel& model, const VectorXd& start)
-    : model_(model),
-      random_(random_columns(model)),
-      start_(start),
-      natural_scale_(natural_scales(model, start)),
-      scale_(natural_scale_),
-      factor_(model.specification().random.value_or(RandomEffects{}), chosen(scale_, random_)),
-      variance_(model.specification().variance, VarianceData::of(model)) {}
-
-VectorXd LindstromBates::factor_parameters(const VectorXd& theta) const {
-  return theta.head(factor_.parameter_count());
+PooledFit pooled_fit(const NonlinearModel& model,
+                     const VectorXd& start,
+                     const MixedEffectsOptions& options) {
+  const VarianceModel constant({}, VarianceData::of(model));
+  const LinearisationPoint point{.coefficients = start,
+                                 .effects = MatrixXd::Zero(start.size(), model.group_count()),
+                                 .variance = VectorXd(0),
+                                 .units = VectorXd::Ones(start.size())};
+  Linearisation at;
+  Lineariser(model, constant).linearise(point, false, nullptr, at);
+  PooledFit result{
+      .coefficients = start,
+      .scale = column_sizes(at).cwiseInverse(),
+      .log_likelihood = least_squares_log_likelihood(at.squares.sum(), model.observations())};
+  if (options.reml) {
+    at.model.restricted = true;
+    const auto q = static_cast<Index>(at.model.random.inner.size());
+    const auto r = static_cast<Index>(at.model.random.outer.size());
+    const RelativeFactors none = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
+    result.log_likelihood = -profile(at.model, none, VectorXd(0), false).minus_log_likelihood;
+  }
+  return result;
 }
 
-VectorXd LindstromBates::variance_parameters(const VectorXd& theta) const {
-  return theta.tail(variance_.parameter_count());
+LindstromBates::LindstromBates(const NonlinearModel& model,
+                               const PooledFit& pooled,
+                               const VarianceFunction& variance,
+                               const MixedEffectsOptions& options)
+    : model_(model),
+      options_(options),
+      variance_text_(variance.text()),
+      random_(random_columns(model, model.specification().random)),
+      outer_random_(random_columns(model, model.specification().outer_random)),
+      pooled_(pooled),
+      scale_(pooled.scale),
+      inner_factor_(factor_of(model.specification().random, chosen(scale_, random_))),
+      outer_factor_(factor_of(model.specification().outer_random, chosen(scale_, outer_random_))),
+      variance_(variance, VarianceData::of(model)),
+      is_normalised_(normalised(variance)),
+      lineariser_(model, variance_) {}
+
+RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
+  const Index inner = inner_factor_.parameter_count();
+  return {.inner = inner_factor_.factor(theta.head(inner)),
+          .outer = outer_factor_.factor(theta.segment(inner, outer_factor_.parameter_count()))};
 }
 
 LindstromBatesState LindstromBates::start(double spread) {
-  adopt_scale(natural_scale_);
+  adopt_scale(pooled_.scale);
   const auto q = static_cast<Index>(random_.size());
+  const auto r = static_cast<Index>(outer_random_.size());
   LindstromBatesState state{
-      .scale = natural_scale_,
-      .beta = start_.cwiseQuotient(natural_scale_),
+      .scale = pooled_.scale,
+      .beta = pooled_.coefficients.cwiseQuotient(pooled_.scale),
       .spherical = MatrixXd::Zero(q, model_.group_count()),
-      .theta = VectorXd(factor_.parameter_count() + variance_.parameter_count())};
+      .outer_spherical = MatrixXd::Zero(r, r > 0 ? model_.cluster_count() : 0),
+      .theta = VectorXd(random_parameter_count() + variance_.parameter_count())};
   // In scaled coordinates the mean square of each column of Z is one at the start.
-  const double typical_rows =
-      static_cast<double>(model_.observations()) / static_cast<double>(model_.group_count());
-  const double deviation = spread / (kStartDivisor * std::sqrt(typical_rows));
-  state.theta << factor_.from_diagonal(VectorXd::Constant(q, deviation)),
-      hold_variance_ ? variance_.constant() : variance_.start();
+  const auto deviation = [&](Index groups) {
+    return spread / (kStartDivisor * std::sqrt(static_cast<double>(model_.observations()) /
+                                               static_cast<double>(groups)));
+  };
+  const VectorXd inner = VectorXd::Constant(q, deviation(model_.group_count()));
+  const VectorXd outer = VectorXd::Constant(r, deviation(model_.cluster_count()));
+  state.theta << inner_factor_.from_diagonal(inner), outer_factor_.from_diagonal(outer),
+      variance_.start();
   return state;
 }
 
@@ -120,182 +170,241 @@ LindstromBatesState LindstromBates::with_theta(const LindstromBatesState& state,
                                                const VectorXd& theta) const {
   LindstromBatesState moved = state;
   moved.theta = theta;
-  if (random_.empty()) return moved;
-  // The random effects b = L v stay as they are, as far as the new L can hold them.
-  const MatrixXd effects = factor_.factor(factor_parameters(state.theta)) * state.spherical;
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  solver.setThreshold(kSmallestPivot);
-  solver.compute(factor_.factor(factor_parameters(theta)));
-  moved.spherical = solver.solve(effects);
+  const RelativeFactors from = factors(state.theta);
+  const RelativeFactors to = factors(theta);
+  moved.spherical = moved_effects(from.inner, to.inner, state.spherical);
+  moved.outer_spherical = moved_effects(from.outer, to.outer, state.outer_spherical);
   return moved;
+}
+
+SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome) const {
+  const double n = static_cast<double>(model_.observations());
+  return {.state = outcome.state,
+          .quantities = variance_.quantities(),
+          .parameters = variance_parameters(outcome.state.theta),
+          .mean_log = is_normalised_ ? 0.0 : outcome.at->model.moments.sum_log()[0] / n,
+          .log_likelihood = outcome.log_likelihood,
+          .converged = outcome.converged};
+}
+
+LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
+                                               const std::vector<std::size_t>& factors_of) {
+  VectorXd parameters = variance_.start();
+  for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
+    const std::string kind = quantity.name.substr(0, quantity.name.find(" of "));
+    bool is_known = false;
+    bool has_factor = false;
+    for (const VarianceModel::Quantity& from : smaller.quantities) {
+      if (factors_of[from.factor] != quantity.factor) continue;
+      has_factor = true;
+      if (!from.name.starts_with(kind)) continue;
+      is_known = true;
+      auto target = parameters.segment(quantity.first, quantity.count);
+      if (from.count == quantity.count) {
+        target = smaller.parameters.segment(from.first, from.count);
+      } else {
+        target.setConstant(smaller.parameters[from.first]);
+      }
+    }
+    // The constant that a pure power lacks: zero would be a stationary point.
+    constexpr double kSmall = 0.1;
+    if (has_factor && !is_known) {
+      parameters.segment(quantity.first, quantity.count) *= kSmall;
+    }
+  }
+  LindstromBatesState state = smaller.state;
+  state.theta.resize(random_parameter_count() + parameters.size());
+  state.theta.head(random_parameter_count()) = smaller.state.theta.head(random_parameter_count());
+  state.theta.tail(parameters.size()) = parameters;
+  // Psi / sigma^2 with the new scale of sigma.
+  adopt_scale(state.scale);
+  if (is_normalised_ && smaller.mean_log == 0.0) return state;
+  Linearisation at;
+  if (!linearise(state, nullptr, at)) return state;
+  const double mean_log =
+      at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
+  state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
+  state.spherical *= std::exp(smaller.mean_log - mean_log);
+  state.outer_spherical *= std::exp(smaller.mean_log - mean_log);
+  return state;
 }
 
 LindstromBatesState LindstromBates::first_order_start() {
   LindstromBatesState state = start(1.0);
-  Linearisation at;
-  if (!linearise(state, at)) return state;
-  const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
-    return profile_at(at, theta, gradient);
-  };
-  const QuasiNewtonResult best =
-      minimise(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
-  if (best.x.allFinite()) state.theta = best.x;
+  // The series of the weights is good near its centre only, so that it is moved along.
+  constexpr int kRounds = 5;
+  constexpr double kNear = 0.1;
+  for (int round = 0; round < kRounds; ++round) {
+    Linearisation at;
+    if (!linearise(state, nullptr, at)) break;
+    const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
+      const LinearMixedProfile value = profile_near(state, at, theta);
+      if (!value.is_valid) return std::numeric_limits<double>::infinity();
+      if (by_theta != nullptr) *by_theta = gradient(value);
+      return value.minus_log_likelihood;
+    };
+    const QuasiNewtonResult best =
+        minimise(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
+    if (!std::isfinite(best.value) || !best.x.allFinite()) break;
+    const VectorXd change = variance_parameters(best.x) - variance_parameters(state.theta);
+    state.theta = best.x;
+    if (change.size() == 0 || change.cwiseAbs().maxCoeff() < kNear) break;
+  }
   return state;
 }
 
 void LindstromBates::adopt_scale(const VectorXd& scale) {
   scale_ = scale;
-  factor_ = RelativeFactor(model_.specification().random.value_or(RandomEffects{}),
-                           chosen(scale_, random_));
+  const ModelSpecification& specification = model_.specification();
+  inner_factor_ = factor_of(specification.random, chosen(scale_, random_));
+  outer_factor_ = factor_of(specification.outer_random, chosen(scale_, outer_random_));
 }
 
 bool LindstromBates::rescale(LindstromBatesState& state, Linearisation& at) {
-  const auto n = static_cast<double>(model_.observations());
-  VectorXd size = (at.model.design.colwise().norm() / std::sqrt(n)).transpose();
-  for (double& value : size) {
-    if (!std::isfinite(value) || value == 0.0) value = 1.0;
-  }
+  const VectorXd size = column_sizes(at);
   if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
-  const MatrixXd factor =
-      chosen(size, random_).asDiagonal() * factor_.factor(factor_parameters(state.theta));
+  const RelativeFactors from = factors(state.theta);
+  const MatrixXd inner = chosen(size, random_).asDiagonal() * from.inner;
+  const MatrixXd outer = chosen(size, outer_random_).asDiagonal() * from.outer;
   state.scale = state.scale.cwiseQuotient(size);
   state.beta = state.beta.cwiseProduct(size);
-  at.model.design = at.model.design * size.cwiseInverse().asDiagonal();
+  at.model.moments.divide_columns(size);
   adopt_scale(state.scale);
-  state.theta.head(factor_.parameter_count()) = factor_.from_factor(factor);
+  at.model.log_units = -2.0 * scale_.array().log().sum();
+  const Index count = inner_factor_.parameter_count();
+  state.theta.head(count) = inner_factor_.from_factor(inner);
+  state.theta.segment(count, outer_factor_.parameter_count()) = outer_factor_.from_factor(outer);
   return true;
 }
 
-bool LindstromBates::linearise(const LindstromBatesState& state, Linearisation& at) {
-  const MatrixXd effects = factor_.factor(factor_parameters(state.theta)) * state.spherical;
-  MatrixXd coefficients = state.beta.replicate(1, model_.group_count());
+bool LindstromBates::linearise(const LindstromBatesState& state,
+                               const Linearisation* before,
+                               Linearisation& at) {
+  const RelativeFactors now = factors(state.theta);
+  const MatrixXd inner = now.inner * state.spherical;
+  const MatrixXd outer = now.outer * state.outer_spherical;
+  LinearisationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
+                           .effects = MatrixXd::Zero(scale_.size(), model_.group_count()),
+                           .variance = variance_parameters(state.theta),
+                           .units = scale_};
   for (std::size_t k = 0; k < random_.size(); ++k) {
-    coefficients.row(random_[k]) += effects.row(static_cast<Index>(k));
+    point.effects.row(random_[k]) = scale_[random_[k]] * inner.row(static_cast<Index>(k));
   }
-  coefficients = scale_.asDiagonal() * coefficients;
-  model_.evaluate(coefficients, at.mean, &at.model.design, workspace_);
-  at.model.design = at.model.design * scale_.asDiagonal();
-  at.residual = model_.response() - at.mean;
-  at.model.working = at.residual;
-  at.model.random = random_;
-  at.model.group_begin.resize(static_cast<std::size_t>(model_.group_count()) + 1);
-  for (Index j = 0; j <= model_.group_count(); ++j) at.model.group_begin[j] = model_.group_begin(j);
-  for (Index j = 0; j < model_.group_count(); ++j) {
-    const Index begin = model_.group_begin(j);
-    const Index size = model_.group_begin(j + 1) - begin;
-    for (std::size_t k = 0; k < random_.size(); ++k) {
-      at.model.working.segment(begin, size) +=
-          effects(static_cast<Index>(k), j) * at.model.design.col(random_[k]).segment(begin, size);
+  for (std::size_t k = 0; k < outer_random_.size(); ++k) {
+    const Index column = outer_random_[k];
+    for (Index cluster = 0; cluster < model_.cluster_count(); ++cluster) {
+      const Index begin = model_.cluster_begin(cluster);
+      point.effects.row(column).segment(begin, model_.cluster_begin(cluster + 1) - begin).array() +=
+          scale_[column] * outer(static_cast<Index>(k), cluster);
     }
   }
-  return at.mean.allFinite() && at.model.design.allFinite();
+  at.model.restricted = options_.reml;
+  at.model.log_units = -2.0 * scale_.array().log().sum();
+  return lineariser_.linearise(point, true, before, at);
 }
 
-LinearMixedProfile LindstromBates::profile_of(const Linearisation& at,
-                                              const VectorXd& theta) const {
-  const ResidualScale scale = variance_.scale(at.mean, variance_parameters(theta), false);
-  const GroupMoments moments(at.model, scale.weight);
-  return profile(at.model, moments, scale.sum_log, factor_.factor(factor_parameters(theta)));
-}
-
-double LindstromBates::profile_at(const Linearisation& at,
-                                  const VectorXd& theta,
-                                  VectorXd* gradient) const {
-  const MatrixXd factor = factor_.factor(factor_parameters(theta));
-  const ResidualScale scale =
-      variance_.scale(at.mean, variance_parameters(theta), gradient != nullptr);
-  const GroupMoments moments(at.model, scale.weight);
-  const LinearMixedProfile value = profile(at.model, moments, scale.sum_log, factor);
-  if (!value.is_valid) return std::numeric_limits<double>::infinity();
-  if (gradient != nullptr) {
-    gradient->resize(theta.size());
-    gradient->head(factor_.parameter_count()) = factor_.gradient(value.by_factor);
-    if (hold_variance_) {
-      gradient->tail(variance_.parameter_count()).setZero();
-    } else if (variance_.parameter_count() > 0) {
-      gradient->tail(variance_.parameter_count()) =
-          variance_gradient(at.model, moments, scale, factor, value);
-    }
+LinearMixedProfile LindstromBates::profile_at(const Linearisation& at,
+                                              const VectorXd& theta,
+                                              bool with_derivatives) const {
+  const Index parameters = at.model.moments.parameters();
+  VectorXd displacement(parameters);
+  if (parameters > 0) {
+    displacement = variance_parameters(theta) - at.variance;
+    if ((displacement.array().abs() > at.longest_change.array()).any()) return {};
   }
-  return value.minus_log_likelihood;
+  return profile(at.model, factors(theta), displacement, with_derivatives);
 }
 
-VectorXd LindstromBates::penalised_squares(const Linearisation& at,
-                                           const MatrixXd& spherical,
-                                           const ResidualScale& scale) const {
-  const Eigen::ArrayXd squares = scale.weight * at.residual.array().square();
-  VectorXd sums(model_.group_count());
-  for (Index j = 0; j < model_.group_count(); ++j) {
-    const Index begin = model_.group_begin(j);
-    sums[j] = squares.segment(begin, model_.group_begin(j + 1) - begin).sum() +
-              spherical.col(j).squaredNorm();
+LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state,
+                                                const Linearisation& at,
+                                                const VectorXd& theta) {
+  if (!lineariser_.is_curved() || variance_parameters(theta) == at.variance) {
+    return profile_at(at, theta, true);
   }
-  return sums;
+  // The likelihood of a constant plus a power has ridges and several hills, for which the series
+  // of the weights does not do.
+  LindstromBatesState moved = state;
+  moved.theta.tail(variance_.parameter_count()) = variance_parameters(theta);
+  Linearisation there;
+  if (!linearise(moved, nullptr, there)) return {};
+  return profile_at(there, theta, true);
+}
+
+VectorXd LindstromBates::gradient(const LinearMixedProfile& at) const {
+  VectorXd result = VectorXd::Zero(random_parameter_count() + variance_.parameter_count());
+  result.head(random_parameter_count()) << inner_factor_.gradient(at.by_factor.inner),
+      outer_factor_.gradient(at.by_factor.outer);
+  if (at.by_variance.size() > 0) result.tail(variance_.parameter_count()) = at.by_variance;
+  return result;
 }
 
 double LindstromBates::take_step(LindstromBatesState& state,
                                  Linearisation& at,
-                                 const ResidualScale& scale,
                                  const LinearMixedProfile& target) {
-  const VectorXd current = penalised_squares(at, state.spherical, scale);
-  const double total = current.sum();
+  const auto penalised = [](const VectorXd& squares, const LindstromBatesState& of) {
+    return VectorXd(squares + of.spherical.colwise().squaredNorm().transpose());
+  };
+  const VectorXd current = penalised(at.squares, state);
+  const double total = current.sum() + state.outer_spherical.squaredNorm();
   const MatrixXd change = target.spherical - state.spherical;
+  const MatrixXd outer_change = target.outer_spherical - state.outer_spherical;
   // A few groups that run off must not hold back the others: at first their effects alone step
   // shorter. If that does not do, all step shorter together, which must descend in the end.
   constexpr int kGroupTrials = 6;
   constexpr int kTrials = 36;
   VectorXd group_length = VectorXd::Ones(model_.group_count());
+  VectorXd cluster_length = VectorXd::Ones(state.outer_spherical.cols());
   double length = 1.0;
   for (int attempt = 0; attempt < kTrials; ++attempt) {
     LindstromBatesState trial = state;
     trial.beta += length * target.coefficients;
     trial.spherical += length * change * group_length.asDiagonal();
+    trial.outer_spherical += length * outer_change * cluster_length.asDiagonal();
     Linearisation point;
-    const bool is_finite = linearise(trial, point);
-    const VectorXd reached = penalised_squares(point, trial.spherical, scale);
-    if (is_finite && reached.sum() <= total * (1.0 + 1e-13)) {
+    const bool is_finite = linearise(trial, &at, point);
+    const VectorXd reached = penalised(point.squares_before, trial);
+    const double total_reached = reached.sum() + trial.outer_spherical.squaredNorm();
+    if (is_finite && total_reached <= total * (1.0 + 1e-13)) {
       state = std::move(trial);
       at = std::move(point);
       return length;
     }
-    const auto runs_off = [&](Index j) { return !(reached[j] <= current[j] + 0.1 * total); };
     Index shortened = 0;
-    for (Index j = 0; j < reached.size(); ++j) {
-      if (!runs_off(j)) continue;
+    for (Index cluster = 0, j = 0; j < reached.size(); ++j) {
+      while (j >= model_.cluster_begin(cluster + 1)) ++cluster;
+      if (reached[j] <= current[j] + 0.1 * total) continue;
       group_length[j] *= 0.25;
+      if (cluster_length.size() > 0) cluster_length[cluster] *= 0.5;
       ++shortened;
     }
     if (attempt < kGroupTrials && shortened > 0) continue;
     group_length.setOnes();
+    cluster_length.setOnes();
     length *= 0.5;
   }
   return 0.0;
 }
 
 bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Linearisation& at) {
-  if (!linearise(state, at)) return false;
-  const MatrixXd factor = factor_.factor(factor_parameters(state.theta));
+  if (!linearise(state, nullptr, at)) return false;
   constexpr int kSteps = 100;
   // Many short steps in a row lead along a wall of the mean function, not to a solution.
   constexpr double kShort = 0.1;
   int short_steps = 0;
   double last_decrement = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kSteps; ++step) {
-    const ResidualScale scale = variance_.scale(at.mean, variance_parameters(state.theta), false);
-    const GroupMoments moments(at.model, scale.weight);
-    const LinearMixedProfile target = profile(at.model, moments, scale.sum_log, factor);
+    const LinearMixedProfile target = profile_at(at, state.theta, true);
     if (!target.is_valid) return false;
     const double current =
-        (scale.weight * at.residual.array().square()).sum() + state.spherical.squaredNorm();
-    const auto n = static_cast<double>(model_.observations());
-    const double decrement = (current - target.sum_of_squares) / (target.sum_of_squares / n);
+        at.squares.sum() + state.spherical.squaredNorm() + state.outer_spherical.squaredNorm();
+    const double decrement = (current - target.sum_of_squares) / target.sigma2;
     // Rounding in the two sums is about n times the last digit.
     constexpr double kEnough = 1e-12;
     if (decrement <= kEnough || (decrement < 1e-7 && decrement >= 0.5 * last_decrement)) {
       return true;
     }
     last_decrement = decrement;
-    const double length = take_step(state, at, scale, target);
+    const double length = take_step(state, at, target);
     if (length == 0.0) return decrement < 1e-6;
     short_steps = length < kShort ? short_steps + 1 : 0;
     if (short_steps > short_steps_) return false;
@@ -303,121 +412,279 @@ bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Lineari
   return true;
 }
 
-void LindstromBates::hold_variance(bool hold) { hold_variance_ = hold; }
-
-LindstromBatesState LindstromBates::with_free_variance(const LindstromBatesState& held) const {
-  LindstromBatesState state = held;
-  state.theta.tail(variance_.parameter_count()) = variance_.start();
-  return state;
-}
-
-LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, int maximum_iterations) {
-  adopt_scale(state.scale);
-  LindstromBatesOutcome outcome;
-  AndersonMixing mixing(4);
-  MatrixXd hessian;
-  Linearisation at;
-  LindstromBatesState last = state;  // where the two steps have last succeeded
-  double length = 1.0;
-  Stagnation stagnation;
-  for (int iteration = 1; iteration <= maximum_iterations; ++iteration) {
-    LindstromBatesState trial = state;
-    if (!penalised_least_squares(trial, at)) {
-      // Too far for the mean function: less far from where the last round stood.
-      length *= 0.5;
-      if (!outcome.is_valid || length < kShortestMove) break;
-      mixing.restart();
-      state = with_theta(last, last.theta + length * (state.theta - last.theta));
-      continue;
-    }
-    length = 1.0;
-    state = std::move(trial);
-    if (rescale(state, at)) {
-      mixing.restart();
-      hessian.resize(0, 0);
-    }
-    const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* gradient) {
-      return profile_at(at, theta, gradient);
-    };
-    const double here = profile_at(at, state.theta, nullptr);
-    const QuasiNewtonResult best =
-        minimise(objective, state.theta, hessian, {.maximum_steps = kThetaSteps});
-    if (!std::isfinite(here) || !best.x.allFinite()) break;
-    hessian = best.hessian;
-    const VectorXd change = best.x - state.theta;
-    outcome.state = state;
-    outcome.log_likelihood = -here;
-    outcome.iterations = iteration;
-    outcome.is_valid = true;
-    outcome.decrement = change.size() > 0 ? change.dot(hessian * change) : 0.0;
-    outcome.converged = outcome.decrement <= kConvergedDecrement;
-    if (outcome.converged || stagnation.after(outcome.decrement)) break;
-    last = state;
-    state = with_theta(state, mixing.next(state.theta, best.x));
-  }
-  return outcome;
-}
-
 bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside) {
   if (random_.empty() || !outcome.is_valid) return false;
   inside = outcome.state;
   adopt_scale(inside.scale);
-  Linearisation at;
-  if (!linearise(inside, at)) return false;
-  const LinearMixedProfile here = profile_of(at, inside.theta);
+  const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
   if (!here.is_valid) return false;
-  const MatrixXd factor = factor_.factor(factor_parameters(inside.theta));
-  const MatrixXd covariance = factor * factor.transpose();
-  // On the edge dF/dD must be positive semidefinite; a negative direction leads to a higher
-  // likelihood.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(here.by_covariance);
-  const VectorXd direction = solver.eigenvectors().col(0);
-  if (solver.info() != Eigen::Success || solver.eigenvalues()[0] >= 0.0) return false;
-  for (double size = 1.0; size > 1e-7; size *= 0.1) {
-    const MatrixXd moved = covariance + size * direction * direction.transpose();
-    VectorXd theta = inside.theta;
-    theta.head(factor_.parameter_count()) = factor_.from_covariance(moved);
-    const LinearMixedProfile there = profile_of(at, theta);
-    if (there.is_valid && there.minus_log_likelihood < here.minus_log_likelihood - 1e-6) {
-      inside.theta = theta;
-      inside.spherical.setZero();
-      return true;
+  const RelativeFactors now = factors(inside.theta);
+  // The start of each factor's parameters; the likelihood may rise into either.
+  Index begin = 0;
+  for (const bool is_outer : {false, true}) {
+    const RelativeFactor& factor = is_outer ? outer_factor_ : inner_factor_;
+    const MatrixXd& triangle = is_outer ? now.outer : now.inner;
+    VectorXd direction;
+    const MatrixXd& by = is_outer ? here.by_covariance.outer : here.by_covariance.inner;
+    const Index count = factor.parameter_count();
+    for (double size = 1.0; rising_direction(by, direction) && size > 1e-7; size *= 0.1) {
+      const MatrixXd moved =
+          triangle * triangle.transpose() + size * direction * direction.transpose();
+      VectorXd theta = inside.theta;
+      theta.segment(begin, count) = factor.from_covariance(moved);
+      const LinearMixedProfile there = profile_at(*outcome.at, theta, false);
+      if (there.is_valid && there.minus_log_likelihood < here.minus_log_likelihood - 1e-6) {
+        inside.theta = theta;
+        inside.spherical.setZero();
+        inside.outer_spherical.setZero();
+        return true;
+      }
     }
+    begin += count;
   }
   return false;
+}
+
+/// One run of the alternation.
+class LindstromBates::Run {
+ public:
+  Run(LindstromBates& engine, LindstromBatesState state, Alternation how)
+      : engine_(engine), state_(std::move(state)), last_(state_), how_(how) {}
+
+  LindstromBatesOutcome run() {
+    engine_.adopt_scale(state_.scale);
+    if (!begin()) return outcome_;
+    for (int iteration = 1; iteration <= engine_.options_.maximum_iterations; ++iteration) {
+      if (engine_.rescale(state_, *at_)) {
+        mixing_.restart();
+        hessian_.resize(0, 0);
+      }
+      if (!optimise_theta()) break;
+      note(iteration);
+      if (outcome_.converged || gives_up() || !advance()) break;
+    }
+    return outcome_;
+  }
+
+ private:
+  /// The method has no fixed point for some data with small groups: its two steps then drive each
+  /// other on for ever. True when many alternations have not halved the best decrement.
+  bool stagnates() {
+    constexpr int kPatience = 15;
+    const double decrement = outcome_.decrement;
+    if (decrement < 0.5 * best_decrement_) {
+      best_decrement_ = decrement;
+      waited_ = 0;
+    }
+    return ++waited_ > kPatience;
+  }
+
+  bool gives_up() {
+    if (!stagnates()) return false;
+    if (how_ == Alternation::kCareful) return true;
+    how_ = Alternation::kCareful;
+    best_decrement_ = std::numeric_limits<double>::infinity();
+    waited_ = 0;
+    mixing_.restart();
+    return false;
+  }
+
+  bool begin() {
+    at_ = std::make_shared<Linearisation>();
+    if (how_ == Alternation::kCareful) return engine_.penalised_least_squares(state_, *at_);
+    return engine_.linearise(state_, nullptr, *at_);
+  }
+
+  const LinearMixedProfile& profile(const VectorXd& theta) {
+    if (profile_theta_.size() != theta.size() || profile_theta_ != theta ||
+        profiled_ != at_.get()) {
+      profile_ = engine_.profile_near(state_, *at_, theta);
+      profile_theta_ = theta;
+      profiled_ = at_.get();
+    }
+    return profile_;
+  }
+
+  bool optimise_theta() {
+    profiled_ = nullptr;
+    const LinearMixedProfile& here = profile(state_.theta);
+    if (!here.is_valid) return false;
+    here_ = -here.minus_log_likelihood;
+    const double squares =
+        at_->squares.sum() + state_.spherical.squaredNorm() + state_.outer_spherical.squaredNorm();
+    curve_decrement_ = (squares - here.sum_of_squares) / here.sigma2;
+    const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
+      const LinearMixedProfile& value = profile(theta);
+      if (!value.is_valid) return std::numeric_limits<double>::infinity();
+      if (by_theta != nullptr) *by_theta = engine_.gradient(value);
+      return value.minus_log_likelihood;
+    };
+    // A round that only starts to settle needs no more digits than its linearisation has.
+    constexpr double kShare = 1e-3;
+    QuasiNewtonOptions options{.maximum_steps = kThetaSteps, .one_sided = true};
+    if (how_ == Alternation::kInterleaved) {
+      options.decrement = std::max(options.decrement, kShare * std::min(1.0, curve_decrement_));
+    }
+    best_ = minimise(objective, state_.theta, hessian_, options);
+    if (!best_.x.allFinite()) return false;
+    hessian_ = best_.hessian;
+    return true;
+  }
+
+  void note(int iteration) {
+    const VectorXd change = best_.x - state_.theta;
+    outcome_.state = state_;
+    outcome_.at = at_;
+    outcome_.log_likelihood = here_;
+    outcome_.iterations = iteration;
+    outcome_.is_valid = true;
+    outcome_.decrement = change.size() > 0 ? change.dot(hessian_ * change) : 0.0;
+    // The coefficients cannot be seen to move by less than rounding in the sums of squares.
+    const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
+    outcome_.converged = outcome_.decrement <= engine_.tolerance_ &&
+                         (how_ == Alternation::kCareful ||
+                          curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding));
+    if (!engine_.options_.trace) return;
+    engine_.options_.trace(fmt::format(
+        "variance {}: alternation {}, log-likelihood {:.6f}, variance components off by {:.1e} and "
+        "coefficients by {:.1e} standard errors, step {:.3g}",
+        engine_.variance_text_,
+        iteration,
+        here_,
+        std::sqrt(std::max(0.0, outcome_.decrement)),
+        std::sqrt(std::max(0.0, curve_decrement_)),
+        length_));
+  }
+
+  /// Moves on to the next round's linearisation.
+  bool advance() {
+    last_ = state_;
+    VectorXd theta = mixing_.next(state_.theta, best_.x);
+    if (how_ == Alternation::kInterleaved) {
+      if (!profile(theta).is_valid) theta = best_.x;
+      if (interleaved_step(theta)) return true;
+    }
+    return careful_step(theta);
+  }
+
+  /// The linear model's own solution, if the model itself agrees with it there.
+  bool interleaved_step(const VectorXd& theta) {
+    const LinearMixedProfile& target = profile(theta);
+    if (!target.is_valid) return false;
+    LindstromBatesState trial = state_;
+    trial.theta = theta;
+    trial.beta += target.coefficients;
+    trial.spherical = target.spherical;
+    trial.outer_spherical = target.outer_spherical;
+    auto point = std::make_shared<Linearisation>();
+    if (!engine_.linearise(trial, at_.get(), *point)) return refuse();
+    const VectorXd expected = expected_squares(at_->model, engine_.factors(theta), target);
+    const VectorXd excess = point->squares_before - expected;
+    const double total = at_->squares.sum();
+    const double penalty = target.spherical.squaredNorm() + target.outer_spherical.squaredNorm() -
+                           state_.spherical.squaredNorm() - state_.outer_spherical.squaredNorm();
+    const double gain = std::max(0.0, total - expected.sum() - penalty);
+    // Half of the gain must be real; a hundredth of the squares may be lost while theta moves.
+    constexpr double kLoss = 0.01;
+    constexpr double kRunsOff = 0.1;
+    if (excess.sum() > 0.5 * gain + kLoss * expected.sum() ||
+        excess.maxCoeff() > kRunsOff * total) {
+      return refuse();
+    }
+    state_ = std::move(trial);
+    at_ = std::move(point);
+    length_ = 1.0;
+    return true;
+  }
+
+  /// Several refusals mean that the linear model is not to be trusted.
+  bool refuse() {
+    constexpr int kRefusals = 3;
+    if (++refusals_ >= kRefusals) how_ = Alternation::kCareful;
+    return false;
+  }
+
+  bool careful_step(const VectorXd& theta) {
+    // Moves of the variance components that have to be shorter than this lead nowhere.
+    constexpr double kShortestMove = 1e-2;
+    VectorXd target = theta;
+    for (length_ = 1.0; length_ >= kShortestMove; length_ *= 0.5) {
+      LindstromBatesState trial = engine_.with_theta(last_, target);
+      auto point = std::make_shared<Linearisation>();
+      if (engine_.penalised_least_squares(trial, *point)) {
+        state_ = std::move(trial);
+        at_ = std::move(point);
+        return true;
+      }
+      // Too far for the mean function: less far from where the last round stood.
+      mixing_.restart();
+      target = last_.theta + 0.5 * length_ * (theta - last_.theta);
+    }
+    return false;
+  }
+
+  LindstromBates& engine_;
+  LindstromBatesState state_;
+  LindstromBatesState last_;  // where the two steps have last succeeded
+  Alternation how_;
+  std::shared_ptr<Linearisation> at_;
+  LindstromBatesOutcome outcome_;
+  AndersonMixing mixing_{4};
+  MatrixXd hessian_;
+  QuasiNewtonResult best_;
+  double here_ = 0.0;
+  double curve_decrement_ = 0.0;
+  double length_ = 1.0;
+  int refusals_ = 0;
+  double best_decrement_ = std::numeric_limits<double>::infinity();
+  int waited_ = 0;
+  LinearMixedProfile profile_;  // the last that was computed, and where
+  VectorXd profile_theta_;
+  const Linearisation* profiled_ = nullptr;
+};
+
+LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, Alternation how) {
+  return Run(*this, std::move(state), how).run();
 }
 
 MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   const LindstromBatesState& state = outcome.state;
   adopt_scale(state.scale);
-  Linearisation at;
-  linearise(state, at);
-  const LinearMixedProfile value = profile_of(at, state.theta);
-  const ResidualScale scale = variance_.scale(at.mean, variance_parameters(state.theta), false);
-  const auto n = static_cast<double>(model_.observations());
-  const double sigma2 = value.sum_of_squares / n;
+  const Linearisation& at = *outcome.at;
+  const LinearMixedProfile value = profile_at(at, state.theta, false);
+  const RelativeFactors now = factors(state.theta);
 
   MixedEffectsFit fit;
   fit.estimate = state.beta.cwiseProduct(scale_);
   const Index p = fit.estimate.size();
   const MatrixXd inverse = value.information.ldlt().solve(MatrixXd::Identity(p, p));
-  // nlme's factor for maximum-likelihood standard errors.
-  const double adjusted = sigma2 * n / (n - static_cast<double>(p));
+  // nlme's factor for maximum-likelihood standard errors; restricted likelihood has it in sigma.
+  const double adjusted =
+      value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));
   fit.covariance = adjusted * scale_.asDiagonal() * inverse * scale_.asDiagonal();
-  const VectorXd random_scale = chosen(scale_, random_);
-  const MatrixXd factor =
-      random_scale.asDiagonal() * factor_.factor(factor_parameters(state.theta));
-  fit.random_covariance = sigma2 * factor * factor.transpose();
+  const MatrixXd factor = chosen(scale_, random_).asDiagonal() * now.inner;
+  fit.random_covariance = value.sigma2 * factor * factor.transpose();
   fit.random_effects = factor * state.spherical;
-  fit.sigma = std::sqrt(sigma2) * variance_.sigma_factor(variance_parameters(state.theta));
+  if (!outer_random_.empty()) {
+    const MatrixXd outer = chosen(scale_, outer_random_).asDiagonal() * now.outer;
+    fit.outer.covariance = value.sigma2 * outer * outer.transpose();
+    fit.outer.effects = outer * state.outer_spherical;
+  }
+  const double sigma = std::sqrt(value.sigma2);
+  fit.sigma = sigma * variance_.sigma_factor(variance_parameters(state.theta));
   fit.variance = variance_.estimate(variance_parameters(state.theta));
   fit.log_likelihood = outcome.log_likelihood;
   fit.parameter_count =
-      static_cast<int>(p + factor_.parameter_count() + variance_.parameter_count()) + 1;
+      static_cast<int>(p + random_parameter_count() + variance_.parameter_count()) + 1;
   fit.observations = model_.observations();
   fit.fitted_conditional = at.mean;
-  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace_);
-  fit.residual_sd = std::sqrt(sigma2) * scale.weight.rsqrt();
+  NonlinearModel::Workspace workspace;
+  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+  if (at.weight.size() > 0) {
+    fit.residual_sd = sigma * at.weight.rsqrt();
+  } else {
+    fit.residual_sd = VectorXd::Constant(model_.observations(), sigma);
+  }
   fit.convergence.converged = outcome.converged;
   fit.convergence.gradient = outcome.decrement;
   fit.convergence.iterations = outcome.iterations;

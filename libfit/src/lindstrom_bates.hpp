@@ -3,9 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "linear_mixed_profile.hpp"
+#include "linearisation.hpp"
 #include "relative_factor.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "variance_weights.hpp"
@@ -14,15 +17,17 @@ namespace silvafit::fit {
 
 /// Where an alternation stands.
 struct LindstromBatesState {
-  Eigen::VectorXd scale{};      ///< (p) one unit of each scaled coefficient
-  Eigen::VectorXd beta{};       ///< (p) scaled coefficients
-  Eigen::MatrixXd spherical{};  ///< (q x G) v with b = L v, scaled
-  Eigen::VectorXd theta{};      ///< parameters of L, then of the variance function
+  Eigen::VectorXd scale{};            ///< (p) one unit of each scaled coefficient
+  Eigen::VectorXd beta{};             ///< (p) scaled coefficients
+  Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v, scaled
+  Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same for the coarser of two groupings
+  Eigen::VectorXd theta{};            ///< parameters of L, of the outer L, of the variance function
 };
 
 /// How an alternation ended.
 struct LindstromBatesOutcome {
   LindstromBatesState state{};
+  std::shared_ptr<const Linearisation> at{};  ///< the model around the state
   double log_likelihood = 0.0;
   double decrement = 0.0;  ///< squared distance that theta would still move, in standard errors
   int iterations = 0;
@@ -30,72 +35,112 @@ struct LindstromBatesOutcome {
   bool is_valid = false;  ///< false where no finite point was reached
 };
 
+/// A fit as the start of one with a larger variance function.
+struct SmallerVariance {
+  LindstromBatesState state{};
+  std::vector<VarianceModel::Quantity> quantities{};
+  Eigen::VectorXd parameters{};  ///< internal, of the variance function
+  double mean_log = 0.0;         ///< mean of log g
+  double log_likelihood = 0.0;
+  bool converged = false;
+};
+
+/// How the two steps follow each other.
+enum class Alternation {
+  /// One step of each a round; where a step of the coefficients does not do what the linear model
+  /// expects, a careful round.
+  kInterleaved,
+  /// Penalised least squares to the end, with short steps where needed, then theta to the end.
+  kCareful,
+};
+
+/// The model at the coefficients of a fit that knows nothing of groups.
+struct PooledFit {
+  Eigen::VectorXd coefficients{};  ///< (p)
+  Eigen::VectorXd scale{};         ///< (p) units in which the Jacobian's columns have size one
+  double log_likelihood = 0.0;     ///< without random effects, which every mixed model contains
+};
+PooledFit pooled_fit(const NonlinearModel& model,
+                     const Eigen::VectorXd& start,
+                     const MixedEffectsOptions& options);
+
 class LindstromBates {
  public:
-  LindstromBates(const NonlinearModel& model, const Eigen::VectorXd& start);
+  /// \param pooled    the fit without random effects
+  /// \param variance  the model's own variance function, or one that it contains
+  LindstromBates(const NonlinearModel& model,
+                 const PooledFit& pooled,
+                 const VarianceFunction& variance,
+                 const MixedEffectsOptions& options);
 
   /// A start with all random effects zero and standard deviations of a typical size times `spread`.
   LindstromBatesState start(double spread);
   /// A start with the variance components that the model linear around the pooled fit asks for.
   LindstromBatesState first_order_start();
-  bool has_variance_function() const { return variance_.parameter_count() > 0; }
-  /// Holds the variance at a constant one in starts and runs, or lets it go.
-  void hold_variance(bool hold);
-  /// A state whose variance was held, with the variance function at its start.
-  LindstromBatesState with_free_variance(const LindstromBatesState& held) const;
+  /// What a larger variance function starts from.
+  SmallerVariance variance_of(const LindstromBatesOutcome& outcome) const;
+  /// A start from a fit whose variance function this one contains.
+  /// \param factors_of  for each factor of the smaller function, the one of this function that it
+  /// is
+  LindstromBatesState start_from(const SmallerVariance& smaller,
+                                 const std::vector<std::size_t>& factors_of);
   /// How many short steps in a row penalised least squares may take before it gives up (6 at
   /// first).
   void set_patience(int short_steps) { short_steps_ = short_steps; }
+  /// Squared standard errors that theta may still move when an alternation has converged.
+  void set_tolerance(double decrement) { tolerance_ = decrement; }
   /// Alternates until both steps stand still.
-  LindstromBatesOutcome run(LindstromBatesState state, int maximum_iterations);
-  /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
+  LindstromBatesOutcome run(LindstromBatesState state, Alternation how);
+  /// If a covariance stopped on the edge of its range although the likelihood rises inwards, a
   /// state inside.
   bool leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
   /// The result in the model's own coordinates.
   MixedEffectsFit result(const LindstromBatesOutcome& outcome);
 
  private:
-  /// The model linear around a state, with the residual scale there.
-  struct Linearisation {
-    LinearMixedModel model{};
-    Eigen::VectorXd mean{};
-    Eigen::VectorXd residual{};
-  };
+  class Run;
+
+  Eigen::Index random_parameter_count() const {
+    return inner_factor_.parameter_count() + outer_factor_.parameter_count();
+  }
+  RelativeFactors factors(const Eigen::VectorXd& theta) const;
+  Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const {
+    return theta.tail(variance_.parameter_count());
+  }
   /// The state with other variance components and the same random effects.
   LindstromBatesState with_theta(const LindstromBatesState& state,
                                  const Eigen::VectorXd& theta) const;
-  Eigen::VectorXd factor_parameters(const Eigen::VectorXd& theta) const;
-  Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const;
   /// Works in the units of a state from now on.
   void adopt_scale(const Eigen::VectorXd& scale);
   /// Measures a state in units that suit the linearisation at it, if they have changed by much.
   bool rescale(LindstromBatesState& state, Linearisation& at);
-  bool linearise(const LindstromBatesState& state, Linearisation& at);
+  bool linearise(const LindstromBatesState& state, const Linearisation* before, Linearisation& at);
   bool penalised_least_squares(LindstromBatesState& state, Linearisation& at);
-  /// (G) weighted squares of each group plus |v|^2.
-  Eigen::VectorXd penalised_squares(const Linearisation& at,
-                                    const Eigen::MatrixXd& spherical,
-                                    const ResidualScale& scale) const;
   /// Moves towards the target while the penalised squares fall; the share of the way, 0 if none.
-  double take_step(LindstromBatesState& state,
-                   Linearisation& at,
-                   const ResidualScale& scale,
-                   const LinearMixedProfile& target);
-  double profile_at(const Linearisation& at,
-                    const Eigen::VectorXd& theta,
-                    Eigen::VectorXd* gradient) const;
-  LinearMixedProfile profile_of(const Linearisation& at, const Eigen::VectorXd& theta) const;
+  double take_step(LindstromBatesState& state, Linearisation& at, const LinearMixedProfile& target);
+  LinearMixedProfile profile_at(const Linearisation& at,
+                                const Eigen::VectorXd& theta,
+                                bool with_derivatives) const;
+  /// The profile of the model linear around a state, at any theta.
+  LinearMixedProfile profile_near(const LindstromBatesState& state,
+                                  const Linearisation& at,
+                                  const Eigen::VectorXd& theta);
+  Eigen::VectorXd gradient(const LinearMixedProfile& at) const;
 
   const NonlinearModel& model_;
+  MixedEffectsOptions options_;
+  std::string variance_text_;  ///< for the trace
   std::vector<Eigen::Index> random_;
-  Eigen::VectorXd start_;          ///< (p) coefficients of the pooled fit
-  Eigen::VectorXd natural_scale_;  ///< (p) units at the pooled fit
-  Eigen::VectorXd scale_;          ///< (p) units in use, those of the state at work
-  RelativeFactor factor_;
+  std::vector<Eigen::Index> outer_random_;
+  PooledFit pooled_;
+  Eigen::VectorXd scale_;  ///< (p) units in use, those of the state at work
+  RelativeFactor inner_factor_;
+  RelativeFactor outer_factor_;
   VarianceModel variance_;
-  NonlinearModel::Workspace workspace_;
+  bool is_normalised_;
+  Lineariser lineariser_;
+  double tolerance_ = 1e-12;
   int short_steps_ = 6;
-  bool hold_variance_ = false;
 };
 
 }  // namespace silvafit::fit

@@ -2,16 +2,23 @@
 // Which of several runs of the Lindstrom-Bates alternation is the fit.
 #pragma once
 
+#include <memory>
+#include <string>
+
 #include "lindstrom_bates.hpp"
 
 namespace silvafit::fit {
 
-/// The best of runs from several starts. Without a variance function, all starts are tried until
-/// one converges; with one, the fit with constant variance, which it contains, is a start as well.
-LindstromBatesOutcome search_lindstrom_bates(const NonlinearModel& model,
-                                             const Eigen::VectorXd& start,
-                                             LindstromBates& engine,
-                                             int maximum_iterations);
+/// The best of runs from several starts. With a variance function, the fits with the simpler ones
+/// that it contains are starts, and it must not end below them; otherwise, and if none of these
+/// converges, starts that know nothing of the variance components are tried until one converges.
+struct LindstromBatesSearch {
+  std::unique_ptr<LindstromBates> engine{};
+  LindstromBatesOutcome outcome{};
+};
+LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
+                                            const Eigen::VectorXd& start,
+                                            const MixedEffectsOptions& options);
 
 /// Why penalised least squares found no first step.
 std::string why_no_step(const NonlinearModel& model, const Eigen::VectorXd& start);

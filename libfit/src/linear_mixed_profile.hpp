@@ -3,59 +3,121 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
-
-#include "variance_weights.hpp"
 
 namespace silvafit::fit {
 
-/// A linear mixed model w = X beta + Z b + e on grouped rows; the columns of Z are columns of X.
-struct LinearMixedModel {
-  Eigen::MatrixXd design{};                 ///< (N x p) X
-  Eigen::VectorXd working{};                ///< (N) w
-  std::vector<Eigen::Index> random{};       ///< (q) columns of X that are Z
-  std::vector<Eigen::Index> group_begin{};  ///< (G + 1)
+/// Where random effects act: columns of X that are Z, for groups and for clusters of groups.
+struct RandomColumns {
+  std::vector<Eigen::Index> inner{};          ///< (q) of the groups
+  std::vector<Eigen::Index> outer{};          ///< (r) of the clusters, empty with one grouping
+  std::vector<Eigen::Index> cluster_begin{};  ///< (C + 1) first group of each cluster
 };
 
-/// What is left of the data once weights are given: per group the cross products of [X w].
+/// L with Psi / sigma^2 = L L', lower triangular, of each grouping.
+struct RelativeFactors {
+  Eigen::MatrixXd inner{};  ///< (q x q)
+  Eigen::MatrixXd outer{};  ///< (r x r)
+};
+
+/// All that a linear mixed model needs of the data: per group the cross products
+/// [X w]' G^-2 [X w], width p + 1, and how they change with m variance parameters.
+///
+/// The changes are a Taylor series around the parameters d at which the weights were taken:
+/// term 0, then the m first derivatives, then the second ones of pairs(). Pairs that are not
+/// listed have none.
 class GroupMoments {
  public:
-  GroupMoments(const LinearMixedModel& model, const Eigen::ArrayXd& weight);
+  GroupMoments() = default;
+  GroupMoments(Eigen::Index width,
+               Eigen::Index groups,
+               Eigen::Index parameters,
+               std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs);
 
-  Eigen::Index groups() const { return groups_; }
-  /// (p+1 x p+1) [X w]' G^-2 [X w] of a group.
-  auto group(Eigen::Index index) const { return products_.middleCols(index * width_, width_); }
+  Eigen::Index width() const { return width_; }
+  Eigen::Index groups() const { return products_.cols(); }
+  Eigen::Index parameters() const { return parameters_; }
+  const std::vector<std::pair<Eigen::Index, Eigen::Index>>& pairs() const { return pairs_; }
+  Eigen::Index terms() const { return 1 + parameters_ + static_cast<Eigen::Index>(pairs_.size()); }
+  /// The (width x width) matrix of a term, symmetric.
+  double* term(Eigen::Index group, Eigen::Index term) {
+    return products_.col(group).data() + term * width_ * width_;
+  }
+  const double* term(Eigen::Index group, Eigen::Index term) const {
+    return products_.col(group).data() + term * width_ * width_;
+  }
+  bool all_finite() const { return products_.allFinite() && sum_log_.allFinite(); }
+  /// Measures the columns of X in other units: each is divided by its size.
+  void divide_columns(const Eigen::VectorXd& sizes);
+  /// (terms) the sum of log g and its derivatives.
+  Eigen::VectorXd& sum_log() { return sum_log_; }
+  const Eigen::VectorXd& sum_log() const { return sum_log_; }
+
+  /// (m) typical derivatives of log g. What all g have in common goes into sigma, so that only the
+  /// differences from these need be small for the series to be good; zeros at first.
+  void set_centre(const Eigen::VectorXd& centre) { centre_ = centre; }
+
+  /// (terms) what each term counts at d + displacement: of exp(-2 s) times the second-order series
+  /// of exp(2 s) g^-2, where s = displacement' centre.
+  Eigen::VectorXd term_weights(const Eigen::VectorXd& displacement) const;
+  /// (m) a gradient by the displacement from one by the term weights.
+  Eigen::VectorXd by_displacement(const Eigen::VectorXd& by_term,
+                                  const Eigen::VectorXd& displacement) const;
+  /// The sum of log g at d + displacement, and its gradient.
+  double sum_log_at(const Eigen::VectorXd& displacement) const;
+  Eigen::VectorXd sum_log_gradient(const Eigen::VectorXd& displacement) const;
 
  private:
-  Eigen::Index groups_;
-  Eigen::Index width_;
-  Eigen::MatrixXd products_;
+  Eigen::Index width_ = 0;
+  Eigen::Index parameters_ = 0;
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
+  Eigen::MatrixXd products_;  ///< (width^2 terms x G)
+  Eigen::VectorXd sum_log_;
+  Eigen::VectorXd centre_;
+};
+
+/// A linear mixed model w = X beta + Z_1 u_cluster + Z_2 b_group + e on N observations.
+struct LinearMixedModel {
+  GroupMoments moments{};
+  RandomColumns random{};
+  Eigen::Index observations = 0;
+  /// Restricted likelihood: of the residuals, beta integrated out.
+  bool restricted = false;
+  /// log|X'V^-1 X| in the coefficients' own units, less that of this X; only for the restricted
+  /// one.
+  double log_units = 0.0;
 };
 
 /// The profiled model at one covariance.
 struct LinearMixedProfile {
   double minus_log_likelihood = 0.0;
-  double sum_of_squares = 0.0;      ///< S = min of weighted squares + penalty; sigma^2 = S/N
-  Eigen::VectorXd coefficients{};   ///< (p) generalised least-squares beta
-  Eigen::MatrixXd information{};    ///< (p x p) X' V^-1 X, with V relative to sigma^2
-  Eigen::MatrixXd spherical{};      ///< (q x G) v with b = L v
-  bool is_valid = false;            ///< false if X' V^-1 X is not positive definite
-  Eigen::MatrixXd by_factor{};      ///< (q x q) dF/dL, lower triangle
-  Eigen::MatrixXd by_covariance{};  ///< (q x q) dF/dD, symmetric
+  double sum_of_squares = 0.0;        ///< S = min of weighted squares + penalty
+  double sigma2 = 0.0;                ///< S / N, restricted S / (N - p)
+  Eigen::VectorXd coefficients{};     ///< (p) generalised least-squares beta
+  Eigen::MatrixXd information{};      ///< (p x p) X' V^-1 X, with V relative to sigma^2
+  Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v
+  Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same of the clusters
+  bool is_valid = false;              ///< false if X' V^-1 X is not positive definite
+  RelativeFactors by_factor{};        ///< dF/dL, lower triangles
+  RelativeFactors by_covariance{};    ///< dF/dD, symmetric, of D = L L'
+  Eigen::VectorXd by_variance{};      ///< (m) dF/d displacement
 };
 
-/// F(L) = -log-likelihood = N/2 log(2 pi S/N) + N/2 + sum log|I + L'Z'G^-2 Z L| / 2 + sum log g.
-/// Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
+/// F = -log-likelihood = N/2 (log(2 pi S/N) + 1) + sum log|A| / 2 + sum log g, where A = I +
+/// L'Z'V^-1 Z L of each group and then, with V holding the groups' effects, of each cluster;
+/// restricted, N becomes N - p and log|X'V^-1 X| / 2 is added. Without derivatives only the first
+/// six members are filled. \param displacement  (m) of the variance parameters from where the
+/// moments were taken Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
 LinearMixedProfile profile(const LinearMixedModel& model,
-                           const GroupMoments& moments,
-                           double sum_log_scale,
-                           const Eigen::MatrixXd& factor);
+                           const RelativeFactors& factors,
+                           const Eigen::VectorXd& displacement,
+                           bool with_derivatives);
 
-/// dF / d internal variance parameters at a profile.
-Eigen::VectorXd variance_gradient(const LinearMixedModel& model,
-                                  const GroupMoments& moments,
-                                  const ResidualScale& scale,
-                                  const Eigen::MatrixXd& factor,
-                                  const LinearMixedProfile& at);
+/// (G) the weighted squares that the linear model expects at given effects: those of w - X beta -
+/// Z_1 u - Z_2 b.
+Eigen::VectorXd expected_squares(const LinearMixedModel& model,
+                                 const RelativeFactors& factors,
+                                 const LinearMixedProfile& at);
 
 }  // namespace silvafit::fit

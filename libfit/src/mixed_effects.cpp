@@ -30,6 +30,11 @@ MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::
   fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
   fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
   fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  if (model.specification().outer_random) {
+    const auto r = static_cast<Index>(model.specification().outer_random->coefficients.size());
+    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
+    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
+  }
   fit.sigma = kNaN;
   fit.log_likelihood = kNaN;
   fit.observations = model.observations();
@@ -73,13 +78,17 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
     throw UsageError(fmt::format(
         "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
   }
-  LindstromBates engine(model, start);
-  const LindstromBatesOutcome outcome =
-      search_lindstrom_bates(model, start, engine, options.maximum_iterations);
-  MixedEffectsFit fit =
-      outcome.is_valid ? engine.result(outcome) : failed(model, start, why_no_step(model, start));
+  MixedEffectsFit fit;
+  bool is_valid = false;
+  {
+    // What the search holds is as long as the data, and not needed to judge its result.
+    const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
+    is_valid = search.outcome.is_valid;
+    if (is_valid) fit = search.engine->result(search.outcome);
+  }
+  if (!is_valid) fit = failed(model, start, why_no_step(model, start));
   describe(model, fit);
-  if (outcome.is_valid) judge(model, fit, Rounds::kAlternations);
+  if (is_valid) judge(model, fit, Rounds::kAlternations);
   return fit;
 }
 

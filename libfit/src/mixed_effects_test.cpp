@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/mixed_effects.hpp"
 
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -115,6 +116,135 @@ TEST_CASE("a balanced one-way layout has the closed-form solution") {
               kGroups * std::log(sigma2 + kRows * psi) + n);
   CHECK(fit.log_likelihood == Approx(log_likelihood).epsilon(1e-12));
   CHECK(fit.parameter_count == 3);
+}
+
+namespace {
+
+/// Balanced stands with plots with trees: estimates are known in closed form.
+struct NestedLayout {
+  static constexpr int kStands = 6;
+  static constexpr int kPlots = 4;
+  static constexpr int kTrees = 5;
+  Table table;
+  double mean = 0.0;
+  double between_stands = 0.0;  ///< sums of squares
+  double between_plots = 0.0;
+  double within = 0.0;
+
+  NestedLayout() {
+    Random random(9);
+    TextColumn stand;
+    TextColumn plot;
+    std::vector<double> y;
+    for (int i = 0; i < kStands; ++i) {
+      const double of_stand = random.normal(0.0, 3.0);
+      for (int j = 0; j < kPlots; ++j) {
+        const double of_plot = random.normal(0.0, 2.0);
+        for (int k = 0; k < kTrees; ++k) {
+          stand.append(std::to_string(i));
+          plot.append(std::to_string(j));  // the same names in every stand
+          y.push_back(20.0 + of_stand + of_plot + random.normal());
+        }
+      }
+    }
+    const Eigen::Map<const Eigen::ArrayXd> all(y.data(), static_cast<Index>(y.size()));
+    mean = all.mean();
+    for (int i = 0; i < kStands; ++i) {
+      const Eigen::ArrayXd of_stand = all.segment(i * kPlots * kTrees, kPlots * kTrees);
+      between_stands += kPlots * kTrees * std::pow(of_stand.mean() - mean, 2);
+      for (int j = 0; j < kPlots; ++j) {
+        const Eigen::ArrayXd of_plot = of_stand.segment(j * kTrees, kTrees);
+        between_plots += kTrees * std::pow(of_plot.mean() - of_stand.mean(), 2);
+        within += (of_plot - of_plot.mean()).square().sum();
+      }
+    }
+    table.set("stand", stand);
+    table.set("plot", plot);
+    table.set("y", y);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a balanced nested layout has the closed-form solution") {
+  const NestedLayout layout;
+  ModelSpecification specification = specify_model("y ~ mu", {}, layout.table);
+  add_random_effects(specification, "mu | stand/plot", layout.table);
+  const NonlinearModel model(specification, layout.table);
+  constexpr double a = NestedLayout::kStands;
+  constexpr double b = NestedLayout::kPlots;
+  constexpr double n = NestedLayout::kTrees;
+  constexpr double kObservations = a * b * n;
+  const double within = layout.within / (a * b * (n - 1));
+  const double plots = layout.between_plots / (a * (b - 1));
+  for (const bool reml : {false, true}) {
+    const double stands = layout.between_stands / (reml ? a - 1 : a);
+    const MixedEffectsFit fit =
+        fit_lindstrom_bates(model, VectorXd::Constant(1, 15.0), {.reml = reml});
+    INFO(fit.convergence.verdict);
+    REQUIRE(fit.convergence.converged);
+    // Converged means within 1e-6 standard errors.
+    CHECK(fit.estimate[0] == Approx(layout.mean).epsilon(1e-12));
+    CHECK(fit.sigma == Approx(std::sqrt(within)).epsilon(1e-6));
+    CHECK(fit.random_covariance(0, 0) == Approx((plots - within) / n).epsilon(1e-5));
+    CHECK(fit.outer.covariance(0, 0) == Approx((stands - plots) / (b * n)).epsilon(1e-5));
+    const double freedom = kObservations - (reml ? 1.0 : 0.0);
+    const double log_likelihood =
+        -0.5 * (freedom * (std::log(2.0 * std::numbers::pi) + 1.0) +
+                a * b * (n - 1) * std::log(within) + a * (b - 1) * std::log(plots) +
+                (reml ? a - 1 : a) * std::log(stands) + (reml ? std::log(kObservations) : 0.0));
+    CHECK(fit.log_likelihood == Approx(log_likelihood).epsilon(1e-12));
+    // nlme's factor N / (N - p) for maximum likelihood; restricted likelihood needs none.
+    const double variance =
+        stands / kObservations * (reml ? 1.0 : kObservations / (kObservations - 1.0));
+    CHECK(fit.standard_errors()[0] == Approx(std::sqrt(variance)).epsilon(1e-6));
+    CHECK(fit.parameter_count == 4);
+    CHECK(fit.outer.names == std::vector<std::string>{"mu"});
+    CHECK(fit.outer.labels.size() == 6);
+    CHECK(fit.random_effects.cols() == 24);
+    // The trees' fitted values have both effects.
+    CHECK(fit.fitted_conditional[0] ==
+          Approx(fit.estimate[0] + fit.outer.effects(0, 0) + fit.random_effects(0, 0))
+              .epsilon(1e-12));
+  }
+}
+
+TEST_CASE("restricted likelihood of weighted regression has the closed form") {
+  Random random(21);
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i < 40; ++i) {
+    x.push_back(random.uniform(1.0, 9.0));
+    y.push_back(2.0 + 3.0 * x.back() + random.normal(0.0, std::sqrt(x.back())));
+  }
+  Table table;
+  table.set("x", x);
+  table.set("y", y);
+  ModelSpecification specification = specify_model("y ~ a + b*x", {}, table);
+  specification.variance = parse_variance_function("power(x, delta = 0.5)");
+  const MixedEffectsFit fit = fit_lindstrom_bates(
+      NonlinearModel(specification, table), Eigen::Vector2d(1.0, 1.0), {.reml = true});
+  REQUIRE(fit.convergence.converged);
+  // y / sqrt(x) is regressed on 1 / sqrt(x) and sqrt(x).
+  MatrixXd design(40, 2);
+  VectorXd response(40);
+  double sum_log = 0.0;
+  for (Index i = 0; i < 40; ++i) {
+    const double root = std::sqrt(x[static_cast<std::size_t>(i)]);
+    design.row(i) << 1.0 / root, root;
+    response[i] = y[static_cast<std::size_t>(i)] / root;
+    sum_log += std::log(root);
+  }
+  const MatrixXd information = design.transpose() * design;
+  const VectorXd beta = information.inverse() * design.transpose() * response;
+  const double sigma2 = (response - design * beta).squaredNorm() / 38.0;
+  CHECK((fit.estimate - beta).norm() < 1e-9);
+  CHECK(fit.sigma == Approx(std::sqrt(sigma2)).epsilon(1e-9));
+  CHECK(fit.log_likelihood == Approx(-19.0 * (std::log(2.0 * std::numbers::pi * sigma2) + 1.0) -
+                                     sum_log - 0.5 * std::log(information.determinant()))
+                                  .epsilon(1e-10));
+  CHECK(fit.standard_errors()[1] ==
+        Approx(std::sqrt(sigma2 * information.inverse()(1, 1))).epsilon(1e-8));
 }
 
 TEST_CASE("a variance that is zero is found to be so and named") {

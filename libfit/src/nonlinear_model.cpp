@@ -345,22 +345,26 @@ Place NonlinearModel::place(Index observation) const {
 }
 
 void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                                     Index begin,
+                                     Index end,
                                      Eigen::MatrixXd& parameters) const {
-  parameters.setZero(observations(), static_cast<Index>(specification_.parameters.size()));
-  const Index sets = coefficients.cols();
-  for (std::size_t slot_index = 0; slot_index < slots_.size(); ++slot_index) {
-    const Slot& slot = slots_[slot_index];
-    for (Index set = 0; set < sets; ++set) {
-      const Index begin = sets == 1 ? 0 : group_begin_[set];
-      const Index size = sets == 1 ? observations() : group_begin_[set + 1] - begin;
+  parameters.setZero();
+  const bool is_one_set = coefficients.cols() == 1;
+  const auto after = std::upper_bound(group_begin_.begin(), group_begin_.end(), begin);
+  const Index first = is_one_set ? 0 : after - group_begin_.begin() - 1;
+  for (Index set = first, row = begin; row < end; ++set) {
+    const Index stop = is_one_set ? end : std::min(end, group_begin_[set + 1]);
+    for (std::size_t slot_index = 0; slot_index < slots_.size(); ++slot_index) {
+      const Slot& slot = slots_[slot_index];
       const double value = coefficients(static_cast<Index>(slot_index), set);
-      auto target = parameters.col(slot.parameter).segment(begin, size);
+      auto target = parameters.col(slot.parameter).segment(row - begin, stop - row);
       if (slot.covariate < 0) {
         target.array() += value;
       } else {
-        target += value * covariates_.col(slot.covariate).segment(begin, size);
+        target += value * covariates_.col(slot.covariate).segment(row, stop - row);
       }
     }
+    row = stop;
   }
 }
 
@@ -372,32 +376,41 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
       (coefficients.cols() != 1 && coefficients.cols() != group_count())) {
     throw UsageError("coefficients must be given once, or once for each group");
   }
+  // Parameters and derivatives of a row are needed only until its results are there.
+  constexpr Index kBlockRows = 4096;
   const Index n = observations();
   const auto parameter_count = static_cast<Index>(specification_.parameters.size());
-  fill_parameters(coefficients, workspace.parameters);
   mean.resize(n);
-
-  std::vector<const double*> inputs;
-  for (Index k = 0; k < parameter_count; ++k) inputs.push_back(workspace.parameters.col(k).data());
-  for (Index k = 0; k < columns_.cols(); ++k) inputs.push_back(columns_.col(k).data());
-  std::vector<double*> outputs{mean.data()};
-  if (jacobian == nullptr) {
-    mean_program_.evaluate(inputs, static_cast<std::size_t>(n), outputs, workspace.program);
-    return;
-  }
-  workspace.derivatives.resize(n, parameter_count);
-  for (Index k = 0; k < parameter_count; ++k) {
-    outputs.push_back(workspace.derivatives.col(k).data());
-  }
-  gradient_program_.evaluate(inputs, static_cast<std::size_t>(n), outputs, workspace.program);
-  jacobian->resize(n, coefficient_count());
-  for (Index j = 0; j < coefficient_count(); ++j) {
-    const Slot& slot = slots_[static_cast<std::size_t>(j)];
-    if (slot.covariate < 0) {
-      jacobian->col(j) = workspace.derivatives.col(slot.parameter);
-    } else {
-      jacobian->col(j) =
-          workspace.derivatives.col(slot.parameter).cwiseProduct(covariates_.col(slot.covariate));
+  if (jacobian != nullptr) jacobian->resize(n, coefficient_count());
+  workspace.parameters.resize(std::min(n, kBlockRows), parameter_count);
+  workspace.derivatives.resize(std::min(n, kBlockRows), parameter_count);
+  std::vector<const double*> inputs(static_cast<std::size_t>(parameter_count + columns_.cols()));
+  std::vector<double*> outputs;
+  for (Index begin = 0; begin < n; begin += kBlockRows) {
+    const Index rows = std::min(kBlockRows, n - begin);
+    fill_parameters(coefficients, begin, begin + rows, workspace.parameters);
+    for (Index k = 0; k < parameter_count; ++k) inputs[k] = workspace.parameters.col(k).data();
+    for (Index k = 0; k < columns_.cols(); ++k) {
+      inputs[parameter_count + k] = columns_.col(k).data() + begin;
+    }
+    outputs.assign(1, mean.data() + begin);
+    if (jacobian == nullptr) {
+      mean_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
+      continue;
+    }
+    for (Index k = 0; k < parameter_count; ++k) {
+      outputs.push_back(workspace.derivatives.col(k).data());
+    }
+    gradient_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
+    for (Index j = 0; j < coefficient_count(); ++j) {
+      const Slot& slot = slots_[static_cast<std::size_t>(j)];
+      const auto derivative = workspace.derivatives.col(slot.parameter).head(rows);
+      auto target = jacobian->col(j).segment(begin, rows);
+      if (slot.covariate < 0) {
+        target = derivative;
+      } else {
+        target = derivative.cwiseProduct(covariates_.col(slot.covariate).segment(begin, rows));
+      }
     }
   }
 }

@@ -15,6 +15,7 @@ using Eigen::VectorXd;
 /// The nearest matrix with the same eigenvectors and eigenvalues |lambda| >= a small share of the
 /// largest.
 MatrixXd made_positive(const MatrixXd& hessian) {
+  if (hessian.rows() == 0) return hessian;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
   if (solver.info() != Eigen::Success || !solver.eigenvalues().allFinite()) {
     return MatrixXd::Identity(hessian.rows(), hessian.cols());
@@ -47,7 +48,11 @@ class Minimisation {
     result_.x = start;
     gradient_.resize(start.size());
     result_.value = evaluate(start, &gradient_);
-    result_.hessian = made_positive(hessian.size() > 0 ? hessian : fresh_hessian());
+    if (hessian.size() > 0) {
+      result_.hessian = made_positive(hessian);
+    } else {
+      result_.hessian = made_positive(options_.one_sided ? one_sided_hessian() : fresh_hessian());
+    }
     is_fresh_ = hessian.size() == 0;
   }
 
@@ -75,6 +80,20 @@ class Minimisation {
   MatrixXd fresh_hessian() {
     result_.evaluations += 2 * static_cast<int>(result_.x.size());
     return hessian_from_gradients(function_, result_.x);
+  }
+
+  MatrixXd one_sided_hessian() {
+    const Index size = result_.x.size();
+    MatrixXd hessian(size, size);
+    VectorXd gradient = gradient_;
+    for (Index i = 0; i < size; ++i) {
+      const double step = 1e-5 * std::max(std::abs(result_.x[i]), 0.1);
+      VectorXd moved = result_.x;
+      moved[i] += step;
+      evaluate(moved, &gradient);
+      hessian.col(i) = (gradient - gradient_) / step;
+    }
+    return 0.5 * (hessian + hessian.transpose());
   }
 
   bool advance(VectorXd direction) {

@@ -22,6 +22,9 @@ struct QuasiNewtonOptions {
   double decrement = 1e-14;  ///< stop below this
   int maximum_steps = 100;
   double longest_step = 2.0;  ///< per step, in any variable
+  /// Whether the first Hessian comes from differences to one side: half as many gradients, and
+  /// digits enough to start with.
+  bool one_sided = false;
 };
 
 /// Newton steps whose Hessian starts as differences of the exact gradient (or as given) and is then

@@ -29,8 +29,8 @@ class NonlinearModel {
   /// Scratch memory of one caller.
   struct Workspace {
     data::Program::Workspace program{};
-    Eigen::MatrixXd parameters{};   ///< (N x K) parameter values a row
-    Eigen::MatrixXd derivatives{};  ///< (N x K) df/dphi
+    Eigen::MatrixXd parameters{};   ///< (rows x K) parameter values of a block of rows
+    Eigen::MatrixXd derivatives{};  ///< (rows x K) df/dphi
   };
 
   /// \throws UsageError if a column is not there; InputError if no complete row is left, or a
@@ -129,6 +129,8 @@ class NonlinearModel {
   /// the first row all the same.
   bool is_straight(std::size_t parameter) const;
   void fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                       Eigen::Index begin,
+                       Eigen::Index end,
                        Eigen::MatrixXd& parameters) const;
 
   ModelSpecification specification_;
