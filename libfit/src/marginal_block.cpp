@@ -244,47 +244,66 @@ void MarginalBlock::add_group(const RandomDesign& design,
                               MarginalValue& result) const {
   const Index s = design.outer.cols();
   const Index q = design.inner.cols();
-  const Index p = result.by_beta.size();
-  const Index m = result.by_variance.size() + 1;
-  const auto total = totals_.col(group);
-  const auto turn = total.head(r_);
-  const auto fixed_random = total.segment(r_ + p + m, p * r_);
-  const auto variance_random = total.tail(m * r_);
+  const Index k = group - modes_.group_begin(cluster);
+  const auto turn = totals_.col(group).head(r_);
+  const auto slope = modes_.slope(group);
   SmallVector mode(s + q);
   mode << modes_.outer(cluster), modes_.inner(group);
   SmallVector follow(s + q);
   follow << outer_follow_.col(cluster), inner_follow_.col(group);
   const SmallVector shift = joint.lazyProduct(follow);
-
-  // With quadrature the direct slopes are those of the nodes, which are in the value already.
-  const bool at_nodes = rule_ != nullptr;
-  for (Index j = 0; j < p; ++j) {
-    result.by_beta[j] += total[r_ + j] - fixed_random.segment(j * r_, r_).dot(shift) -
-                         (at_nodes ? mode_slopes_(1 + j, group) : 0.0);
-  }
-  for (Index e = 0; e < m; ++e) {
-    double& target = e + 1 < m ? result.by_variance[e] : result.by_log_sigma;
-    target += total[r_ + p + e] - variance_random.segment(e * r_, r_).dot(shift) -
-              (at_nodes ? mode_slopes_(1 + p + e, group) : 0.0);
-  }
-
-  const Index k = group - modes_.group_begin(cluster);
   const SmallMatrix curvature = unpacked(modes_.curvatures(cluster).col(k).data(), r_);
+  const SmallVector bend = curvature.lazyProduct(shift);
+
+  add_coefficients(group, shift, bend, result);
   const SmallMatrix approximation = unpacked(modes_.approximations(cluster).col(k).data(), r_);
   const Eigen::Map<const MatrixXd> spread(spread_.col(group).data(), s + q, s + q);
   const SmallMatrix bent = approximation.lazyProduct(joint);
   SmallMatrix by_design = bent.lazyProduct(spread);
-  SmallVector along_mode = turn - curvature.lazyProduct(shift);
-  if (!at_nodes) along_mode += modes_.slope(group);
+  SmallVector along_mode = turn - bend;
+  // With quadrature the direct slopes are those of the nodes, which are in the value already.
+  if (rule_ == nullptr) along_mode += slope;
   by_design += along_mode.lazyProduct(mode.transpose());
-  by_design -= modes_.slope(group).lazyProduct(follow.transpose());
+  by_design -= slope.lazyProduct(follow.transpose());
   for (Index i = 0; i < s; ++i) {
-    result.by_outer_factor.row(i) +=
-        by_design.row(places_.outer_rows[static_cast<std::size_t>(i)]).head(s);
+    const Index row = places_.outer_rows[static_cast<std::size_t>(i)];
+    result.by_outer_factor.row(i) += by_design.row(row).head(s);
   }
   for (Index i = 0; i < q; ++i) {
-    result.by_inner_factor.row(i) +=
-        by_design.row(places_.inner_rows[static_cast<std::size_t>(i)]).tail(q);
+    const Index row = places_.inner_rows[static_cast<std::size_t>(i)];
+    result.by_inner_factor.row(i) += by_design.row(row).tail(q);
+  }
+}
+
+/// \param shift  (r) how the random coefficients follow the modes
+/// \param bend   (r) the curvature times that
+void MarginalBlock::add_coefficients(Index group,
+                                     const SmallVector& shift,
+                                     const SmallVector& bend,
+                                     MarginalValue& result) const {
+  const Index p = result.by_beta.size();
+  const Index m = result.by_variance.size() + 1;
+  const auto others = static_cast<Index>(sums_.others().size());
+  const auto total = totals_.col(group);
+  const auto other_random = total.segment(r_ + others + m, others * r_);
+  const auto variance_random = total.tail(m * r_);
+  const bool at_nodes = rule_ != nullptr;
+  if (others < p) {
+    const auto slope = modes_.slope(group);
+    for (Index c = 0; c < r_; ++c) {
+      const Index j = sums_.random()[static_cast<std::size_t>(c)];
+      result.by_beta[j] += total[c] - bend[c] + (at_nodes ? 0.0 : slope[c]);
+    }
+  }
+  for (Index o = 0; o < others; ++o) {
+    const Index j = sums_.others()[static_cast<std::size_t>(o)];
+    result.by_beta[j] += total[r_ + o] - other_random.segment(o * r_, r_).dot(shift) -
+                         (at_nodes ? mode_slopes_(1 + j, group) : 0.0);
+  }
+  for (Index e = 0; e < m; ++e) {
+    double& target = e + 1 < m ? result.by_variance[e] : result.by_log_sigma;
+    target += total[r_ + others + e] - variance_random.segment(e * r_, r_).dot(shift) -
+              (at_nodes ? mode_slopes_(1 + p + e, group) : 0.0);
   }
 }
 

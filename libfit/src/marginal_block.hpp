@@ -76,6 +76,10 @@ class MarginalBlock {
                  Eigen::Index cluster,
                  Eigen::Index group,
                  MarginalValue& result) const;
+  void add_coefficients(Eigen::Index group,
+                        const SmallVector& shift,
+                        const SmallVector& bend,
+                        MarginalValue& result) const;
 
   const NonlinearModel& model_;
   const ObservationSums& sums_;

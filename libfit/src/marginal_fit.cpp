@@ -220,7 +220,10 @@ class MarginalSearch {
     };
     Optimum optimum;
     QuasiNewtonResult found = minimise(
-        objective, start, {}, {.decrement = kConvergedDecrement * 1e-2, .maximum_steps = 200});
+        objective,
+        start,
+        {},
+        {.decrement = kConvergedDecrement * 1e-2, .maximum_steps = 200, .one_sided = true});
     constexpr int kRounds = 4;
     for (int round = 0; round < kRounds && std::isfinite(found.value); ++round) {
       // The certificate is the true Hessian's, not that of the updates on the way.

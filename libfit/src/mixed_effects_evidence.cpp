@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace silvafit::fit {
@@ -16,63 +17,91 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// The random effects of one grouping.
+struct Grouping {
+  const std::vector<std::string>& names;
+  MixedEffectsFit fit{};  ///< with their covariance, for deviations and correlations
+};
+
+std::vector<Grouping> groupings_of(const MixedEffectsFit& fit) {
+  std::vector<Grouping> groupings;
+  groupings.push_back({.names = fit.random_names});
+  groupings.back().fit.random_covariance = fit.random_covariance;
+  if (!fit.outer.names.empty()) {
+    groupings.push_back({.names = fit.outer.names});
+    groupings.back().fit.random_covariance = fit.outer.covariance;
+  }
+  return groupings;
+}
+
 /// Random effects whose spread is nothing beside what one standard error of the residuals would
 /// move.
-std::vector<std::string> vanished_effects(const MixedEffectsFit& fit, const VectorXd& mean_slope) {
+std::vector<std::string> vanished_effects(const NonlinearModel& model,
+                                          const Grouping& grouping,
+                                          const MatrixXd& jacobian,
+                                          double residual_sd) {
   constexpr double kShareOfSigma = 1e-4;
   std::vector<std::string> names;
-  const VectorXd deviations = fit.random_sd();
-  for (Index k = 0; k < deviations.size(); ++k) {
-    const double effect = deviations[k] * mean_slope[k];
-    if (effect < kShareOfSigma * fit.residual_sd.mean()) {
-      names.push_back(fmt::format("sd({}) = 0", fit.random_names[static_cast<std::size_t>(k)]));
+  const VectorXd deviations = grouping.fit.random_sd();
+  for (std::size_t k = 0; k < grouping.names.size(); ++k) {
+    const auto column = jacobian.col(model.coefficient_index(grouping.names[k]));
+    const double slope = std::sqrt(column.squaredNorm() / static_cast<double>(column.size()));
+    if (deviations[static_cast<Index>(k)] * slope < kShareOfSigma * residual_sd) {
+      names.push_back(fmt::format("sd({}) = 0", grouping.names[k]));
     }
   }
   return names;
 }
 
 /// Correlations that have run to one, or a dependence among three or more.
-std::vector<std::string> dependent_effects(const MixedEffectsFit& fit) {
+std::vector<std::string> dependent_effects(const Grouping& grouping) {
   constexpr double kTiny = 1e-6;
   std::vector<std::string> names;
-  const MatrixXd correlation = fit.random_correlation();
+  const MatrixXd correlation = grouping.fit.random_correlation();
   if (!correlation.allFinite() || correlation.rows() < 2) return names;
   for (Index i = 0; i < correlation.rows(); ++i) {
     for (Index j = 0; j < i; ++j) {
       if (1.0 - std::abs(correlation(i, j)) > kTiny) continue;
       names.push_back(fmt::format("cor({}, {}) = {}",
-                                  fit.random_names[static_cast<std::size_t>(j)],
-                                  fit.random_names[static_cast<std::size_t>(i)],
+                                  grouping.names[static_cast<std::size_t>(j)],
+                                  grouping.names[static_cast<std::size_t>(i)],
                                   correlation(i, j) > 0 ? 1 : -1));
     }
   }
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
   if (names.empty() && solver.eigenvalues()[0] < kTiny) {
     names.push_back(fmt::format("the random effects {} depend linearly on each other",
-                                fmt::join(fit.random_names, ", ")));
+                                fmt::join(grouping.names, ", ")));
   }
   return names;
 }
 
-/// Root mean square of the derivatives by the random coefficients.
-VectorXd mean_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
+void name_random_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(fit.estimate, mean, &jacobian, workspace);
-  VectorXd slopes(static_cast<Index>(fit.random_names.size()));
-  for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
-    const auto column = jacobian.col(model.coefficient_index(fit.random_names[k]));
-    slopes[static_cast<Index>(k)] =
-        std::sqrt(column.squaredNorm() / static_cast<double>(column.size()));
+  const std::vector<Grouping> groupings = groupings_of(fit);
+  for (std::size_t level = 0; level < groupings.size(); ++level) {
+    std::vector<std::string> names =
+        vanished_effects(model, groupings[level], jacobian, fit.residual_sd.mean());
+    if (names.empty()) names = dependent_effects(groupings[level]);
+    for (std::string& name : names) {
+      if (groupings.size() > 1) {
+        const auto& specification = model.specification();
+        const RandomEffects& random =
+            level == 0 ? *specification.random : *specification.outer_random;
+        name += " by " + random.group;
+      }
+      fit.convergence.boundary.push_back(std::move(name));
+    }
   }
-  return slopes;
 }
 
 void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
   std::vector<std::string>& boundary = fit.convergence.boundary;
-  boundary = vanished_effects(fit, mean_slopes(model, fit));
-  if (boundary.empty()) boundary = dependent_effects(fit);
+  boundary.clear();
+  if (!fit.random_names.empty()) name_random_boundary(model, fit);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     if (factor.factor.constant) continue;
     if (factor.constant.array().isInf().any()) boundary.emplace_back("the variance is constant");

@@ -42,6 +42,7 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
   quantity_rows_.resize(n, static_cast<Index>(variance.quantities().size()));
   const ObservationTerms terms = observation_terms(model, variance, curvature, random_);
   has_approximation_ = !terms.approximation.empty();
+  others_ = terms.others;
 
   std::vector<Expression> outputs{terms.density};
   append(outputs, terms.by_random);
@@ -55,9 +56,9 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
   slopes_ = task_of(outputs);
 
   outputs = terms.penalty_by_random;
-  append(outputs, terms.by_fixed);
+  append(outputs, terms.by_other);
   append(outputs, terms.by_variance);
-  append(outputs, terms.fixed_random);
+  append(outputs, terms.other_random);
   append(outputs, terms.variance_random);
   total_ = task_of(outputs);
 }

@@ -40,6 +40,8 @@ class ObservationSums {
   Eigen::Index random_count() const { return r_; }
   const std::vector<Eigen::Index>& random() const { return random_; }
   bool has_approximation() const { return has_approximation_; }
+  /// See ObservationTerms::others.
+  const std::vector<Eigen::Index>& others() const { return others_; }
 
   /// What all sums are evaluated at from now on.
   void set_point(const ObservationPoint& point);
@@ -58,8 +60,8 @@ class ObservationSums {
               const Eigen::MatrixXd& effects,
               Eigen::MatrixXd& sums,
               Workspace& workspace) const;
-  /// Of penalty_by_random (r), by_fixed (p), by_variance (m + 1), fixed_random (p r), and
-  /// variance_random ((m + 1) r).
+  /// Of penalty_by_random (r), by_other (o), by_variance (m + 1), other_random (o r), and
+  /// variance_random ((m + 1) r), for o other coefficients.
   /// \param weights  (triangle x last - first) the matrices M
   void total(Eigen::Index first,
              Eigen::Index last,
@@ -112,6 +114,7 @@ class ObservationSums {
   std::vector<Eigen::Index> random_;
   Eigen::Index r_ = 0;
   bool has_approximation_ = false;
+  std::vector<Eigen::Index> others_;
   std::vector<VaryingParameter> varying_;
   Task density_;
   Task slopes_;

@@ -246,7 +246,13 @@ class Assembly {
   }
 
   /// dc / d phi_k at b.
-  Expression penalty_slope(Index k) {
+  const Expression& penalty_slope(Index k) {
+    const auto known = penalty_slopes_.find(k);
+    if (known != penalty_slopes_.end()) return known->second;
+    return penalty_slopes_.emplace(k, make_penalty_slope(k)).first->second;
+  }
+
+  Expression make_penalty_slope(Index k) {
     const Expression q = weighted([&](Index i, Index j) { return mean_.by(i) * mean_.by(j); });
     Expression cross = number(0.0);
     for (const auto& [pair, weight] : weights_) {
@@ -292,7 +298,9 @@ class Assembly {
         penalty = penalty - turn * residual_.tau * slopes_weighted();
       }
       result.density_by_fixed.push_back(multiplier(j) * slope);
-      result.by_fixed.push_back(multiplier(j) * (slope + penalty));
+      if (!is_first_order() && std::ranges::find(random_, j) != random_.end()) continue;
+      result.others.push_back(j);
+      result.by_other.push_back(multiplier(j) * (slope + penalty));
       for (const Index c : random_) {
         const Index l = parameter(c);
         Expression cross =
@@ -301,7 +309,7 @@ class Assembly {
           cross = cross + 2.0 * (scale_by_population() * population_.by(k) * residual_.scaled) *
                               mean_.by(l);
         }
-        result.fixed_random.push_back(multiplier(j) * multiplier(c) * cross);
+        result.other_random.push_back(multiplier(j) * multiplier(c) * cross);
       }
     }
   }
@@ -358,6 +366,7 @@ class Assembly {
   Residual residual_;
   DensityDerivatives density_;
   std::map<std::pair<Index, Index>, Expression> weights_;
+  std::map<Index, Expression> penalty_slopes_;
 };
 
 }  // namespace

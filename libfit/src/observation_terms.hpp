@@ -43,11 +43,14 @@ struct ObservationTerms {
   std::vector<data::Expression> by_random{};      ///< (r) d rho / d b
   std::vector<data::Expression> curvature{};      ///< lower triangle by columns of d2 rho / db db'
   std::vector<data::Expression> approximation{};  ///< the same of K; empty where it is the same
-  std::vector<data::Expression> by_fixed{};       ///< (p) d rho / d beta + d c / d beta, b held
-  std::vector<data::Expression> density_by_fixed{};     ///< (p) d rho / d beta
-  std::vector<data::Expression> penalty_by_random{};    ///< (r) d c / d b
-  std::vector<data::Expression> fixed_random{};         ///< (p x r by rows) d2 rho / d beta d b'
-  std::vector<data::Expression> by_variance{};          ///< (m + 1) d rho + d c
+  /// (o) Coefficients whose derivatives are not those of the random effects on them; all where K
+  /// depends on the population's mean.
+  std::vector<Eigen::Index> others{};
+  std::vector<data::Expression> by_other{};           ///< (o) d rho / d beta + d c / d beta, b held
+  std::vector<data::Expression> density_by_fixed{};   ///< (p) d rho / d beta
+  std::vector<data::Expression> penalty_by_random{};  ///< (r) d c / d b
+  std::vector<data::Expression> other_random{};       ///< (o x r by rows) d2 rho / d beta d b'
+  std::vector<data::Expression> by_variance{};        ///< (m + 1) d rho + d c
   std::vector<data::Expression> density_by_variance{};  ///< (m + 1) d rho
   std::vector<data::Expression> variance_random{};      ///< (m + 1 x r by rows)
 };
