@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # cmake -DBUILD=... -DWORK=... -DCOMPILER=... -DVERSION=... [-DVIEWER=ON] [-DFLAGS=...] -P install_and_use.cmake
 #   Installs a build into WORK/installed, looks at what is there, runs the program from there, and builds
-#   and runs the project beside this script with it.
+#   and runs the project beside this script, and the example's, with it.
 set(installed ${WORK}/installed)
 set(consumer ${WORK}/consumer)
 
@@ -61,6 +61,19 @@ run("configuring the consumer" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B 
 run("building the consumer" ${CMAKE_COMMAND} --build ${consumer})
 run("running the consumer" ${consumer}/consumer)
 message("${output}")
+
+# The example is a project of its own, too. The log-likelihood is TMB 1.9.2's Laplace approximation of the
+# same model, -2679.25375144.
+set(root ${CMAKE_CURRENT_LIST_DIR}/../..)
+set(example ${WORK}/height_curve)
+run("configuring the example" ${CMAKE_COMMAND} -S ${root}/examples/fit-a-height-curve -B ${example} -G Ninja
+    -DCMAKE_PREFIX_PATH=${installed} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
+run("building the example" ${CMAKE_COMMAND} --build ${example})
+run("running the example" ${example}/height_curve ${root}/examples/fir-mixed/inventory.csv)
+message("${output}")
+if(NOT output MATCHES "log-likelihood -2679\\.25375")
+  message(FATAL_ERROR "the example's log-likelihood is not TMB's, -2679.25375:\n${output}")
+endif()
 
 # What is ours alone stays in our build: no path of the checkout or of the build tree is installed.
 file(GLOB package_files ${installed}/lib*/cmake/silvafit/*.cmake ${installed}/lib*/*/cmake/silvafit/*.cmake)
