@@ -27,6 +27,8 @@ using Eigen::VectorXd;
 
 // Squared distance to the optimum in standard errors at which a fit has converged.
 constexpr double kConvergedDecrement = 1e-10;
+// The search stops a little closer; much closer, rounding of the likelihood hides all descent.
+constexpr double kStopDecrement = 1e-11;
 // Two log-likelihoods that differ by less are the same but for rounding.
 constexpr double kSameLikelihood = 1e-6;
 // Eigenvalues of the information below this share of the largest hold no information.
@@ -219,11 +221,11 @@ class MarginalSearch {
       return value_at(x, gradient);
     };
     Optimum optimum;
-    QuasiNewtonResult found = minimise(
-        objective,
-        start,
-        {},
-        {.decrement = kConvergedDecrement * 1e-2, .maximum_steps = 200, .one_sided = true});
+    QuasiNewtonResult found =
+        minimise(objective,
+                 start,
+                 {},
+                 {.decrement = kStopDecrement, .maximum_steps = 200, .one_sided = true});
     constexpr int kRounds = 4;
     for (int round = 0; round < kRounds && std::isfinite(found.value); ++round) {
       // The certificate is the true Hessian's, not that of the updates on the way.
@@ -236,8 +238,7 @@ class MarginalSearch {
       optimum.decrement = decrement_of(gradient, optimum.hessian);
       likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
       if (optimum.decrement <= kConvergedDecrement) break;
-      found =
-          minimise(objective, found.x, optimum.hessian, {.decrement = kConvergedDecrement * 1e-3});
+      found = minimise(objective, found.x, optimum.hessian, {.decrement = kStopDecrement});
     }
     return optimum;
   }

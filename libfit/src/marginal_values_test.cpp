@@ -154,3 +154,28 @@ TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
     }
   }
 }
+
+TEST_CASE("nested groups have TMB's maximum of Laplace's likelihood") {
+  for (const json& reference : expected("laplace_nested_tmb")["fits"]) {
+    INFO(reference["id"].get<std::string>());
+    const data::Table table = data::read_csv_table(
+        test::source_file("tests/reference/data/" + reference["data"].get<std::string>()));
+    ModelSpecification model = specify_model(reference["formula"].get<std::string>(), {}, table);
+    add_random_effects(model, reference["random_text"].get<std::string>(), table);
+    model.variance = parse_variance_function(reference["variance"].get<std::string>());
+    const FittedModel fit = fit_model(model, table, {.method = Method::kLaplace}).fit;
+    CHECK(fit.convergence.converged);
+    CHECK(fit.log_likelihood == Approx(reference["logLik"].get<double>()).epsilon(1e-10));
+    for (Index j = 0; j < fit.estimate.size(); ++j) {
+      const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
+      const double error = reference["std_errors"][name].get<double>();
+      CHECK(fit.estimate[j] ==
+            Approx(reference["estimates"][name].get<double>()).margin(1e-5 * error));
+      CHECK(fit.standard_errors()[j] == Approx(error).epsilon(1e-4));
+    }
+    const MatrixXd outer = matrix_of(reference["random"]["stand"]["covariance"]);
+    const MatrixXd inner = matrix_of(reference["random"]["plot"]["covariance"]);
+    CHECK(fit.outer.covariance(0, 0) == Approx(outer(0, 0)).epsilon(1e-4));
+    CHECK(fit.random_covariance(1, 1) == Approx(inner(1, 1)).epsilon(1e-4));
+  }
+}

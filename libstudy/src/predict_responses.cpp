@@ -171,7 +171,11 @@ class Predictor {
     require_numbers(table_, fit.specification.predictors());
     data::Table part = table_.select(rows);
     const bool by_group = options_.level == fit::Level::kConditional && fit.has_random_effects();
-    if (by_group) unify_spelling(fit, part);
+    if (by_group) {
+      const auto& outer = fit.specification.outer_random;
+      if (outer) unify_spelling(outer->group, fit.outer.labels, part);
+      unify_spelling(fit.specification.random->group, inner_labels(fit), part);
+    }
     const fit::Prediction prediction =
         fit::predict(fit, part, options_.level, {.new_groups = options_.new_groups});
     flag_columns(fit, part, rows);
@@ -186,15 +190,28 @@ class Predictor {
     }
   }
 
+  /// The labels of the finer grouping without those of the coarser one before them.
+  static Names inner_labels(const fit::FittedModel& fit) {
+    Names labels = fit.group_labels;
+    if (!fit.specification.outer_random) return labels;
+    for (std::string& label : labels) {
+      const auto is_its = [&](const std::string& outer) { return label.starts_with(outer + "/"); };
+      const auto outer = std::ranges::find_if(fit.outer.labels, is_its);
+      if (outer != fit.outer.labels.end()) label.erase(0, outer->size() + 1);
+    }
+    return labels;
+  }
+
   /// "07" is the group that a fit knows as "7", where that was read as a number.
-  void unify_spelling(const fit::FittedModel& fit, data::Table& part) const {
-    const std::string& group = fit.specification.random->group;
+  void unify_spelling(const std::string& group,
+                      const Names& known_labels,
+                      data::Table& part) const {
     if (!part.has(group)) {
       throw InputError(
           fmt::format("there is no column '{}', which conditional predictions need", group),
           {.file = table_.file()});
     }
-    const std::set<std::string_view> known(fit.group_labels.begin(), fit.group_labels.end());
+    const std::set<std::string_view> known(known_labels.begin(), known_labels.end());
     const data::TextColumn labels = part.labels(group);
     data::TextColumn unified;
     for (std::size_t row = 0; row < labels.size(); ++row) {
@@ -246,8 +263,10 @@ class Predictor {
 Names text_columns(const ModelLibrary& library) {
   Names columns{"species"};
   for (const LibraryModel& model : library.models) {
-    const auto& random = model.fit.specification.random;
-    if (random && !contains(columns, random->group)) columns.push_back(random->group);
+    const fit::ModelSpecification& specification = model.fit.specification;
+    for (const auto& random : {specification.outer_random, specification.random}) {
+      if (random && !contains(columns, random->group)) columns.push_back(random->group);
+    }
   }
   return columns;
 }

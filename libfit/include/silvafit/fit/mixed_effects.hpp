@@ -88,7 +88,7 @@ struct MarginalOptions {
 /// \param start  (p) coefficients to start from: the pooled least-squares fit
 /// \throws UsageError without random effects, or if there are too many for the method: at most 12
 ///   a group over both groupings; for quadrature at most 3, of one grouping
-/// Source: see docs/mixed-effects.md.
+/// Source: docs/marginal-likelihood.md.
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const Eigen::VectorXd& start,
                              Integration integration,
