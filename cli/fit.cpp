@@ -32,6 +32,9 @@ struct FitArguments {
   std::string covariance{};
   std::string variance{};
   std::string method{};
+  int quadrature_points = 7;
+  bool reml = false;
+  bool trace = false;
   std::string where{};
   std::string start{};
   std::vector<std::string> columns{};
@@ -119,6 +122,13 @@ void complete(Task& task, const FitArguments& arguments, const data::Table& tabl
   study::require_numbers(table, columns);
   if (!arguments.method.empty()) task.options.method = fit::parse_method(arguments.method);
   task.options.start = parse_start(arguments.start);
+  task.options.reml = arguments.reml;
+  task.options.quadrature_points = arguments.quadrature_points;
+  if (arguments.trace) {
+    task.options.trace = [id = task.id](const std::string& line) {
+      fmt::print(stderr, "{}{}{}\n", id, id.empty() ? "" : ": ", line);
+    };
+  }
 }
 
 Task catalogue_task(const study::BaseModel& model,
@@ -245,20 +255,32 @@ void add_model_options(CLI::App& command, FitArguments& arguments) {
   command
       .add_option("--random",
                   arguments.random,
-                  "Coefficients with a random effect and the groups, such as \"a + b:C | plot\"")
+                  "Coefficients with a random effect and the groups, such as \"a + b:C | plot\"; "
+                  "nested: \"a | stand/plot\" or \"a | stand; a + b | plot\"; blocks: "
+                  "\"(a + b) + c | plot\"")
       ->type_name("EFFECTS");
   command.add_option("--covariance",
                      arguments.covariance,
-                     "Of the random effects: general (default), diagonal or identity");
+                     "Of the random effects: general (default), diagonal or identity; parentheses "
+                     "in --random make blocks");
   command.add_option(
       "--variance",
       arguments.variance,
       "Of the residuals: none (default), exponential, power or constant-plus-power of "
-      "the fitted value, or of a column as in power(dbh)");
+      "the fitted value, or of a column as in power(dbh); by stratum as in power(fitted | "
+      "species); stratum(species); products with *; held as in power(delta = 0.5)");
   command.add_option("--method",
                      arguments.method,
-                     "ols, gnls or lb (default: lb with random effects, gnls with a variance "
-                     "function, else ols)");
+                     "ols, gnls, lb, foce, focei, laplace or agq (default: lb with random effects, "
+                     "gnls with a variance function, else ols); laplace is the best for small "
+                     "groups");
+  command
+      .add_option("--agq-points",
+                  arguments.quadrature_points,
+                  "Points of quadrature a random effect for the method agq (default 7)")
+      ->check(CLI::Range(1, 100));
+  command.add_flag("--reml", arguments.reml, "Restricted maximum likelihood, for lb and gnls");
+  command.add_flag("--trace", arguments.trace, "Show the iterations on stderr");
   command.add_option("--start", arguments.start, "Start values, such as a=30,b=0.03; never needed")
       ->type_name("NAME=VALUE,...");
 }

@@ -368,7 +368,7 @@ minimise <- function(f, x, hessian = NULL) {
 
 # The fixed point of Lindstrom and Bates: beta and b minimise the penalised sum of squares given theta, and theta
 # maximises the likelihood of the linear mixed model around them. theta -> list(factors, sigma, par) by `read`.
-lindstrom_bates_fixed_point <- function(problem, beta, effects, theta, read, restricted = FALSE, rounds = 200) {
+lindstrom_bates_fixed_point <- function(problem, beta, effects, theta, read, restricted = FALSE, rounds = 40) {
   hessian <- NULL
   for (round in seq_len(rounds)) {
     linear <- linearise(problem, beta, effects)

@@ -98,7 +98,7 @@ fixed_point_record <- function(fit, model, levels, variance, restricted) {
   beta <- if (inherits(fit, "lme")) fixef(fit) else coef(fit)
   names(beta) <- model$coefficients
   end <- lindstrom_bates_fixed_point(problem, beta, effects, as.numeric(theta), read, restricted)
-  if (!(end$positive && end$step < 1e-10)) stop("no fixed point to hold: step ", end$step, ", moved ", end$moved)
+  if (!(end$positive && end$step < 1e-10 && end$moved < 1e-6)) stop("none within 40 rounds, or not a maximum: step ", end$step, ", moved ", end$moved)
   list(logLik = end$log_likelihood, estimates = named(end$beta), std_errors_without_factor = named(setNames(end$std_errors, names(beta))),
        sigma = end$read$sigma, variance_parameters = variance$to(end$read$par),
        random_covariance = setNames(lapply(end$read$factors, tcrossprod), vapply(levels, function(x) x$group, "")),

@@ -166,4 +166,26 @@ bool is_text_match(std::string_view variable, TextMatch& match) {
   return true;
 }
 
+Expression operator+(const Expression& a, const Expression& b) {
+  return Expression(make_operation(Operation::kAdd, a.node(), b.node()));
+}
+
+Expression operator-(const Expression& a, const Expression& b) {
+  return Expression(make_operation(Operation::kSubtract, a.node(), b.node()));
+}
+
+Expression operator*(const Expression& a, const Expression& b) {
+  return Expression(make_operation(Operation::kMultiply, a.node(), b.node()));
+}
+
+Expression operator*(double a, const Expression& b) { return Expression::constant(a) * b; }
+
+Expression operator-(const Expression& a) {
+  return Expression(make_operation(Operation::kNegate, a.node()));
+}
+
+Expression exp(const Expression& a) {
+  return Expression(make_operation(Operation::kExp, a.node()));
+}
+
 }  // namespace silvafit::data

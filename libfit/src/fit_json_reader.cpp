@@ -229,6 +229,8 @@ FittedModel from_json(std::string_view text, const std::string& file, const std:
   FittedModel fit{.specification = read_specification(json)};
   if (!json.at("model").is_null()) fit.model = json.at("model").text();
   fit.method = read_with(json.at("method"), parse_method);
+  fit.reml = json.at("reml").boolean();
+  if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count();
   fit.observations = json.at("n").count();
   fit.excluded = json.at("excluded").count();
   fit.convergence = read_convergence(json);

@@ -205,14 +205,14 @@ FittedModel with_sizes(FittedModel fit) {
 
 std::string to_json(const FittedModel& model, int indent) {
   const FittedModel fit = with_sizes(model);
-  const ordered_json result{
+  ordered_json result{
       {"schema", "silvafit-fit/1"},
       {"silvafit", SILVAFIT_VERSION},
       {"model", text_or_null(fit.model)},
       {"formula", fit.specification.formula.text},
       {"parameters", parameters(fit.specification)},
       {"method", method_text(fit.method)},
-      {"reml", false},
+      {"reml", fit.reml},
       {"n", fit.observations},
       {"excluded", fit.excluded},
       {"groups", groups(fit)},
@@ -235,6 +235,7 @@ std::string to_json(const FittedModel& model, int indent) {
          fit.has_random_effects() ? statistics(fit.conditional) : ordered_json(nullptr)}}},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
+  if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   return result.dump(indent);
 }
 

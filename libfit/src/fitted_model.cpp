@@ -24,15 +24,23 @@ using Eigen::VectorXd;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// In the order of the enumeration.
-constexpr std::array<std::string_view, 3> kMethodNames{"ols", "gnls", "lb"};
+constexpr std::array<std::string_view, 7> kMethodNames{
+    "ols", "gnls", "lb", "foce", "focei", "laplace", "agq"};
 
-void check_method(const ModelSpecification& specification, Method method) {
-  if (specification.random && method != Method::kLindstromBates) {
+void check_method(const ModelSpecification& specification, Method method, bool reml) {
+  if (specification.random && !is_mixed(method)) {
     throw UsageError(
-        fmt::format("the method {} has no random effects; use lb", method_text(method)));
+        fmt::format("the method {} has no random effects; use lb or laplace", method_text(method)));
   }
-  if (!specification.random && method == Method::kLindstromBates) {
-    throw UsageError("the method lb needs random effects; without them use ols or gnls");
+  if (!specification.random && is_mixed(method)) {
+    throw UsageError(fmt::format("the method {} needs random effects; without them use ols or gnls",
+                                 method_text(method)));
+  }
+  if (reml && method != Method::kLindstromBates && method != Method::kGeneralised) {
+    throw UsageError(fmt::format(
+        "restricted maximum likelihood is defined for lb and gnls, whose likelihood is that of a "
+        "linear model, not for {}",
+        method_text(method)));
   }
   if (method == Method::kOrdinary && !specification.variance.is_constant()) {
     throw UsageError("the method ols has no variance function; use gnls");
@@ -73,6 +81,13 @@ FitResult described(const NonlinearModel& model, Method method) {
     fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
     fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
   }
+  if (model.specification().outer_random) {
+    fit.outer.names = model.specification().outer_random->coefficients;
+    fit.outer.labels = model.outer_labels();
+    const auto r = static_cast<Index>(fit.outer.names.size());
+    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
+    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
+  }
   result.rows = model.rows();
   return result;
 }
@@ -100,7 +115,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
     fit.random_covariance = std::move(found.random_covariance);
     fit.random_effects = std::move(found.random_effects);
   }
-  fit.outer = std::move(found.outer);
+  if (!fit.outer.names.empty()) fit.outer = std::move(found.outer);
   fit.variance = std::move(found.variance);
   fit.sigma = found.sigma;
   fit.log_likelihood = found.log_likelihood;
@@ -145,6 +160,10 @@ Method parse_method(std::string_view text) {
   return static_cast<Method>(found - kMethodNames.begin());
 }
 
+bool is_mixed(Method method) {
+  return method != Method::kOrdinary && method != Method::kGeneralised;
+}
+
 Method default_method(const ModelSpecification& specification) {
   if (specification.random) return Method::kLindstromBates;
   return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralised;
@@ -186,22 +205,52 @@ VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,
   return sigma * relative_sd(variance, fitted, table);
 }
 
+namespace {
+
+MixedEffectsFit fit_mixed(const NonlinearModel& model,
+                          const VectorXd& start,
+                          Method method,
+                          const FitModelOptions& options) {
+  const MarginalOptions marginal{.quadrature_points = options.quadrature_points,
+                                 .threads = options.threads,
+                                 .trace = options.trace};
+  switch (method) {
+    case Method::kFirstOrder:
+      return fit_marginal(model, start, Integration::kFirstOrder, marginal);
+    case Method::kInteraction:
+      return fit_marginal(model, start, Integration::kInteraction, marginal);
+    case Method::kLaplace:
+      return fit_marginal(model, start, Integration::kLaplace, marginal);
+    case Method::kQuadrature:
+      return fit_marginal(model, start, Integration::kQuadrature, marginal);
+    default:
+      return fit_lindstrom_bates(model,
+                                 start,
+                                 {.maximum_iterations = options.maximum_iterations,
+                                  .reml = options.reml,
+                                  .trace = options.trace});
+  }
+}
+
+}  // namespace
+
 FitResult fit_model(const ModelSpecification& specification,
                     const data::Table& table,
                     const FitModelOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const Method method = options.method.value_or(default_method(specification));
-  check_method(specification, method);
+  check_method(specification, method, options.reml);
   const NonlinearModel model(specification, table);
   check_start(model, options.start);
   FitResult result = described(model, method);
+  result.fit.reml = options.reml;
+  if (method == Method::kQuadrature) result.fit.quadrature_points = options.quadrature_points;
   LeastSquaresFit least_squares =
       fit_least_squares(model, {.start = options.start, .rule = options.rule});
   if (method == Method::kOrdinary) {
     take_over(result, std::move(least_squares));
   } else if (least_squares.estimate.allFinite()) {
-    const MixedEffectsOptions mixed{.maximum_iterations = options.maximum_iterations};
-    take_over(result, fit_lindstrom_bates(model, least_squares.estimate, mixed));
+    take_over(result, fit_mixed(model, least_squares.estimate, method, options));
   } else {
     give_up(result, std::move(least_squares));
   }

@@ -87,18 +87,8 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
     if (is_valid) fit = search.engine->result(search.outcome);
   }
   if (!is_valid) fit = failed(model, start, why_no_step(model, start));
-  fit.coefficient_names = model.coefficient_names();
-  fit.group_labels = model.group_labels();
-  if (model.specification().random) fit.random_names = model.specification().random->coefficients;
-  if (model.specification().outer_random) {
-    fit.outer.names = model.specification().outer_random->coefficients;
-    fit.outer.labels = model.outer_labels();
-  }
-  // nlme's count: observations less groups less coefficients, the first of which the groups absorb.
-  const auto groups = model.specification().random ? static_cast<double>(model.group_count()) : 1.0;
-  fit.degrees_of_freedom =
-      static_cast<double>(model.observations()) - groups - static_cast<double>(start.size() - 1);
-  if (is_valid) judge(model, fit);
+  describe(model, fit);
+  if (is_valid) judge(model, fit, Rounds::kAlternations);
   return fit;
 }
 

@@ -6,7 +6,13 @@
 
 namespace silvafit::fit {
 
+/// What the iterations of a method are: alternations of its two steps, or values of a likelihood.
+enum class Rounds { kAlternations, kEvaluations };
+
+/// Fills in names, labels and the degrees of freedom of the t tests.
+void describe(const NonlinearModel& model, MixedEffectsFit& fit);
+
 /// Fills in rank and boundary of a fit's convergence and puts its evidence into a sentence.
-void judge(const NonlinearModel& model, MixedEffectsFit& fit);
+void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds);
 
 }  // namespace silvafit::fit

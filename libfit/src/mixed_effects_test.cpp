@@ -209,6 +209,25 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
   }
 }
 
+TEST_CASE("an edge of the coarser grouping is named with it") {
+  NestedLayout layout;
+  // Stands that differ less than chance.
+  std::vector<double> y(layout.table.numbers("y").begin(), layout.table.numbers("y").end());
+  constexpr int kSize = NestedLayout::kPlots * NestedLayout::kTrees;
+  for (int i = 0; i < NestedLayout::kStands; ++i) {
+    double mean = 0.0;
+    for (int k = 0; k < kSize; ++k) mean += y[i * kSize + k] / kSize;
+    for (int k = 0; k < kSize; ++k) y[i * kSize + k] -= mean;
+  }
+  layout.table.set("y", y);
+  ModelSpecification specification = specify_model("y ~ mu", {}, layout.table);
+  add_random_effects(specification, "mu | stand/plot", layout.table);
+  const MixedEffectsFit fit =
+      fit_lindstrom_bates(NonlinearModel(specification, layout.table), VectorXd::Constant(1, 0.1));
+  CHECK(fit.convergence.converged);
+  CHECK(fit.convergence.boundary == std::vector<std::string>{"sd(mu | stand) = 0"});
+}
+
 TEST_CASE("restricted likelihood of weighted regression has the closed form") {
   Random random(21);
   std::vector<double> x;

@@ -24,6 +24,9 @@ constexpr double kSmallestShare = 1e-4;
 constexpr double kStartExponent = 0.5;
 // Below this share of the power, a constant variance cannot be told from constant-plus-power.
 constexpr double kNoPower = 1e-12;
+// Names of log|v| and 1/v of the fitted value v; no column can have them, since they have blanks.
+constexpr const char* kLogarithm = "log of the fitted value";
+constexpr const char* kInverse = "inverse of the fitted value";
 
 double geometric_mean(const VectorXd& values) {
   double sum = 0.0;
@@ -77,13 +80,14 @@ VarianceModel::VarianceModel(const VarianceFunction& function, VarianceData data
   }
   std::vector<data::Program::Input> inputs{{.name = fitted_name()}};
   for (const std::string& column : columns_of(function_)) inputs.push_back({.name = column});
-  std::vector<Expression> outputs{log_scale_, filled("exp(-2*a)", {{"a", log_scale_}})};
+  const Expression logarithm = log_scale();
+  std::vector<Expression> outputs{logarithm, exp(-2.0 * logarithm)};
   for (const Quantity& quantity : quantities_) {
     inputs.push_back({.name = quantity.name, .is_scalar = quantity.strata < 0});
   }
   value_program_ = data::Program(outputs, inputs);
   for (const Quantity& quantity : quantities_) {
-    outputs.push_back(log_scale_.derivative(quantity.name));
+    outputs.push_back(logarithm.derivative(quantity.name));
   }
   derivative_program_ = data::Program(outputs, inputs);
 }
@@ -92,6 +96,30 @@ const std::string& VarianceModel::fitted_name() {
   // No column can have this name in a formula, since it has a blank.
   static const std::string name = "fitted value";
   return name;
+}
+
+Expression VarianceModel::log_scale() const { return differentiated(log_scale_, 0); }
+
+Expression VarianceModel::by_fitted(int order) const { return differentiated(log_scale_, order); }
+
+Expression VarianceModel::by_fitted(int order, const std::string& quantity) const {
+  return differentiated(log_scale_.derivative(quantity), order);
+}
+
+Expression VarianceModel::differentiated(Expression expression, int order) const {
+  // With l = log|v| and i = 1/v, dl/dv = i and di/dv = -i^2; where |v| is floored, both are 0.
+  const Expression inverse = Expression::variable(kInverse);
+  for (int k = 0; k < order; ++k) {
+    expression = expression.derivative(fitted_name()) +
+                 expression.derivative(kLogarithm) * inverse -
+                 expression.derivative(kInverse) * (inverse * inverse);
+  }
+  const Expression v = Expression::variable(fitted_name());
+  const Expression floor = Expression::constant(smallest_);
+  expression =
+      expression.substitute(kLogarithm, filled("log(max(abs(v), f))", {{"f", floor}, {"v", v}}));
+  return expression.substitute(kInverse,
+                               filled("ifelse(abs(v) > f, 1/v, 0)", {{"f", floor}, {"v", v}}));
 }
 
 double VarianceModel::typical(const VarianceFactor& factor) const {
@@ -147,11 +175,14 @@ Expression VarianceModel::factor_expression(const VarianceFactor& factor, std::s
   // Where sigma may not depend on the function's own parameters, |v| itself is the base.
   const bool is_plain = has_strata || factor.delta || factor.constant;
   const double base = is_plain ? 1.0 : typical;
-  const Expression logarithm =
-      filled("log(max(abs(v)/b, f))",
-             {{"v", v},
-              {"b", Expression::constant(base)},
-              {"f", Expression::constant(kSmallestShare * typical / base)}});
+  const Expression smallest = Expression::constant(kSmallestShare * typical);
+  Expression logarithm = Expression::variable(kLogarithm);
+  if (factor.column.empty()) {
+    smallest_ = kSmallestShare * typical;
+  } else {
+    logarithm = filled("log(max(abs(v), f))", {{"f", smallest}, {"v", v}});
+  }
+  logarithm = logarithm - Expression::constant(std::log(base));
   const Expression d = factor.delta ? Expression::constant(*factor.delta)
                                     : quantity(index, "delta", kStartExponent, 0.0);
   if (factor.kind == Kind::kPower) return filled("d*l", {{"d", d}, {"l", logarithm}});
@@ -299,6 +330,26 @@ VarianceEstimate VarianceModel::estimate(const VectorXd& parameters) const {
   VarianceEstimate result;
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     result.factors.push_back(factor_estimate(k, parameters));
+  }
+  return result;
+}
+
+VectorXd VarianceModel::parameters(const VarianceEstimate& estimate) const {
+  VectorXd result(parameter_count());
+  for (const Quantity& quantity : quantities_) {
+    const VarianceFactorEstimate& of = estimate.factors[quantity.factor];
+    auto target = result.segment(quantity.first, quantity.count);
+    if (of.factor.kind == Kind::kStratum) {
+      target = of.ratio.tail(quantity.count).array().log();
+    } else if (quantity.name.starts_with("delta")) {
+      const bool is_rate = of.factor.kind == Kind::kExponential;
+      target = of.delta * (is_rate ? typical_[quantity.factor] : 1.0);
+    } else if (quantity.strata >= 0 || of.factor.delta) {
+      target = of.constant.cwiseSqrt();
+    } else {
+      const double odds = of.constant[0] / std::pow(typical_[quantity.factor], of.delta[0]);
+      target[0] = std::atan(std::sqrt(odds));
+    }
   }
   return result;
 }

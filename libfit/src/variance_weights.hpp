@@ -59,8 +59,11 @@ class VarianceModel {
   /// Internal parameters of a constant variance, as far as none is held elsewhere.
   Eigen::VectorXd constant() const;
 
-  /// log g as an expression of fitted_name(), columns and quantities.
-  const data::Expression& log_scale() const { return log_scale_; }
+  /// log g as an expression of the fitted value, columns and quantities.
+  data::Expression log_scale() const;
+  /// The derivative of an order of log g, or of its derivative by a quantity, by the fitted value.
+  data::Expression by_fitted(int order) const;
+  data::Expression by_fitted(int order, const std::string& quantity) const;
   static const std::string& fitted_name();
   const std::vector<Quantity>& quantities() const { return quantities_; }
   const VarianceData& data() const { return data_; }
@@ -77,11 +80,14 @@ class VarianceModel {
   Eigen::Index floored(const Eigen::VectorXd& fitted) const;
 
   VarianceEstimate estimate(const Eigen::VectorXd& parameters) const;
+  /// Internal parameters of an estimate; NaN where it is.
+  Eigen::VectorXd parameters(const VarianceEstimate& estimate) const;
   /// The factor from the internal residual scale to nlme's sigma; a factor whose constant is
   /// infinite counts as 1.
   double sigma_factor(const Eigen::VectorXd& parameters) const;
 
  private:
+  data::Expression differentiated(data::Expression expression, int order) const;
   data::Expression factor_expression(const VarianceFactor& factor, std::size_t index);
   /// A variable for an estimated quantity, or the constant that it is held at.
   data::Expression quantity(std::size_t factor,
@@ -102,6 +108,8 @@ class VarianceModel {
   std::vector<double> typical_;  ///< typical |v| of each factor
   std::vector<Quantity> quantities_;
   Eigen::Index parameter_count_ = 0;
+  double smallest_ = 0.0;  ///< |fitted value| below this counts as this in powers
+  /// log g, with the logarithm of the fitted value as a variable of its own.
   data::Expression log_scale_;
   data::Program value_program_;
   data::Program derivative_program_;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "fir_mixed.hpp"
+#include "public_data.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
@@ -133,23 +134,6 @@ void check_against(const json& reference, const data::Table& table, const std::s
 
 bool is_mixed(const json& reference) { return reference.contains("random_names"); }
 
-/// A public data set, its rows numbered as in the reference, with the rows that it used.
-data::Table public_table(const std::string& name) {
-  data::Table table = data::read_csv_table(test::reference_file("public/" + name + ".csv"));
-  std::vector<double> numbers(table.rows());
-  std::vector<std::size_t> rows;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    numbers[row] = static_cast<double>(row + 1);
-    const auto value = [&](const char* column) { return table.numbers(column)[row]; };
-    const bool used = name == "spati"     ? value("pl") == 1.0 && value("d") > 0.0
-                      : name == "alsTree" ? !std::isnan(value("HCB") + value("H") + value("DBH"))
-                                          : true;
-    if (used) rows.push_back(row);
-  }
-  table.set("number", numbers);
-  return table.select(rows);
-}
-
 }  // namespace
 
 TEST_CASE("the mixed models of the study agree with nlme", "[reference][slow]") {
@@ -170,7 +154,7 @@ TEST_CASE("mixed models of public data agree with nlme", "[reference][slow]") {
   SILVAFIT_NEEDS_REFERENCE("public_nlme.json");
   const json file = test::read_json("public_nlme.json");
   const std::string name = GENERATE("Loblolly", "Orange", "spati", "alsTree");
-  const data::Table table = public_table(name);
+  const data::Table table = test::public_table(name);
   for (const json& reference : file["fits"]) {
     const std::string id = reference["id"].get<std::string>();
     if (!is_mixed(reference) || !id.starts_with(name)) continue;

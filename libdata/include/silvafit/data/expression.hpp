@@ -56,6 +56,13 @@ class Expression {
   std::shared_ptr<const ExpressionNode> node_;
 };
 
+Expression operator+(const Expression& a, const Expression& b);
+Expression operator-(const Expression& a, const Expression& b);
+Expression operator*(const Expression& a, const Expression& b);
+Expression operator*(double a, const Expression& b);
+Expression operator-(const Expression& a);
+Expression exp(const Expression& a);
+
 /// `left ~ right` taken apart.
 struct Formula {
   std::string left{};

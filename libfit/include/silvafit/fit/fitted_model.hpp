@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,8 +22,14 @@ namespace silvafit::fit {
 enum class Method {
   kOrdinary,        ///< ordinary least squares, "ols"
   kGeneralised,     ///< with a variance function, without random effects, "gnls"
-  kLindstromBates,  ///< mixed effects, "lb"
+  kLindstromBates,  ///< mixed effects by Lindstrom and Bates' alternation, as R nlme: "lb"
+  kFirstOrder,      ///< marginal likelihood, first order without interaction: "foce"
+  kInteraction,     ///< the same with interaction: "focei"
+  kLaplace,         ///< marginal likelihood by Laplace's method: "laplace"
+  kQuadrature,      ///< marginal likelihood by adaptive Gauss-Hermite quadrature: "agq"
 };
+/// Whether a method estimates random effects.
+bool is_mixed(Method method);
 std::string method_text(Method method);
 /// \throws UsageError if there is no such method; the message lists those there are
 Method parse_method(std::string_view text);
@@ -44,6 +51,8 @@ struct FittedModel {
   std::string model{};  ///< id in the catalogue, or empty
   ModelSpecification specification;
   Method method = Method::kOrdinary;
+  bool reml = false;          ///< restricted maximum likelihood
+  int quadrature_points = 0;  ///< a random effect; 0 but for agq
   Eigen::Index observations = 0;
   Eigen::Index excluded = 0;  ///< rows with missing values
 
@@ -101,6 +110,11 @@ struct FitModelOptions {
   std::map<std::string, double> start{};  ///< by coefficient, never needed
   std::map<std::string, double> rule{};   ///< by parameter, from the catalogue
   int maximum_iterations = 200;           ///< alternations of lb and gnls
+  bool reml = false;                      ///< for lb and gnls; see MixedEffectsOptions
+  int quadrature_points = 7;              ///< for agq, a random effect
+  unsigned threads = 1;                   ///< over groups, for marginal likelihoods
+  /// Called with one line for each iteration, if given.
+  std::function<void(const std::string&)> trace{};
 };
 
 /// Fits a model to the rows of a table where all of its columns have values. Mixed and generalised

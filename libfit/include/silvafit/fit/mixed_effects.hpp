@@ -65,6 +65,35 @@ struct MixedEffectsFit {
   Eigen::MatrixXd random_correlation() const;
 };
 
+/// How the random effects are integrated out of the likelihood.
+enum class Integration {
+  kFirstOrder,   ///< FOCE: first order around the modes, residual variance at b = 0
+  kInteraction,  ///< FOCEI: the same with the residual variance at the modes
+  kLaplace,      ///< Laplace's method with all second derivatives
+  kQuadrature,   ///< adaptive Gauss-Hermite quadrature
+};
+
+struct MarginalOptions {
+  int quadrature_points = 7;  ///< a random effect
+  unsigned threads = 1;
+  /// Called with one line for each value of the likelihood, if given.
+  std::function<void(const std::string&)> trace{};
+};
+
+/// Fits by maximum marginal likelihood.
+///
+/// Starts from a fit by Lindstrom and Bates' method, converged or not, and follows the exact
+/// gradient of the likelihood to where the Newton decrement vanishes. Standard errors are those of
+/// the observed information. A fit that fails is a result with converged = false and a verdict.
+/// \param start  (p) coefficients to start from: the pooled least-squares fit
+/// \throws UsageError without random effects, or if there are too many for the method: at most 12
+///   a group over both groupings; for quadrature at most 3, of one grouping
+/// Source: see docs/mixed-effects.md.
+MixedEffectsFit fit_marginal(const NonlinearModel& model,
+                             const Eigen::VectorXd& start,
+                             Integration integration,
+                             const MarginalOptions& options = {});
+
 /// Fits by the method of Lindstrom and Bates, maximum likelihood: R nlme's objective.
 ///
 /// Alternates penalised nonlinear least squares in beta and b with the profile likelihood of the

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Times, memory and medians of benchmark runs.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace silvafit::bench {
+
+/// CPU seconds of this process so far, all threads together.
+double cpu_seconds();
+
+double median(std::vector<double> values);
+
+/// Median CPU seconds of calls of `work`. Called at least `repeats` times and, where calls are
+/// short, until a tenth of a second is spent.
+double median_cpu_seconds(int repeats, const std::function<void()>& work);
+
+/// Runs `work` in a process of its own, so that its memory and allocator are its own.
+/// \returns what it returned, with "peak_rss_mb" added: the process's largest resident size [MB]
+/// \throws NumericalError if the process failed
+nlohmann::json in_own_process(const std::function<nlohmann::json()>& work);
+
+/// Least-squares slope of log(y) on log(x): the exponent of growth.
+double growth_exponent(const std::vector<double>& x, const std::vector<double>& y);
+
+/// The processor's name and the kernel's, as Linux tells them.
+std::string machine();
+
+/// Writes the JSON to a file, or to standard output if the name is empty.
+/// \throws InputError if it cannot be written
+void write_json(const nlohmann::json& json, const std::string& path);
+
+}  // namespace silvafit::bench

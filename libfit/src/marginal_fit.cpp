@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: MIT
+// Maximum marginal likelihood: starts, the search, its evidence, and the result.
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "marginal_coordinates.hpp"
+#include "marginal_likelihood.hpp"
+#include "mixed_effects_evidence.hpp"
+#include "quasi_newton.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+#include "variance_weights.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Squared distance to the optimum in standard errors at which a fit has converged.
+constexpr double kConvergedDecrement = 1e-10;
+// Two log-likelihoods that differ by less are the same but for rounding.
+constexpr double kSameLikelihood = 1e-6;
+// Eigenvalues of the information below this share of the largest hold no information.
+constexpr double kNoInformation = 1e-9;
+
+Curvature curvature_of(Integration integration) {
+  switch (integration) {
+    case Integration::kFirstOrder:
+      return Curvature::kFirstOrder;
+    case Integration::kInteraction:
+      return Curvature::kExpected;
+    default:
+      return Curvature::kFull;
+  }
+}
+
+void check(const NonlinearModel& model, Integration integration, const MarginalOptions& options) {
+  const ModelSpecification& specification = model.specification();
+  if (!specification.random) {
+    throw UsageError("a marginal likelihood needs random effects; without them use ols or gnls");
+  }
+  if (integration != Integration::kQuadrature) return;
+  constexpr std::size_t kMostQuadrature = 3;
+  if (specification.outer_random || specification.random->coefficients.size() > kMostQuadrature) {
+    throw UsageError(fmt::format(
+        "quadrature (agq) works for at most {} random effects of one grouping; use laplace",
+        kMostQuadrature));
+  }
+  constexpr int kMostPoints = 100;
+  if (options.quadrature_points < 1 || options.quadrature_points > kMostPoints) {
+    throw UsageError(fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
+  }
+}
+
+/// Where a search ended.
+struct Optimum {
+  VectorXd x{};
+  double value = std::numeric_limits<double>::infinity();
+  double decrement = std::numeric_limits<double>::infinity();
+  int evaluations = 0;
+  MatrixXd hessian{};
+  MatrixXd outer_modes{};
+  MatrixXd inner_modes{};
+};
+
+/// The spherical effects v of given effects b = L v, as far as L can hold them.
+MatrixXd spherical(const MatrixXd& factor, const MatrixXd& effects) {
+  if (factor.size() == 0) return effects;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+  constexpr double kSmallestPivot = 1e-6;
+  solver.setThreshold(kSmallestPivot);
+  solver.compute(factor);
+  return solver.solve(effects);
+}
+
+class MarginalSearch {
+ public:
+  MarginalSearch(const NonlinearModel& model,
+                 Integration integration,
+                 const MarginalOptions& options,
+                 const MixedEffectsFit& linearised)
+      : model_(model),
+        options_(options),
+        variance_(model.specification().variance, VarianceData::of(model)),
+        likelihood_(model,
+                    variance_,
+                    curvature_of(integration),
+                    integration == Integration::kQuadrature ? options.quadrature_points : 1,
+                    options.threads),
+        coordinates_(model, likelihood_, variance_.parameter_count(), units(linearised)) {}
+
+  /// From a fit by another method.
+  void try_fit(const MixedEffectsFit& fit) {
+    if (!std::isfinite(fit.sigma) || !(fit.sigma > 0.0)) return;
+    const VectorXd parameters = variance_.parameters(fit.variance);
+    const ObservationPoint observation{
+        .beta = fit.estimate,
+        .variance = parameters,
+        .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
+    const VectorXd x = coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
+    const MarginalPoint point = coordinates_.point(x);
+    run(x,
+        spherical(point.outer_factor, outer_effects_of(fit)),
+        spherical(point.inner_factor, fit.random_effects));
+  }
+
+  /// From the pooled fit with random effects of some spread, a share of the residuals' own.
+  void try_pooled(const VectorXd& beta, double residual_sd, double spread) {
+    const VectorXd parameters = variance_.constant();
+    const ObservationPoint observation{
+        .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
+    const auto covariance = [&](const std::vector<Index>& coefficients) -> MatrixXd {
+      const VectorXd deviations = spread * coordinates_.unit()(coefficients);
+      return deviations.cwiseAbs2().asDiagonal();
+    };
+    const VectorXd x = coordinates_.coordinates(observation,
+                                                covariance(likelihood_.places().outer),
+                                                covariance(likelihood_.places().inner));
+    run(x,
+        MatrixXd::Zero(outer_count(), model_.cluster_count()),
+        MatrixXd::Zero(inner_count(), model_.group_count()));
+  }
+
+  bool has_optimum() const { return std::isfinite(best_.value); }
+  bool has_converged() const { return has_optimum() && best_.decrement <= kConvergedDecrement; }
+
+  MixedEffectsFit result() {
+    likelihood_.set_modes(best_.outer_modes, best_.inner_modes);
+    const MarginalPoint point = coordinates_.point(best_.x);
+    MixedEffectsFit fit;
+    fit.estimate = point.observation.beta;
+    fit.covariance = fixed_covariance();
+    fit.random_covariance = point.inner_factor * point.inner_factor.transpose();
+    fit.random_effects = point.inner_factor * best_.inner_modes;
+    if (outer_count() > 0) {
+      fit.outer.covariance = point.outer_factor * point.outer_factor.transpose();
+      fit.outer.effects = point.outer_factor * best_.outer_modes;
+    }
+    const VectorXd& parameters = point.observation.variance;
+    const double scale = std::exp(point.observation.log_sigma);
+    fit.sigma = scale * variance_.sigma_factor(parameters);
+    fit.variance = variance_.estimate(parameters);
+    fit.log_likelihood = -best_.value;
+    fit.parameter_count = static_cast<int>(coordinates_.size());
+    fit.observations = model_.observations();
+    predict(fit, scale, parameters);
+    fit.convergence.converged = has_converged();
+    fit.convergence.gradient = best_.decrement;
+    fit.convergence.iterations = evaluations_;
+    return fit;
+  }
+
+ private:
+  Index outer_count() const { return static_cast<Index>(likelihood_.places().outer.size()); }
+  Index inner_count() const { return static_cast<Index>(likelihood_.places().inner.size()); }
+
+  MatrixXd outer_of(const MixedEffectsFit& fit) const {
+    return outer_count() > 0 ? fit.outer.covariance : MatrixXd(0, 0);
+  }
+  MatrixXd outer_effects_of(const MixedEffectsFit& fit) const {
+    return outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
+  }
+
+  /// What moves the mean by about one residual standard deviation.
+  VectorXd units(const MixedEffectsFit& fit) const {
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    MatrixXd jacobian;
+    model_.evaluate(fit.estimate, mean, &jacobian, workspace);
+    const auto n = static_cast<double>(model_.observations());
+    const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() / n);
+    VectorXd result(fit.estimate.size());
+    for (Index j = 0; j < result.size(); ++j) {
+      const double unit = residual_sd * std::sqrt(n) / jacobian.col(j).norm();
+      result[j] = std::isfinite(unit) && unit > 0.0 ? unit : 1.0;
+    }
+    return result;
+  }
+
+  double value_at(const VectorXd& x, VectorXd* gradient) {
+    ++evaluations_;
+    const MarginalValue value = likelihood_.evaluate(coordinates_.point(x), gradient != nullptr);
+    if (gradient != nullptr) *gradient = coordinates_.gradient(value);
+    if (options_.trace) {
+      options_.trace(fmt::format(
+          "evaluation {:4}  log-likelihood {:.8f}", evaluations_, -value.minus_log_likelihood));
+    }
+    return value.minus_log_likelihood;
+  }
+
+  void run(const VectorXd& start, MatrixXd outer_modes, MatrixXd inner_modes) {
+    if (!start.allFinite()) return;
+    likelihood_.set_modes(std::move(outer_modes), std::move(inner_modes));
+    Optimum optimum = searched(start);
+    constexpr int kWidenings = 3;
+    for (int k = 0; k < kWidenings && std::isfinite(optimum.value); ++k) {
+      const VectorXd inside = inside_of(optimum);
+      if (inside.size() == 0) break;
+      Optimum other = searched(inside);
+      if (!(other.value < optimum.value - kSameLikelihood)) break;
+      optimum = std::move(other);
+    }
+    const bool is_same = optimum.value < best_.value + kSameLikelihood;
+    const bool is_surer = is_same && optimum.decrement < best_.decrement;
+    if (optimum.value < best_.value - kSameLikelihood || is_surer) best_ = std::move(optimum);
+  }
+
+  Optimum searched(const VectorXd& start) {
+    const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
+      return value_at(x, gradient);
+    };
+    Optimum optimum;
+    QuasiNewtonResult found = minimise(
+        objective, start, {}, {.decrement = kConvergedDecrement * 1e-2, .maximum_steps = 200});
+    constexpr int kRounds = 4;
+    for (int round = 0; round < kRounds && std::isfinite(found.value); ++round) {
+      // The certificate is the true Hessian's, not that of the updates on the way.
+      VectorXd gradient;
+      optimum.x = found.x;
+      optimum.value = value_at(found.x, &gradient);
+      optimum.outer_modes = likelihood_.outer_modes();
+      optimum.inner_modes = likelihood_.inner_modes();
+      optimum.hessian = hessian_from_gradients(objective, found.x);
+      optimum.decrement = decrement_of(gradient, optimum.hessian);
+      likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+      if (optimum.decrement <= kConvergedDecrement) break;
+      found =
+          minimise(objective, found.x, optimum.hessian, {.decrement = kConvergedDecrement * 1e-3});
+    }
+    return optimum;
+  }
+
+  /// g'H^-1 g over the directions that hold information; infinite at a saddle or with a slope in a
+  /// direction without curvature.
+  static double decrement_of(const VectorXd& gradient, const MatrixXd& hessian) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
+    if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+    const VectorXd along = solver.eigenvectors().transpose() * gradient;
+    const double largest = solver.eigenvalues().cwiseAbs().maxCoeff();
+    double sum = 0.0;
+    for (Index k = 0; k < along.size(); ++k) {
+      const double curvature = solver.eigenvalues()[k];
+      const double floor = kNoInformation * largest;
+      if (curvature < -floor) return std::numeric_limits<double>::infinity();
+      sum += along[k] * along[k] / std::max(curvature, floor);
+    }
+    return sum;
+  }
+
+  /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
+  /// point inside; else nothing. At the edge the gradient is zero by symmetry.
+  VectorXd inside_of(const Optimum& optimum) {
+    for (const bool is_outer : {false, true}) {
+      const MatrixXd covariance = coordinates_.scaled_covariance(optimum.x, is_outer);
+      if (covariance.size() == 0) continue;
+      const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(covariance);
+      constexpr double kEdge = 1e-4;
+      for (Index k = 0; k < covariance.rows() && solver.eigenvalues()[k] < kEdge; ++k) {
+        for (const double size : {0.1, 1e-3}) {
+          const VectorXd inside =
+              coordinates_.widened(optimum.x, is_outer, solver.eigenvectors().col(k), size);
+          likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+          if (value_at(inside, nullptr) < optimum.value - kSameLikelihood) return inside;
+        }
+      }
+    }
+    likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+    return {};
+  }
+
+  /// The fixed effects' block of the inverse of the observed information.
+  MatrixXd fixed_covariance() const {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(best_.hessian);
+    VectorXd inverse = solver.eigenvalues();
+    const double floor = kNoInformation * inverse.cwiseAbs().maxCoeff();
+    for (double& value : inverse) value = value > floor ? 1.0 / value : 0.0;
+    const Index p = coordinates_.beta_count();
+    const MatrixXd rows = solver.eigenvectors().topRows(p);
+    const MatrixXd scaled = rows * inverse.asDiagonal() * rows.transpose();
+    return coordinates_.unit().asDiagonal() * scaled * coordinates_.unit().asDiagonal();
+  }
+
+  void predict(MixedEffectsFit& fit, double scale, const VectorXd& parameters) const {
+    NonlinearModel::Workspace workspace;
+    model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+    MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
+    for (Index c = 0; c < model_.cluster_count(); ++c) {
+      for (Index g = model_.cluster_begin(c); g < model_.cluster_begin(c + 1); ++g) {
+        coefficients(likelihood_.places().inner, g) += fit.random_effects.col(g);
+        if (outer_count() == 0) continue;
+        coefficients(likelihood_.places().outer, g) += fit.outer.effects.col(c);
+      }
+    }
+    model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
+    const ResidualScale residual = variance_.scale(fit.fitted_conditional, parameters, false);
+    fit.residual_sd = scale * residual.weight.rsqrt();
+    fit.floored_variances = variance_.floored(fit.fitted_conditional);
+  }
+
+  const NonlinearModel& model_;
+  const MarginalOptions& options_;
+  VarianceModel variance_;
+  MarginalLikelihood likelihood_;
+  MarginalCoordinates coordinates_;
+  Optimum best_;
+  int evaluations_ = 0;
+};
+
+}  // namespace
+
+MixedEffectsFit fit_marginal(const NonlinearModel& model,
+                             const VectorXd& start,
+                             Integration integration,
+                             const MarginalOptions& options) {
+  check(model, integration, options);
+  MixedEffectsFit linearised = fit_lindstrom_bates(model, start);
+  MarginalSearch search(model, integration, options, linearised);
+  search.try_fit(linearised);
+  if (!search.has_converged()) {
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    model.evaluate(start, mean, nullptr, workspace);
+    const double residual_sd = std::sqrt((model.response() - mean).squaredNorm() /
+                                         static_cast<double>(model.observations()));
+    for (const double spread : {0.3, 0.03, 1.0}) {
+      search.try_pooled(start, residual_sd, spread);
+      if (search.has_converged()) break;
+    }
+  }
+  if (!search.has_optimum()) {
+    linearised.convergence.converged = false;
+    linearised.convergence.verdict =
+        "Not converged: no mode of the random effects was found at any start. Try fewer random "
+        "effects, or a model that the pooled data fit better.";
+    return linearised;
+  }
+  MixedEffectsFit fit = search.result();
+  describe(model, fit);
+  judge(model, fit, Rounds::kEvaluations);
+  return fit;
+}
+
+}  // namespace silvafit::fit

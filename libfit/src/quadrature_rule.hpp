@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// Gauss-Hermite quadrature over several standard normal variables.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace silvafit::fit {
+
+/// Nodes and weights such that sum w_k f(x_k) is the expectation of f under N(0, I), exactly for
+/// polynomials of degree up to 2 K - 1 in each variable.
+struct QuadratureRule {
+  Eigen::MatrixXd nodes{};    ///< (q x K^q)
+  Eigen::VectorXd weights{};  ///< (K^q) they add up to 1
+};
+
+/// \param points      K >= 1 a variable
+/// \param dimensions  q >= 1
+/// Source: Golub and Welsch 1969, Mathematics of Computation 23, 221-230.
+QuadratureRule gauss_hermite(int points, Eigen::Index dimensions);
+
+}  // namespace silvafit::fit

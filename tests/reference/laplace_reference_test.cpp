@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+// Laplace's method against TMB 1.9.2.
+#include <cmath>
+
+#include "fir_mixed.hpp"
+#include "public_data.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+using namespace silvafit;
+using nlohmann::json;
+
+namespace {
+
+const std::map<std::string, std::string> kVariances{
+    {"none", "none"}, {"varPower", "power"}, {"varConstPower", "constant-plus-power"}};
+
+/// The fit of the nlme reference that has the same formula and groups.
+json find_by_id(const json& file, std::string id) {
+  const bool is_public = id.starts_with("spati");
+  if (!is_public) id.insert(id.rfind('_'), "_nlme");
+  for (const json& fit : file["fits"]) {
+    if (fit["id"] == id) return fit;
+  }
+  FAIL("no formula for " << id);
+  return {};
+}
+
+fit::FitResult fitted(const json& reference, const json& formula_of, const data::Table& table) {
+  fit::ModelSpecification specification =
+      fit::specify_model(formula_of["formula"].get<std::string>(), {}, table);
+  std::string random;
+  for (const json& name : reference["random_names"]) {
+    random += (random.empty() ? "" : " + ") + name.get<std::string>();
+  }
+  fit::add_random_effects(
+      specification, random + " | " + formula_of["group"].get<std::string>(), table);
+  specification.variance =
+      fit::parse_variance_function(kVariances.at(reference["varfun"].get<std::string>()));
+  return fit::fit_model(specification, table, {.method = fit::Method::kLaplace});
+}
+
+/// TMB's optimiser leaves a covariance on the edge of its range with a gradient of this size; its
+/// estimates are then no maximum to compare with.
+bool is_comparable(const json& reference) {
+  return reference["converged"].get<bool>() && reference["max_abs_gradient"].get<double>() < 1e-6;
+}
+
+void check_against(const json& reference, const json& formula_of, const data::Table& table) {
+  const fit::FittedModel fit = fitted(reference, formula_of, table).fit;
+  INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict);
+  CHECK(fit.convergence.converged);
+  CHECK(fit.observations == reference["n"].get<int>());
+  CHECK(fit.parameter_count == reference["df"].get<int>());
+  const double expected = reference["logLik"].get<double>();
+  CHECK(fit.log_likelihood > expected - 1e-6 * std::abs(expected));
+  if (!is_comparable(reference)) return;
+  // The gradients of both are at the level of rounding.
+  CHECK(fit.log_likelihood == Approx(expected).epsilon(1e-9));
+  const Eigen::VectorXd errors = fit.standard_errors();
+  for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+    const std::string& name = fit.coefficient_names[j];
+    INFO(name);
+    const double error = reference["std_errors"][name].get<double>();
+    const auto k = static_cast<Eigen::Index>(j);
+    CHECK(fit.estimate[k] ==
+          Approx(reference["estimates"][name].get<double>()).margin(1e-4 * error));
+    // TMB differentiates its gradient numerically as well, with a step of 1e-3.
+    CHECK(errors[k] == Approx(error).epsilon(1e-3));
+  }
+  CHECK(fit.sigma == Approx(reference["sigma"].get<double>()).epsilon(1e-4));
+}
+
+}  // namespace
+
+TEST_CASE("the mixed models of the study agree with TMB", "[reference][slow]") {
+  SILVAFIT_NEEDS_REFERENCE("laplace_tmb.json");
+  const json file = test::read_json("laplace_tmb.json");
+  const json formulas = test::read_json("fir_mixed_nlme.json");
+  const std::string species = GENERATE("SM", "BHN", "MH");
+  const data::Table table = test::fir_mixed(species);
+  for (const json& reference : file["fits"]) {
+    if (reference["id"].get<std::string>().starts_with(species)) {
+      check_against(reference, find_by_id(formulas, reference["id"]), table);
+    }
+  }
+}
+
+TEST_CASE("mixed models of public data agree with TMB", "[reference][slow]") {
+  SILVAFIT_NEEDS_REFERENCE("laplace_tmb.json");
+  const json file = test::read_json("laplace_tmb.json");
+  const json formulas = test::read_json("public_nlme.json");
+  const data::Table table = test::public_table("spati");
+  for (const json& reference : file["fits"]) {
+    if (reference["id"].get<std::string>().starts_with("spati")) {
+      check_against(reference, find_by_id(formulas, reference["id"]), table);
+    }
+  }
+}
