@@ -55,17 +55,20 @@ class Search {
 
   /// From the first-order start, then from spreads of the random effects from wide to narrow, the
   /// narrow ones again with patience. A narrow start keeps groups that are far from the pooled fit
-  /// from running into mirror images of their curves in the first step.
+  /// from running into mirror images of their curves in the first step; the widest gives each group
+  /// its own least-squares fit.
   void try_all_starts() {
     constexpr int kImpatient = 6;
     constexpr int kPatient = 100;
+    // So wide that nothing holds a group's coefficients but its own observations.
+    constexpr double kOwnFits = 30.0;
     engine_.set_patience(kImpatient);
     const bool is_second_try = best_.is_valid;
     consider(engine_.start(1.0), Alternation::kInterleaved);
     if (best_.converged && !is_second_try) return;
     consider(engine_.first_order_start(), Alternation::kCareful);
     if (best_.converged) return;
-    for (const double spread : {1.0, 0.1, 0.01, 0.001}) {
+    for (const double spread : {1.0, 0.1, 0.01, 0.001, kOwnFits}) {
       consider(engine_.start(spread), Alternation::kCareful);
     }
     if (best_.converged) return;

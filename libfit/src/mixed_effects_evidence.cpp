@@ -18,90 +18,88 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// The random effects of one grouping.
-struct Grouping {
+struct Level {
   const std::vector<std::string>& names;
-  MixedEffectsFit fit{};  ///< with their covariance, for deviations and correlations
+  const MatrixXd& covariance;
+  std::string group{};  ///< said where there are two groupings: " | stand"
 };
-
-std::vector<Grouping> groupings_of(const MixedEffectsFit& fit) {
-  std::vector<Grouping> groupings;
-  groupings.push_back({.names = fit.random_names});
-  groupings.back().fit.random_covariance = fit.random_covariance;
-  if (!fit.outer.names.empty()) {
-    groupings.push_back({.names = fit.outer.names});
-    groupings.back().fit.random_covariance = fit.outer.covariance;
-  }
-  return groupings;
-}
 
 /// Random effects whose spread is nothing beside what one standard error of the residuals would
 /// move.
 std::vector<std::string> vanished_effects(const NonlinearModel& model,
-                                          const Grouping& grouping,
-                                          const MatrixXd& jacobian,
+                                          const Level& level,
+                                          const VectorXd& slopes,
                                           double residual_sd) {
   constexpr double kShareOfSigma = 1e-4;
   std::vector<std::string> names;
-  const VectorXd deviations = grouping.fit.random_sd();
-  for (std::size_t k = 0; k < grouping.names.size(); ++k) {
-    const auto column = jacobian.col(model.coefficient_index(grouping.names[k]));
-    const double slope = std::sqrt(column.squaredNorm() / static_cast<double>(column.size()));
-    if (deviations[static_cast<Index>(k)] * slope < kShareOfSigma * residual_sd) {
-      names.push_back(fmt::format("sd({}) = 0", grouping.names[k]));
+  for (std::size_t k = 0; k < level.names.size(); ++k) {
+    const auto at = static_cast<Index>(k);
+    const double effect =
+        std::sqrt(level.covariance(at, at)) * slopes[model.coefficient_index(level.names[k])];
+    if (effect < kShareOfSigma * residual_sd) {
+      names.push_back(fmt::format("sd({}{}) = 0", level.names[k], level.group));
     }
   }
   return names;
 }
 
 /// Correlations that have run to one, or a dependence among three or more.
-std::vector<std::string> dependent_effects(const Grouping& grouping) {
+std::vector<std::string> dependent_effects(const Level& level) {
   constexpr double kTiny = 1e-6;
   std::vector<std::string> names;
-  const MatrixXd correlation = grouping.fit.random_correlation();
+  const MatrixXd correlation =
+      MixedEffectsFit{.random_covariance = level.covariance}.random_correlation();
   if (!correlation.allFinite() || correlation.rows() < 2) return names;
   for (Index i = 0; i < correlation.rows(); ++i) {
     for (Index j = 0; j < i; ++j) {
       if (1.0 - std::abs(correlation(i, j)) > kTiny) continue;
-      names.push_back(fmt::format("cor({}, {}) = {}",
-                                  grouping.names[static_cast<std::size_t>(j)],
-                                  grouping.names[static_cast<std::size_t>(i)],
+      names.push_back(fmt::format("cor({}, {}{}) = {}",
+                                  level.names[static_cast<std::size_t>(j)],
+                                  level.names[static_cast<std::size_t>(i)],
+                                  level.group,
                                   correlation(i, j) > 0 ? 1 : -1));
     }
   }
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(correlation);
   if (names.empty() && solver.eigenvalues()[0] < kTiny) {
-    names.push_back(fmt::format("the random effects {} depend linearly on each other",
-                                fmt::join(grouping.names, ", ")));
+    names.push_back(fmt::format("the random effects {}{} depend linearly on each other",
+                                fmt::join(level.names, ", "),
+                                level.group));
   }
   return names;
 }
 
-void name_random_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
+/// Root mean square of the derivatives by the coefficients.
+VectorXd mean_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(fit.estimate, mean, &jacobian, workspace);
-  const std::vector<Grouping> groupings = groupings_of(fit);
-  for (std::size_t level = 0; level < groupings.size(); ++level) {
-    std::vector<std::string> names =
-        vanished_effects(model, groupings[level], jacobian, fit.residual_sd.mean());
-    if (names.empty()) names = dependent_effects(groupings[level]);
-    for (std::string& name : names) {
-      if (groupings.size() > 1) {
-        const auto& specification = model.specification();
-        const RandomEffects& random =
-            level == 0 ? *specification.random : *specification.outer_random;
-        name += " by " + random.group;
-      }
-      fit.convergence.boundary.push_back(std::move(name));
-    }
+  return (jacobian.colwise().norm() / std::sqrt(static_cast<double>(jacobian.rows()))).transpose();
+}
+
+std::vector<std::string> boundary_of(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  const VectorXd slopes = mean_slopes(model, fit);
+  std::vector<Level> levels;
+  if (specification.random) levels.push_back({fit.random_names, fit.random_covariance});
+  if (specification.outer_random) {
+    levels.front().group = " | " + specification.random->group;
+    levels.push_back(
+        {fit.outer.names, fit.outer.covariance, " | " + specification.outer_random->group});
   }
+  std::vector<std::string> boundary;
+  for (const Level& level : levels) {
+    std::vector<std::string> names = vanished_effects(model, level, slopes, fit.residual_sd.mean());
+    if (names.empty()) names = dependent_effects(level);
+    boundary.insert(boundary.end(), names.begin(), names.end());
+  }
+  return boundary;
 }
 
 void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
   std::vector<std::string>& boundary = fit.convergence.boundary;
-  boundary.clear();
-  if (!fit.random_names.empty()) name_random_boundary(model, fit);
+  boundary = boundary_of(model, fit);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     if (factor.factor.constant) continue;
     if (factor.constant.array().isInf().any()) boundary.emplace_back("the variance is constant");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/mixed_effects.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -209,6 +211,25 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
   }
 }
 
+TEST_CASE("an edge of the coarser grouping is named with it") {
+  NestedLayout layout;
+  // Stands that differ less than chance.
+  std::vector<double> y(layout.table.numbers("y").begin(), layout.table.numbers("y").end());
+  constexpr int kSize = NestedLayout::kPlots * NestedLayout::kTrees;
+  for (int i = 0; i < NestedLayout::kStands; ++i) {
+    double mean = 0.0;
+    for (int k = 0; k < kSize; ++k) mean += y[i * kSize + k] / kSize;
+    for (int k = 0; k < kSize; ++k) y[i * kSize + k] -= mean;
+  }
+  layout.table.set("y", y);
+  ModelSpecification specification = specify_model("y ~ mu", {}, layout.table);
+  add_random_effects(specification, "mu | stand/plot", layout.table);
+  const MixedEffectsFit fit =
+      fit_lindstrom_bates(NonlinearModel(specification, layout.table), VectorXd::Constant(1, 0.1));
+  CHECK(fit.convergence.converged);
+  CHECK(fit.convergence.boundary == std::vector<std::string>{"sd(mu | stand) = 0"});
+}
+
 TEST_CASE("restricted likelihood of weighted regression has the closed form") {
   Random random(21);
   std::vector<double> x;
@@ -303,6 +324,50 @@ TEST_CASE("constant plus power is never below the functions it contains") {
   // Two linearisations at nearly the same point differ by a few 1e-6.
   CHECK(both >= fit_curves(table, 1.0, "power").log_likelihood - 1e-5);
   CHECK(both >= fit_curves(table, 1.0, "none").log_likelihood - 1e-5);
+}
+
+TEST_CASE("strata and products are never below what they contain") {
+  Table table = curves(1.0);
+  TextColumn species;
+  Random random(4);
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    species.append(random.uniform(0.0, 1.0) < 0.4 ? "fir" : "oak");
+  }
+  table.set("species", species);
+  const auto log_likelihood = [&](const char* variance) {
+    const MixedEffectsFit fit = fit_curves(table, 1.0, variance);
+    INFO(variance << ": " << fit.convergence.verdict);
+    CHECK(fit.convergence.converged);
+    return fit.log_likelihood;
+  };
+  // Two linearisations at nearly the same point differ by a few 1e-6.
+  constexpr double kSlack = 1e-5;
+  const double none = log_likelihood("none");
+  const double power = log_likelihood("power");
+  const double stratum = log_likelihood("stratum(species)");
+  const double strata = log_likelihood("power(fitted | species)");
+  const double product = log_likelihood("stratum(species) * power");
+  CHECK(stratum >= none - kSlack);
+  CHECK(strata >= power - kSlack);
+  CHECK(product >= power - kSlack);
+  CHECK(product >= stratum - kSlack);
+}
+
+TEST_CASE("a trace has a line for each round and ends at the result") {
+  const Table table = curves(1.0);
+  ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*dbh))", {}, table);
+  specification.random = RandomEffects{.coefficients = {"a"}, .group = "plot"};
+  std::vector<std::string> lines;
+  const MixedEffectsFit fit =
+      fit_lindstrom_bates(NonlinearModel(specification, table),
+                          Eigen::Vector2d(20.0, 0.1),
+                          {.trace = [&](const std::string& line) { lines.push_back(line); }});
+  REQUIRE(fit.convergence.converged);
+  CHECK(lines.size() == static_cast<std::size_t>(fit.convergence.iterations));
+  const std::string value = fmt::format("log-likelihood {:.6f}", fit.log_likelihood);
+  INFO(lines.back());
+  CHECK(lines.back().find(value) != std::string::npos);
+  CHECK(lines.back().find('\n') == std::string::npos);
 }
 
 TEST_CASE("a factor holds the covariance that its form can hold") {

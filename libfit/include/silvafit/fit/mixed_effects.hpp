@@ -94,7 +94,8 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              Integration integration,
                              const MarginalOptions& options = {});
 
-/// Fits by the method of Lindstrom and Bates, maximum likelihood: R nlme's objective.
+/// Fits by the method of Lindstrom and Bates, with one grouping or two nested ones: R nlme's
+/// objective, by maximum or restricted maximum likelihood.
 ///
 /// Alternates penalised nonlinear least squares in beta and b with the profile likelihood of the
 /// model that is linear around them, until both stand still together. Psi = sigma^2 L L' is never
