@@ -28,26 +28,36 @@ struct IndicesArguments {
   CommonOptions common{};
 };
 
+struct Seconds {
+  double units = 0.0;  ///< structural units alone
+  double all = 0.0;    ///< with reading and writing
+};
+
 ordered_json number_or_null(double value) {
   return std::isnan(value) ? ordered_json(nullptr) : ordered_json(value);
 }
 
-ordered_json summary_json(const stand::UnitSummary& summary) {
-  return {{"trees", summary.trees},
-          {"core", summary.core_trees},
-          {"W", number_or_null(summary.W)},
-          {"M", number_or_null(summary.M)},
-          {"U", number_or_null(summary.U)},
-          {"C", number_or_null(summary.C)}};
+ordered_json summary_json(const stand::UnitSummary& summary, const stand::StructuralUnits& units) {
+  ordered_json result{{"trees", summary.trees},
+                      {"core", summary.core_trees},
+                      {"W", number_or_null(summary.W)},
+                      {"M", number_or_null(summary.M)},
+                      {"U", number_or_null(summary.U)},
+                      {"C", number_or_null(summary.C)}};
+  for (std::size_t i = 0; i < units.further.size(); ++i) {
+    result[std::string(stand::name_of(units.further[i].index))] =
+        number_or_null(summary.further[i]);
+  }
+  return result;
 }
 
 ordered_json result_json(const IndicesArguments& arguments,
                          const stand::CheckedInventory& checked,
                          const stand::StructuralUnits& units,
-                         double seconds) {
+                         const Seconds& seconds) {
   ordered_json species = ordered_json::object();
   for (const auto& summary : stand::summarize_by_species(checked.inventory, units)) {
-    species[summary.species] = summary_json(summary);
+    species[summary.species] = summary_json(summary, units);
   }
   ordered_json notes = checked.notes;
   for (const std::string& note : units.notes) notes.push_back(note);
@@ -62,10 +72,11 @@ ordered_json result_json(const IndicesArguments& arguments,
            arguments.units.edge == "buffer" ? ordered_json(arguments.units.buffer_m)
                                             : ordered_json(nullptr)},
           {"per", arguments.units.per},
-          {"all", summary_json(stand::summarize_all(checked.inventory, units))},
+          {"all", summary_json(stand::summarize_all(checked.inventory, units), units)},
           {"species", std::move(species)},
           {"notes", std::move(notes)},
-          {"seconds", seconds}};
+          {"seconds", seconds.all},
+          {"seconds_units", seconds.units}};
 }
 
 void write_units(const IndicesArguments& arguments,
@@ -84,16 +95,22 @@ void write_units(const IndicesArguments& arguments,
 
 void run(const IndicesArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
+  const auto elapsed_since = [](std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
   const stand::StructuralUnitOptions options = unit_options(arguments.units, arguments.common);
   const stand::CheckedInventory checked =
       read_inventory(arguments.inventory, {.needs_coordinates = true}, arguments.common);
   if (!arguments.excluded.empty()) stand::write_excluded(checked.excluded, arguments.excluded);
+  Seconds seconds;
+  const auto units_start = std::chrono::steady_clock::now();
   const stand::StructuralUnits units = stand::structural_units(checked.inventory, options);
+  seconds.units = elapsed_since(units_start);
   for (const std::string& note : units.notes) say(arguments.common, "note: " + note);
   write_units(arguments, checked.inventory, units);
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  seconds.all = elapsed_since(start);
   if (arguments.common.json) {
-    const ordered_json result = result_json(arguments, checked, units, elapsed.count());
+    const ordered_json result = result_json(arguments, checked, units, seconds);
     fmt::print("{}\n", result.dump(2));
   }
 }

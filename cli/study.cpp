@@ -35,7 +35,7 @@ std::vector<std::pair<std::string, std::string>> decisions_of(const Arguments& a
   if (record.units) {
     const std::string window =
         arguments.units.window.empty()
-            ? fmt::format("bounding rectangle of {}",
+            ? fmt::format("convex hull of {}",
                           arguments.units.per == "stand" ? "the stand" : "each plot")
             : std::filesystem::path(arguments.units.window).filename().string();
     decisions.emplace_back("Window", window);

@@ -335,14 +335,15 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
                     Contains("all trees stand outside the window"));
 }
 
-TEST_CASE("without a window the bounding rectangle is taken, and that is said") {
+TEST_CASE("without a window the convex hull is taken, and that is said") {
+  // A triangle of 20 by 20 m: (5, 5) is 5 m from two sides and (10, 10) on the third.
   std::vector<Tree> trees{
-      {.x = 0, .y = 0}, {.x = 20, .y = 20}, {.x = 10, .y = 10}, {.x = 3, .y = 10}};
+      {.x = 0, .y = 0}, {.x = 20}, {.y = 20}, {.x = 5, .y = 5}, {.x = 10, .y = 10}};
   trees.push_back({.x = 1, .plot = "line"});
   trees.push_back({.x = 2, .plot = "line"});
   const StructuralUnits units = structural_units(stand_of(trees), {.neighbors = 1});
-  CHECK(units.core == std::vector<char>{0, 0, 1, 0, 0, 0});
-  CHECK_THAT(units.notes.at(0), Contains("no window is given"));
+  CHECK(units.core == std::vector<char>{0, 0, 0, 1, 0, 0, 0});
+  CHECK_THAT(units.notes.at(0), Contains("no window is given: the convex hull"));
   CHECK_THAT(units.notes.at(1), Contains("no core tree in: line"));
 }
 

@@ -10,14 +10,14 @@ namespace {
 
 struct Mean {
   double sum = 0.0;
-  std::size_t count = 0;
+  double weight = 0.0;
 
-  void add(double value) {
+  void add(double value, double with_weight) {
     if (std::isnan(value)) return;
-    sum += value;
-    ++count;
+    sum += with_weight * value;
+    weight += with_weight;
   }
-  double value() const { return count == 0 ? data::kMissing : sum / static_cast<double>(count); }
+  double value() const { return weight > 0.0 ? sum / weight : data::kMissing; }
 };
 
 struct Sums {
@@ -27,25 +27,33 @@ struct Sums {
   Mean M{};
   Mean U{};
   Mean C{};
+  std::vector<Mean> further{};
 
   void add(const StructuralUnits& units, std::size_t tree) {
+    further.resize(units.further.size());
     ++trees;
     if (units.core[tree] == 0) return;
     ++core_trees;
-    W.add(units.W[tree]);
-    M.add(units.M[tree]);
-    U.add(units.U[tree]);
-    if (!units.C.empty()) C.add(units.C[tree]);
+    const double weight = units.weight_of(tree);
+    W.add(units.W[tree], weight);
+    M.add(units.M[tree], weight);
+    U.add(units.U[tree], weight);
+    if (!units.C.empty()) C.add(units.C[tree], weight);
+    for (std::size_t i = 0; i < further.size(); ++i) {
+      further[i].add(units.further[i].values[tree], weight);
+    }
   }
 
   UnitSummary summary(std::string species) const {
-    return {.species = std::move(species),
-            .trees = trees,
-            .core_trees = core_trees,
-            .W = W.value(),
-            .M = M.value(),
-            .U = U.value(),
-            .C = C.value()};
+    UnitSummary result{.species = std::move(species),
+                       .trees = trees,
+                       .core_trees = core_trees,
+                       .W = W.value(),
+                       .M = M.value(),
+                       .U = U.value(),
+                       .C = C.value()};
+    for (const Mean& mean : further) result.further.push_back(mean.value());
+    return result;
   }
 };
 

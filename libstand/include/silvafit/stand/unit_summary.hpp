@@ -11,8 +11,8 @@
 
 namespace silvafit::stand {
 
-/// Trees of one species, or of all, and the means of the indices of its core trees; NaN where no
-/// core tree has the index.
+/// Trees of one species, or of all, and the means of the indices of its core trees, weighted if the
+/// edge correction has weights; NaN where no core tree has the index.
 struct UnitSummary {
   std::string species{};  ///< empty for trees without species
   std::size_t trees = 0;
@@ -21,6 +21,7 @@ struct UnitSummary {
   double M = 0.0;
   double U = 0.0;
   double C = 0.0;
+  std::vector<double> further{};  ///< in the order of StructuralUnits::further
 };
 
 /// One entry a species, in the order of the species' first trees.
