@@ -43,10 +43,10 @@ data::Expression parsed(std::string_view text, const data::Table& table) {
     data::TextMatch match;
     const std::string& name = data::is_text_match(variable, match) ? match.column : variable;
     if (table.has(name)) continue;
-    throw UsageError(fmt::format("there is no column '{}'; the columns are {}",
-                                 name,
-                                 fmt::join(table.names(), ", ")),
-                     {.column = kOption});
+    throw UsageError(
+        fmt::format(
+            "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")),
+        {.column = kOption});
   }
   return expression;
 }
@@ -73,8 +73,7 @@ std::vector<double> basal_area_of_larger(const Inventory& inventory,
     for (std::size_t first = 0; first < trees.size();) {
       std::size_t next = first;
       double equal_m2 = 0.0;
-      for (; next < trees.size() &&
-             inventory.dbh_cm[trees[next]] == inventory.dbh_cm[trees[first]];
+      for (; next < trees.size() && inventory.dbh_cm[trees[next]] == inventory.dbh_cm[trees[first]];
            ++next) {
         result[trees[next]] = larger_m2 / hectares;
         equal_m2 += basal_area_m2(inventory.dbh_cm[trees[next]]);

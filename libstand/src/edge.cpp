@@ -166,10 +166,10 @@ void EdgeWorker::report_outside() {
         {.file = inventory_.file});
   }
   const bool is_torus = options_.edge == EdgeCorrection::kTorus;
-  units_.notes.push_back(fmt::format("{} trees stand outside the window and {}",
-                                     outside,
-                                     is_torus ? "have no place on the torus: they are left out"
-                                              : "serve as neighbors only"));
+  units_.notes.push_back(fmt::format(
+      "{} trees stand outside the window and {}",
+      outside,
+      is_torus ? "have no place on the torus: they are left out" : "serve as neighbors only"));
 }
 
 }  // namespace

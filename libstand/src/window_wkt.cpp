@@ -96,8 +96,8 @@ std::vector<Polygon> polygons_of_wkt(std::string_view text) {
                                       kind.empty() ? "" : fmt::format(", not a {}", kind)));
     }
   } catch (const bg::read_wkt_exception&) {
-    throw GeometryError(fmt::format(
-        "this is no {} with two coordinates a corner: {:.40}...", kind, geometry));
+    throw GeometryError(
+        fmt::format("this is no {} with two coordinates a corner: {:.40}...", kind, geometry));
   }
   std::vector<Polygon> polygons;
   for (const BoostPolygon& polygon : region) polygons.push_back(polygon_of(polygon));

@@ -46,7 +46,8 @@ struct PlotWindows {
 /// Gives each plot the window that bears its name, else that of every plot, else that of the stand;
 /// without any given window, one around the trees of each plot (kPlot) or of the stand (kStand).
 /// \param given  as read_windows reads them
-/// \throws InputError if windows are given and a plot has none; UsageError if neighbors are searched
+/// \throws InputError if windows are given and a plot has none; UsageError if neighbors are
+/// searched
 ///         within plots and several plots share the stand's window
 PlotWindows plot_windows(const Inventory& inventory,
                          const std::vector<NamedWindow>& given,
