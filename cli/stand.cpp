@@ -100,13 +100,11 @@ void add_figure_options(CLI::App& command, StandArguments& arguments) {
                   "Dominant height: mean of so many thickest trees per ha")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command
-      .add_option("--class-width", report.diameter_class_cm, "Width of a diameter class in cm")
+  command.add_option("--class-width", report.diameter_class_cm, "Width of a diameter class in cm")
       ->capture_default_str();
   command
-      .add_option("--plot-area",
-                  report.plot_area_m2,
-                  "Area of every plot in m2, where no window is given")
+      .add_option(
+          "--plot-area", report.plot_area_m2, "Area of every plot in m2, where no window is given")
       ->type_name("M2");
   command.add_option("--stratum", report.stratum, "Column that holds the stratum of each plot")
       ->type_name("COLUMN");

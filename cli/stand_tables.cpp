@@ -188,8 +188,8 @@ void print_joint(const stand::StandReport& report) {
       }
       table.add(std::move(row));
     }
-    fmt::print("{} and {}: % of {} core trees\n", joint.first, joint.second,
-               joint.distribution.trees);
+    fmt::print(
+        "{} and {}: % of {} core trees\n", joint.first, joint.second, joint.distribution.trees);
     table.print();
   }
 }
@@ -198,8 +198,7 @@ void print_joint(const stand::StandReport& report) {
 template <class Entry>
 class Columns {
  public:
-  explicit Columns(const std::vector<Entry>& entries)
-      : entries_(entries), table_(entries.size()) {}
+  explicit Columns(const std::vector<Entry>& entries) : entries_(entries), table_(entries.size()) {}
 
   void text(const std::string& name, const std::function<std::string(const Entry&)>& value) {
     data::TextColumn column;
@@ -221,7 +220,7 @@ class Columns {
 template <class Entry>
 void add_figures(Columns<Entry>& columns) {
   using Figures = stand::StandFigures;
-  const auto add = [&columns](const std::string& name, double Figures::* member) {
+  const auto add = [&columns](const std::string& name, double Figures::*member) {
     columns.number(name, [member](const Entry& entry) { return entry.figures.*member; });
   };
   columns.number("trees",
@@ -244,7 +243,7 @@ void write_areas(const stand::StandReport& report, const std::filesystem::path& 
   Columns<Area> columns(report.areas);
   columns.text("plot", [](const Area& area) { return area.area.name; });
   add_figures(columns);
-  const auto add = [&columns](const std::string& name, double stand::ClarkEvans::* member) {
+  const auto add = [&columns](const std::string& name, double stand::ClarkEvans::*member) {
     columns.number(name, [member](const Area& area) {
       return area.clark_evans ? (*area.clark_evans).*member : data::kMissing;
     });
@@ -265,8 +264,8 @@ void write_strata(const stand::StandReport& report, const std::filesystem::path&
                  [](const Stratum& stratum) { return static_cast<double>(stratum.trees); });
   columns.number("sampled_ha", [](const Stratum& stratum) { return stratum.sampled_ha; });
   columns.number("area_ha", [](const Stratum& stratum) { return stratum.area_ha; });
-  const auto add = [&columns](const std::string& name, stand::Estimate Stratum::* what) {
-    const auto part = [&](const std::string& suffix, double stand::Estimate::* member) {
+  const auto add = [&columns](const std::string& name, stand::Estimate Stratum::*what) {
+    const auto part = [&](const std::string& suffix, double stand::Estimate::*member) {
       columns.number(name + suffix,
                      [what, member](const Stratum& stratum) { return (stratum.*what).*member; });
     };
@@ -288,7 +287,7 @@ void write_species(const stand::StandReport& report, const std::filesystem::path
   columns.number("basal_area_m2", [](const Row& row) { return row.basal_area_m2; });
   using Pick = std::function<const stand::Importance&(const Row&)>;
   const auto add = [&columns](const std::string& prefix, const Pick& pick) {
-    const auto part = [&](const std::string& name, double stand::Importance::* member) {
+    const auto part = [&](const std::string& name, double stand::Importance::*member) {
       columns.number(prefix + name, [pick, member](const Row& row) { return pick(row).*member; });
     };
     part("importance", &stand::Importance::value);

@@ -48,7 +48,7 @@ ClarkEvans clark_evans(std::span<const Point> points, const Window& window) {
   result.z = (result.mean_distance_m - expected) / error;
   result.p = two_sided(result.z);
 
-  const double corrected = expected + (0.0514 + 0.041 / std::sqrt(n)) * perimeter / n;
+  const double corrected = expected + (0.0514 + 0.0412 / std::sqrt(n)) * perimeter / n;
   const double variance =
       0.0703 * area / (n * n) + 0.037 * perimeter * std::sqrt(area / (n * n * n * n * n));
   result.R_donnelly = result.mean_distance_m / corrected;

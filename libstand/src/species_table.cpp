@@ -119,13 +119,12 @@ void TableMaker::add_members() {
   trees_of_species_.resize(species_count_);
   for (std::size_t area = 0; area < areas_.size(); ++area) {
     for (const std::size_t tree : areas_[area].trees) {
-      Member member{
-          .species = inventory_.species.is_missing(tree) ? species_count_ - 1
-                                                         : inventory_.species.code(tree),
-          .plot = inventory_.plot.code(tree),
-          .layer = options_.layers.layer_of(inventory_.h_m.empty() ? data::kMissing
-                                                                   : inventory_.h_m[tree]),
-          .basal_area_m2 = basal_area_m2(inventory_.dbh_cm[tree])};
+      Member member{.species = inventory_.species.is_missing(tree) ? species_count_ - 1
+                                                                   : inventory_.species.code(tree),
+                    .plot = inventory_.plot.code(tree),
+                    .layer = options_.layers.layer_of(
+                        inventory_.h_m.empty() ? data::kMissing : inventory_.h_m[tree]),
+                    .basal_area_m2 = basal_area_m2(inventory_.dbh_cm[tree])};
       if (options_.quadrat_m > 0.0) {
         const Point corner = areas_[area].window->low();
         const auto cell = [this](double offset) {
@@ -166,8 +165,8 @@ std::vector<SpeciesRow> TableMaker::run() {
     if (trees_of_species_[i].empty()) continue;
     SpeciesRow& row = rows.emplace_back();
     if (i + 1 < species_count_) row.species = inventory_.species.levels()[i];
-    row.figures = stand_figures(
-        inventory_, trees_of_species_[i], area_m2, options_.dominant_trees_per_ha);
+    row.figures =
+        stand_figures(inventory_, trees_of_species_[i], area_m2, options_.dominant_trees_per_ha);
     row.basal_area_m2 = row.figures.basal_area_m2_per_ha * row.figures.area_ha;
     row.all = all[i];
     for (const auto& layer : layers) row.layers.push_back(layer[i]);

@@ -35,7 +35,8 @@ class ReportMaker {
 
 std::vector<SampledArea> ReportMaker::find_areas() {
   const bool has_window = !options_.units.windows.empty();
-  if (options_.plot_area_m2 && !has_window) return sampled_areas(inventory_, *options_.plot_area_m2);
+  if (options_.plot_area_m2 && !has_window)
+    return sampled_areas(inventory_, *options_.plot_area_m2);
   if (!inventory_.has_coordinates()) {
     throw UsageError(
         "the area is not known: the inventory has no positions; give the area of a plot in m2 "
@@ -90,10 +91,9 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
       if (column.code(tree) == column.code(first)) continue;
       Place place = inventory_.place(tree);
       place.column = options_.stratum;
-      throw InputError(fmt::format("the plot is in the strata '{}' and '{}'",
-                                   column[first],
-                                   column[tree]),
-                       place);
+      throw InputError(
+          fmt::format("the plot is in the strata '{}' and '{}'", column[first], column[tree]),
+          place);
     }
     strata.emplace_back(column[first]);
   }
@@ -143,8 +143,7 @@ StandReport ReportMaker::run() {
   }
   const double dominant = options_.species.dominant_trees_per_ha;
   report_.all = stand_figures(inventory_, trees, area_m2, dominant);
-  report_.diameters =
-      diameter_distribution(inventory_, trees, area_m2, options_.diameter_class_cm);
+  report_.diameters = diameter_distribution(inventory_, trees, area_m2, options_.diameter_class_cm);
   for (SampledArea& area : areas) {
     AreaReport& one = report_.areas.emplace_back();
     one.figures = stand_figures(inventory_, area.trees, area.area_m2, dominant);

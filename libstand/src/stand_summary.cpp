@@ -30,8 +30,8 @@ double dominant_height(const Inventory& inventory,
   const auto height = [&inventory](std::size_t tree) {
     return std::isnan(inventory.h_m[tree]) ? 0.0 : inventory.h_m[tree];
   };
-  const auto count = std::clamp<std::size_t>(
-      static_cast<std::size_t>(std::llround(wanted)), 1, order.size());
+  const auto count =
+      std::clamp<std::size_t>(static_cast<std::size_t>(std::llround(wanted)), 1, order.size());
   std::partial_sort(order.begin(),
                     order.begin() + static_cast<std::ptrdiff_t>(count),
                     order.end(),
@@ -78,7 +78,7 @@ void add_total(Estimate& estimate, double area_ha) {
 }
 
 /// Sum of independent strata.
-Estimate stratified(const std::vector<StratumFigures>& strata, Estimate StratumFigures::* what) {
+Estimate stratified(const std::vector<StratumFigures>& strata, Estimate StratumFigures::*what) {
   double area = 0.0;
   double total = 0.0;
   double variance = 0.0;
@@ -123,9 +123,8 @@ void check_stratum_areas(const std::set<std::string>& names,
                          const std::map<std::string, double>& areas_ha) {
   for (const auto& [name, area] : areas_ha) {
     if (!names.contains(name)) {
-      throw UsageError(fmt::format("there is no stratum '{}'; the strata are {}",
-                                   name,
-                                   fmt::join(names, ", ")));
+      throw UsageError(
+          fmt::format("there is no stratum '{}'; the strata are {}", name, fmt::join(names, ", ")));
     }
     if (!(area > 0.0) || std::isinf(area)) {
       throw UsageError(fmt::format("the area of stratum '{}', {} ha, is not above 0", name, area));

@@ -9,8 +9,8 @@
 
 namespace silvafit::stand {
 
-/// R = mean distance to the nearest neighbor / the mean expected of points placed at random. Below 1
-/// trees are clustered, above 1 regular.
+/// R = mean distance to the nearest neighbor / the mean expected of points placed at random. Below
+/// 1 trees are clustered, above 1 regular.
 struct ClarkEvans {
   std::size_t trees = 0;
   double mean_distance_m = 0.0;
@@ -22,11 +22,12 @@ struct ClarkEvans {
   double p_donnelly = 0.0;
 };
 
-/// Donnelly: expected 0.5 sqrt(A/n) + (0.0514 + 0.041/sqrt(n)) P/n, variance 0.0703 A/n^2 + 0.037 P
-/// sqrt(A/n^5), with area A and perimeter P. He found it for rectangles; for other windows that
+/// Donnelly: expected 0.5 sqrt(A/n) + (0.0514 + 0.0412/sqrt(n)) P/n, variance 0.0703 A/n^2 + 0.037
+/// P sqrt(A/n^5), with area A and perimeter P. He found it for rectangles; for other windows that
 /// are not too narrow it is an approximation. All are NaN for fewer than two points.
 /// \param points  inside the window
-/// Source: Clark and Evans 1954, Ecology 35, 445-453; Donnelly 1978.
+/// Source: Clark and Evans 1954, Ecology 35, 445-453; Donnelly 1978; constants as in Ripley 1981,
+/// section 8.2, and spatstat.
 ClarkEvans clark_evans(std::span<const Point> points, const Window& window);
 
 }  // namespace silvafit::stand

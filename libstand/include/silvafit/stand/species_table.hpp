@@ -38,9 +38,9 @@ struct Importance {
 
 /// A species, as in Table 1 of Wang and others 2023.
 struct SpeciesRow {
-  std::string species{};             ///< empty for trees without species
+  std::string species{};  ///< empty for trees without species
   StandFigures figures{};
-  double basal_area_m2 = 0.0;        ///< of all its trees
+  double basal_area_m2 = 0.0;  ///< of all its trees
   Importance all{};
   std::vector<Importance> layers{};  ///< by layer, from the lowest; none if there are no heights
 };

@@ -45,14 +45,14 @@ struct NamedJointDistribution {
 /// Figures, species, diameters and structure of an inventory.
 struct StandReport {
   std::vector<AreaReport> areas{};
-  StandFigures all{};                       ///< all areas together
-  std::vector<StratumFigures> strata{};     ///< the last: all together
+  StandFigures all{};                    ///< all areas together
+  std::vector<StratumFigures> strata{};  ///< the last: all together
   std::vector<SpeciesRow> species{};
   Layers layers{};
-  double quadrat_m = 0.0;                   ///< 0: plots were the quadrats
+  double quadrat_m = 0.0;  ///< 0: plots were the quadrats
   double dominant_trees_per_ha = 0.0;
   std::vector<DiameterClass> diameters{};
-  std::optional<StructuralUnits> units{};   ///< none without positions
+  std::optional<StructuralUnits> units{};  ///< none without positions
   std::optional<UnitSummary> unit_means{};
   std::vector<UnitSummary> unit_means_by_species{};
   std::vector<NamedJointDistribution> joint{};  ///< (W, M), (U, M), (C, M)

@@ -39,11 +39,11 @@ struct StandFigures {
   double stems_per_ha = 0.0;
   double basal_area_m2_per_ha = 0.0;
   double mean_dbh_cm = 0.0;
-  double sd_dbh_cm = 0.0;            ///< with n - 1, and so are the other sd
+  double sd_dbh_cm = 0.0;  ///< with n - 1, and so are the other sd
   double quadratic_mean_dbh_cm = 0.0;
-  double mean_height_m = 0.0;        ///< of the trees with a height
+  double mean_height_m = 0.0;  ///< of the trees with a height
   double sd_height_m = 0.0;
-  double lorey_height_m = 0.0;       ///< mean height weighted by basal area
+  double lorey_height_m = 0.0;  ///< mean height weighted by basal area
   double dominant_height_m = 0.0;
   double crown_cover_percent = 0.0;  ///< sum of crown areas (circles of cw) over the area
 };

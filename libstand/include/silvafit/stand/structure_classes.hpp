@@ -12,8 +12,8 @@ namespace silvafit::stand {
 
 /// Shares of the core trees by the classes 0, 1/n, ..., 1 of two indices.
 struct JointDistribution {
-  std::size_t neighbors = 0;   ///< n; there are n + 1 classes
-  std::size_t trees = 0;       ///< core trees that have both indices
+  std::size_t neighbors = 0;    ///< n; there are n + 1 classes
+  std::size_t trees = 0;        ///< core trees that have both indices
   std::vector<double> share{};  ///< (n + 1)^2: rows of the first index; they add up to 1
 
   double at(std::size_t first_class, std::size_t second_class) const {
