@@ -54,9 +54,10 @@ TEST_CASE("Hanisch's weights make means of random stands unbiased by distance") 
   // Small units are kept more often: unweighted, neighbors of core trees are too near. The mean
   // distance to the nearest neighbor of points at random is 0.5 / sqrt(density).
   const Inventory stand = stand_of(random_stand(3000, 21));
-  const StructuralUnits units = structural_units(
-      stand,
-      {.neighbors = 1, .edge = EdgeCorrection::kHanisch, .windows = {{std::nullopt, stand_window()}}});
+  const StructuralUnits units = structural_units(stand,
+                                                 {.neighbors = 1,
+                                                  .edge = EdgeCorrection::kHanisch,
+                                                  .windows = {{std::nullopt, stand_window()}}});
   double sum = 0.0;
   double weights = 0.0;
   for (std::size_t i = 0; i < stand.size(); ++i) {

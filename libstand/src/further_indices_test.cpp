@@ -124,8 +124,7 @@ TEST_CASE("circles share what geometry says") {
   CHECK(shared_area_m2(2, 1, 1) == Approx(M_PI).epsilon(1e-15));
   CHECK(shared_area_m2(1, 1, 0) == Approx(M_PI).epsilon(1e-15));
   // The lens of two unit circles through each other's centers.
-  CHECK(shared_area_m2(1, 1, 1) ==
-        Approx(2.0 * M_PI / 3.0 - std::sqrt(3.0) / 2.0).epsilon(1e-14));
+  CHECK(shared_area_m2(1, 1, 1) == Approx(2.0 * M_PI / 3.0 - std::sqrt(3.0) / 2.0).epsilon(1e-14));
   // Radii 3 and 4, 5 m apart: the crossing is a right angle, so that the lens is two sectors less
   // the kite of area 12.
   const double lens = 9.0 * std::atan2(4.0, 3.0) + 16.0 * std::atan2(3.0, 4.0) - 12.0;
@@ -146,8 +145,8 @@ TEST_CASE("CO is the mean share of the crown that neighbors cover") {
 }
 
 TEST_CASE("C by facing radii takes the crown on the neighbor's side") {
-  // 5 m to the north-east at (3, 4): the radius is that of a quarter ellipse with half axes 2 (east)
-  // and 1 (north), at the direction (0.6, 0.8): 2 / sqrt((1 * 0.6)^2 + (2 * 0.8)^2) = 1.17.
+  // 5 m to the north-east at (3, 4): the radius is that of a quarter ellipse with half axes 2
+  // (east) and 1 (north), at the direction (0.6, 0.8): 2 / sqrt((1 * 0.6)^2 + (2 * 0.8)^2) = 1.17.
   Inventory stand = stand_of({{}, {.x = 3, .y = 4}});
   stand.cr_e_m = {2, 9};
   stand.cr_n_m = {1, 9};
@@ -174,10 +173,10 @@ TEST_CASE("C by facing radii takes the crown on the neighbor's side") {
 
 TEST_CASE("species may have limit angles of their own") {
   // Neighbors to the north and at 80 degrees from it.
-  std::vector<Tree> trees{{},
-                          {.y = 2},
-                          {.x = 3.0 * std::sin(80.0 * M_PI / 180.0),
-                           .y = 3.0 * std::cos(80.0 * M_PI / 180.0)}};
+  std::vector<Tree> trees{
+      {},
+      {.y = 2},
+      {.x = 3.0 * std::sin(80.0 * M_PI / 180.0), .y = 3.0 * std::cos(80.0 * M_PI / 180.0)}};
   StructuralUnitOptions options = with({});
   options.alpha0_deg = 72.0;
   CHECK(structural_units(stand_of(trees), options).W[0] == 0.0);
@@ -210,8 +209,8 @@ TEST_CASE("further indices stand at the end of the file, and weights before them
 
 TEST_CASE("turning, moving and shuffling a stand changes no further index") {
   const std::vector<Tree> trees = random_stand(300, 41);
-  StructuralUnitOptions options = with({all_further_indices().begin(), all_further_indices().end()},
-                                       4);
+  StructuralUnitOptions options =
+      with({all_further_indices().begin(), all_further_indices().end()}, 4);
   options.competition_radius_m = 5.0;
   options.open_grown_crown = "1 + 0.2*dbh";
   // The hull turns with the trees.

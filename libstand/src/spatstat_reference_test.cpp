@@ -65,8 +65,8 @@ TEST_CASE("clustered trees in a concave window with a hole have spatstat's neigh
   StructuralUnitOptions options{
       .edge = EdgeCorrection::kHanisch,
       .windows = {{std::nullopt, pattern_window()}},
-      .further = {FurtherIndex::kCrownOverlap, FurtherIndex::kDifferentiation,
-                  FurtherIndex::kHegyi}};
+      .further = {
+          FurtherIndex::kCrownOverlap, FurtherIndex::kDifferentiation, FurtherIndex::kHegyi}};
   const StructuralUnits units = structural_units(inventory, options);
   std::size_t wrong_neighbors = 0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -94,8 +94,7 @@ TEST_CASE("Hanisch's core trees and weights are those of spatstat and Clipper") 
   const Inventory inventory = inventory_of(expected);
   const Window window = pattern_window();
   const StructuralUnits units = structural_units(
-      inventory,
-      {.edge = EdgeCorrection::kHanisch, .windows = {{std::nullopt, window}}});
+      inventory, {.edge = EdgeCorrection::kHanisch, .windows = {{std::nullopt, window}}});
   double weighted = 0.0;
   double weights = 0.0;
   for (std::size_t i = 0; i < inventory.size(); ++i) {
@@ -117,10 +116,10 @@ TEST_CASE("Hanisch's core trees and weights are those of spatstat and Clipper") 
 TEST_CASE("distances on a torus are spatstat's periodic distances") {
   const Table expected = pattern();
   const Inventory inventory = inventory_of(expected);
-  const StructuralUnits units = structural_units(
-      inventory,
-      {.edge = EdgeCorrection::kTorus,
-       .windows = {{std::nullopt, Window::rectangle({0, 0}, {60, 40})}}});
+  const StructuralUnits units =
+      structural_units(inventory,
+                       {.edge = EdgeCorrection::kTorus,
+                        .windows = {{std::nullopt, Window::rectangle({0, 0}, {60, 40})}}});
   for (std::size_t k = 0; k < 4; ++k) {
     const auto distances = expected.numbers("torus" + std::to_string(k + 1));
     for (std::size_t i = 0; i < inventory.size(); ++i) {
