@@ -102,8 +102,8 @@ TEST_CASE("strata are estimated as Cochran's ratio, and summed by their areas") 
   std::vector<SampledArea> areas = sampled_areas(stand, 1000.0);
   REQUIRE(areas.size() == 5);
   areas[4].area_m2 = 3000.0;
-  const auto result = stratum_figures(
-      stand, areas, {"A", "A", "A", "B", "B"}, {{"A", 30.0}, {"B", 10.0}});
+  const auto result =
+      stratum_figures(stand, areas, {"A", "A", "A", "B", "B"}, {{"A", 30.0}, {"B", 10.0}});
   REQUIRE(result.size() == 3);
   const StratumFigures& first = result[0];
   CHECK(first.name == "A");
@@ -237,11 +237,10 @@ TEST_CASE("a report counts plots without trees, and says what it leaves out") {
                               {.x = 3, .plot = "1"},
                               {.x = 99, .plot = "1"},
                               {.x = 21, .plot = "2"}});
-  StandReportOptions options{
-      .units = {.neighbors = 1,
-                .windows = {{"1", Window::rectangle({0, -10}, {20, 10})},
-                            {"2", Window::rectangle({20, -10}, {40, 10})},
-                            {"3", Window::rectangle({40, -10}, {60, 10})}}}};
+  StandReportOptions options{.units = {.neighbors = 1,
+                                       .windows = {{"1", Window::rectangle({0, -10}, {20, 10})},
+                                                   {"2", Window::rectangle({20, -10}, {40, 10})},
+                                                   {"3", Window::rectangle({40, -10}, {60, 10})}}}};
   const StandReport report = stand_report(stand, options);
   REQUIRE(report.areas.size() == 3);
   CHECK(report.areas[2].area.name == "3");
