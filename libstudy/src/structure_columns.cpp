@@ -68,7 +68,8 @@ stand::Inventory inventory_of(const data::Table& table) {
   stand::Inventory inventory;
   inventory.file = table.file();
   inventory.plot = labels_or(table, "plot", [](std::size_t) { return "1"; });
-  inventory.tree = labels_or(table, "tree", [](std::size_t row) { return fmt::format("{}", row + 1); });
+  inventory.tree =
+      labels_or(table, "tree", [](std::size_t row) { return fmt::format("{}", row + 1); });
   inventory.x = numbers_or_none(table, "x");
   inventory.y = numbers_or_none(table, "y");
   inventory.dbh_cm = numbers_or_none(table, "dbh");
@@ -103,8 +104,8 @@ std::vector<double> unit_column(const stand::StructuralUnits& units, std::string
     for (std::size_t tree = 0; tree < trees; ++tree) weights.push_back(units.weight_of(tree));
     return weights;
   }
-  const auto further =
-      std::ranges::find(units.further, stand::further_index_named(name), &stand::FurtherValues::index);
+  const auto further = std::ranges::find(
+      units.further, stand::further_index_named(name), &stand::FurtherValues::index);
   return further->values;
 }
 
@@ -113,11 +114,9 @@ void add_plot_columns(const std::vector<std::string>& names,
                       const stand::StructuralUnitOptions& options,
                       data::Table& table,
                       std::vector<std::string>& notes) {
-  const stand::PlotWindows windows =
-      stand::plot_windows(inventory, options.windows, options.scope);
+  const stand::PlotWindows windows = stand::plot_windows(inventory, options.windows, options.scope);
   if (windows.is_assumed) {
-    notes.emplace_back(
-        "figures per hectare are of convex hulls, which are smaller than the plots");
+    notes.emplace_back("figures per hectare are of convex hulls, which are smaller than the plots");
   }
   const auto areas = stand::sampled_areas(inventory, windows, {});
   for (const std::string& name : names) {

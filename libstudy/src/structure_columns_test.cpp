@@ -103,7 +103,7 @@ TEST_CASE("columns that are there stay, and what cannot be computed is an error"
   CHECK_THROWS_WITH(require_numbers(table, {"C"}), Contains("--columns C=C"));
 }
 
-TEST_CASE("--columns may name an index that has to be computed") {
+TEST_CASE("added columns may name an index that has to be computed") {
   data::Table table = two_plots();
   add_columns("U=U,dominated=U*100", table);
   CHECK(table.numbers("U")[0] == 1.0);

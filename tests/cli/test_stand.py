@@ -174,7 +174,7 @@ class Covariates(ProgramTest):
         self.assertEqual(computed["fixed"], given["fixed"])
 
     def test_a_study_takes_further_indices(self):
-        self.write("inventory.csv", inventory(plots=("1", "2", "3", "4", "5")))
+        self.write("inventory.csv", inventory(plots=("1", "2", "3", "4", "5"), trees=120))
         self.run_program("study", "inventory.csv", "--out", "study", "--responses", "h",
                          "--covariates", "C,BAL,stems_per_ha", "--quiet")
         with open(self.folder / "study" / "predictions.csv", encoding="utf-8") as file:
