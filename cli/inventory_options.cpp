@@ -50,12 +50,20 @@ stand::NamedWindow circle_of_every_plot(const std::string& text) {
           .window = stand::Window::circle({numbers[0], numbers[1]}, numbers[2])};
 }
 
-std::vector<stand::FurtherIndex> further_indices(const std::vector<std::string>& names) {
+/// "all" are those that nothing else is needed for; CCF only with its crown widths.
+std::vector<stand::FurtherIndex> further_indices(const UnitArguments& arguments) {
   std::vector<stand::FurtherIndex> indices;
-  for (const std::string& name : names) {
+  for (const std::string& name : arguments.further) {
+    if (name == "all") {
+      for (const stand::FurtherIndex index : stand::all_further_indices()) {
+        const bool needs_crowns = index == stand::FurtherIndex::kCrownCompetition;
+        if (!needs_crowns || !arguments.open_grown.empty()) indices.push_back(index);
+      }
+      continue;
+    }
     const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
     if (!index) {
-      throw UsageError(fmt::format("'{}' is none of CO, T, Hegyi, BAL, CCF", name),
+      throw UsageError(fmt::format("'{}' is none of CO, T, Hegyi, BAL, CCF, all", name),
                        {.column = "--further"});
     }
     indices.push_back(*index);
@@ -136,7 +144,7 @@ void add_unit_options(CLI::App& command, UnitArguments& arguments) {
           "--further",
           arguments.further,
           "Further indices: CO crown overlap, T size differentiation, Hegyi, BAL basal area "
-          "of larger trees, CCF crown competition factor")
+          "of larger trees, CCF crown competition factor; or all")
       ->delimiter(',')
       ->type_name("INDEX,...");
   command
@@ -152,13 +160,19 @@ void add_unit_options(CLI::App& command, UnitArguments& arguments) {
       ->type_name("EXPRESSION");
 }
 
-stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
-                                       stand::InventoryOptions options,
-                                       const CommonOptions& common) {
+stand::InventoryOptions reading_options(const InventoryArguments& arguments,
+                                        stand::InventoryOptions options) {
   options.columns =
       stand::parse_column_mappings(fmt::format("{}", fmt::join(arguments.columns, ",")));
   options.trust_units = arguments.trust_units;
-  stand::CheckedInventory checked = stand::read_inventory(arguments.path, options);
+  return options;
+}
+
+stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
+                                       stand::InventoryOptions options,
+                                       const CommonOptions& common) {
+  stand::CheckedInventory checked =
+      stand::read_inventory(arguments.path, reading_options(arguments, std::move(options)));
   for (const std::string& note : checked.notes) say(common, "note: " + note);
   const std::string excluded = stand::describe_excluded(checked);
   if (!excluded.empty()) say(common, "note: " + excluded);
@@ -191,7 +205,7 @@ stand::StructuralUnitOptions unit_options(const UnitArguments& arguments,
       .size = kSizes.at(arguments.dominance),
       .reach = arguments.crowding == "facing" ? stand::CrownReach::kFacingRadii
                                               : stand::CrownReach::kMeanWidth,
-      .further = further_indices(arguments.further),
+      .further = further_indices(arguments),
       .competition_radius_m = arguments.competition_radius_m,
       .open_grown_crown = arguments.open_grown,
       .threads = common.threads};

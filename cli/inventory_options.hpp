@@ -45,6 +45,10 @@ void add_window_options(CLI::App& command, UnitArguments& arguments);
 /// --competition-radius and --open-grown.
 void add_unit_options(CLI::App& command, UnitArguments& arguments);
 
+/// What the command needs of an inventory, with --columns and --trust-units filled in.
+stand::InventoryOptions reading_options(const InventoryArguments& arguments,
+                                        stand::InventoryOptions options);
+
 /// Reads the inventory; notes and rows left out are said on stderr.
 /// \param options  what the command needs; --columns and --trust-units are filled in here
 stand::CheckedInventory read_inventory(const InventoryArguments& arguments,

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -91,18 +92,20 @@ void assume_plots(const Inventory& inventory, AssumedWindow assumed, PlotWindows
 class Assignment {
  public:
   Assignment(const Inventory& inventory, const std::vector<NamedWindow>& given)
-      : inventory_(inventory), given_(given) {}
+      : inventory_(inventory) {
+    for (const NamedWindow& window : given) by_plot_.try_emplace(window.plot, &window);
+  }
 
   void run(SearchScope scope, PlotWindows& result);
 
  private:
   const NamedWindow* named(const std::optional<std::string>& plot) const {
-    const auto found = std::ranges::find(given_, plot, &NamedWindow::plot);
-    return found == given_.end() ? nullptr : &*found;
+    const auto found = by_plot_.find(plot);
+    return found == by_plot_.end() ? nullptr : found->second;
   }
 
   const Inventory& inventory_;
-  const std::vector<NamedWindow>& given_;
+  std::map<std::optional<std::string>, const NamedWindow*> by_plot_{};
 };
 
 void Assignment::run(SearchScope scope, PlotWindows& result) {

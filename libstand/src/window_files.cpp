@@ -19,9 +19,9 @@ constexpr char kTwoWindows[] = "this plot has a window already, and a circle can
 }  // namespace
 
 WindowCollector::Owner& WindowCollector::owner(const std::optional<std::string>& plot) {
-  const auto found = std::ranges::find(owners_, plot, &Owner::plot);
-  if (found != owners_.end()) return *found;
-  return owners_.emplace_back(Owner{.plot = plot});
+  const auto [entry, is_new] = number_of_.try_emplace(plot, owners_.size());
+  if (is_new) owners_.push_back({.plot = plot});
+  return owners_[entry->second];
 }
 
 void WindowCollector::add(const std::optional<std::string>& plot,

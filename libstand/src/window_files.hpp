@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,6 +35,7 @@ class WindowCollector {
   Owner& owner(const std::optional<std::string>& plot);
 
   std::vector<Owner> owners_{};
+  std::map<std::optional<std::string>, std::size_t> number_of_{};
 };
 
 /// Polygons of a POLYGON or MULTIPOLYGON in well-known text.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,30 @@ struct UnitSummary {
   std::vector<double> further{};  ///< in the order of StructuralUnits::further
 };
 
-/// One entry a species, in the order of the species' first trees.
+/// Gathers means over several inventories, such as the batches of a large one.
+class UnitSummaries {
+ public:
+  UnitSummaries();
+  ~UnitSummaries();
+  UnitSummaries(UnitSummaries&&) noexcept;
+  UnitSummaries& operator=(UnitSummaries&&) noexcept;
+
+  /// \param units  with the same further indices each time
+  void add(const Inventory& inventory, const StructuralUnits& units);
+
+  /// One entry a species, in the order of the species' first trees; trees without species last.
+  std::vector<UnitSummary> by_species() const;
+  /// All trees together; `species` stays empty.
+  UnitSummary all() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The summaries of one inventory.
 std::vector<UnitSummary> summarize_by_species(const Inventory& inventory,
                                               const StructuralUnits& units);
-
-/// All trees together; `species` stays empty.
 UnitSummary summarize_all(const Inventory& inventory, const StructuralUnits& units);
 
 }  // namespace silvafit::stand
