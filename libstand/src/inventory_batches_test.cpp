@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Inventories read plot by plot.
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
+
+#include <catch2/catch.hpp>
 #include <sstream>
 
 #include "scratch_file.hpp"

@@ -29,7 +29,7 @@ using Edge = bg::model::segment<BoostPoint>;
 using EdgeTree = bg::index::rtree<Edge, bg::index::quadratic<16>>;
 
 /// Up to so many edges are looked at one by one, which is faster than the tree.
-constexpr std::size_t kFewEdges = 32;
+constexpr std::size_t kFewEdges = 64;
 /// A point on the boundary is inside in spite of rounding.
 constexpr double kRoundingMeters = 1e-9;
 constexpr double kPi = std::numbers::pi;
@@ -92,7 +92,10 @@ BoostPolygon valid_polygon(const Polygon& source) {
 }
 
 void append_edges(const BoostPolygon::ring_type& ring, std::vector<Edge>& edges) {
-  for (std::size_t i = 1; i < ring.size(); ++i) edges.emplace_back(ring[i - 1], ring[i]);
+  for (std::size_t i = 1; i < ring.size(); ++i) {
+    const bool has_length = ring[i].x() != ring[i - 1].x() || ring[i].y() != ring[i - 1].y();
+    if (has_length) edges.emplace_back(ring[i - 1], ring[i]);
+  }
 }
 
 /// Distance from a point to an edge. Where the foot of the perpendicular lies on the edge it is
@@ -109,6 +112,19 @@ double distance_m(Point point, const Edge& edge) {
     return std::hypot(point.x - edge.second.x(), point.y - edge.second.y());
   }
   return std::abs(along_x * from_y - along_y * from_x) / std::sqrt(length_squared);
+}
+
+/// Square of the distance from a point to an edge, quick and good enough to find the nearest.
+double squared_distance_m2(Point point, const Edge& edge) {
+  const double along_x = edge.second.x() - edge.first.x();
+  const double along_y = edge.second.y() - edge.first.y();
+  const double from_x = point.x - edge.first.x();
+  const double from_y = point.y - edge.first.y();
+  const double share = std::clamp(
+      (from_x * along_x + from_y * along_y) / (along_x * along_x + along_y * along_y), 0.0, 1.0);
+  const double off_x = from_x - share * along_x;
+  const double off_y = from_y - share * along_y;
+  return off_x * off_x + off_y * off_y;
 }
 
 /// Whether an edge crosses the ray from a point to the east. An end on the ray counts as above it
@@ -243,9 +259,11 @@ double Window::distance_to_boundary_m(Point point) const {
     return std::abs(shape_->circle->radius_m - shape_->circle->from_center_m(point));
   }
   if (shape_->edge_list.size() <= kFewEdges) {
-    double least = distance_m(point, shape_->edge_list.front());
-    for (const Edge& edge : shape_->edge_list) least = std::min(least, distance_m(point, edge));
-    return least;
+    const auto nearest_edge =
+        std::ranges::min_element(shape_->edge_list, {}, [point](const Edge& edge) {
+          return squared_distance_m2(point, edge);
+        });
+    return distance_m(point, *nearest_edge);
   }
   const auto nearest = bg::index::nearest(BoostPoint(point.x, point.y), 1);
   return distance_m(point, *shape_->edges.qbegin(nearest));
