@@ -148,6 +148,8 @@ Calculator::Calculator(const Inventory& inventory, const StructuralUnitOptions& 
     : inventory_(inventory), options_(options) {
   units_.neighbors = options.neighbors;
   units_.scope = options.scope;
+  units_.edge = options.edge;
+  if (options.edge == EdgeCorrection::kBuffer) units_.buffer_m = options.buffer_m;
   units_.alpha0_deg =
       options.alpha0_deg.value_or(360.0 / static_cast<double>(options.neighbors + 1));
 }
@@ -388,6 +390,7 @@ StructuralUnits Calculator::run() {
   correct_edge(inventory_, windows_, inside_, options_, units_);
   note_competition_radius();
   add_notes();
+  units_.windows = std::move(windows_);
   return std::move(units_);
 }
 

@@ -96,6 +96,9 @@ struct StructuralUnits {
   std::size_t neighbors = 0;  ///< n
   SearchScope scope = SearchScope::kPlot;
   double alpha0_deg = 0.0;
+  EdgeCorrection edge = EdgeCorrection::kNone;
+  double buffer_m = 0.0;         ///< of EdgeCorrection::kBuffer
+  PlotWindows windows{};         ///< no domains where none was needed
   std::vector<char> core{};      ///< (N) 1 for trees whose unit counts, 0 for neighbors only
   std::vector<double> weight{};  ///< (N) of core trees in means (kHanisch); none: all count alike
   std::vector<double> W{};       ///< (N)
