@@ -78,7 +78,8 @@ class TreeColumns {
     return list;
   }
   ordered_json measure(const std::vector<double>& values) const {
-    return column([&](std::size_t tree) { return values.empty() ? nullptr : number(values[tree]); });
+    return column(
+        [&](std::size_t tree) { return values.empty() ? nullptr : number(values[tree]); });
   }
   ordered_json area_of(std::size_t tree) const;
   ordered_json neighbors_of(std::size_t tree) const;

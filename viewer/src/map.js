@@ -91,7 +91,7 @@ function sentence(map, tree) {
 function drawUnit(layer, map, tree, unit) {
   const from = { x1: map.x[tree], y1: -map.y[tree] };
   const lines = map.nearest[tree].map((other) => svg("line", { ...from, x2: map.x[other], y2: -map.y[other], class: "unit" }));
-  layer.replaceChildren(...lines, svg("circle", { cx: map.x[tree], cy: -map.y[tree], r: 2 * unit, class: "unit" }));
+  layer.replaceChildren(...lines, svg("circle", { cx: map.x[tree], cy: -map.y[tree], r: 4 * unit, class: "unit" }));
 }
 
 function legend(map, { order, classes }) {
@@ -106,7 +106,7 @@ function legend(map, { order, classes }) {
 function drawing(map, area, palette, tell) {
   const trees = treesOf(map, area);
   const box = bounds(map, area, trees);
-  const unit = Math.max(box.width, box.height) / 250;
+  const unit = Math.max(box.width, box.height) / 500;
   const overlay = svg("g");
   const stems = [...trees].sort((a, b) => (map.cw[b] ?? 0) - (map.cw[a] ?? 0)).map((tree) => stem(map, tree, palette.classes, unit));
   const crowns = stems.flatMap((parts) => parts.slice(0, -1));
