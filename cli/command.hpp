@@ -75,6 +75,7 @@ std::string version();
 // One function per subcommand, each in a file of its own (study.cpp, indices.cpp, ...): it adds the
 // subcommand with its options and the callback that runs it.
 void add_indices_command(CLI::App& program);
+void add_stand_command(CLI::App& program);
 void add_fit_command(CLI::App& program);
 void add_study_command(CLI::App& program);
 void add_predict_command(CLI::App& program);

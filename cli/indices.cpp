@@ -2,11 +2,13 @@
 // silvafit indices: the structural unit of every tree of an inventory.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "command.hpp"
 #include "inventory_options.hpp"
@@ -25,77 +27,186 @@ struct IndicesArguments {
   UnitArguments units{};
   std::string out{};
   std::string excluded{};
+  bool stream = false;
   CommonOptions common{};
+};
+
+struct Seconds {
+  double units = 0.0;  ///< structural units alone
+  double all = 0.0;    ///< with reading and writing
 };
 
 ordered_json number_or_null(double value) {
   return std::isnan(value) ? ordered_json(nullptr) : ordered_json(value);
 }
 
-ordered_json summary_json(const stand::UnitSummary& summary) {
-  return {{"trees", summary.trees},
-          {"core", summary.core_trees},
-          {"W", number_or_null(summary.W)},
-          {"M", number_or_null(summary.M)},
-          {"U", number_or_null(summary.U)},
-          {"C", number_or_null(summary.C)}};
+ordered_json summary_json(const stand::UnitSummary& summary,
+                          const std::vector<stand::FurtherIndex>& further) {
+  ordered_json result{{"trees", summary.trees},
+                      {"core", summary.core_trees},
+                      {"W", number_or_null(summary.W)},
+                      {"M", number_or_null(summary.M)},
+                      {"U", number_or_null(summary.U)},
+                      {"C", number_or_null(summary.C)}};
+  for (std::size_t i = 0; i < summary.further.size(); ++i) {
+    result[std::string(stand::name_of(further[i]))] = number_or_null(summary.further[i]);
+  }
+  return result;
 }
 
-ordered_json result_json(const IndicesArguments& arguments,
-                         const stand::CheckedInventory& checked,
-                         const stand::StructuralUnits& units,
-                         double seconds) {
-  ordered_json species = ordered_json::object();
-  for (const auto& summary : stand::summarize_by_species(checked.inventory, units)) {
-    species[summary.species] = summary_json(summary);
+/// What is said of an inventory in the end, gathered batch by batch.
+struct Outcome {
+  stand::UnitSummaries summaries{};
+  std::vector<std::string> notes{};
+  std::vector<stand::ExcludedRow> excluded{};
+  std::size_t excluded_trees = 0;
+  double alpha0_deg = 0.0;
+  std::vector<stand::FurtherIndex> further{};
+  Seconds seconds{};
+
+  void add_notes(const std::vector<std::string>& more);
+};
+
+/// The same note of another batch is no news.
+void Outcome::add_notes(const std::vector<std::string>& more) {
+  for (const std::string& note : more) {
+    if (std::ranges::find(notes, note) == notes.end()) notes.push_back(note);
   }
-  ordered_json notes = checked.notes;
-  for (const std::string& note : units.notes) notes.push_back(note);
+}
+
+ordered_json result_json(const IndicesArguments& arguments, const Outcome& outcome) {
+  ordered_json species = ordered_json::object();
+  for (const auto& summary : outcome.summaries.by_species()) {
+    species[summary.species] = summary_json(summary, outcome.further);
+  }
   return {{"schema", "silvafit-indices/1"},
           {"silvafit", version()},
           {"inventory", arguments.inventory.path},
-          {"excluded", checked.excluded_tree_count},
-          {"neighbors", units.neighbors},
-          {"alpha_deg", units.alpha0_deg},
+          {"excluded", outcome.excluded_trees},
+          {"neighbors", arguments.units.neighbors},
+          {"alpha_deg", outcome.alpha0_deg},
           {"edge", arguments.units.edge},
           {"buffer_m",
            arguments.units.edge == "buffer" ? ordered_json(arguments.units.buffer_m)
                                             : ordered_json(nullptr)},
           {"per", arguments.units.per},
-          {"all", summary_json(stand::summarize_all(checked.inventory, units))},
+          {"all", summary_json(outcome.summaries.all(), outcome.further)},
           {"species", std::move(species)},
-          {"notes", std::move(notes)},
-          {"seconds", seconds}};
+          {"notes", outcome.notes},
+          {"seconds", outcome.seconds.all},
+          {"seconds_units", outcome.seconds.units}};
 }
 
-void write_units(const IndicesArguments& arguments,
-                 const stand::Inventory& inventory,
-                 const stand::StructuralUnits& units) {
-  if (!arguments.out.empty()) {
-    AtomicFile file(arguments.out);
-    stand::write_structural_units(inventory, units, file.stream());
-    file.commit();
-  } else if (!arguments.common.json) {
-    stand::write_structural_units(inventory, units, std::cout);
+/// Where the table of units goes: a file, standard output or, with --json alone, nowhere.
+class UnitTable {
+ public:
+  explicit UnitTable(const IndicesArguments& arguments) {
+    if (!arguments.out.empty()) {
+      file_.emplace(arguments.out);
+      stream_ = &file_->stream();
+    } else if (!arguments.common.json) {
+      stream_ = &std::cout;
+    }
+  }
+
+  void write(const stand::Inventory& inventory, const stand::StructuralUnits& units) {
+    if (stream_ == nullptr) return;
+    stand::write_structural_units(inventory, units, *stream_, is_first_);
+    is_first_ = false;
+  }
+
+  void finish() {
+    if (file_) file_->commit();
+    if (stream_ != &std::cout) return;
     std::cout.flush();
     if (!std::cout) throw InputError("writing to standard output failed");
+  }
+
+ private:
+  std::optional<AtomicFile> file_{};
+  std::ostream* stream_ = nullptr;
+  bool is_first_ = true;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// The units of one inventory or batch, written and summed up.
+void take(const stand::CheckedInventory& checked,
+          const stand::StructuralUnitOptions& options,
+          UnitTable& table,
+          Outcome& outcome) {
+  outcome.excluded_trees += checked.excluded_tree_count;
+  outcome.excluded.insert(outcome.excluded.end(), checked.excluded.begin(), checked.excluded.end());
+  outcome.add_notes(checked.notes);
+  const auto start = std::chrono::steady_clock::now();
+  const stand::StructuralUnits units = stand::structural_units(checked.inventory, options);
+  outcome.seconds.units += seconds_since(start);
+  outcome.add_notes(units.notes);
+  outcome.alpha0_deg = units.alpha0_deg;
+  outcome.summaries.add(checked.inventory, units);
+  table.write(checked.inventory, units);
+}
+
+void take_batches(const IndicesArguments& arguments,
+                  const stand::StructuralUnitOptions& options,
+                  UnitTable& table,
+                  Outcome& outcome) {
+  if (options.scope == stand::SearchScope::kStand) {
+    throw UsageError("plots that are read one after another cannot share neighbors: use --per plot",
+                     {.column = "--stream"});
+  }
+  constexpr std::size_t kTreesOfBatch = 200000;
+  stand::InventoryBatches batches(arguments.inventory.path,
+                                  reading_options(arguments.inventory, {.needs_coordinates = true}),
+                                  kTreesOfBatch);
+  Progress progress(arguments.common);
+  std::size_t trees = 0;
+  while (const auto batch = batches.next()) {
+    take(*batch, options, table, outcome);
+    trees += batch->inventory.size();
+    progress.show(fmt::format("{} trees", trees), 0, 1);
+  }
+}
+
+void say_all(const IndicesArguments& arguments, const Outcome& outcome) {
+  constexpr std::size_t kMostNotes = 20;
+  for (std::size_t i = 0; i < std::min(kMostNotes, outcome.notes.size()); ++i) {
+    say(arguments.common, "note: " + outcome.notes[i]);
+  }
+  if (outcome.notes.size() > kMostNotes) {
+    say(arguments.common, fmt::format("note: and {} more", outcome.notes.size() - kMostNotes));
   }
 }
 
 void run(const IndicesArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const stand::StructuralUnitOptions options = unit_options(arguments.units, arguments.common);
-  const stand::CheckedInventory checked =
-      read_inventory(arguments.inventory, {.needs_coordinates = true}, arguments.common);
-  if (!arguments.excluded.empty()) stand::write_excluded(checked.excluded, arguments.excluded);
-  const stand::StructuralUnits units = stand::structural_units(checked.inventory, options);
-  for (const std::string& note : units.notes) say(arguments.common, "note: " + note);
-  write_units(arguments, checked.inventory, units);
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  if (arguments.common.json) {
-    const ordered_json result = result_json(arguments, checked, units, elapsed.count());
-    fmt::print("{}\n", result.dump(2));
+  UnitTable table(arguments);
+  Outcome outcome{.further = options.further};
+  std::ranges::sort(outcome.further);
+  const auto repeated = std::ranges::unique(outcome.further);
+  outcome.further.erase(repeated.begin(), repeated.end());
+  if (arguments.stream) {
+    take_batches(arguments, options, table, outcome);
+    say_all(arguments, outcome);
+    if (outcome.excluded_trees > 0) {
+      say(arguments.common, fmt::format("note: {} rows left out", outcome.excluded_trees));
+    }
+  } else {
+    const stand::CheckedInventory checked =
+        read_inventory(arguments.inventory, {.needs_coordinates = true}, arguments.common);
+    const std::size_t said = checked.notes.size();
+    take(checked, options, table, outcome);
+    for (std::size_t i = said; i < outcome.notes.size(); ++i) {
+      say(arguments.common, "note: " + outcome.notes[i]);
+    }
   }
+  if (!arguments.excluded.empty()) stand::write_excluded(outcome.excluded, arguments.excluded);
+  table.finish();
+  outcome.seconds.all = seconds_since(start);
+  if (arguments.common.json) fmt::print("{}\n", result_json(arguments, outcome).dump(2));
 }
 
 }  // namespace
@@ -111,6 +222,10 @@ void add_indices_command(CLI::App& program) {
   command
       .add_option("--excluded", arguments->excluded, "Where to write the rows left out, and why")
       ->type_name("FILE.csv");
+  command.add_flag("--stream",
+                   arguments->stream,
+                   "Read plot by plot, in memory that does not grow with the file; the rows of a "
+                   "plot must follow each other");
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit indices examples/fir-mixed/inventory.csv --per stand --out indices.csv");

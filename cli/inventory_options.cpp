@@ -4,7 +4,74 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <map>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+
 namespace silvafit::cli {
+namespace {
+
+double number_in(std::string_view text, const std::string& option, std::string_view what) {
+  double value = 0.0;
+  if (data::parse_number(data::trimmed(text), value)) return value;
+  throw UsageError(fmt::format("'{}' is not {}", text, what), {.column = option});
+}
+
+void set_limit_angles(const std::vector<std::string>& alpha,
+                      stand::StructuralUnitOptions& options) {
+  constexpr std::string_view kWhat = "an angle in degrees, or SPECIES=ANGLE";
+  for (const std::string& part : alpha) {
+    const std::size_t sign = part.rfind('=');
+    if (sign == std::string::npos) {
+      options.alpha0_deg = number_in(part, "--alpha", kWhat);
+    } else {
+      options.alpha0_deg_of_species.emplace_back(
+          part.substr(0, sign), number_in(part.substr(sign + 1), "--alpha", kWhat));
+    }
+  }
+}
+
+/// A circle that every plot has, in its own coordinates.
+stand::NamedWindow circle_of_every_plot(const std::string& text) {
+  constexpr std::string_view kWhat = "X,Y,RADIUS in m, such as 0,0,12.62";
+  std::vector<double> numbers;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    numbers.push_back(
+        number_in(std::string_view(text).substr(begin, end - begin), "--circle", kWhat));
+    begin = end + 1;
+  }
+  if (numbers.size() != 3) {
+    throw UsageError(fmt::format("'{}' is not {}", text, kWhat), {.column = "--circle"});
+  }
+  return {.plot = stand::kEveryPlot,
+          .window = stand::Window::circle({numbers[0], numbers[1]}, numbers[2])};
+}
+
+/// "all" are those that nothing else is needed for; CCF only with its crown widths.
+std::vector<stand::FurtherIndex> further_indices(const UnitArguments& arguments) {
+  std::vector<stand::FurtherIndex> indices;
+  for (const std::string& name : arguments.further) {
+    if (name == "all") {
+      for (const stand::FurtherIndex index : stand::all_further_indices()) {
+        const bool needs_crowns = index == stand::FurtherIndex::kCrownCompetition;
+        if (!needs_crowns || !arguments.open_grown.empty()) indices.push_back(index);
+      }
+      continue;
+    }
+    const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
+    if (!index) {
+      throw UsageError(fmt::format("'{}' is none of CO, T, Hegyi, BAL, CCF, all", name),
+                       {.column = "--further"});
+    }
+    indices.push_back(*index);
+  }
+  return indices;
+}
+
+}  // namespace
 
 void add_inventory_options(CLI::App& command, InventoryArguments& arguments) {
   command.add_option("inventory", arguments.path, "Inventory: a CSV file, one row a tree")
@@ -20,55 +87,129 @@ void add_inventory_options(CLI::App& command, InventoryArguments& arguments) {
       "--trust-units", arguments.trust_units, "Do not ask whether a column has another unit");
 }
 
-void add_unit_options(CLI::App& command, UnitArguments& arguments) {
-  command.add_option("--neighbors", arguments.neighbors, "Neighbors of a structural unit")
-      ->capture_default_str();
-  command.add_option("--alpha",
-                     arguments.alpha_deg,
-                     "Limit angle of W in degrees (default: 360 / (neighbors + 1))");
+void add_window_options(CLI::App& command, UnitArguments& arguments) {
   command
       .add_option("--edge",
                   arguments.edge,
-                  "Edge correction: trees near the boundary are neighbors only, or none")
-      ->check(CLI::IsMember({"buffer", "none"}))
+                  "Edge correction: buffer (trees near the boundary are neighbors only), hanisch "
+                  "(core trees are those with neighbors nearer than the boundary, weighted), torus "
+                  "(opposite sides are joined) or none")
+      ->check(CLI::IsMember({"buffer", "hanisch", "torus", "none"}))
       ->capture_default_str();
   command.add_option("--buffer", arguments.buffer_m, "Width of the buffer in m")
       ->capture_default_str();
+  CLI::Option* window =
+      command
+          .add_option(
+              "--window",
+              arguments.window,
+              "Area of the inventory in m: GeoJSON, WKT, or CSV with plot and wkt, or plot, "
+              "x, y and radius (default: the convex hull of the trees)")
+          ->type_name("FILE");
   command
-      .add_option("--window",
-                  arguments.window,
-                  "Area of the inventory: polygons in m (default: the rectangle around the trees)")
-      ->type_name("FILE.geojson");
+      .add_option("--circle",
+                  arguments.circle,
+                  "Every plot is this circle, in coordinates of its own, such as 0,0,12.62")
+      ->type_name("X,Y,RADIUS")
+      ->excludes(window);
   command
       .add_option("--per", arguments.per, "Search neighbors within each plot or the whole stand")
       ->check(CLI::IsMember({"plot", "stand"}))
       ->capture_default_str();
 }
 
-stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
-                                       stand::InventoryOptions options,
-                                       const CommonOptions& common) {
+void add_unit_options(CLI::App& command, UnitArguments& arguments) {
+  command.add_option("--neighbors", arguments.neighbors, "Neighbors of a structural unit")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--alpha",
+          arguments.alpha,
+          "Limit angle of W in degrees (default: 360 / (neighbors + 1)), for single species "
+          "as in 72,SM=60")
+      ->delimiter(',')
+      ->type_name("ANGLE,SPECIES=ANGLE,...");
+  add_window_options(command, arguments);
+  command.add_option("--dominance", arguments.dominance, "Size that U and T compare: dbh, h or cw")
+      ->check(CLI::IsMember({"dbh", "h", "cw"}))
+      ->capture_default_str();
+  command
+      .add_option("--crowding",
+                  arguments.crowding,
+                  "Crowns in C: mean (half of cw) or facing (radii towards each other)")
+      ->check(CLI::IsMember({"mean", "facing"}))
+      ->capture_default_str();
+  command
+      .add_option(
+          "--further",
+          arguments.further,
+          "Further indices: CO crown overlap, T size differentiation, Hegyi, BAL basal area "
+          "of larger trees, CCF crown competition factor; or all")
+      ->delimiter(',')
+      ->type_name("INDEX,...");
+  command
+      .add_option("--competition-radius",
+                  arguments.competition_radius_m,
+                  "Hegyi: competitors are the trees within this radius in m (default: the "
+                  "neighbors)")
+      ->type_name("M");
+  command
+      .add_option("--open-grown",
+                  arguments.open_grown,
+                  "CCF: crown width in m of an open-grown tree, such as \"0.9 + 0.22*dbh\"")
+      ->type_name("EXPRESSION");
+}
+
+stand::InventoryOptions reading_options(const InventoryArguments& arguments,
+                                        stand::InventoryOptions options) {
   options.columns =
       stand::parse_column_mappings(fmt::format("{}", fmt::join(arguments.columns, ",")));
   options.trust_units = arguments.trust_units;
-  stand::CheckedInventory checked = stand::read_inventory(arguments.path, options);
+  return options;
+}
+
+stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
+                                       stand::InventoryOptions options,
+                                       const CommonOptions& common) {
+  stand::CheckedInventory checked =
+      stand::read_inventory(arguments.path, reading_options(arguments, std::move(options)));
   for (const std::string& note : checked.notes) say(common, "note: " + note);
   const std::string excluded = stand::describe_excluded(checked);
   if (!excluded.empty()) say(common, "note: " + excluded);
   return checked;
 }
 
+std::vector<stand::NamedWindow> given_windows(const UnitArguments& arguments) {
+  if (!arguments.circle.empty()) return {circle_of_every_plot(arguments.circle)};
+  if (!arguments.window.empty()) return stand::read_windows(arguments.window);
+  return {};
+}
+
 stand::StructuralUnitOptions unit_options(const UnitArguments& arguments,
                                           const CommonOptions& common) {
+  static const std::map<std::string, stand::EdgeCorrection> kEdges{
+      {"buffer", stand::EdgeCorrection::kBuffer},
+      {"hanisch", stand::EdgeCorrection::kHanisch},
+      {"torus", stand::EdgeCorrection::kTorus},
+      {"none", stand::EdgeCorrection::kNone}};
+  static const std::map<std::string, stand::SizeMeasure> kSizes{
+      {"dbh", stand::SizeMeasure::kDbh},
+      {"h", stand::SizeMeasure::kHeight},
+      {"cw", stand::SizeMeasure::kCrownWidth}};
   stand::StructuralUnitOptions options{
       .neighbors = arguments.neighbors,
-      .alpha0_deg = arguments.alpha_deg,
-      .edge =
-          arguments.edge == "none" ? stand::EdgeCorrection::kNone : stand::EdgeCorrection::kBuffer,
+      .edge = kEdges.at(arguments.edge),
       .buffer_m = arguments.buffer_m,
       .scope = arguments.per == "stand" ? stand::SearchScope::kStand : stand::SearchScope::kPlot,
+      .windows = given_windows(arguments),
+      .size = kSizes.at(arguments.dominance),
+      .reach = arguments.crowding == "facing" ? stand::CrownReach::kFacingRadii
+                                              : stand::CrownReach::kMeanWidth,
+      .further = further_indices(arguments),
+      .competition_radius_m = arguments.competition_radius_m,
+      .open_grown_crown = arguments.open_grown,
       .threads = common.threads};
-  if (!arguments.window.empty()) options.windows = stand::read_windows(arguments.window);
+  set_limit_angles(arguments.alpha, options);
   return options;
 }
 

@@ -22,24 +22,41 @@ struct InventoryArguments {
 /// How structural units are made.
 struct UnitArguments {
   std::size_t neighbors = 4;
-  std::optional<double> alpha_deg{};
+  std::vector<std::string> alpha{};  ///< "72" or "SM=60"
   std::string edge = "buffer";
   double buffer_m = 5.0;
   std::string window{};
+  std::string circle{};  ///< "x,y,radius" of every plot
   std::string per = "plot";
+  std::string dominance = "dbh";
+  std::string crowding = "mean";
+  std::vector<std::string> further{};  ///< names, or "all"
+  double competition_radius_m = 0.0;
+  std::string open_grown{};
 };
 
 /// Adds INVENTORY.csv, --columns and --trust-units.
 void add_inventory_options(CLI::App& command, InventoryArguments& arguments);
 
-/// Adds --neighbors, --alpha, --edge, --buffer, --window and --per.
+/// Adds --edge, --buffer, --window, --circle and --per.
+void add_window_options(CLI::App& command, UnitArguments& arguments);
+
+/// Adds those of add_window_options, and --neighbors, --alpha, --dominance, --crowding, --further,
+/// --competition-radius and --open-grown.
 void add_unit_options(CLI::App& command, UnitArguments& arguments);
+
+/// What the command needs of an inventory, with --columns and --trust-units filled in.
+stand::InventoryOptions reading_options(const InventoryArguments& arguments,
+                                        stand::InventoryOptions options);
 
 /// Reads the inventory; notes and rows left out are said on stderr.
 /// \param options  what the command needs; --columns and --trust-units are filled in here
 stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
                                        stand::InventoryOptions options,
                                        const CommonOptions& common);
+
+/// The windows that were given, from their file or as a circle.
+std::vector<stand::NamedWindow> given_windows(const UnitArguments& arguments);
 
 /// The options of structural_units, with the windows read from their file.
 stand::StructuralUnitOptions unit_options(const UnitArguments& arguments,

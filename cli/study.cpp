@@ -14,6 +14,8 @@
 
 #include "command.hpp"
 #include "inventory_options.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
 
 namespace silvafit::cli {
@@ -35,7 +37,7 @@ std::vector<std::pair<std::string, std::string>> decisions_of(const Arguments& a
   if (record.units) {
     const std::string window =
         arguments.units.window.empty()
-            ? fmt::format("bounding rectangle of {}",
+            ? fmt::format("convex hull of {}",
                           arguments.units.per == "stand" ? "the stand" : "each plot")
             : std::filesystem::path(arguments.units.window).filename().string();
     decisions.emplace_back("Window", window);
@@ -134,15 +136,47 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
   fmt::print("{}\n", summary.dump(2));
 }
 
+/// Covariates that the inventory itself must have.
+std::vector<std::string> other_covariates(const Arguments& arguments) {
+  constexpr std::size_t kMostCovariates = 8;
+  if (arguments.study.covariates.size() > kMostCovariates) {
+    throw UsageError(fmt::format("{} covariates have too many subsets; {} are the most",
+                                 arguments.study.covariates.size(),
+                                 kMostCovariates),
+                     {.column = "--covariates"});
+  }
+  std::vector<std::string> names;
+  for (const std::string& name : arguments.study.covariates) {
+    if (!study::is_structure_name(name)) names.push_back(name);
+  }
+  return names;
+}
+
+/// The further indices among the covariates, and those asked for besides.
+stand::StructuralUnitOptions options_of_units(const Arguments& arguments) {
+  stand::StructuralUnitOptions options = unit_options(arguments.units, arguments.common);
+  for (const std::string& name : arguments.study.covariates) {
+    if (const auto further = stand::further_index_named(name)) options.further.push_back(*further);
+  }
+  return options;
+}
+
 study::StudyRecord make_record(const Arguments& arguments) {
   study::StudyRecord record{.version = version(), .command = command_line()};
-  record.inventory = read_inventory(arguments.inventory, {}, arguments.common);
-  if (record.inventory.inventory.has_coordinates()) {
-    record.units = stand::structural_units(record.inventory.inventory,
-                                           unit_options(arguments.units, arguments.common));
+  record.inventory =
+      read_inventory(arguments.inventory, {.keep = other_covariates(arguments)}, arguments.common);
+  const bool has_positions = record.inventory.inventory.has_coordinates();
+  const stand::StructuralUnitOptions options = options_of_units(arguments);
+  if (has_positions) {
+    record.units = stand::structural_units(record.inventory.inventory, options);
     for (const std::string& note : record.units->notes) say(arguments.common, "note: " + note);
   }
   record.table = study::inventory_table(record.inventory.inventory, record.units);
+  if (has_positions) {
+    const auto notes = study::add_structure_columns(
+        study::structure_names_in(arguments.study.covariates, record.table), record.table, options);
+    for (const std::string& note : notes) say(arguments.common, "note: " + note);
+  }
   return record;
 }
 
@@ -196,6 +230,13 @@ void add_study_command(CLI::App& program) {
                    "Species to study (default: all with enough trees)")
       ->delimiter(',');
   command->add_option("--responses", arguments->study.responses, "Responses to model")
+      ->delimiter(',')
+      ->capture_default_str();
+  command
+      ->add_option("--covariates",
+                   arguments->study.covariates,
+                   "Covariates of level 2: W, M, U, C, CO, T, Hegyi, BAL, CCF, stems_per_ha, "
+                   "basal_area_per_ha, quadratic_mean_dbh, dominant_height, or columns of the file")
       ->delimiter(',')
       ->capture_default_str();
   command

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 #include <utility>
 
 #include "inventory_checks.hpp"
@@ -35,15 +36,23 @@ struct Row {
 
 class Reader {
  public:
-  Reader(const std::filesystem::path& path, const InventoryOptions& options)
-      : csv_(path), options_(options), plan_(plan_columns(csv_.header(), options, path.string())) {
+  Reader(const std::filesystem::path& path, InventoryOptions options)
+      : csv_(path),
+        options_(std::move(options)),
+        plan_(plan_columns(csv_.header(), options_, path.string())) {
     result_.inventory.file = path.string();
     result_.notes = plan_.notes;
   }
 
   CheckedInventory read();
+  std::optional<CheckedInventory> read_batch(std::size_t trees);
+  bool wants_other_columns() const { return !plan_.others.empty(); }
 
  private:
+  bool fill_batch(std::size_t trees);
+  bool is_new_plot(const Row& row) const;
+  void finish_plots();
+  void check_not_finished(const Row& row) const;
   bool read_block();
   void read_row(const std::vector<std::string_view>& fields, Row& row, std::size_t position);
   double number_in(std::string_view field, const std::string& column, Row& row) const;
@@ -61,11 +70,14 @@ class Reader {
   [[noreturn]] void refuse_empty() const;
 
   data::CsvReader csv_;
-  const InventoryOptions& options_;
+  InventoryOptions options_;
   ColumnPlan plan_;
   CheckedInventory result_{};
   std::vector<Row> block_ = std::vector<Row>(kBlockRows);
   std::size_t block_size_ = 0;
+  std::size_t next_in_block_ = 0;               ///< first row of the block not yet taken
+  std::unordered_set<std::string> finished_{};  ///< plots of earlier batches
+  bool is_first_batch_ = true;
   std::vector<std::vector<double>> expression_numbers_{};
   std::vector<data::TextColumn> expression_texts_{};
   std::size_t row_count_ = 0;
@@ -363,6 +375,56 @@ void Reader::refuse_empty() const {
   throw InputError("no row can be used: " + describe_excluded(result_), {.file = file});
 }
 
+/// Whether a row begins another plot than the last tree's.
+bool Reader::is_new_plot(const Row& row) const {
+  const data::TextColumn& plots = result_.inventory.plot;
+  return plan_.labels[kPlot].exists() && plots[plots.size() - 1] != row.labels[kPlot];
+}
+
+/// Takes rows until the batch is full and its last plot whole; false at the end of the file.
+bool Reader::fill_batch(std::size_t trees) {
+  for (;;) {
+    for (; next_in_block_ < block_size_; ++next_in_block_) {
+      Row& row = block_[next_in_block_];
+      if (result_.inventory.size() >= trees && is_new_plot(row)) return true;
+      check_not_finished(row);
+      accept_or_exclude(row);
+    }
+    if (!read_block()) return false;
+    next_in_block_ = 0;
+  }
+}
+
+void Reader::check_not_finished(const Row& row) const {
+  if (finished_.empty() || !finished_.contains(row.labels[kPlot])) return;
+  throw InputError("the plot comes again after others; to read plot by plot, sort the file by plot",
+                   {.file = result_.inventory.file, .line = row.line, .plot = row.labels[kPlot]});
+}
+
+void Reader::finish_plots() {
+  for (const std::string& plot : result_.inventory.plot.levels()) finished_.insert(plot);
+}
+
+std::optional<CheckedInventory> Reader::read_batch(std::size_t trees) {
+  fill_batch(trees);
+  const bool is_empty = result_.inventory.size() == 0;
+  if (is_empty && is_first_batch_) refuse_empty();
+  if (is_empty && result_.excluded.empty()) return std::nullopt;
+  finish_plots();
+  resolve_repeated_trees();
+  if (is_first_batch_ && !options_.trust_units) {
+    check_units(result_.inventory, plan_, crown_base_above_top_);
+  }
+  add_notes();
+  CheckedInventory batch = std::move(result_);
+  result_ = {};
+  result_.inventory.file = batch.inventory.file;
+  kept_rows_.clear();
+  has_cw_from_radii_ = false;
+  is_first_batch_ = false;
+  return batch;
+}
+
 CheckedInventory Reader::read() {
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
@@ -380,6 +442,29 @@ CheckedInventory Reader::read() {
 CheckedInventory read_inventory(const std::filesystem::path& path,
                                 const InventoryOptions& options) {
   return Reader(path, options).read();
+}
+
+struct InventoryBatches::State {
+  Reader reader;
+  std::size_t trees;
+};
+
+InventoryBatches::InventoryBatches(const std::filesystem::path& path,
+                                   const InventoryOptions& options,
+                                   std::size_t trees)
+    : state_(std::make_unique<State>(State{Reader(path, options), trees})) {
+  if (state_->reader.wants_other_columns()) {
+    throw UsageError("columns beyond the inventory's own cannot be read plot by plot",
+                     {.file = path.string()});
+  }
+}
+
+InventoryBatches::~InventoryBatches() = default;
+InventoryBatches::InventoryBatches(InventoryBatches&&) noexcept = default;
+InventoryBatches& InventoryBatches::operator=(InventoryBatches&&) noexcept = default;
+
+std::optional<CheckedInventory> InventoryBatches::next() {
+  return state_->reader.read_batch(state_->trees);
 }
 
 }  // namespace silvafit::stand

@@ -28,69 +28,152 @@ struct Cloud {
 using KdTree = nanoflann::
     KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 2, std::uint32_t>;
 
-/// Puts a zero between the bits of a 16-bit number.
-std::uint32_t spread_bits(std::uint32_t bits) {
-  bits = (bits | (bits << 8)) & 0x00ff00ffU;
-  bits = (bits | (bits << 4)) & 0x0f0f0f0fU;
-  bits = (bits | (bits << 2)) & 0x33333333U;
-  return (bits | (bits << 1)) & 0x55555555U;
+/// Any two points of a cell are nearer than trees that tie.
+constexpr double kCellMeters = 5e-8;
+/// More than the diagonal of a cell.
+constexpr double kSiteSlackMeters = 1e-7;
+constexpr std::size_t kLeafSize = 12;
+
+/// Puts a zero between the bits of a 32-bit number.
+std::uint64_t spread_bits(std::uint64_t bits) {
+  bits = (bits | (bits << 16)) & 0x0000ffff0000ffffU;
+  bits = (bits | (bits << 8)) & 0x00ff00ff00ff00ffU;
+  bits = (bits | (bits << 4)) & 0x0f0f0f0f0f0f0f0fU;
+  bits = (bits | (bits << 2)) & 0x3333333333333333U;
+  return (bits | (bits << 1)) & 0x5555555555555555U;
+}
+
+struct Keyed {
+  std::uint64_t key = 0;
+  std::uint32_t tree = 0;
+};
+
+Point lowest(std::span<const std::uint32_t> trees, std::span<const Point> positions) {
+  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  for (const std::uint32_t tree : trees) {
+    low = {std::min(low.x, positions[tree].x), std::min(low.y, positions[tree].y)};
+  }
+  return low;
 }
 
 /// Orders trees along a Z-shaped curve through space (Morton 1966), so that consecutive searches
-/// touch the same memory: a million trees take half the time.
-void order_in_space(std::vector<std::uint32_t>& trees, std::span<const Point> positions) {
-  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  Point high{-low.x, -low.y};
+/// touch the same memory: a million trees take half the time. Trees at one place are neighbors in
+/// the order.
+std::vector<Keyed> ordered_in_space(std::span<const std::uint32_t> trees,
+                                    std::span<const Point> positions,
+                                    Point low) {
+  double extent = 1e-300;
   for (const std::uint32_t tree : trees) {
-    low = {std::min(low.x, positions[tree].x), std::min(low.y, positions[tree].y)};
-    high = {std::max(high.x, positions[tree].x), std::max(high.y, positions[tree].y)};
+    extent = std::max({extent, positions[tree].x - low.x, positions[tree].y - low.y});
   }
-  const double extent = std::max({high.x - low.x, high.y - low.y, 1e-300});
   const auto cell = [extent](double offset) {
-    return spread_bits(static_cast<std::uint32_t>(65535.0 * (offset / extent)));
+    return spread_bits(static_cast<std::uint64_t>(4294967295.0 * (offset / extent)));
   };
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> keyed;
+  std::vector<Keyed> keyed;
   keyed.reserve(trees.size());
   for (const std::uint32_t tree : trees) {
     const Point& point = positions[tree];
-    keyed.emplace_back(cell(point.x - low.x) | (cell(point.y - low.y) << 1), tree);
+    keyed.push_back({cell(point.x - low.x) | (cell(point.y - low.y) << 1), tree});
   }
-  std::ranges::sort(keyed);
-  std::ranges::transform(keyed, trees.begin(), [](const auto& entry) { return entry.second; });
+  std::ranges::sort(keyed, [](const Keyed& left, const Keyed& right) {
+    return left.key != right.key ? left.key < right.key : left.tree < right.tree;
+  });
+  return keyed;
 }
 
-/// Puts runs of equal distances into their order.
-void order_ties(std::vector<Neighbor>& found, const NeighborSearch::Before& before) {
-  for (auto first = found.begin(); first != found.end();) {
-    auto last = first + 1;
-    while (last != found.end() &&
-           last->distance_m - (last - 1)->distance_m <= kSameDistanceMeters) {
-      ++last;
-    }
-    if (last - first > 1) {
-      std::sort(first, last, [&before](const Neighbor& a, const Neighbor& b) {
-        return before(a.tree, b.tree);
-      });
-    }
-    first = last;
-  }
+std::pair<std::int64_t, std::int64_t> cell_of(Point point, Point low) {
+  return {static_cast<std::int64_t>(std::floor((point.x - low.x) / kCellMeters)),
+          static_cast<std::int64_t>(std::floor((point.y - low.y) / kCellMeters))};
+}
+
+/// Distance from a point to the rectangle around the torus, 0 inside.
+double distance_to(const Torus& torus, Point point) {
+  const double east = std::max({torus.low.x - point.x, 0.0, point.x - torus.high.x});
+  const double north = std::max({torus.low.y - point.y, 0.0, point.y - torus.high.y});
+  return std::sqrt(east * east + north * north);
 }
 
 }  // namespace
 
 struct NeighborSearch::Index {
+  Before before{};
+  std::optional<Torus> torus{};
   std::vector<std::uint32_t> trees{};
-  Cloud cloud{};
+  std::vector<Point> positions{};      ///< of trees; none if every site has one tree
+  std::vector<std::uint32_t> sites{};  ///< first tree of each site, and the end
+  Cloud cloud{};                       ///< a point for each site
   std::unique_ptr<KdTree> tree{};
+
+  void add_run(std::span<const Keyed> run, std::span<const Point> all, Point low);
+  void take(std::uint32_t site, std::size_t most, Point from, std::vector<Neighbor>& found) const;
+  double collect(std::size_t wanted,
+                 std::size_t most_of_site,
+                 Point from,
+                 std::vector<Neighbor>& found,
+                 Scratch& scratch) const;
+  double collect_images(std::size_t wanted,
+                        std::size_t most_of_site,
+                        Point from,
+                        std::vector<Neighbor>& found,
+                        Scratch& scratch) const;
+  std::array<Point, 9> images(Point from) const;
+  std::size_t site_size(std::uint32_t site) const { return sites[site + 1] - sites[site]; }
+  void order(std::vector<Neighbor>& found) const;
+  void leave_out(std::uint32_t tree, std::vector<Neighbor>& found) const;
+  void keep_nearest_image(std::vector<Neighbor>& found) const;
 };
 
-NeighborSearch::NeighborSearch(std::vector<std::uint32_t> trees, std::span<const Point> positions)
+/// Trees whose keys are equal: mostly one, else those of one place or of few.
+void NeighborSearch::Index::add_run(std::span<const Keyed> run,
+                                    std::span<const Point> all,
+                                    Point low) {
+  const auto begin_site = [this](Point point) {
+    sites.push_back(static_cast<std::uint32_t>(trees.size()));
+    cloud.points.push_back(point);
+  };
+  if (run.size() == 1) {
+    begin_site(all[run[0].tree]);
+    trees.push_back(run[0].tree);
+    return;
+  }
+  std::vector<std::pair<std::pair<std::int64_t, std::int64_t>, std::uint32_t>> cells;
+  for (const Keyed& entry : run) cells.emplace_back(cell_of(all[entry.tree], low), entry.tree);
+  std::ranges::sort(cells, [this](const auto& left, const auto& right) {
+    if (left.first != right.first) return left.first < right.first;
+    return left.second != right.second && before(left.second, right.second);
+  });
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i == 0 || cells[i].first != cells[i - 1].first) begin_site(all[cells[i].second]);
+    trees.push_back(cells[i].second);
+  }
+}
+
+NeighborSearch::NeighborSearch(std::vector<std::uint32_t> trees,
+                               std::span<const Point> positions,
+                               Before before,
+                               std::optional<Torus> torus)
     : index_(std::make_unique<Index>()) {
-  order_in_space(trees, positions);
-  index_->cloud.points.reserve(trees.size());
-  for (const std::uint32_t tree : trees) index_->cloud.points.push_back(positions[tree]);
-  index_->trees = std::move(trees);
-  index_->tree = std::make_unique<KdTree>(2, index_->cloud);
+  Index& index = *index_;
+  index.before = std::move(before);
+  index.torus = torus;
+  const Point low = lowest(trees, positions);
+  const std::vector<Keyed> keyed = ordered_in_space(trees, positions, low);
+  trees = {};
+  index.trees.reserve(keyed.size());
+  index.sites.reserve(keyed.size() + 1);
+  index.cloud.points.reserve(keyed.size());
+  for (std::size_t begin = 0; begin < keyed.size();) {
+    std::size_t end = begin + 1;
+    while (end < keyed.size() && keyed[end].key == keyed[begin].key) ++end;
+    index.add_run(std::span(keyed).subspan(begin, end - begin), positions, low);
+    begin = end;
+  }
+  index.sites.push_back(static_cast<std::uint32_t>(index.trees.size()));
+  if (index.cloud.points.size() < index.trees.size()) {
+    for (const std::uint32_t tree : index.trees) index.positions.push_back(positions[tree]);
+  }
+  index.tree = std::make_unique<KdTree>(
+      2, index.cloud, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
 }
 
 NeighborSearch::~NeighborSearch() = default;
@@ -99,33 +182,160 @@ NeighborSearch& NeighborSearch::operator=(NeighborSearch&&) noexcept = default;
 
 const std::vector<std::uint32_t>& NeighborSearch::trees() const { return index_->trees; }
 
+/// Adds the first trees of a site.
+void NeighborSearch::Index::take(std::uint32_t site,
+                                 std::size_t most,
+                                 Point from,
+                                 std::vector<Neighbor>& found) const {
+  const std::size_t first = sites[site];
+  const std::size_t end = first + std::min(site_size(site), most);
+  for (std::size_t i = first; i < end; ++i) {
+    const Point point = positions.empty() ? cloud.points[site] : positions[i];
+    const double east = point.x - from.x;
+    const double north = point.y - from.y;
+    found.push_back({trees[i], std::sqrt(east * east + north * north), east, north});
+  }
+}
+
+/// Adds the trees of the nearest sites; returns the distance within which no site was passed over.
+double NeighborSearch::Index::collect(std::size_t wanted,
+                                      std::size_t most_of_site,
+                                      Point from,
+                                      std::vector<Neighbor>& found,
+                                      Scratch& scratch) const {
+  scratch.sites.resize(wanted);
+  scratch.squares.resize(wanted);
+  const std::array<double, 2> query{from.x, from.y};
+  const std::size_t got =
+      tree->knnSearch(query.data(), wanted, scratch.sites.data(), scratch.squares.data());
+  for (std::size_t i = 0; i < got; ++i) take(scratch.sites[i], most_of_site, from, found);
+  return got < wanted ? std::numeric_limits<double>::infinity() : std::sqrt(scratch.squares.back());
+}
+
+/// The position itself and its eight images around the torus.
+std::array<Point, 9> NeighborSearch::Index::images(Point from) const {
+  const double width = torus->high.x - torus->low.x;
+  const double height = torus->high.y - torus->low.y;
+  std::array<Point, 9> all{from};
+  std::size_t next = 1;
+  for (const double east : {-1.0, 0.0, 1.0}) {
+    for (const double north : {-1.0, 0.0, 1.0}) {
+      if (east == 0.0 && north == 0.0) continue;
+      all[next++] = {from.x + east * width, from.y + north * height};
+    }
+  }
+  return all;
+}
+
+/// As collect, for a torus: images that are too far away to matter are passed over.
+double NeighborSearch::Index::collect_images(std::size_t wanted,
+                                             std::size_t most_of_site,
+                                             Point from,
+                                             std::vector<Neighbor>& found,
+                                             Scratch& scratch) const {
+  double seen_m = std::numeric_limits<double>::infinity();
+  for (const Point& image : images(from)) {
+    if (distance_to(*torus, image) > seen_m) continue;
+    seen_m = std::min(seen_m, collect(wanted, most_of_site, image, found, scratch));
+  }
+  keep_nearest_image(found);
+  return seen_m;
+}
+
+/// Of each tree the image that is nearest; of two, the one that lies more to the east and north.
+void NeighborSearch::Index::keep_nearest_image(std::vector<Neighbor>& found) const {
+  std::ranges::sort(found, [](const Neighbor& left, const Neighbor& right) {
+    if (left.tree != right.tree) return left.tree < right.tree;
+    if (std::abs(left.distance_m - right.distance_m) > kSameDistanceMeters) {
+      return left.distance_m < right.distance_m;
+    }
+    return std::pair(left.east_m, left.north_m) > std::pair(right.east_m, right.north_m);
+  });
+  const auto rest = std::ranges::unique(found, {}, &Neighbor::tree);
+  found.erase(rest.begin(), rest.end());
+}
+
+/// By distance, and runs that tie with their first tree in the order of the trees.
+void NeighborSearch::Index::order(std::vector<Neighbor>& found) const {
+  std::ranges::sort(found, [](const Neighbor& left, const Neighbor& right) {
+    return left.distance_m != right.distance_m ? left.distance_m < right.distance_m
+                                               : left.tree < right.tree;
+  });
+  for (auto first = found.begin(); first != found.end();) {
+    auto last = first + 1;
+    while (last != found.end() && last->distance_m - first->distance_m <= kSameDistanceMeters) {
+      ++last;
+    }
+    if (last - first > 1) {
+      std::sort(first, last, [this](const Neighbor& a, const Neighbor& b) {
+        return a.tree != b.tree && before(a.tree, b.tree);
+      });
+    }
+    first = last;
+  }
+}
+
+void NeighborSearch::Index::leave_out(std::uint32_t tree_itself,
+                                      std::vector<Neighbor>& found) const {
+  const auto itself = std::ranges::find(found, tree_itself, &Neighbor::tree);
+  if (itself != found.end()) found.erase(itself);
+}
+
 void NeighborSearch::nearest(std::size_t position,
                              std::size_t count,
-                             const Before& before,
-                             std::vector<Neighbor>& found) const {
-  const std::vector<Point>& points = index_->cloud.points;
-  const std::array<double, 2> query{points[position].x, points[position].y};
-  std::vector<std::uint32_t> indices;
-  std::vector<double> squares;
+                             std::vector<Neighbor>& found,
+                             Scratch& scratch) const {
+  const Index& index = *index_;
+  const std::uint32_t tree = index.trees[position];
+  const Point from =
+      index.positions.empty() ? index.cloud.points[position] : index.positions[position];
+  const std::size_t most_of_site = count + 1;
   // One for the tree itself, one to see whether the last neighbor is tied with the next.
   for (std::size_t wanted = count + 2;; wanted *= 2) {
-    indices.resize(wanted);
-    squares.resize(wanted);
-    const std::size_t got =
-        index_->tree->knnSearch(query.data(), wanted, indices.data(), squares.data());
     found.clear();
-    for (std::size_t i = 0; i < got; ++i) {
-      if (indices[i] == position) continue;
-      found.push_back({index_->trees[indices[i]], std::sqrt(squares[i])});
-    }
-    const bool is_all = got < wanted;
-    const bool is_decided =
-        found.size() > count &&
-        found.back().distance_m - found[count - 1].distance_m > kSameDistanceMeters;
+    const double seen_m = index.torus
+                              ? index.collect_images(wanted, most_of_site, from, found, scratch)
+                              : index.collect(wanted, most_of_site, from, found, scratch);
+    index.leave_out(tree, found);
+    index.order(found);
+    const bool is_all = std::isinf(seen_m);
+    const bool is_decided = found.size() >= count && seen_m - found[count - 1].distance_m >
+                                                         kSameDistanceMeters + kSiteSlackMeters;
     if (is_all || is_decided) break;
   }
-  order_ties(found, before);
   if (found.size() > count) found.resize(count);
+}
+
+void NeighborSearch::within(std::size_t position,
+                            double radius_m,
+                            std::vector<Neighbor>& found) const {
+  const Index& index = *index_;
+  const Point from =
+      index.positions.empty() ? index.cloud.points[position] : index.positions[position];
+  found.clear();
+  const double reach_m = radius_m + kSiteSlackMeters;
+  std::vector<std::pair<std::uint32_t, double>> sites;
+  const auto search = [&](Point center) {
+    const std::array<double, 2> query{center.x, center.y};
+    index.tree->radiusSearch(
+        query.data(), reach_m * reach_m, sites, nanoflann::SearchParams(32, 0.0F, false));
+    for (const auto& site : sites) {
+      index.take(site.first, std::numeric_limits<std::size_t>::max(), center, found);
+    }
+  };
+  if (!index.torus) {
+    search(from);
+  } else {
+    for (const Point& image : index.images(from)) {
+      if (distance_to(*index.torus, image) <= reach_m) search(image);
+    }
+    index.keep_nearest_image(found);
+  }
+  index.leave_out(index.trees[position], found);
+  std::erase_if(found, [radius_m](const Neighbor& neighbor) {
+    return neighbor.distance_m > radius_m + kSameDistanceMeters;
+  });
+  index.order(found);
 }
 
 }  // namespace silvafit::stand

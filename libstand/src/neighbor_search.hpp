@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,21 +17,41 @@ namespace silvafit::stand {
 struct Neighbor {
   std::uint32_t tree = 0;
   double distance_m = 0.0;
+  double east_m = 0.0;  ///< from the tree to the neighbor; on a torus to its nearest image
+  double north_m = 0.0;
 };
 
 /// Distances that differ by less are ties: positions are known to a centimetre at best, and
 /// arithmetic with coordinates of millions of metres errs by some 1e-9 m.
 inline constexpr double kSameDistanceMeters = 1e-7;
 
+/// A rectangle whose opposite sides are joined.
+struct Torus {
+  Point low{};
+  Point high{};
+};
+
 /// Trees that may be each other's neighbors.
+///
+/// Trees at one place (in one cell of 5e-8 m) are kept as one site, in their order: a search takes
+/// no more of them than it needs, so that a million stems at one place are no trouble.
 class NeighborSearch {
  public:
   /// Order of trees at the same distance.
   using Before = std::function<bool(std::uint32_t, std::uint32_t)>;
+  /// Memory that searches use again; one per thread.
+  struct Scratch {
+    std::vector<std::uint32_t> sites{};
+    std::vector<double> squares{};
+  };
 
   /// \param trees      rows of the trees among which neighbors are searched
   /// \param positions  of all rows
-  NeighborSearch(std::vector<std::uint32_t> trees, std::span<const Point> positions);
+  /// \param torus      trees must stand inside; a neighbor counts once, where it is nearest
+  NeighborSearch(std::vector<std::uint32_t> trees,
+                 std::span<const Point> positions,
+                 Before before,
+                 std::optional<Torus> torus = std::nullopt);
   ~NeighborSearch();
   NeighborSearch(NeighborSearch&&) noexcept;
   NeighborSearch& operator=(NeighborSearch&&) noexcept;
@@ -38,12 +59,16 @@ class NeighborSearch {
   /// The trees, ordered such that those near each other in space are near in the list.
   const std::vector<std::uint32_t>& trees() const;
 
-  /// The nearest neighbors of the tree at a position of trees(), nearest first, ties in the order
-  /// of `before`; fewer than `count` if there are no more. Thread safe.
+  /// The nearest neighbors of the tree at a position of trees(), nearest first, trees that tie with
+  /// the first of them in their order; fewer than `count` if there are no more. Thread safe.
   void nearest(std::size_t position,
                std::size_t count,
-               const Before& before,
-               std::vector<Neighbor>& found) const;
+               std::vector<Neighbor>& found,
+               Scratch& scratch) const;
+
+  /// All trees not farther than a radius, in the order of `nearest`; on a torus the radius must be
+  /// at most half of its shorter side.
+  void within(std::size_t position, double radius_m, std::vector<Neighbor>& found) const;
 
  private:
   struct Index;

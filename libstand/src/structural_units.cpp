@@ -2,6 +2,7 @@
 #include "silvafit/stand/structural_units.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,39 +11,77 @@
 #include <numbers>
 #include <span>
 
+#include "density_indices.hpp"
+#include "edge.hpp"
 #include "neighbor_search.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/table.hpp"
-#include "stand_window.hpp"
+#include "unit_indices.hpp"
 
 namespace silvafit::stand {
 namespace {
 
 constexpr std::size_t kMostNeighbors = 64;
 constexpr std::size_t kTreesPerTask = 1024;
-constexpr double kPi = std::numbers::pi;
-// Equality is met in spite of rounding: at the limit angle a pair does not count (strictly
-// smaller), at the touching distance crowns do not overlap (strictly larger).
-constexpr double kSameAngleRadians = 1e-11;
-constexpr double kSameLengthMeters = 1e-9;
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+constexpr std::array kAllFurther{FurtherIndex::kCrownOverlap,
+                                 FurtherIndex::kDifferentiation,
+                                 FurtherIndex::kHegyi,
+                                 FurtherIndex::kBasalAreaLarger,
+                                 FurtherIndex::kCrownCompetition};
+
+bool is_angle(double degrees) { return degrees > 0.0 && degrees <= 180.0; }
+
+void check_angles(const Inventory& inventory, const StructuralUnitOptions& options) {
+  const auto refuse = [](double degrees) {
+    throw UsageError(fmt::format("{} degrees is not above 0 and up to 180", degrees),
+                     {.column = "--alpha"});
+  };
+  if (options.alpha0_deg && !is_angle(*options.alpha0_deg)) refuse(*options.alpha0_deg);
+  for (const auto& [species, degrees] : options.alpha0_deg_of_species) {
+    if (!is_angle(degrees)) refuse(degrees);
+    if (inventory.species.code_of(species) != data::TextColumn::kMissingCode) continue;
+    throw UsageError(fmt::format("there is no species '{}'; the species are {}",
+                                 species,
+                                 fmt::join(inventory.species.levels(), ", ")),
+                     {.file = inventory.file, .column = "--alpha"});
+  }
+}
+
+void check_measures(const Inventory& inventory, const StructuralUnitOptions& options) {
+  if (sizes_of(inventory, options.size).empty()) {
+    throw UsageError(fmt::format("trees are to be compared by {}, but there is no such column",
+                                 options.size == SizeMeasure::kHeight ? "h" : "cw"),
+                     {.file = inventory.file, .column = "--dominance"});
+  }
+  const bool has_radii = !inventory.cr_e_m.empty() && !inventory.cr_w_m.empty() &&
+                         !inventory.cr_s_m.empty() && !inventory.cr_n_m.empty();
+  if (options.reach == CrownReach::kFacingRadii && !has_radii) {
+    throw UsageError("facing radii need the columns cr_e, cr_w, cr_s and cr_n",
+                     {.file = inventory.file, .column = "--crowding"});
+  }
+}
 
 void check(const Inventory& inventory, const StructuralUnitOptions& options) {
   if (options.neighbors < 1 || options.neighbors > kMostNeighbors) {
     throw UsageError(fmt::format("{} is not between 1 and {}", options.neighbors, kMostNeighbors),
                      {.column = "--neighbors"});
   }
-  if (options.alpha0_deg && !(*options.alpha0_deg > 0.0 && *options.alpha0_deg <= 180.0)) {
-    throw UsageError(fmt::format("{} degrees is not above 0 and up to 180", *options.alpha0_deg),
-                     {.column = "--alpha"});
-  }
+  check_angles(inventory, options);
   if (!(options.buffer_m >= 0.0) || std::isinf(options.buffer_m)) {
     throw UsageError(fmt::format("{} m is not 0 or more", options.buffer_m),
                      {.column = "--buffer"});
   }
+  if (!(options.competition_radius_m >= 0.0) || std::isinf(options.competition_radius_m)) {
+    throw UsageError(fmt::format("{} m is not 0 or more", options.competition_radius_m),
+                     {.column = "--competition-radius"});
+  }
   if (!inventory.has_coordinates()) {
     throw UsageError("structural units need the columns x and y", {.file = inventory.file});
   }
+  check_measures(inventory, options);
 }
 
 /// A label as an integer, if it is one.
@@ -63,75 +102,8 @@ int compare_labels(std::string_view left, std::string_view right) {
   return left.compare(right);
 }
 
-/// The indices of one tree from its neighbors.
-class Unit {
- public:
-  Unit(const Inventory& inventory, std::span<const Point> positions, std::size_t tree)
-      : inventory_(inventory), positions_(positions), tree_(tree) {}
-
-  double uniform_angle(std::span<const Neighbor> neighbors, double alpha0_rad) const;
-  double mingling(std::span<const Neighbor> neighbors) const;
-  double dominance(std::span<const Neighbor> neighbors) const;
-  double crowding(std::span<const Neighbor> neighbors) const;
-
- private:
-  const Inventory& inventory_;
-  std::span<const Point> positions_;
-  std::size_t tree_;
-};
-
-double share(std::size_t count, std::size_t total) {
-  return static_cast<double>(count) / static_cast<double>(total);
-}
-
-double Unit::uniform_angle(std::span<const Neighbor> neighbors, double alpha0_rad) const {
-  const std::size_t n = neighbors.size();
-  if (n < 2) return data::kMissing;
-  std::array<double, kMostNeighbors> azimuths{};
-  for (std::size_t i = 0; i < n; ++i) {
-    const Point& other = positions_[neighbors[i].tree];
-    const double east = other.x - positions_[tree_].x;
-    const double north = other.y - positions_[tree_].y;
-    // A stem at the same place has no direction.
-    if (east == 0.0 && north == 0.0) return data::kMissing;
-    azimuths[i] = std::atan2(east, north);
-  }
-  std::sort(azimuths.begin(), azimuths.begin() + static_cast<std::ptrdiff_t>(n));
-  std::size_t small = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double gap =
-        i + 1 < n ? azimuths[i + 1] - azimuths[i] : azimuths[0] + 2.0 * kPi - azimuths[n - 1];
-    if (std::min(gap, 2.0 * kPi - gap) < alpha0_rad - kSameAngleRadians) ++small;
-  }
-  return share(small, n);
-}
-
-double Unit::mingling(std::span<const Neighbor> neighbors) const {
-  if (inventory_.species.is_missing(tree_)) return data::kMissing;
-  std::size_t other = 0;
-  for (const Neighbor& neighbor : neighbors) {
-    if (inventory_.species.is_missing(neighbor.tree)) return data::kMissing;
-    if (inventory_.species.code(neighbor.tree) != inventory_.species.code(tree_)) ++other;
-  }
-  return share(other, neighbors.size());
-}
-
-double Unit::dominance(std::span<const Neighbor> neighbors) const {
-  const auto is_not_smaller = [this](const Neighbor& neighbor) {
-    return inventory_.dbh_cm[neighbor.tree] >= inventory_.dbh_cm[tree_];
-  };
-  const auto count = std::ranges::count_if(neighbors, is_not_smaller);
-  return share(static_cast<std::size_t>(count), neighbors.size());
-}
-
-double Unit::crowding(std::span<const Neighbor> neighbors) const {
-  std::size_t overlapping = 0;
-  for (const Neighbor& neighbor : neighbors) {
-    const double reach_m = (inventory_.cw_m[tree_] + inventory_.cw_m[neighbor.tree]) / 2.0;
-    if (std::isnan(reach_m)) return data::kMissing;
-    if (reach_m > neighbor.distance_m + kSameLengthMeters) ++overlapping;
-  }
-  return share(overlapping, neighbors.size());
+bool contains(const std::vector<FurtherIndex>& list, FurtherIndex index) {
+  return std::ranges::find(list, index) != list.end();
 }
 
 /// Fills the units of all trees.
@@ -141,45 +113,158 @@ class Calculator {
   StructuralUnits run();
 
  private:
+  void find_windows();
+  void set_limit_angles();
+  void allocate();
+  std::vector<Point> positions() const;
+  std::vector<std::vector<std::uint32_t>> groups() const;
+  std::optional<Torus> torus_of(std::uint32_t tree) const;
   void build_searches();
   void compute_trees(const NeighborSearch& search, std::size_t begin, std::size_t end);
   void compute_tree(std::size_t tree, std::span<const Neighbor> neighbors);
+  void compute_all();
+  void compute_density();
+  std::vector<double>* further(FurtherIndex index);
+  bool needs_area() const;
+  bool is_placed(std::size_t tree) const {
+    return !std::isnan(inventory_.x[tree]) && !std::isnan(inventory_.y[tree]);
+  }
+  void note_competition_radius();
   void add_notes();
 
   const Inventory& inventory_;
   const StructuralUnitOptions& options_;
-  std::vector<Point> positions_{};
+  PlotWindows windows_{};
+  std::vector<char> inside_{};
+  std::vector<double> limit_angle_rad_{};  ///< by code of species, the last for missing species
   std::vector<NeighborSearch> searches_{};
   StructuralUnits units_{};
+  std::vector<double>* overlap_ = nullptr;
+  std::vector<double>* differentiation_ = nullptr;
+  std::vector<double>* hegyi_ = nullptr;
 };
 
 Calculator::Calculator(const Inventory& inventory, const StructuralUnitOptions& options)
     : inventory_(inventory), options_(options) {
-  const std::size_t trees = inventory.size();
-  for (std::size_t i = 0; i < trees; ++i) positions_.push_back({inventory.x[i], inventory.y[i]});
   units_.neighbors = options.neighbors;
   units_.scope = options.scope;
+  units_.edge = options.edge;
+  if (options.edge == EdgeCorrection::kBuffer) units_.buffer_m = options.buffer_m;
   units_.alpha0_deg =
       options.alpha0_deg.value_or(360.0 / static_cast<double>(options.neighbors + 1));
+}
+
+bool Calculator::needs_area() const {
+  return contains(options_.further, FurtherIndex::kBasalAreaLarger) ||
+         contains(options_.further, FurtherIndex::kCrownCompetition);
+}
+
+void Calculator::find_windows() {
+  if (options_.windows.empty() && options_.edge == EdgeCorrection::kNone && !needs_area()) {
+    // Nothing depends on an area.
+    for (std::size_t i = 0; i < inventory_.size(); ++i) inside_.push_back(is_placed(i) ? 1 : 0);
+    windows_.domain_of_plot.resize(inventory_.plot.levels().size());
+    return;
+  }
+  const bool is_torus = options_.edge == EdgeCorrection::kTorus;
+  windows_ = plot_windows(inventory_,
+                          options_.windows,
+                          options_.scope,
+                          is_torus ? AssumedWindow::kRectangle : AssumedWindow::kConvexHull);
+  units_.notes = windows_.notes;
+  inside_ = trees_inside(inventory_, windows_, options_.threads);
+}
+
+void Calculator::set_limit_angles() {
+  limit_angle_rad_.assign(inventory_.species.levels().size() + 1,
+                          units_.alpha0_deg * kRadiansPerDegree);
+  for (const auto& [species, degrees] : options_.alpha0_deg_of_species) {
+    limit_angle_rad_[inventory_.species.code_of(species)] = degrees * kRadiansPerDegree;
+  }
+}
+
+std::vector<double>* Calculator::further(FurtherIndex index) {
+  const auto found = std::ranges::find(units_.further, index, &FurtherValues::index);
+  return found == units_.further.end() ? nullptr : &found->values;
+}
+
+void Calculator::allocate() {
+  const std::size_t trees = inventory_.size();
   units_.W.assign(trees, data::kMissing);
   units_.M.assign(trees, data::kMissing);
   units_.U.assign(trees, data::kMissing);
-  if (!inventory.cw_m.empty()) units_.C.assign(trees, data::kMissing);
-  units_.nearest.assign(trees * options.neighbors, kNoTree);
-  units_.distance_m.assign(trees * options.neighbors, data::kMissing);
+  if (!inventory_.cw_m.empty()) units_.C.assign(trees, data::kMissing);
+  units_.nearest.assign(trees * options_.neighbors, kNoTree);
+  units_.distance_m.assign(trees * options_.neighbors, data::kMissing);
+  for (const FurtherIndex index : kAllFurther) {
+    if (!contains(options_.further, index)) continue;
+    units_.further.push_back(
+        {.index = index, .values = std::vector<double>(trees, data::kMissing)});
+  }
+  overlap_ = inventory_.cw_m.empty() ? nullptr : further(FurtherIndex::kCrownOverlap);
+  differentiation_ = further(FurtherIndex::kDifferentiation);
+  hegyi_ = further(FurtherIndex::kHegyi);
 }
 
-void Calculator::build_searches() {
+std::vector<Point> Calculator::positions() const {
+  std::vector<Point> positions;
+  positions.reserve(inventory_.size());
+  for (std::size_t i = 0; i < inventory_.size(); ++i) {
+    positions.push_back({inventory_.x[i], inventory_.y[i]});
+  }
+  return positions;
+}
+
+/// The trees that may be neighbors of each other: those of a plot, or all.
+std::vector<std::vector<std::uint32_t>> Calculator::groups() const {
   const bool by_plot = options_.scope == SearchScope::kPlot;
+  const bool is_torus = options_.edge == EdgeCorrection::kTorus;
   std::vector<std::vector<std::uint32_t>> groups(by_plot ? inventory_.plot.levels().size() : 1);
-  for (std::size_t i = 0; i < positions_.size(); ++i) {
-    if (std::isnan(positions_[i].x) || std::isnan(positions_[i].y)) continue;
+  if (!by_plot) groups[0].reserve(inventory_.size());
+  for (std::size_t i = 0; i < inventory_.size(); ++i) {
+    if (is_torus ? inside_[i] == 0 : !is_placed(i)) continue;
     groups[by_plot ? inventory_.plot.code(i) : 0].push_back(static_cast<std::uint32_t>(i));
   }
   std::erase_if(groups, [](const auto& group) { return group.empty(); });
-  std::vector<std::optional<NeighborSearch>> built(groups.size());
-  parallel_for(groups.size(), options_.threads, [&](std::size_t i) {
-    built[i].emplace(std::move(groups[i]), positions_);
+  return groups;
+}
+
+/// The torus that a group's trees stand on, if any.
+std::optional<Torus> Calculator::torus_of(std::uint32_t tree) const {
+  if (options_.edge != EdgeCorrection::kTorus) return std::nullopt;
+  if (options_.scope == SearchScope::kStand && windows_.domains.size() > 1) {
+    throw UsageError("a torus needs one window for the stand; for windows of plots --per plot",
+                     {.column = "--edge"});
+  }
+  const Window& window = *windows_.window_of(inventory_, tree);
+  if (!window.is_rectangle()) {
+    throw UsageError("a torus needs a rectangle with sides along x and y as window",
+                     {.column = "--edge"});
+  }
+  const double shorter_m =
+      std::min(window.high().x - window.low().x, window.high().y - window.low().y);
+  if (hegyi_ != nullptr && options_.competition_radius_m > shorter_m / 2.0) {
+    throw UsageError(fmt::format("{} m is more than half of the torus's shorter side, {} m",
+                                 options_.competition_radius_m,
+                                 shorter_m),
+                     {.column = "--competition-radius"});
+  }
+  return Torus{.low = window.low(), .high = window.high()};
+}
+
+void Calculator::build_searches() {
+  const auto smaller_id = [this](std::uint32_t left, std::uint32_t right) {
+    const int by_tree = compare_labels(inventory_.tree[left], inventory_.tree[right]);
+    if (by_tree != 0) return by_tree < 0;
+    const int by_plot = compare_labels(inventory_.plot[left], inventory_.plot[right]);
+    return by_plot != 0 ? by_plot < 0 : left < right;
+  };
+  std::vector<std::vector<std::uint32_t>> all = groups();
+  const std::vector<Point> points = positions();
+  std::vector<std::optional<NeighborSearch>> built(all.size());
+  parallel_for(all.size(), options_.threads, [&](std::size_t i) {
+    const std::optional<Torus> torus = torus_of(all[i].front());
+    built[i].emplace(std::move(all[i]), points, smaller_id, torus);
   });
   for (auto& search : built) searches_.push_back(std::move(*search));
 }
@@ -191,26 +276,81 @@ void Calculator::compute_tree(std::size_t tree, std::span<const Neighbor> neighb
     units_.distance_m[first + i] = neighbors[i].distance_m;
   }
   if (neighbors.size() < options_.neighbors) return;
-  const Unit unit(inventory_, positions_, tree);
-  units_.W[tree] = unit.uniform_angle(neighbors, units_.alpha0_deg * kPi / 180.0);
+  const UnitIndices unit(inventory_, options_, tree);
+  const bool has_species = !inventory_.species.is_missing(tree);
+  const double limit =
+      has_species ? limit_angle_rad_[inventory_.species.code(tree)] : limit_angle_rad_.back();
+  units_.W[tree] = unit.uniform_angle(neighbors, limit);
   units_.M[tree] = unit.mingling(neighbors);
   units_.U[tree] = unit.dominance(neighbors);
   if (!units_.C.empty()) units_.C[tree] = unit.crowding(neighbors);
+  if (overlap_ != nullptr) (*overlap_)[tree] = unit.crown_overlap(neighbors);
+  if (differentiation_ != nullptr) (*differentiation_)[tree] = unit.differentiation(neighbors);
+  if (hegyi_ != nullptr && options_.competition_radius_m == 0.0) {
+    (*hegyi_)[tree] = unit.hegyi(neighbors);
+  }
 }
 
 void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, std::size_t end) {
-  const auto smaller_id = [this](std::uint32_t left, std::uint32_t right) {
-    const int by_tree = compare_labels(inventory_.tree[left], inventory_.tree[right]);
-    if (by_tree != 0) return by_tree < 0;
-    const int by_plot = compare_labels(inventory_.plot[left], inventory_.plot[right]);
-    return by_plot != 0 ? by_plot < 0 : left < right;
-  };
-  const NeighborSearch::Before before = smaller_id;
   std::vector<Neighbor> neighbors;
+  NeighborSearch::Scratch scratch;
+  const bool has_radius = hegyi_ != nullptr && options_.competition_radius_m > 0.0;
   for (std::size_t i = begin; i < end; ++i) {
-    search.nearest(i, options_.neighbors, before, neighbors);
-    compute_tree(search.trees()[i], neighbors);
+    const std::size_t tree = search.trees()[i];
+    search.nearest(i, options_.neighbors, neighbors, scratch);
+    compute_tree(tree, neighbors);
+    // Where a stem stands at the same place there is no value, and perhaps a crowd of them.
+    const bool is_alone = neighbors.empty() || neighbors[0].distance_m > 0.0;
+    if (!has_radius || !is_alone) continue;
+    search.within(i, options_.competition_radius_m, neighbors);
+    (*hegyi_)[tree] = UnitIndices(inventory_, options_, tree).hegyi(neighbors);
   }
+}
+
+void Calculator::compute_all() {
+  struct Task {
+    const NeighborSearch* search;
+    std::size_t begin;
+    std::size_t end;
+  };
+  std::vector<Task> tasks;
+  for (const NeighborSearch& search : searches_) {
+    const std::size_t trees = search.trees().size();
+    for (std::size_t begin = 0; begin < trees; begin += kTreesPerTask) {
+      tasks.push_back({&search, begin, std::min(trees, begin + kTreesPerTask)});
+    }
+  }
+  parallel_for(tasks.size(), options_.threads, [&](std::size_t i) {
+    compute_trees(*tasks[i].search, tasks[i].begin, tasks[i].end);
+  });
+}
+
+void Calculator::compute_density() {
+  if (auto* larger = further(FurtherIndex::kBasalAreaLarger)) {
+    *larger = basal_area_of_larger(inventory_, windows_, inside_);
+  }
+  if (auto* competition = further(FurtherIndex::kCrownCompetition)) {
+    *competition = crown_competition(inventory_, windows_, inside_, options_.open_grown_crown);
+  }
+}
+
+void Calculator::note_competition_radius() {
+  if (hegyi_ == nullptr || options_.competition_radius_m == 0.0) return;
+  std::size_t cut = 0;
+  if (options_.edge != EdgeCorrection::kTorus && !windows_.domains.empty()) {
+    for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+      if (units_.core[tree] == 0) continue;
+      const Window& window = *windows_.window_of(inventory_, tree);
+      const double room_m = window.distance_to_boundary_m({inventory_.x[tree], inventory_.y[tree]});
+      if (room_m < options_.competition_radius_m) ++cut;
+    }
+  }
+  if (cut == 0) return;
+  units_.notes.push_back(
+      fmt::format("the competitors of {} core trees within {} m of them may stand outside the "
+                  "window, so that their Hegyi index is too small: a buffer of that width helps",
+                  cut,
+                  options_.competition_radius_m));
 }
 
 void Calculator::add_notes() {
@@ -218,9 +358,9 @@ void Calculator::add_notes() {
   std::size_t coincident = 0;
   std::size_t without_crown = 0;
   std::size_t without_position = 0;
-  for (std::size_t tree = 0; tree < positions_.size(); ++tree) {
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     const std::size_t first = tree * options_.neighbors;
-    if (std::isnan(positions_[tree].x) || std::isnan(positions_[tree].y)) {
+    if (!is_placed(tree)) {
       ++without_position;
     } else if (units_.nearest[first + options_.neighbors - 1] == kNoTree) {
       ++alone;
@@ -240,28 +380,34 @@ void Calculator::add_notes() {
 }
 
 StructuralUnits Calculator::run() {
-  units_.core = core_trees(inventory_, positions_, options_, units_.notes);
+  find_windows();
+  set_limit_angles();
+  allocate();
+  compute_density();
   build_searches();
-  struct Task {
-    const NeighborSearch* search;
-    std::size_t begin;
-    std::size_t end;
-  };
-  std::vector<Task> tasks;
-  for (const NeighborSearch& search : searches_) {
-    const std::size_t trees = search.trees().size();
-    for (std::size_t begin = 0; begin < trees; begin += kTreesPerTask) {
-      tasks.push_back({&search, begin, std::min(trees, begin + kTreesPerTask)});
-    }
-  }
-  parallel_for(tasks.size(), options_.threads, [&](std::size_t i) {
-    compute_trees(*tasks[i].search, tasks[i].begin, tasks[i].end);
-  });
+  compute_all();
+  searches_.clear();
+  correct_edge(inventory_, windows_, inside_, options_, units_);
+  note_competition_radius();
   add_notes();
+  units_.windows = std::move(windows_);
   return std::move(units_);
 }
 
 }  // namespace
+
+std::string_view name_of(FurtherIndex index) {
+  constexpr std::array<std::string_view, kAllFurther.size()> kNames{
+      "CO", "T", "Hegyi", "BAL", "CCF"};
+  return kNames[static_cast<std::size_t>(index)];
+}
+
+std::optional<FurtherIndex> further_index_named(std::string_view name) {
+  const auto found = std::ranges::find(kAllFurther, name, &name_of);
+  return found == kAllFurther.end() ? std::nullopt : std::optional(*found);
+}
+
+std::span<const FurtherIndex> all_further_indices() { return kAllFurther; }
 
 StructuralUnits structural_units(const Inventory& inventory, const StructuralUnitOptions& options) {
   check(inventory, options);

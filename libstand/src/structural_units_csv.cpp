@@ -13,11 +13,14 @@ namespace {
 
 constexpr std::size_t kFlushAt = std::size_t{1} << 18;
 
-std::string header_of(std::size_t neighbors) {
+std::string header_of(const StructuralUnits& units) {
   std::string header = "plot,tree,species,core,W,M,U,C";
   for (const char* prefix : {",nn", ",d"}) {
-    for (std::size_t i = 1; i <= neighbors; ++i) header += prefix + std::to_string(i);
+    for (std::size_t i = 1; i <= units.neighbors; ++i) header += prefix + std::to_string(i);
   }
+  if (!units.weight.empty()) header += ",weight";
+  for (const FurtherValues& further : units.further)
+    header += "," + std::string(name_of(further.index));
   return header + '\n';
 }
 
@@ -71,6 +74,8 @@ void UnitWriter::append_row(std::string& out, std::size_t row) const {
   for (std::size_t i = 0; i < units_.neighbors; ++i) {
     append_number(out, units_.distance_m[first + i]);
   }
+  if (!units_.weight.empty()) append_number(out, units_.weight_of(row));
+  for (const FurtherValues& further : units_.further) append_number(out, further.values[row]);
   out += '\n';
 }
 
@@ -78,9 +83,10 @@ void UnitWriter::append_row(std::string& out, std::size_t row) const {
 
 void write_structural_units(const Inventory& inventory,
                             const StructuralUnits& units,
-                            std::ostream& stream) {
+                            std::ostream& stream,
+                            bool with_header) {
   const UnitWriter writer(inventory, units);
-  std::string out = header_of(units.neighbors);
+  std::string out = with_header ? header_of(units) : "";
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     writer.append_row(out, row);
     if (out.size() < kFlushAt) continue;

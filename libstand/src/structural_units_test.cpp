@@ -9,43 +9,13 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/stand/unit_summary.hpp"
+#include "test_stand.hpp"
 
 using namespace silvafit::stand;
+using namespace silvafit::stand::test;
 using Catch::Matchers::Contains;
 
 namespace {
-
-struct Tree {
-  double x = 0.0;
-  double y = 0.0;
-  double dbh_cm = 20.0;
-  const char* species = "A";
-  double cw_m = 1.0;
-  std::string id{};  ///< default: the number in the list, from 1
-  const char* plot = "1";
-};
-
-Inventory stand_of(const std::vector<Tree>& trees) {
-  Inventory inventory;
-  for (const Tree& tree : trees) {
-    inventory.plot.append(tree.plot);
-    inventory.tree.append(tree.id.empty() ? std::to_string(inventory.size() + 1) : tree.id);
-    if (tree.species == nullptr) {
-      inventory.species.append_missing();
-    } else {
-      inventory.species.append(tree.species);
-    }
-    inventory.x.push_back(tree.x);
-    inventory.y.push_back(tree.y);
-    inventory.cw_m.push_back(tree.cw_m);
-    inventory.dbh_cm.push_back(tree.dbh_cm);
-  }
-  return inventory;
-}
-
-StructuralUnitOptions without_edge(std::size_t neighbors = 4) {
-  return {.neighbors = neighbors, .edge = EdgeCorrection::kNone};
-}
 
 /// Ids of a tree's neighbors, nearest first.
 std::vector<std::string> neighbors_of(const Inventory& inventory,
@@ -60,21 +30,6 @@ std::vector<std::string> neighbors_of(const Inventory& inventory,
 }
 
 using Ids = std::vector<std::string>;
-
-std::vector<Tree> random_stand(std::size_t count, std::uint64_t seed) {
-  silvafit::Random random(seed);
-  constexpr std::array kSpecies{"A", "B", "C"};
-  std::vector<Tree> trees;
-  for (std::size_t i = 0; i < count; ++i) {
-    trees.push_back({.x = random.uniform(0, 60),
-                     .y = random.uniform(0, 40),
-                     .dbh_cm = std::round(random.uniform(5, 30)),
-                     .species = kSpecies[random.below(3)],
-                     .cw_m = random.uniform(1, 5),
-                     .id = std::to_string(i + 1)});
-  }
-  return trees;
-}
 
 bool same(const std::vector<double>& left, const std::vector<double>& right) {
   for (std::size_t i = 0; i < left.size(); ++i) {
@@ -335,14 +290,15 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
                     Contains("all trees stand outside the window"));
 }
 
-TEST_CASE("without a window the bounding rectangle is taken, and that is said") {
+TEST_CASE("without a window the convex hull is taken, and that is said") {
+  // A triangle of 20 by 20 m: (5, 5) is 5 m from two sides and (10, 10) on the third.
   std::vector<Tree> trees{
-      {.x = 0, .y = 0}, {.x = 20, .y = 20}, {.x = 10, .y = 10}, {.x = 3, .y = 10}};
+      {.x = 0, .y = 0}, {.x = 20}, {.y = 20}, {.x = 5, .y = 5}, {.x = 10, .y = 10}};
   trees.push_back({.x = 1, .plot = "line"});
   trees.push_back({.x = 2, .plot = "line"});
   const StructuralUnits units = structural_units(stand_of(trees), {.neighbors = 1});
-  CHECK(units.core == std::vector<char>{0, 0, 1, 0, 0, 0});
-  CHECK_THAT(units.notes.at(0), Contains("no window is given"));
+  CHECK(units.core == std::vector<char>{0, 0, 0, 1, 0, 0, 0});
+  CHECK_THAT(units.notes.at(0), Contains("no window is given: the convex hull"));
   CHECK_THAT(units.notes.at(1), Contains("no core tree in: line"));
 }
 

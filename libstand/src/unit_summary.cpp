@@ -2,6 +2,7 @@
 #include "silvafit/stand/unit_summary.hpp"
 
 #include <cmath>
+#include <unordered_map>
 
 #include "silvafit/data/table.hpp"
 
@@ -10,14 +11,14 @@ namespace {
 
 struct Mean {
   double sum = 0.0;
-  std::size_t count = 0;
+  double weight = 0.0;
 
-  void add(double value) {
+  void add(double value, double with_weight) {
     if (std::isnan(value)) return;
-    sum += value;
-    ++count;
+    sum += with_weight * value;
+    weight += with_weight;
   }
-  double value() const { return count == 0 ? data::kMissing : sum / static_cast<double>(count); }
+  double value() const { return weight > 0.0 ? sum / weight : data::kMissing; }
 };
 
 struct Sums {
@@ -27,49 +28,94 @@ struct Sums {
   Mean M{};
   Mean U{};
   Mean C{};
+  std::vector<Mean> further{};
 
   void add(const StructuralUnits& units, std::size_t tree) {
+    further.resize(units.further.size());
     ++trees;
     if (units.core[tree] == 0) return;
     ++core_trees;
-    W.add(units.W[tree]);
-    M.add(units.M[tree]);
-    U.add(units.U[tree]);
-    if (!units.C.empty()) C.add(units.C[tree]);
+    const double weight = units.weight_of(tree);
+    W.add(units.W[tree], weight);
+    M.add(units.M[tree], weight);
+    U.add(units.U[tree], weight);
+    if (!units.C.empty()) C.add(units.C[tree], weight);
+    for (std::size_t i = 0; i < further.size(); ++i) {
+      further[i].add(units.further[i].values[tree], weight);
+    }
   }
 
   UnitSummary summary(std::string species) const {
-    return {.species = std::move(species),
-            .trees = trees,
-            .core_trees = core_trees,
-            .W = W.value(),
-            .M = M.value(),
-            .U = U.value(),
-            .C = C.value()};
+    UnitSummary result{.species = std::move(species),
+                       .trees = trees,
+                       .core_trees = core_trees,
+                       .W = W.value(),
+                       .M = M.value(),
+                       .U = U.value(),
+                       .C = C.value()};
+    for (const Mean& mean : further) result.further.push_back(mean.value());
+    return result;
   }
 };
 
 }  // namespace
 
-std::vector<UnitSummary> summarize_by_species(const Inventory& inventory,
-                                              const StructuralUnits& units) {
-  const std::vector<std::string>& names = inventory.species.levels();
-  std::vector<Sums> sums(names.size() + 1);
+struct UnitSummaries::State {
+  Sums all{};
+  std::vector<std::string> names{};  ///< in the order of first trees
+  std::unordered_map<std::string, std::size_t> number_of{};
+  std::vector<Sums> by_species{};
+  Sums without_species{};
+};
+
+UnitSummaries::UnitSummaries() : state_(std::make_unique<State>()) {}
+UnitSummaries::~UnitSummaries() = default;
+UnitSummaries::UnitSummaries(UnitSummaries&&) noexcept = default;
+UnitSummaries& UnitSummaries::operator=(UnitSummaries&&) noexcept = default;
+
+void UnitSummaries::add(const Inventory& inventory, const StructuralUnits& units) {
+  State& state = *state_;
+  std::vector<std::size_t> numbers;
+  for (const std::string& name : inventory.species.levels()) {
+    const auto [entry, is_new] = state.number_of.try_emplace(name, state.names.size());
+    if (is_new) {
+      state.names.push_back(name);
+      state.by_species.emplace_back();
+    }
+    numbers.push_back(entry->second);
+  }
   for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    state.all.add(units, tree);
     const bool is_named = !inventory.species.is_missing(tree);
-    sums[is_named ? inventory.species.code(tree) : names.size()].add(units, tree);
+    Sums& own =
+        is_named ? state.by_species[numbers[inventory.species.code(tree)]] : state.without_species;
+    own.add(units, tree);
   }
+}
+
+std::vector<UnitSummary> UnitSummaries::by_species() const {
   std::vector<UnitSummary> summaries;
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    if (sums[i].trees > 0) summaries.push_back(sums[i].summary(i < names.size() ? names[i] : ""));
+  for (std::size_t i = 0; i < state_->names.size(); ++i) {
+    if (state_->by_species[i].trees == 0) continue;
+    summaries.push_back(state_->by_species[i].summary(state_->names[i]));
   }
+  if (state_->without_species.trees > 0) summaries.push_back(state_->without_species.summary(""));
   return summaries;
 }
 
+UnitSummary UnitSummaries::all() const { return state_->all.summary(""); }
+
+std::vector<UnitSummary> summarize_by_species(const Inventory& inventory,
+                                              const StructuralUnits& units) {
+  UnitSummaries summaries;
+  summaries.add(inventory, units);
+  return summaries.by_species();
+}
+
 UnitSummary summarize_all(const Inventory& inventory, const StructuralUnits& units) {
-  Sums sums;
-  for (std::size_t tree = 0; tree < inventory.size(); ++tree) sums.add(units, tree);
-  return sums.summary("");
+  UnitSummaries summaries;
+  summaries.add(inventory, units);
+  return summaries.all();
 }
 
 }  // namespace silvafit::stand

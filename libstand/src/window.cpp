@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <boost/geometry.hpp>
+#include <boost/geometry/geometries/multi_point.hpp>
 #include <boost/geometry/geometries/multi_polygon.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
 #include <boost/geometry/geometries/polygon.hpp>
@@ -13,6 +14,7 @@
 #include <boost/geometry/index/rtree.hpp>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 
 #include "silvafit/base/error.hpp"
 
@@ -25,6 +27,14 @@ using BoostPolygon = bg::model::polygon<BoostPoint>;
 using BoostRegion = bg::model::multi_polygon<BoostPolygon>;
 using Edge = bg::model::segment<BoostPoint>;
 using EdgeTree = bg::index::rtree<Edge, bg::index::quadratic<16>>;
+
+/// Up to so many edges are looked at one by one, which is faster than the tree.
+constexpr std::size_t kFewEdges = 64;
+/// A point on the boundary is inside in spite of rounding.
+constexpr double kRoundingMeters = 1e-9;
+constexpr double kPi = std::numbers::pi;
+constexpr std::size_t kCornersOfOutline = 120;
+constexpr std::size_t kCornersOfArc = 360;
 
 BoostPolygon::ring_type ring_of(const std::vector<Point>& corners) {
   BoostPolygon::ring_type ring;
@@ -82,7 +92,10 @@ BoostPolygon valid_polygon(const Polygon& source) {
 }
 
 void append_edges(const BoostPolygon::ring_type& ring, std::vector<Edge>& edges) {
-  for (std::size_t i = 1; i < ring.size(); ++i) edges.emplace_back(ring[i - 1], ring[i]);
+  for (std::size_t i = 1; i < ring.size(); ++i) {
+    const bool has_length = ring[i].x() != ring[i - 1].x() || ring[i].y() != ring[i - 1].y();
+    if (has_length) edges.emplace_back(ring[i - 1], ring[i]);
+  }
 }
 
 /// Distance from a point to an edge. Where the foot of the perpendicular lies on the edge it is
@@ -101,6 +114,19 @@ double distance_m(Point point, const Edge& edge) {
   return std::abs(along_x * from_y - along_y * from_x) / std::sqrt(length_squared);
 }
 
+/// Square of the distance from a point to an edge, quick and good enough to find the nearest.
+double squared_distance_m2(Point point, const Edge& edge) {
+  const double along_x = edge.second.x() - edge.first.x();
+  const double along_y = edge.second.y() - edge.first.y();
+  const double from_x = point.x - edge.first.x();
+  const double from_y = point.y - edge.first.y();
+  const double share = std::clamp(
+      (from_x * along_x + from_y * along_y) / (along_x * along_x + along_y * along_y), 0.0, 1.0);
+  const double off_x = from_x - share * along_x;
+  const double off_y = from_y - share * along_y;
+  return off_x * off_x + off_y * off_y;
+}
+
 /// Whether an edge crosses the ray from a point to the east. An end on the ray counts as above it
 /// or not at all, so that a corner is crossed once.
 bool crosses_ray(Point point, const Edge& edge) {
@@ -110,15 +136,50 @@ bool crosses_ray(Point point, const Edge& edge) {
   return edge.first.x() + share * (edge.second.x() - edge.first.x()) > point.x;
 }
 
+struct Circle {
+  Point center{};
+  double radius_m = 0.0;
+
+  double from_center_m(Point point) const {
+    return std::hypot(point.x - center.x, point.y - center.y);
+  }
+};
+
 }  // namespace
 
 struct Window::Shape {
+  std::optional<Circle> circle{};  ///< instead of a region with edges
   BoostRegion region{};
+  std::vector<Edge> edge_list{};
   EdgeTree edges{};
   Point low{};
   Point high{};
   double area_m2 = 0.0;
+  double perimeter_m = 0.0;
+
+  void complete();
+  bool is_rectangle() const;
 };
+
+/// Everything that follows from the region.
+void Window::Shape::complete() {
+  for (const BoostPolygon& polygon : region) {
+    append_edges(polygon.outer(), edge_list);
+    for (const auto& hole : polygon.inners()) append_edges(hole, edge_list);
+  }
+  edges = EdgeTree(edge_list);
+  const auto box = bg::return_envelope<bg::model::box<BoostPoint>>(region);
+  low = {box.min_corner().x(), box.min_corner().y()};
+  high = {box.max_corner().x(), box.max_corner().y()};
+  area_m2 = bg::area(region);
+  perimeter_m = static_cast<double>(bg::perimeter(region));
+}
+
+bool Window::Shape::is_rectangle() const {
+  if (circle) return false;
+  const double box_m2 = (high.x - low.x) * (high.y - low.y);
+  return std::abs(area_m2 - box_m2) <= 1e-12 * box_m2;
+}
 
 Window::Window(const std::vector<Polygon>& polygons) {
   auto shape = std::make_shared<Shape>();
@@ -128,16 +189,7 @@ Window::Window(const std::vector<Polygon>& polygons) {
     shape->region = std::move(joined);
   }
   if (shape->region.empty()) throw GeometryError("a window needs a polygon");
-  std::vector<Edge> edges;
-  for (const BoostPolygon& polygon : shape->region) {
-    append_edges(polygon.outer(), edges);
-    for (const auto& hole : polygon.inners()) append_edges(hole, edges);
-  }
-  shape->edges = EdgeTree(edges);
-  const auto box = bg::return_envelope<bg::model::box<BoostPoint>>(shape->region);
-  shape->low = {box.min_corner().x(), box.min_corner().y()};
-  shape->high = {box.max_corner().x(), box.max_corner().y()};
-  shape->area_m2 = bg::area(shape->region);
+  shape->complete();
   shape_ = std::move(shape);
 }
 
@@ -145,23 +197,123 @@ Window Window::rectangle(Point low, Point high) {
   return Window({{.outer = {low, {high.x, low.y}, high, {low.x, high.y}}}});
 }
 
+Window Window::circle(Point center, double radius_m) {
+  const bool is_finite =
+      std::isfinite(center.x) && std::isfinite(center.y) && std::isfinite(radius_m);
+  if (!is_finite || !(radius_m > 0.0)) {
+    throw GeometryError(fmt::format(
+        "a circle around ({}, {}) with radius {} m is no window", center.x, center.y, radius_m));
+  }
+  auto shape = std::make_shared<Shape>();
+  shape->circle = Circle{.center = center, .radius_m = radius_m};
+  shape->low = {center.x - radius_m, center.y - radius_m};
+  shape->high = {center.x + radius_m, center.y + radius_m};
+  shape->area_m2 = kPi * radius_m * radius_m;
+  shape->perimeter_m = 2.0 * kPi * radius_m;
+  return Window(std::shared_ptr<const Shape>(std::move(shape)));
+}
+
+std::optional<Window> Window::convex_hull(std::span<const Point> points) {
+  bg::model::multi_point<BoostPoint> cloud;
+  cloud.reserve(points.size());
+  for (const Point& point : points) cloud.emplace_back(point.x, point.y);
+  BoostPolygon hull;
+  bg::convex_hull(cloud, hull);
+  if (hull.outer().size() < 4 || !(bg::area(hull) > 0.0)) return std::nullopt;
+  auto shape = std::make_shared<Shape>();
+  shape->region.push_back(std::move(hull));
+  shape->complete();
+  return Window(std::shared_ptr<const Shape>(std::move(shape)));
+}
+
 double Window::area_m2() const { return shape_->area_m2; }
+double Window::perimeter_m() const { return shape_->perimeter_m; }
+bool Window::is_rectangle() const { return shape_->is_rectangle(); }
 
 bool Window::contains(Point point) const {
-  if (!(point.x >= shape_->low.x && point.x <= shape_->high.x)) return false;
-  // A ray to the east crosses the boundary an odd number of times if it starts inside.
-  const bg::model::box<BoostPoint> ray({point.x, point.y}, {shape_->high.x, point.y});
-  bool is_inside = false;
-  for (auto edge = shape_->edges.qbegin(bg::index::intersects(ray)); edge != shape_->edges.qend();
-       ++edge) {
-    if (crosses_ray(point, *edge)) is_inside = !is_inside;
+  if (shape_->circle) {
+    return shape_->circle->from_center_m(point) <= shape_->circle->radius_m + kRoundingMeters;
   }
-  return is_inside || distance_to_boundary_m(point) == 0.0;
+  const bool is_between = point.x >= shape_->low.x && point.x <= shape_->high.x &&
+                          point.y >= shape_->low.y && point.y <= shape_->high.y;
+  if (!is_between) return false;
+  // A ray to the east crosses the boundary an odd number of times if it starts inside.
+  bool is_inside = false;
+  const auto count = [&](const Edge& edge) {
+    if (crosses_ray(point, edge)) is_inside = !is_inside;
+  };
+  if (shape_->edge_list.size() <= kFewEdges) {
+    for (const Edge& edge : shape_->edge_list) count(edge);
+  } else {
+    const bg::model::box<BoostPoint> ray({point.x, point.y}, {shape_->high.x, point.y});
+    for (auto edge = shape_->edges.qbegin(bg::index::intersects(ray)); edge != shape_->edges.qend();
+         ++edge) {
+      count(*edge);
+    }
+  }
+  return is_inside || distance_to_boundary_m(point) <= kRoundingMeters;
 }
 
 double Window::distance_to_boundary_m(Point point) const {
+  if (shape_->circle) {
+    return std::abs(shape_->circle->radius_m - shape_->circle->from_center_m(point));
+  }
+  if (shape_->edge_list.size() <= kFewEdges) {
+    const auto nearest_edge =
+        std::ranges::min_element(shape_->edge_list, {}, [point](const Edge& edge) {
+          return squared_distance_m2(point, edge);
+        });
+    return distance_m(point, *nearest_edge);
+  }
   const auto nearest = bg::index::nearest(BoostPoint(point.x, point.y), 1);
   return distance_m(point, *shape_->edges.qbegin(nearest));
+}
+
+double Window::eroded_area_m2(double distance_m) const {
+  if (!(distance_m > 0.0)) return shape_->area_m2;
+  if (shape_->circle) {
+    const double radius = std::max(0.0, shape_->circle->radius_m - distance_m);
+    return kPi * radius * radius;
+  }
+  if (shape_->is_rectangle()) {
+    const double width = shape_->high.x - shape_->low.x - 2.0 * distance_m;
+    const double height = shape_->high.y - shape_->low.y - 2.0 * distance_m;
+    return std::max(0.0, width) * std::max(0.0, height);
+  }
+  namespace buffer = bg::strategy::buffer;
+  BoostRegion eroded;
+  bg::buffer(shape_->region,
+             eroded,
+             buffer::distance_symmetric<double>(-distance_m),
+             buffer::side_straight(),
+             buffer::join_round(kCornersOfArc),
+             buffer::end_flat(),
+             buffer::point_circle(kCornersOfArc));
+  return bg::area(eroded);
+}
+
+std::vector<Polygon> Window::outline() const {
+  std::vector<Polygon> polygons;
+  if (shape_->circle) {
+    Polygon& polygon = polygons.emplace_back();
+    for (std::size_t i = 0; i < kCornersOfOutline; ++i) {
+      const double azimuth = 2.0 * kPi * static_cast<double>(i) / kCornersOfOutline;
+      polygon.outer.push_back(
+          {shape_->circle->center.x + shape_->circle->radius_m * std::sin(azimuth),
+           shape_->circle->center.y + shape_->circle->radius_m * std::cos(azimuth)});
+    }
+    return polygons;
+  }
+  const auto corners_of = [](const BoostPolygon::ring_type& ring) {
+    std::vector<Point> corners;
+    for (std::size_t i = 0; i + 1 < ring.size(); ++i) corners.push_back({ring[i].x(), ring[i].y()});
+    return corners;
+  };
+  for (const BoostPolygon& source : shape_->region) {
+    Polygon& polygon = polygons.emplace_back(Polygon{.outer = corners_of(source.outer())});
+    for (const auto& hole : source.inners()) polygon.holes.push_back(corners_of(hole));
+  }
+  return polygons;
 }
 
 Point Window::low() const { return shape_->low; }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -11,17 +10,12 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/window.hpp"
+#include "window_files.hpp"
 
 namespace silvafit::stand {
 namespace {
 
 using nlohmann::json;
-
-/// Polygons of one owner, to be joined.
-struct Collected {
-  std::optional<std::string> plot{};
-  std::vector<Polygon> polygons{};
-};
 
 class GeoJsonReader {
  public:
@@ -33,13 +27,18 @@ class GeoJsonReader {
   [[noreturn]] void fail(const std::string& message) const;
   json parse() const;
   void collect_feature(const json& feature, std::size_t number);
+  void collect_circle(const json& feature, const std::string& where);
   std::optional<std::string> plot_of(const json& feature) const;
   std::vector<Polygon> polygons_of(const json& geometry, const std::string& where) const;
   Polygon polygon_of(const json& rings, const std::string& where) const;
   std::vector<Point> ring_of(const json& positions, const std::string& where) const;
+  Point point_of(const json& position, const std::string& where) const;
+  void add(const std::optional<std::string>& plot,
+           const std::vector<Polygon>& polygons,
+           const std::string& where);
 
   std::string file_;
-  std::vector<Collected> collected_{};
+  WindowCollector collector_{};
 };
 
 void GeoJsonReader::fail(const std::string& message) const {
@@ -65,15 +64,17 @@ std::string type_of(const json& object) {
   return type != object.end() && type->is_string() ? type->get<std::string>() : "";
 }
 
+Point GeoJsonReader::point_of(const json& position, const std::string& where) const {
+  const bool is_position = position.is_array() && position.size() >= 2 && position[0].is_number() &&
+                           position[1].is_number();
+  if (!is_position) fail(where + ": a position must be [x, y] in metres");
+  return {position[0].get<double>(), position[1].get<double>()};
+}
+
 std::vector<Point> GeoJsonReader::ring_of(const json& positions, const std::string& where) const {
   if (!positions.is_array()) fail(where + ": a ring must be an array of positions");
   std::vector<Point> ring;
-  for (const json& position : positions) {
-    const bool is_position = position.is_array() && position.size() >= 2 &&
-                             position[0].is_number() && position[1].is_number();
-    if (!is_position) fail(where + ": a position must be [x, y] in metres");
-    ring.push_back({position[0].get<double>(), position[1].get<double>()});
-  }
+  for (const json& position : positions) ring.push_back(point_of(position, where));
   return ring;
 }
 
@@ -100,13 +101,6 @@ std::vector<Polygon> GeoJsonReader::polygons_of(const json& geometry,
   } else {
     for (const json& rings : *coordinates) polygons.push_back(polygon_of(rings, where));
   }
-  for (const Polygon& polygon : polygons) {
-    try {
-      Window({polygon});
-    } catch (const GeometryError& error) {
-      fail(where + ": " + error.message());
-    }
-  }
   return polygons;
 }
 
@@ -125,13 +119,39 @@ void GeoJsonReader::collect_feature(const json& feature, std::size_t number) {
   const std::string where = fmt::format("feature {}", number);
   if (type_of(feature) != "Feature") fail(where + ": the type must be Feature");
   const std::optional<std::string> plot = plot_of(feature);
-  std::vector<Polygon> polygons = polygons_of(feature.value("geometry", json()), where);
-  auto owner = std::ranges::find(collected_, plot, &Collected::plot);
-  if (owner == collected_.end()) {
-    collected_.push_back({.plot = plot});
-    owner = collected_.end() - 1;
+  const json geometry = feature.value("geometry", json());
+  if (type_of(geometry) == "Point") {
+    collect_circle(feature, where);
+  } else {
+    add(plot, polygons_of(geometry, where), where);
   }
-  std::ranges::move(polygons, std::back_inserter(owner->polygons));
+}
+
+void GeoJsonReader::add(const std::optional<std::string>& plot,
+                        const std::vector<Polygon>& polygons,
+                        const std::string& where) {
+  try {
+    collector_.add(plot, polygons);
+  } catch (const GeometryError& error) {
+    fail(where + ": " + error.message());
+  }
+}
+
+/// A circular plot: its center, and the property `radius`.
+void GeoJsonReader::collect_circle(const json& feature, const std::string& where) {
+  const auto properties = feature.find("properties");
+  const bool has_radius = properties != feature.end() && properties->is_object() &&
+                          properties->contains("radius") && (*properties)["radius"].is_number();
+  if (!has_radius) fail(where + ": a Point needs the property 'radius' in metres");
+  const json& geometry = feature["geometry"];
+  const auto position = geometry.find("coordinates");
+  if (position == geometry.end()) fail(where + ": no coordinates");
+  const Point center = point_of(*position, where);
+  try {
+    collector_.add_circle(plot_of(feature), center, (*properties)["radius"].get<double>());
+  } catch (const GeometryError& error) {
+    fail(where + ": " + error.message());
+  }
 }
 
 std::vector<NamedWindow> GeoJsonReader::read() {
@@ -145,19 +165,14 @@ std::vector<NamedWindow> GeoJsonReader::read() {
   } else if (type == "Feature") {
     collect_feature(document, 1);
   } else {
-    collected_.push_back({.polygons = polygons_of(document, "the geometry")});
+    add(std::nullopt, polygons_of(document, "the geometry"), "the geometry");
   }
-  if (collected_.empty()) fail("there is no window in this file");
-  std::vector<NamedWindow> windows;
-  for (const Collected& owner : collected_) {
-    windows.push_back({.plot = owner.plot, .window = Window(owner.polygons)});
-  }
-  return windows;
+  return collector_.windows(file_);
 }
 
 }  // namespace
 
-std::vector<NamedWindow> read_windows(const std::filesystem::path& path) {
+std::vector<NamedWindow> read_geojson_windows(const std::filesystem::path& path) {
   return GeoJsonReader(path).read();
 }
 

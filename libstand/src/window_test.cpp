@@ -109,6 +109,121 @@ TEST_CASE("polygons that are none are refused with what is wrong") {
   CHECK_THROWS_AS(Window(std::vector<Polygon>{}), silvafit::GeometryError);
 }
 
+TEST_CASE("a circular plot is a circle") {
+  const Window window = Window::circle({100, 50}, 12.5);
+  CHECK(window.area_m2() == Approx(M_PI * 156.25).epsilon(1e-15));
+  CHECK(window.perimeter_m() == Approx(25.0 * M_PI).epsilon(1e-15));
+  CHECK(window.contains({112.5, 50}));
+  CHECK_FALSE(window.contains({112.6, 50}));
+  CHECK(window.distance_to_boundary_m({100, 50}) == 12.5);
+  CHECK(window.distance_to_boundary_m({103, 54}) == 7.5);
+  CHECK(window.distance_to_boundary_m({100, 70}) == 7.5);
+  CHECK(window.eroded_area_m2(2.5) == Approx(M_PI * 100.0).epsilon(1e-15));
+  CHECK(window.eroded_area_m2(13.0) == 0.0);
+  CHECK_FALSE(window.is_rectangle());
+  CHECK(window.outline().at(0).outer.size() == 120);
+  CHECK_THROWS_AS(Window::circle({0, 0}, 0.0), silvafit::GeometryError);
+  CHECK_THROWS_AS(Window::circle({0, NAN}, 1.0), silvafit::GeometryError);
+}
+
+TEST_CASE("a convex hull holds all its points, and a line has none") {
+  silvafit::Random random(5);
+  std::vector<Point> points;
+  for (int i = 0; i < 500; ++i) {
+    points.push_back({5e5 + random.uniform(0, 30), 6e6 + random.uniform(0, 30)});
+  }
+  // Points along one side, on which rounding must not decide.
+  for (int i = 0; i < 50; ++i) points.push_back({5e5 - 1.0 + 0.3 * i, 6e6 - 1.0 + 0.1 * i});
+  const std::optional<Window> hull = Window::convex_hull(points);
+  REQUIRE(hull);
+  for (const Point& point : points) CHECK(hull->contains(point));
+  const std::vector<Point> square{{0, 0}, {2, 0}, {2, 2}, {0, 2}, {1, 1}, {0.5, 1.9}};
+  CHECK(Window::convex_hull(square)->area_m2() == 4.0);
+  CHECK(Window::convex_hull(square)->is_rectangle());
+  CHECK_FALSE(Window::convex_hull(std::vector<Point>{{0, 0}, {1, 1}, {2, 2}, {3, 3}}));
+  CHECK_FALSE(Window::convex_hull(std::vector<Point>{{1, 1}, {1, 1}}));
+  CHECK_FALSE(Window::convex_hull({}));
+}
+
+TEST_CASE("a margin takes from a window what Steiner's formula says") {
+  const Window rectangle = Window::rectangle({0, 0}, {30, 20});
+  CHECK(rectangle.eroded_area_m2(0.0) == 600.0);
+  CHECK(rectangle.eroded_area_m2(5.0) == 200.0);
+  CHECK(rectangle.eroded_area_m2(10.0) == 0.0);
+  // Less a margin r, small enough that no edge vanishes: A - P r + c r^2. A right angle adds 1 to
+  // c, an inner corner where the boundary turns by phi takes phi / 2, cot(angle / 2) for others.
+  const Window paper({paper_window()});
+  const double corners = 6.0 - 2.0 * M_PI / 4.0;
+  for (const double r : {0.1, 1.0, 5.0, 12.0}) {
+    const double expected = 50000.0 - paper.perimeter_m() * r + corners * r * r;
+    // An arc's polygon of 360 corners lacks 5e-5 of pi/2 r^2.
+    CHECK(paper.eroded_area_m2(r) == Approx(expected).margin(1e-4 * r * r));
+  }
+  const Window with_hole({{.outer = {{0, 0}, {60, 0}, {60, 40}, {35, 40}, {35, 22}, {0, 35}},
+                           .holes = {{{12, 8}, {12, 16}, {20, 16}, {20, 8}}}}});
+  const double sharp = std::acos(13.0 / std::hypot(35.0, 13.0));
+  const double c = 4.0 + 1.0 / std::tan(sharp / 2.0) - (M_PI - sharp) / 2.0 - M_PI;
+  for (const double r : {0.5, 1.0, 2.0, 3.0}) {
+    const double expected = with_hole.area_m2() - with_hole.perimeter_m() * r + c * r * r;
+    CHECK(with_hole.eroded_area_m2(r) == Approx(expected).margin(4e-4 * r * r));
+  }
+}
+
+TEST_CASE("windows are read from well-known text") {
+  const auto read_wkt = [](const std::string& text) {
+    return read_windows(ScratchFile(text, ".wkt").path());
+  };
+  const auto one = read_wkt("POLYGON ((0 0, 10 0, 10 10, 0 10, 0 0), (2 2, 4 2, 4 4, 2 4, 2 2))\n");
+  REQUIRE(one.size() == 1);
+  CHECK_FALSE(one[0].plot);
+  CHECK(one[0].window.area_m2() == 96.0);
+  const auto joined = read_wkt(
+      "SRID=32633;polygon((0 0,10 0,10 10,0 10,0 0))\r\n"
+      "MULTIPOLYGON(((10 0,20 0,20 10,10 10,10 0)),\n  ((30 0,31 0,31 1,30 1,30 0)))\n");
+  REQUIRE(joined.size() == 1);
+  CHECK(joined[0].window.area_m2() == 201.0);
+  // Without an ending that says so the first character tells.
+  CHECK(
+      read_windows(ScratchFile("Polygon((0 0,1 0,1 1,0 0))", ".txt").path())[0].window.area_m2() ==
+      0.5);
+  CHECK_THROWS_WITH(read_wkt("POLYGON((0 0,1 0,1 1,0 0))\nPOINT(1 2)\n"),
+                    Contains(":2: ") && Contains("not a POINT"));
+  CHECK_THROWS_WITH(read_wkt("POLYGON((0 0, 1 x))"), Contains("this is no POLYGON"));
+  CHECK_THROWS_WITH(read_wkt("POLYGON((0 0,10 10,10 0,0 10,0 0))"), Contains("crosses"));
+  CHECK_THROWS_WITH(read_wkt("\n"), Contains("no window in this file"));
+}
+
+TEST_CASE("windows are read from CSV, polygons and circles") {
+  const auto read_csv = [](const std::string& text) {
+    return read_windows(ScratchFile(text, ".csv").path());
+  };
+  const auto polygons = read_csv(
+      "WKT,plot\n\"POLYGON((0 0,10 0,10 10,0 0))\",07\n\"POLYGON((20 0,30 0,30 10,20 0))\",7\n");
+  REQUIRE(polygons.size() == 2);
+  CHECK(polygons[0].plot == "07");
+  CHECK(polygons[1].window.low().x == 20.0);
+  const auto circles = read_csv("plot,x,y,radius\n1,10,20,5\n*,0,0,12.62\n");
+  REQUIRE(circles.size() == 2);
+  CHECK(circles[0].window.distance_to_boundary_m({13, 24}) == Approx(0.0).margin(1e-12));
+  CHECK(circles[1].plot == kEveryPlot);
+  CHECK_THROWS_WITH(read_csv("plot,x,y,r\n1,0,0,5\n"), Contains("wkt, or x, y and radius"));
+  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,-5\n"), Contains(":2: a circle around"));
+  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,zero,5\n"), Contains("'zero' is no number"));
+  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,5\n1,9,9,5\n"), Contains("a window already"));
+}
+
+TEST_CASE("a GeoJSON point with a radius is a circular plot") {
+  const auto windows = read_text(
+      R"({"type": "Feature", "properties": {"plot": 3, "radius": 12.5},
+          "geometry": {"type": "Point", "coordinates": [100, 50]}})");
+  REQUIRE(windows.size() == 1);
+  CHECK(windows[0].plot == "3");
+  CHECK(windows[0].window.area_m2() == Approx(M_PI * 156.25).epsilon(1e-15));
+  CHECK_THROWS_WITH(read_text(R"({"type": "Feature", "properties": {},
+                                  "geometry": {"type": "Point", "coordinates": [1, 2]}})"),
+                    Contains("needs the property 'radius'"));
+}
+
 TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
   const std::string square = polygon("[[[0,0],[10,0],[10,10],[0,10],[0,0]]]");
   const auto bare = read_text(square);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "report_map.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "study_curves.hpp"
@@ -291,6 +292,7 @@ std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
   for (const ResponseStudy& result : record.study.results) {
     report["results"].push_back(result_object(result, record, catalogue));
   }
+  if (auto map = report_map(record)) report["map"] = std::move(*map);
   return report.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 

@@ -83,6 +83,10 @@ data::Table inventory_table(const stand::Inventory& inventory,
   table.set("M", units->M);
   table.set("U", units->U);
   if (!units->C.empty()) table.set("C", units->C);
+  if (!units->weight.empty()) table.set("weight", units->weight);
+  for (const stand::FurtherValues& further : units->further) {
+    table.set(stand::name_of(further.index), further.values);
+  }
   return table;
 }
 

@@ -10,6 +10,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/study/structure_columns.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -63,11 +64,14 @@ std::vector<std::size_t> rows_against(const data::Expression& condition, const d
 }
 
 /// Where a column comes from that inventories lack.
-std::string origin_of(const std::string& name) {
-  const bool is_index = name == "W" || name == "M" || name == "U" || name == "C";
-  return is_index ? ". It is a structural index: `silvafit indices` computes it, and the "
-                    "predictions.csv of a study has it"
-                  : "";
+std::string origin_of(const std::string& name, const data::Table& table) {
+  if (!is_structure_name(name)) return "";
+  if (!structure_names_in({name}, table).empty()) {
+    return fmt::format(
+        ". It can be computed from the trees' positions: --columns {}={}", name, name);
+  }
+  return ". It is a structural index: `silvafit indices` computes it from x, y and dbh, and the "
+         "predictions.csv of a study has it";
 }
 
 }  // namespace
@@ -95,6 +99,11 @@ data::Table rows_where(std::string_view condition, const data::Table& table) {
 
 void add_columns(std::string_view text, data::Table& table) {
   for (const stand::ColumnMapping& mapping : stand::parse_column_mappings(text)) {
+    if (!table.has(mapping.source)) {
+      add_structure_columns(structure_names_in({mapping.source}, table), table);
+    }
+    // C=C asks for the index under its own name.
+    if (mapping.name == mapping.source && table.has(mapping.name)) continue;
     if (table.has(mapping.source) && !table.is_numeric(mapping.source)) {
       table.set(mapping.name, data::TextColumn(table.text(mapping.source)));
     } else if (table.has(mapping.source)) {
@@ -114,7 +123,7 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
       throw InputError(fmt::format("there is no column '{}'; the columns are {}{}",
                                    name,
                                    fmt::join(table.names(), ", "),
-                                   origin_of(name)),
+                                   origin_of(name, table)),
                        {.file = table.file()});
     }
     if (table.is_numeric(name)) continue;

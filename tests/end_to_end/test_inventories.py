@@ -52,7 +52,7 @@ class Inventories(ProgramTest):
         rows[20][7] = 60        # hcb above h
         rows[30][5] = "thick"   # no number
         self.write_rows(rows)
-        folder = self.study()
+        folder = self.study("--minimum-trees", "80")
         lines = [int(row["line"]) for row in folder.excluded]
         self.assertEqual(sorted(set(lines)), [5, 12, 22, 32])
         self.assertTrue(all(row["reason"] for row in folder.excluded))
@@ -108,7 +108,7 @@ class Inventories(ProgramTest):
 
     def test_species_with_few_trees_are_noted(self):
         self.write_rows(rows_of() + rows_of("rare", plots=1, trees=20))
-        folder = self.study("--responses", "h")
+        folder = self.study("--responses", "h", "--minimum-trees", "80")
         self.assertEqual({key[0] for key in folder.fits()}, {"SM"})
         self.assertTrue(any("rare h" in note for note in folder.report["notes"]))
         self.assertEqual({row["h_ols"] for row in folder.predictions if row["species"] == "rare"},

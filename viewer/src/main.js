@@ -4,6 +4,7 @@ import "./style.css";
 import { drawChartsWhenSeen } from "./chart-view.js";
 import { element } from "./dom.js";
 import { head } from "./head.js";
+import { mapSection } from "./map.js";
 import { navigation, resultId } from "./navigation.js";
 import { resultSection } from "./result.js";
 
@@ -22,11 +23,12 @@ function openDetailsForPrint() {
 }
 
 function show(report) {
+  const map = mapSection(report.map);
   const results = report.results.map((result, index) => resultSection(result, resultId(index)));
   document.getElementById("page").replaceWith(
     element("a", { class: "skip", href: "#main" }, "Skip to the report"),
     navigation(report),
-    element("main", { id: "main", tabindex: "-1" }, head(report), ...results, foot(report)),
+    element("main", { id: "main", tabindex: "-1" }, head(report), ...(map ? [map] : []), ...results, foot(report)),
   );
 }
 

@@ -27,6 +27,7 @@ export function navigation(report) {
     ["#verdict", "Verdict"],
     ["#summary", "Summary"],
     ["#done", "What was done"],
+    ...(report.map ? [["#map", "Plot map"]] : []),
   ].map(([href, text]) => element("li", {}, element("a", { href }, text)));
   return element("nav", { "aria-label": "Report" }, element("ul", {}, ...start, ...groups));
 }

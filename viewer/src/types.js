@@ -25,9 +25,13 @@
  *   verdict: string, notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
  *   random: RandomCandidate[], variance: VarianceCandidate[], fits: {ols: Fit|null, covariates: Fit|null, nlme: Fit|null},
  *   gain: {population: number|null, conditional: number|null}, observations: Observations, curves: Curves|null}} Result
+ * @typedef {{areas: {name: string|null, rings: number[][][]}[], buffer: number, torus: boolean, species_names: string[],
+ *   layer_names: string[], area: (number|null)[], plot: string[], tree: string[], species: (number|null)[], x: (number|null)[],
+ *   y: (number|null)[], dbh: (number|null)[], h: (number|null)[], cw: (number|null)[], layer: (number|null)[], core: number[],
+ *   W: (number|null)[], M: (number|null)[], U: (number|null)[], C: (number|null)[], nearest: number[][]}} PlotMap
  * @typedef {{silvafit: string, title: string, command: string, options: {name: string, value: string}[],
  *   inventory: {file: string, trees: number, plots: number, excluded: number,
  *     species: {code: string, name: string|null, trees: number, core: number|null, studied: boolean}[]},
- *   notes: string[], results: Result[]}} Report
+ *   notes: string[], results: Result[], map?: PlotMap}} Report
  */
 export {};

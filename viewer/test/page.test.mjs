@@ -179,3 +179,67 @@ test("printing opens what is closed and draws every chart in ink", { skip }, () 
     assert.notEqual(await page.locator("details:not([open])").count(), 0);
   }),
 );
+
+/** Six trees in a square with a hole; the last has no position. */
+const plotMap = () => ({
+  areas: [
+    { name: "1", rings: [[[0, 0], [30, 0], [30, 30], [0, 30]], [[20, 20], [25, 20], [25, 25], [20, 25]]] },
+    { name: "2", rings: [[[100, 0], [120, 0], [110, 20]]] },
+  ],
+  buffer: 5,
+  torus: false,
+  species_names: ["SM", "MH"],
+  layer_names: ["lower", "middle", "upper"],
+  area: [0, 0, 0, 0, 1, 0],
+  plot: ["1", "1", "1", "1", "2", "1"],
+  tree: ["1", "2", "3", "4", "1", "9"],
+  species: [0, 1, 0, null, 1, 0],
+  x: [10, 13, 10, 1, 110, null],
+  y: [10, 10, 15, 1, 5, null],
+  dbh: [20.4, 10, 30, 8, 12, 9],
+  h: [15, 9, 21, null, 8, 9],
+  cw: [4, 2, 6, null, 3, 2],
+  layer: [1, 0, 2, null, 0, 0],
+  core: [1, 1, 1, 0, 1, 0],
+  W: [0.5, 0.5, 0.5, null, null, null],
+  M: [0.5, 1, 0.5, null, null, null],
+  U: [0.5, 1, 0, null, null, null],
+  C: [0, 0, 0.5, null, null, null],
+  nearest: [[1, 2], [0, 2], [0, 1], [0, 1], [], []],
+});
+
+test("the plot map draws stems, crowns, window and buffer, and the unit of the tree pointed at", { skip }, () =>
+  withPage({ ...example(), map: plotMap() }, { viewport: { width: 1000, height: 900 } }, async (page) => {
+    const counts = (selector) => page.locator(`#map svg ${selector}`).count();
+    assert.equal(await counts(".stem"), 4);
+    assert.equal(await counts(".crown"), 3);
+    assert.equal(await counts(".stem.neighbor-only"), 1);
+    assert.equal(await page.locator("#map svg .buffer").getAttribute("stroke-width"), "10");
+    // Crowns to scale: half the crown width, in metres as the window.
+    assert.equal(await page.locator("#map svg .crown[data-tree='2']").getAttribute("r"), "3");
+    const place = await page.evaluate(() => {
+      const box = document.querySelector("#map svg .window").getBoundingClientRect();
+      const stem = document.querySelector("#map svg .stem[data-tree='0']").getBoundingClientRect();
+      return [(stem.x + stem.width / 2 - box.x) / box.width, (box.bottom - stem.y - stem.height / 2) / box.height];
+    });
+    place.forEach((share) => assert.ok(Math.abs(share - 10 / 30) < 0.01, `north is up, east right: ${place}`));
+    await page.locator("#map svg .stem[data-tree='0']").hover();
+    assert.equal(await counts("line.unit"), 2);
+    const told = page.locator("#map .told");
+    assert.equal(await told.textContent(), "Plot 1, tree 1: SM, DBH 20.4 cm, height 15.0 m, crown width 4.0 m. W 0.50, M 0.50, U 0.50, C 0.00. Neighbors: trees 2 and 3.");
+    await page.locator("#map input").fill("4");
+    assert.match(await told.textContent(), /no species, DBH 8.0 cm. Near the edge: a neighbor only/);
+    await page.locator("#map select").selectOption("1");
+    assert.equal(await counts(".stem"), 1);
+    await page.locator("#map input").fill("1");
+    assert.match(await told.textContent(), /Plot 2, tree 1: MH.*no neighbors/);
+    assert.equal(await page.locator("nav a[href='#map']").count(), 1);
+  }),
+);
+
+test("without a map there is no section for it, and on a phone it fits", { skip }, async () => {
+  await withPage(example(), {}, async (page) => assert.equal(await page.locator("#map, nav a[href='#map']").count(), 0));
+  await withPage({ ...example(), map: plotMap() }, { viewport: { width: 320, height: 640 } }, async (page) => {
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 320);
+  });
+});

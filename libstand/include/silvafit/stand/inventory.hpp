@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <iosfwd>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -95,6 +97,29 @@ struct CheckedInventory {
 /// \throws UsageError or FormulaError if a mapping names what the file does not have
 CheckedInventory read_inventory(const std::filesystem::path& path,
                                 const InventoryOptions& options = {});
+
+/// Reads an inventory batch by batch, each of whole plots, so that memory does not grow with the
+/// file. The rows of a plot must follow each other.
+class InventoryBatches {
+ public:
+  /// \param options  without columns beyond the inventory's own (keep, keep_all, other mappings)
+  /// \param trees    a batch ends with the first plot that makes it so large
+  /// \throws as read_inventory; UsageError if other columns are wanted
+  InventoryBatches(const std::filesystem::path& path,
+                   const InventoryOptions& options,
+                   std::size_t trees = 200000);
+  ~InventoryBatches();
+  InventoryBatches(InventoryBatches&&) noexcept;
+  InventoryBatches& operator=(InventoryBatches&&) noexcept;
+
+  /// The next batch, checked as read_inventory does; nothing at the end. Units are questioned in
+  /// the first batch. \throws InputError also if a plot comes again after its batch
+  std::optional<CheckedInventory> next();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Says how many rows were left out and why the first of them; empty if none was.
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5);

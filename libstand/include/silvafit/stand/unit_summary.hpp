@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,8 @@
 
 namespace silvafit::stand {
 
-/// Trees of one species, or of all, and the means of the indices of its core trees; NaN where no
-/// core tree has the index.
+/// Trees of one species, or of all, and the means of the indices of its core trees, weighted if the
+/// edge correction has weights; NaN where no core tree has the index.
 struct UnitSummary {
   std::string species{};  ///< empty for trees without species
   std::size_t trees = 0;
@@ -21,13 +22,33 @@ struct UnitSummary {
   double M = 0.0;
   double U = 0.0;
   double C = 0.0;
+  std::vector<double> further{};  ///< in the order of StructuralUnits::further
 };
 
-/// One entry a species, in the order of the species' first trees.
+/// Gathers means over several inventories, such as the batches of a large one.
+class UnitSummaries {
+ public:
+  UnitSummaries();
+  ~UnitSummaries();
+  UnitSummaries(UnitSummaries&&) noexcept;
+  UnitSummaries& operator=(UnitSummaries&&) noexcept;
+
+  /// \param units  with the same further indices each time
+  void add(const Inventory& inventory, const StructuralUnits& units);
+
+  /// One entry a species, in the order of the species' first trees; trees without species last.
+  std::vector<UnitSummary> by_species() const;
+  /// All trees together; `species` stays empty.
+  UnitSummary all() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// The summaries of one inventory.
 std::vector<UnitSummary> summarize_by_species(const Inventory& inventory,
                                               const StructuralUnits& units);
-
-/// All trees together; `species` stays empty.
 UnitSummary summarize_all(const Inventory& inventory, const StructuralUnits& units);
 
 }  // namespace silvafit::stand

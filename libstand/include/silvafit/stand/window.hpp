@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Windows: the area that was inventoried, as polygons, and how far trees stand from its boundary.
+// Windows: the area that was inventoried, and how far trees stand from its boundary.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,8 @@ struct Polygon {
   std::vector<std::vector<Point>> holes{};
 };
 
-/// One or more polygons, concave or with holes, that do not overlap. Immutable and cheap to copy.
+/// One or more polygons, concave or with holes, that do not overlap; or a circle. Immutable and
+/// cheap to copy.
 class Window {
  public:
   /// \throws GeometryError if a ring is no valid polygon (crosses itself, has no area, a hole
@@ -33,29 +34,58 @@ class Window {
   /// The rectangle between two corners; low.x < high.x and low.y < high.y.
   static Window rectangle(Point low, Point high);
 
+  /// A circular plot. Distances and areas are those of the circle, not of a polygon near it.
+  /// \throws GeometryError unless the center is finite and the radius above 0
+  static Window circle(Point center, double radius_m);
+
+  /// The convex hull of points; none if they all lie on one line.
+  static std::optional<Window> convex_hull(std::span<const Point> points);
+
   double area_m2() const;
-  /// Inside or on the boundary. Cost: logarithmic in the number of corners, and so is the next.
+  /// Length of the boundary, holes included.
+  double perimeter_m() const;
+  /// Inside or on the boundary, rounding (1e-9 m) apart. Cost: logarithmic in the number of
+  /// corners, and so is the next.
   bool contains(Point point) const;
   /// Distance to the nearest point of the boundary, holes included [m]; >= 0 on either side.
   double distance_to_boundary_m(Point point) const;
+  /// Area of the points of the window that are at least so far from its boundary [m2].
+  /// Closed form for rectangles along the axes and circles; else by Boost's polygon buffer, whose
+  /// arcs at inner corners have 360 corners to the circle (their area is 5e-5 too small).
+  double eroded_area_m2(double distance_m) const;
+  /// Whether it is a rectangle with sides along x and y.
+  bool is_rectangle() const;
+  /// The polygons, corners in turn; a circle as a polygon of 120 corners. For drawing.
+  std::vector<Polygon> outline() const;
   Point low() const;   ///< south-west corner of the bounding rectangle
   Point high() const;  ///< north-east corner of the bounding rectangle
 
+  /// Whether two are one and the same window, not merely equal ones.
+  bool is_same(const Window& other) const { return shape_ == other.shape_; }
+
  private:
   struct Shape;
+  explicit Window(std::shared_ptr<const Shape> shape) : shape_(std::move(shape)) {}
   std::shared_ptr<const Shape> shape_;
 };
 
-/// A window of the whole stand, or of the plot that it names.
+/// The name of a window that every plot has, each in coordinates of its own.
+inline constexpr char kEveryPlot[] = "*";
+
+/// A window of the whole stand (no plot), of the plot that it names, or of every plot (kEveryPlot).
 struct NamedWindow {
   std::optional<std::string> plot{};
   Window window;
 };
 
-/// Reads windows from GeoJSON: a Feature or FeatureCollection of Polygon or MultiPolygon, or a bare
-/// geometry, with coordinates in metres as in the inventory. A feature's property `plot` says whose
-/// window it is; features of one plot, and those of none, are joined.
-/// \throws InputError if the file is no such GeoJSON, or a polygon is not valid
+/// Reads windows from a file, with coordinates in metres as in the inventory.
+///
+/// GeoJSON: a Feature or FeatureCollection of Polygon or MultiPolygon, or of Point with the
+/// property `radius` [m], or a bare polygon geometry. A feature's property `plot` says whose window
+/// it is. WKT: POLYGON and MULTIPOLYGON, each on a new line, all of the stand. CSV: the columns
+/// plot and wkt, or plot, x, y and radius of circular plots; without plot, of the stand. Polygons
+/// of one plot, and those of none, are joined; a plot has one circle at most.
+/// \throws InputError if the file is none of these, or a polygon is not valid
 std::vector<NamedWindow> read_windows(const std::filesystem::path& path);
 
 }  // namespace silvafit::stand

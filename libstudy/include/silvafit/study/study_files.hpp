@@ -28,7 +28,8 @@ struct StudyRecord {
   Study study{};
 };
 
-/// An inventory with its structural units as one table: our column names, and W, M, U, C, core.
+/// An inventory with its structural units as one table: our column names, W, M, U, C, core, and
+/// the further indices that were computed.
 data::Table inventory_table(const stand::Inventory& inventory,
                             const std::optional<stand::StructuralUnits>& units);
 

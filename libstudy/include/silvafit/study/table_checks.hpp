@@ -23,7 +23,8 @@ Place place_of(const data::Table& table, std::size_t row, std::string_view colum
 ///   takes for numbers has text
 data::Table rows_where(std::string_view condition, const data::Table& table);
 
-/// Adds columns under names of the user's choice.
+/// Adds columns under names of the user's choice. Structural indices that a source names and the
+/// table lacks are computed by add_structure_columns with its default options: `C=C`.
 /// \param text  `NAME=SOURCE,...`, a source being a column or an expression of columns
 /// \throws UsageError if the text cannot be read; FormulaError as rows_where
 void add_columns(std::string_view text, data::Table& table);

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+// silvafit stand: what stands there, by plot, stratum, species, diameter and structure.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "command.hpp"
+#include "inventory_options.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "stand_output.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct StandArguments {
+  InventoryArguments inventory{};
+  UnitArguments units{};
+  stand::StandReportOptions report{};
+  std::vector<std::string> stratum_areas{};
+  std::string out{};
+  CommonOptions common{};
+};
+
+void set_stratum_areas(const StandArguments& arguments, stand::StandReportOptions& options) {
+  for (const std::string& part : arguments.stratum_areas) {
+    const std::size_t sign = part.rfind('=');
+    double hectares = 0.0;
+    const bool is_pair = sign != std::string::npos &&
+                         data::parse_number(std::string_view(part).substr(sign + 1), hectares);
+    if (!is_pair) {
+      throw UsageError(fmt::format("'{}' is not STRATUM=HECTARES, such as A=120", part),
+                       {.column = "--stratum-area"});
+    }
+    options.stratum_areas_ha[part.substr(0, sign)] = hectares;
+  }
+  if (!options.stratum_areas_ha.empty() && options.stratum.empty()) {
+    throw UsageError("areas of strata need the column of the strata, --stratum",
+                     {.column = "--stratum-area"});
+  }
+}
+
+void print_json(const StandArguments& arguments,
+                const stand::CheckedInventory& checked,
+                const stand::StandReport& report,
+                double seconds) {
+  ordered_json notes = checked.notes;
+  for (const std::string& note : report.notes) notes.push_back(note);
+  ordered_json result{{"schema", "silvafit-stand/1"},
+                      {"silvafit", version()},
+                      {"inventory", arguments.inventory.path},
+                      {"excluded", checked.excluded_tree_count},
+                      {"edge", arguments.units.edge},
+                      {"per", arguments.units.per}};
+  result.update(stand_json(report));
+  result["notes"] = std::move(notes);
+  result["seconds"] = seconds;
+  fmt::print("{}\n", result.dump(2));
+}
+
+void run(const StandArguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  stand::StandReportOptions options = arguments.report;
+  options.units = unit_options(arguments.units, arguments.common);
+  set_stratum_areas(arguments, options);
+  stand::InventoryOptions reading;
+  if (!options.stratum.empty()) reading.keep = {options.stratum};
+  const stand::CheckedInventory checked =
+      read_inventory(arguments.inventory, reading, arguments.common);
+  const stand::StandReport report = stand::stand_report(checked.inventory, options);
+  for (const std::string& note : report.notes) say(arguments.common, "note: " + note);
+  if (!arguments.out.empty()) write_stand(checked.inventory, report, arguments.out);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  if (arguments.common.json) {
+    print_json(arguments, checked, report, elapsed.count());
+  } else {
+    print_stand(report);
+  }
+}
+
+void add_figure_options(CLI::App& command, StandArguments& arguments) {
+  stand::StandReportOptions& report = arguments.report;
+  command
+      .add_option("--layers", report.species.layers.bounds_m, "Heights in m that part the layers")
+      ->delimiter(',')
+      ->capture_default_str();
+  command
+      .add_option("--quadrat",
+                  report.species.quadrat_m,
+                  "Side in m of the quadrats for the frequency of species (default: plots are the "
+                  "quadrats; 10 m where there is one plot)")
+      ->type_name("M");
+  command
+      .add_option("--dominant-trees",
+                  report.species.dominant_trees_per_ha,
+                  "Dominant height: mean of so many thickest trees per ha")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--class-width", report.diameter_class_cm, "Width of a diameter class in cm")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--plot-area", report.plot_area_m2, "Area of every plot in m2, where no window is given")
+      ->type_name("M2");
+  command.add_option("--stratum", report.stratum, "Column that holds the stratum of each plot")
+      ->type_name("COLUMN");
+  command
+      .add_option("--stratum-area",
+                  arguments.stratum_areas,
+                  "Areas of the strata in ha, for totals, such as A=120,B=33.5")
+      ->delimiter(',')
+      ->type_name("STRATUM=HA,...");
+}
+
+}  // namespace
+
+void add_stand_command(CLI::App& program) {
+  const auto arguments = std::make_shared<StandArguments>();
+  CLI::App& command = *program.add_subcommand(
+      "stand",
+      "Stand figures: density, basal area, heights, diameters, importance values, structure");
+  add_inventory_options(command, arguments->inventory);
+  add_figure_options(command, *arguments);
+  add_unit_options(command, arguments->units);
+  command.add_option("--out", arguments->out, "Folder for the tables as CSV files")
+      ->type_name("DIR");
+  add_common_options(command, arguments->common);
+  add_example(command,
+              "silvafit stand examples/fir-mixed/inventory.csv --per stand --window "
+              "examples/fir-mixed/window.geojson");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace silvafit::cli

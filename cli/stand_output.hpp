@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// What `silvafit stand` says: a table for people, JSON, and CSV files.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "silvafit/stand/stand_report.hpp"
+
+namespace silvafit::cli {
+
+/// Tables on standard output.
+void print_stand(const stand::StandReport& report);
+
+/// areas, all, strata, species, diameters and structure, as docs/stand.md describes them.
+nlohmann::ordered_json stand_json(const stand::StandReport& report);
+
+/// Writes plots.csv, strata.csv, species.csv, diameters.csv and, with positions, classes.csv and
+/// indices.csv into a folder.
+void write_stand(const stand::Inventory& inventory,
+                 const stand::StandReport& report,
+                 const std::filesystem::path& folder);
+
+}  // namespace silvafit::cli

@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+// A stand report as tables for people and as CSV files.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/data/csv.hpp"
+#include "stand_output.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+std::string rounded(double value, int digits = 1) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
+}
+
+std::string with_error(double value, double error, int digits = 1) {
+  if (!std::isfinite(error)) return rounded(value, digits);
+  return fmt::format("{} +- {}", rounded(value, digits), rounded(error, digits));
+}
+
+std::string name_or(const std::string& name, const char* otherwise) {
+  return name.empty() ? otherwise : name;
+}
+
+/// Columns as wide as their widest cell; the first to the left, others to the right.
+class TextTable {
+ public:
+  explicit TextTable(std::vector<std::string> header) { rows_.push_back(std::move(header)); }
+
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  void print() const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_{};
+};
+
+void TextTable::print() const {
+  std::vector<std::size_t> widths(rows_.front().size(), 0);
+  for (const auto& row : rows_) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  for (const auto& row : rows_) {
+    std::string line = fmt::format("{:<{}}", row[0], widths[0]);
+    for (std::size_t i = 1; i < row.size(); ++i) line += fmt::format("  {:>{}}", row[i], widths[i]);
+    fmt::print("{}\n", line);
+  }
+  fmt::print("\n");
+}
+
+void print_areas(const stand::StandReport& report) {
+  TextTable table({"plot",
+                   "trees",
+                   "ha",
+                   "N/ha",
+                   "G m2/ha",
+                   "QMD cm",
+                   "mean h",
+                   "dom. h",
+                   "cover %",
+                   "R",
+                   "R Donnelly"});
+  const auto add = [&table](const std::string& name,
+                            const stand::StandFigures& figures,
+                            const std::optional<stand::ClarkEvans>& pattern) {
+    table.add({name,
+               std::to_string(figures.trees),
+               rounded(figures.area_ha, 4),
+               rounded(figures.stems_per_ha),
+               rounded(figures.basal_area_m2_per_ha),
+               rounded(figures.quadratic_mean_dbh_cm),
+               rounded(figures.mean_height_m),
+               rounded(figures.dominant_height_m),
+               rounded(figures.crown_cover_percent),
+               pattern ? rounded(pattern->R, 3) : "-",
+               pattern ? rounded(pattern->R_donnelly, 3) : "-"});
+  };
+  for (const stand::AreaReport& area : report.areas) {
+    add(name_or(area.area.name, "stand"), area.figures, area.clark_evans);
+  }
+  if (report.areas.size() > 1) add("all", report.all, std::nullopt);
+  fmt::print("Plots (dominant height: the {} thickest trees per ha)\n",
+             report.dominant_trees_per_ha);
+  table.print();
+}
+
+void print_strata(const stand::StandReport& report) {
+  const bool has_totals = std::isfinite(report.strata.back().area_ha);
+  std::vector<std::string> header{"stratum", "plots", "trees", "N/ha", "G m2/ha"};
+  if (has_totals) header.insert(header.end(), {"ha", "N", "G m2"});
+  TextTable table(header);
+  for (const stand::StratumFigures& stratum : report.strata) {
+    std::vector<std::string> row{
+        name_or(stratum.name, "all"),
+        std::to_string(stratum.plots),
+        std::to_string(stratum.trees),
+        with_error(stratum.stems.per_ha, stratum.stems.standard_error),
+        with_error(stratum.basal_area_m2.per_ha, stratum.basal_area_m2.standard_error, 2)};
+    if (has_totals) {
+      row.push_back(rounded(stratum.area_ha, 2));
+      row.push_back(with_error(stratum.stems.total, stratum.stems.total_standard_error, 0));
+      row.push_back(
+          with_error(stratum.basal_area_m2.total, stratum.basal_area_m2.total_standard_error, 0));
+    }
+    table.add(std::move(row));
+  }
+  fmt::print("Strata, with standard errors over plots\n");
+  table.print();
+}
+
+void print_species(const stand::StandReport& report) {
+  std::vector<std::string> header{"species", "N/ha"};
+  const std::size_t layers = report.species.empty() ? 0 : report.species.front().layers.size();
+  for (std::size_t i = layers; i > 0; --i) header.push_back("IV " + report.layers.name_of(i - 1));
+  header.insert(header.end(), {"IV %", "dbh cm", "h m", "G m2", "dom. h"});
+  TextTable table(header);
+  for (const stand::SpeciesRow& row : report.species) {
+    std::vector<std::string> cells{name_or(row.species, "(none)"),
+                                   rounded(row.figures.stems_per_ha)};
+    for (std::size_t i = layers; i > 0; --i) {
+      cells.push_back(with_error(row.layers[i - 1].value, row.layers[i - 1].plot_sd, 2));
+    }
+    cells.push_back(with_error(row.all.value, row.all.plot_sd, 2));
+    cells.push_back(with_error(row.figures.mean_dbh_cm, row.figures.sd_dbh_cm, 2));
+    cells.push_back(with_error(row.figures.mean_height_m, row.figures.sd_height_m, 2));
+    cells.push_back(rounded(row.basal_area_m2, 2));
+    cells.push_back(rounded(row.figures.dominant_height_m));
+    table.add(std::move(cells));
+  }
+  fmt::print(
+      "Species (IV: importance value in %, +- standard deviation over plots; frequency from {})\n",
+      report.quadrat_m > 0.0 ? fmt::format("quadrats of {} m", report.quadrat_m) : "plots");
+  table.print();
+}
+
+void print_diameters(const stand::StandReport& report) {
+  TextTable table({"dbh cm", "trees", "N/ha", "G m2/ha"});
+  for (const stand::DiameterClass& one : report.diameters) {
+    table.add({fmt::format("{}-{}", one.low_cm, one.high_cm),
+               std::to_string(one.trees),
+               rounded(one.stems_per_ha),
+               rounded(one.basal_area_m2_per_ha, 2)});
+  }
+  fmt::print("Diameters\n");
+  table.print();
+}
+
+void print_structure(const stand::StandReport& report) {
+  if (!report.units) return;
+  std::vector<std::string> header{"species", "core trees", "W", "M", "U", "C"};
+  for (const stand::FurtherValues& one : report.units->further) {
+    header.emplace_back(name_of(one.index));
+  }
+  TextTable table(header);
+  const auto add = [&table](const std::string& name, const stand::UnitSummary& summary) {
+    std::vector<std::string> row{name, std::to_string(summary.core_trees)};
+    for (const double mean : {summary.W, summary.M, summary.U, summary.C}) {
+      row.push_back(rounded(mean, 3));
+    }
+    for (const double mean : summary.further) row.push_back(rounded(mean, 3));
+    table.add(std::move(row));
+  };
+  for (const stand::UnitSummary& summary : report.unit_means_by_species) {
+    add(name_or(summary.species, "(none)"), summary);
+  }
+  add("all", *report.unit_means);
+  fmt::print("Structure, means over core trees ({} neighbors)\n", report.units->neighbors);
+  table.print();
+}
+
+void print_joint(const stand::StandReport& report) {
+  for (const stand::NamedJointDistribution& joint : report.joint) {
+    const std::size_t classes = joint.distribution.neighbors + 1;
+    const auto class_name = [classes](std::size_t i) {
+      return fmt::format("{:.3g}", static_cast<double>(i) / static_cast<double>(classes - 1));
+    };
+    std::vector<std::string> header{joint.first + " \\ " + joint.second};
+    for (std::size_t i = 0; i < classes; ++i) header.push_back(class_name(i));
+    TextTable table(header);
+    for (std::size_t i = 0; i < classes; ++i) {
+      std::vector<std::string> row{class_name(i)};
+      for (std::size_t j = 0; j < classes; ++j) {
+        row.push_back(rounded(100.0 * joint.distribution.at(i, j)));
+      }
+      table.add(std::move(row));
+    }
+    fmt::print(
+        "{} and {}: % of {} core trees\n", joint.first, joint.second, joint.distribution.trees);
+    table.print();
+  }
+}
+
+/// A CSV table in the making: columns from a list of entries.
+template <class Entry>
+class Columns {
+ public:
+  explicit Columns(const std::vector<Entry>& entries) : entries_(entries), table_(entries.size()) {}
+
+  void text(const std::string& name, const std::function<std::string(const Entry&)>& value) {
+    data::TextColumn column;
+    for (const Entry& entry : entries_) column.append(value(entry));
+    table_.set(name, std::move(column));
+  }
+  void number(const std::string& name, const std::function<double(const Entry&)>& value) {
+    std::vector<double> column;
+    for (const Entry& entry : entries_) column.push_back(value(entry));
+    table_.set(name, std::move(column));
+  }
+  void write(const std::filesystem::path& path) const { data::write_csv_table(table_, path); }
+
+ private:
+  const std::vector<Entry>& entries_;
+  data::Table table_;
+};
+
+template <class Entry>
+void add_figures(Columns<Entry>& columns) {
+  using Figures = stand::StandFigures;
+  const auto add = [&columns](const std::string& name, double Figures::*member) {
+    columns.number(name, [member](const Entry& entry) { return entry.figures.*member; });
+  };
+  columns.number("trees",
+                 [](const Entry& entry) { return static_cast<double>(entry.figures.trees); });
+  add("area_ha", &Figures::area_ha);
+  add("stems_per_ha", &Figures::stems_per_ha);
+  add("basal_area_m2_per_ha", &Figures::basal_area_m2_per_ha);
+  add("mean_dbh_cm", &Figures::mean_dbh_cm);
+  add("sd_dbh_cm", &Figures::sd_dbh_cm);
+  add("quadratic_mean_dbh_cm", &Figures::quadratic_mean_dbh_cm);
+  add("mean_height_m", &Figures::mean_height_m);
+  add("sd_height_m", &Figures::sd_height_m);
+  add("lorey_height_m", &Figures::lorey_height_m);
+  add("dominant_height_m", &Figures::dominant_height_m);
+  add("crown_cover_percent", &Figures::crown_cover_percent);
+}
+
+void write_areas(const stand::StandReport& report, const std::filesystem::path& path) {
+  using Area = stand::AreaReport;
+  Columns<Area> columns(report.areas);
+  columns.text("plot", [](const Area& area) { return area.area.name; });
+  add_figures(columns);
+  const auto add = [&columns](const std::string& name, double stand::ClarkEvans::*member) {
+    columns.number(name, [member](const Area& area) {
+      return area.clark_evans ? (*area.clark_evans).*member : data::kMissing;
+    });
+  };
+  add("clark_evans_R", &stand::ClarkEvans::R);
+  add("clark_evans_R_donnelly", &stand::ClarkEvans::R_donnelly);
+  add("clark_evans_p_donnelly", &stand::ClarkEvans::p_donnelly);
+  columns.write(path);
+}
+
+void write_strata(const stand::StandReport& report, const std::filesystem::path& path) {
+  using Stratum = stand::StratumFigures;
+  Columns<Stratum> columns(report.strata);
+  columns.text("stratum", [](const Stratum& stratum) { return name_or(stratum.name, "all"); });
+  columns.number("plots",
+                 [](const Stratum& stratum) { return static_cast<double>(stratum.plots); });
+  columns.number("trees",
+                 [](const Stratum& stratum) { return static_cast<double>(stratum.trees); });
+  columns.number("sampled_ha", [](const Stratum& stratum) { return stratum.sampled_ha; });
+  columns.number("area_ha", [](const Stratum& stratum) { return stratum.area_ha; });
+  const auto add = [&columns](const std::string& name, stand::Estimate Stratum::*what) {
+    const auto part = [&](const std::string& suffix, double stand::Estimate::*member) {
+      columns.number(name + suffix,
+                     [what, member](const Stratum& stratum) { return (stratum.*what).*member; });
+    };
+    part("_per_ha", &stand::Estimate::per_ha);
+    part("_per_ha_se", &stand::Estimate::standard_error);
+    part("_total", &stand::Estimate::total);
+    part("_total_se", &stand::Estimate::total_standard_error);
+  };
+  add("stems", &Stratum::stems);
+  add("basal_area_m2", &Stratum::basal_area_m2);
+  columns.write(path);
+}
+
+void write_species(const stand::StandReport& report, const std::filesystem::path& path) {
+  using Row = stand::SpeciesRow;
+  Columns<Row> columns(report.species);
+  columns.text("species", [](const Row& row) { return row.species; });
+  add_figures(columns);
+  columns.number("basal_area_m2", [](const Row& row) { return row.basal_area_m2; });
+  using Pick = std::function<const stand::Importance&(const Row&)>;
+  const auto add = [&columns](const std::string& prefix, const Pick& pick) {
+    const auto part = [&](const std::string& name, double stand::Importance::*member) {
+      columns.number(prefix + name, [pick, member](const Row& row) { return pick(row).*member; });
+    };
+    part("importance", &stand::Importance::value);
+    part("importance_plot_mean", &stand::Importance::plot_mean);
+    part("importance_plot_sd", &stand::Importance::plot_sd);
+    part("relative_density", &stand::Importance::relative_density);
+    part("relative_frequency", &stand::Importance::relative_frequency);
+    part("relative_dominance", &stand::Importance::relative_dominance);
+  };
+  add("", [](const Row& row) -> const stand::Importance& { return row.all; });
+  const std::size_t layers = report.species.empty() ? 0 : report.species.front().layers.size();
+  for (std::size_t i = 0; i < layers; ++i) {
+    add(report.layers.name_of(i) + "_",
+        [i](const Row& row) -> const stand::Importance& { return row.layers[i]; });
+  }
+  columns.write(path);
+}
+
+void write_diameters(const stand::StandReport& report, const std::filesystem::path& path) {
+  using Class = stand::DiameterClass;
+  Columns<Class> columns(report.diameters);
+  columns.number("low_cm", [](const Class& one) { return one.low_cm; });
+  columns.number("high_cm", [](const Class& one) { return one.high_cm; });
+  columns.number("trees", [](const Class& one) { return static_cast<double>(one.trees); });
+  columns.number("stems_per_ha", [](const Class& one) { return one.stems_per_ha; });
+  columns.number("basal_area_m2_per_ha", [](const Class& one) { return one.basal_area_m2_per_ha; });
+  columns.write(path);
+}
+
+void write_classes(const stand::StandReport& report, const std::filesystem::path& path) {
+  std::string text = "first,second,first_value,second_value,share\n";
+  for (const stand::NamedJointDistribution& joint : report.joint) {
+    const std::size_t n = joint.distribution.neighbors;
+    const auto value = [n](std::size_t i) {
+      return data::shortest(static_cast<double>(i) / static_cast<double>(n));
+    };
+    for (std::size_t i = 0; i <= n; ++i) {
+      for (std::size_t j = 0; j <= n; ++j) {
+        const double share = joint.distribution.at(i, j);
+        text += fmt::format("{},{},{},{},{}\n",
+                            joint.first,
+                            joint.second,
+                            value(i),
+                            value(j),
+                            std::isnan(share) ? "" : data::shortest(share));
+      }
+    }
+  }
+  write_file(path, text);
+}
+
+}  // namespace
+
+void print_stand(const stand::StandReport& report) {
+  print_areas(report);
+  print_strata(report);
+  print_species(report);
+  print_diameters(report);
+  print_structure(report);
+  print_joint(report);
+}
+
+void write_stand(const stand::Inventory& inventory,
+                 const stand::StandReport& report,
+                 const std::filesystem::path& folder) {
+  write_areas(report, folder / "plots.csv");
+  write_strata(report, folder / "strata.csv");
+  write_species(report, folder / "species.csv");
+  write_diameters(report, folder / "diameters.csv");
+  if (!report.units) return;
+  write_classes(report, folder / "classes.csv");
+  AtomicFile indices(folder / "indices.csv");
+  stand::write_structural_units(inventory, *report.units, indices.stream());
+  indices.commit();
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Which window each plot of an inventory has.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/window.hpp"
+
+namespace silvafit::stand {
+
+/// Where neighbors are searched.
+enum class SearchScope {
+  kPlot,   ///< among the trees of the same plot
+  kStand,  ///< among all trees
+};
+
+/// What is taken where no window was given.
+enum class AssumedWindow {
+  kConvexHull,  ///< the smallest convex polygon around the trees
+  kRectangle,   ///< the rectangle around the trees, along x and y: what a torus needs
+};
+
+/// An area whose trees are counted together: a plot with a window of its own, or the stand.
+struct Domain {
+  std::string name{};  ///< of its plot; empty for the stand
+  Window window;
+};
+
+/// The windows of the plots of an inventory. Plots without a window of their own share that of the
+/// stand.
+struct PlotWindows {
+  std::vector<Domain> domains{};
+  /// By code of Inventory::plot: the plot's domain. None where its trees make no window.
+  std::vector<std::optional<std::size_t>> domain_of_plot{};
+  bool is_assumed = false;           ///< no window was given
+  std::vector<std::string> notes{};  ///< what was assumed
+
+  /// The window of a tree, or nothing.
+  const Window* window_of(const Inventory& inventory, std::size_t tree) const;
+};
+
+/// Gives each plot the window that bears its name, else that of every plot, else that of the stand;
+/// without any given window, one around the trees of each plot (kPlot) or of the stand (kStand).
+/// \param given  as read_windows reads them
+/// \throws InputError if windows are given and a plot has none; UsageError if neighbors are
+/// searched
+///         within plots and several plots share the stand's window
+PlotWindows plot_windows(const Inventory& inventory,
+                         const std::vector<NamedWindow>& given,
+                         SearchScope scope,
+                         AssumedWindow assumed = AssumedWindow::kConvexHull);
+
+/// Whether each tree is inside its window: 1, else 0; 0 also without position or window.
+std::vector<char> trees_inside(const Inventory& inventory,
+                               const PlotWindows& windows,
+                               unsigned threads = 0);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Species and what they mean to the stand: importance values by layer, sizes, density.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/stand_summary.hpp"
+
+namespace silvafit::stand {
+
+/// Layers by total height. With bounds 10 and 20 m: lower (below 10), middle (10 to below 20) and
+/// upper (20 and more), as Wang and others 2023 have them.
+struct Layers {
+  std::vector<double> bounds_m{10.0, 20.0};  ///< ascending
+
+  std::size_t count() const { return bounds_m.size() + 1; }
+  /// From 0, the lowest; count() for a tree without height.
+  std::size_t layer_of(double height_m) const;
+  /// lower, middle, upper; with other numbers of layers `10-20 m` and so on.
+  std::string name_of(std::size_t layer) const;
+};
+
+/// Importance of a species among the trees of a layer or of all [%]; each of the four adds up to
+/// 100 over the species.
+struct Importance {
+  double relative_density = 0.0;    ///< share of the stems
+  double relative_frequency = 0.0;  ///< share of the quadrats where it occurs, of the sum of such
+                                    ///< shares over the species
+  double relative_dominance = 0.0;  ///< share of the basal area
+  double value = 0.0;               ///< mean of the three
+  double plot_mean = 0.0;           ///< mean over plots of the value within the plot
+  double plot_sd = 0.0;             ///< and its standard deviation; NaN for one plot
+};
+
+/// A species, as in Table 1 of Wang and others 2023.
+struct SpeciesRow {
+  std::string species{};  ///< empty for trees without species
+  StandFigures figures{};
+  double basal_area_m2 = 0.0;  ///< of all its trees
+  Importance all{};
+  std::vector<Importance> layers{};  ///< by layer, from the lowest; none if there are no heights
+};
+
+struct SpeciesTableOptions {
+  Layers layers{};
+  /// Side of the square quadrats of the frequency; 0: the inventory's plots are the quadrats.
+  double quadrat_m = 0.0;
+  double dominant_trees_per_ha = 100.0;
+};
+
+/// A row for each species, by falling importance. Quadrats are counted from the south-west corner
+/// of the window of each area.
+/// \throws UsageError if layers are not ascending, or quadrats are wanted without positions
+std::vector<SpeciesRow> species_table(const Inventory& inventory,
+                                      const std::vector<SampledArea>& areas,
+                                      const SpeciesTableOptions& options = {});
+
+}  // namespace silvafit::stand

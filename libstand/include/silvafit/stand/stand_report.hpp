@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// Everything that is said of a stand, in one object.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/clark_evans.hpp"
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/species_table.hpp"
+#include "silvafit/stand/stand_summary.hpp"
+#include "silvafit/stand/structural_units.hpp"
+#include "silvafit/stand/structure_classes.hpp"
+#include "silvafit/stand/unit_summary.hpp"
+
+namespace silvafit::stand {
+
+struct StandReportOptions {
+  StructuralUnitOptions units{};
+  SpeciesTableOptions species{};  ///< quadrat_m 0 in a stand of one plot: quadrats of 10 m
+  double diameter_class_cm = 4.0;
+  /// Area of every plot, where it is not that of a window.
+  std::optional<double> plot_area_m2{};
+  /// Column of Inventory::other that holds each tree's stratum; empty: none.
+  std::string stratum{};
+  std::map<std::string, double> stratum_areas_ha{};
+};
+
+/// A plot, or the stand where plots have no window of their own.
+struct AreaReport {
+  SampledArea area{};
+  StandFigures figures{};
+  std::optional<ClarkEvans> clark_evans{};  ///< where there is a window
+};
+
+struct NamedJointDistribution {
+  std::string first{};
+  std::string second{};
+  JointDistribution distribution{};
+};
+
+/// Figures, species, diameters and structure of an inventory.
+struct StandReport {
+  std::vector<AreaReport> areas{};
+  StandFigures all{};                    ///< all areas together
+  std::vector<StratumFigures> strata{};  ///< the last: all together
+  std::vector<SpeciesRow> species{};
+  Layers layers{};
+  double quadrat_m = 0.0;  ///< 0: plots were the quadrats
+  double dominant_trees_per_ha = 0.0;
+  std::vector<DiameterClass> diameters{};
+  std::optional<StructuralUnits> units{};  ///< none without positions
+  std::optional<UnitSummary> unit_means{};
+  std::vector<UnitSummary> unit_means_by_species{};
+  std::vector<NamedJointDistribution> joint{};  ///< (W, M), (U, M), (C, M)
+  std::vector<std::string> notes{};
+};
+
+/// \throws UsageError if neither positions nor a plot area are known, a plot is in several strata,
+///         or an option is out of range; else as structural_units and plot_windows do
+StandReport stand_report(const Inventory& inventory, const StandReportOptions& options);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// Stand figures: what stands on a hectare, by plot, by stratum and in all.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/plot_windows.hpp"
+
+namespace silvafit::stand {
+
+/// An area that was inventoried, and the rows of the trees inside.
+struct SampledArea {
+  std::string name{};  ///< of its plot; empty for a stand of several plots
+  double area_m2 = 0.0;
+  std::optional<Window> window{};  ///< none where only the area is known
+  std::vector<std::size_t> trees{};
+};
+
+/// The domains of the windows with their trees, in the order of the domains, then given windows of
+/// plots that no tree names: plots without trees count, too.
+std::vector<SampledArea> sampled_areas(const Inventory& inventory,
+                                       const PlotWindows& windows,
+                                       const std::vector<NamedWindow>& given);
+
+/// Every plot of the inventory with one known area, for inventories without positions.
+std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2);
+
+/// What stands on an area. NaN where it cannot be known: no tree, no heights, no crowns.
+struct StandFigures {
+  std::size_t trees = 0;
+  double area_ha = 0.0;
+  double stems_per_ha = 0.0;
+  double basal_area_m2_per_ha = 0.0;
+  double mean_dbh_cm = 0.0;
+  double sd_dbh_cm = 0.0;  ///< with n - 1, and so are the other sd
+  double quadratic_mean_dbh_cm = 0.0;
+  double mean_height_m = 0.0;  ///< of the trees with a height
+  double sd_height_m = 0.0;
+  double lorey_height_m = 0.0;  ///< mean height weighted by basal area
+  double dominant_height_m = 0.0;
+  double crown_cover_percent = 0.0;  ///< sum of crown areas (circles of cw) over the area
+};
+
+/// Dominant height is the mean height of the thickest trees, so many a hectare (at least one tree;
+/// all where there are fewer); of equally thick trees the taller ones. Trees among them without
+/// height are left out of the mean.
+StandFigures stand_figures(const Inventory& inventory,
+                           std::span<const std::size_t> trees,
+                           double area_m2,
+                           double dominant_trees_per_ha = 100.0);
+
+/// A class of diameters, from low (included) to high.
+struct DiameterClass {
+  double low_cm = 0.0;
+  double high_cm = 0.0;
+  std::size_t trees = 0;
+  double stems_per_ha = 0.0;
+  double basal_area_m2_per_ha = 0.0;
+};
+
+/// Classes of one width from 0, from the first to the last that has a tree.
+/// \throws UsageError if the width is not above 0, or would make more than 10,000 classes
+std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
+                                                 std::span<const std::size_t> trees,
+                                                 double area_m2,
+                                                 double width_cm);
+
+/// A mean per hectare over plots and its standard error, and the total of a stratum.
+struct Estimate {
+  double per_ha = 0.0;
+  double standard_error = 0.0;  ///< NaN for one plot
+  double total = 0.0;           ///< NaN unless the area of the stratum is known
+  double total_standard_error = 0.0;
+};
+
+/// Plots of one stratum, or of all.
+struct StratumFigures {
+  std::string name{};  ///< empty for all strata together
+  std::size_t plots = 0;
+  std::size_t trees = 0;
+  double sampled_ha = 0.0;
+  double area_ha = 0.0;  ///< of the stratum; NaN if not given
+  Estimate stems{};
+  Estimate basal_area_m2{};
+};
+
+/// Estimates by stratum and, last, for all together.
+///
+/// Plots are a simple random sample of their stratum. Per hectare: the ratio R = sum y / sum a of
+/// what was counted and the plots' areas; standard error sqrt(sum (y - R a)^2 / (n (n - 1))) / mean
+/// a, which is that of the mean where plots are equal (Cochran 1977, chapter 6). Over strata:
+/// weighted by their areas, if all are known (chapter 5), else all plots are one sample.
+/// \param stratum_of_area   one for each area; empty: no strata, and the result is one entry
+/// \param stratum_areas_ha  areas by name; may be empty
+/// \throws UsageError if an area is given for a stratum that is not there, or for some only
+std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
+                                            const std::vector<SampledArea>& areas,
+                                            const std::vector<std::string>& stratum_of_area,
+                                            const std::map<std::string, double>& stratum_areas_ha);
+
+}  // namespace silvafit::stand

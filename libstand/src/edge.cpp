@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#include "edge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// Trees at the buffer's width are core trees in spite of rounding.
+constexpr double kRoundingMeters = 1e-9;
+constexpr std::size_t kTreesPerTask = 4096;
+/// A polygon's eroded area is a piece of a parabola between the few distances at which an edge or
+/// an arc vanishes; so many parabolas leave errors of some 1e-4 of the window at most.
+constexpr std::size_t kPanels = 64;
+
+Point position_of(const Inventory& inventory, std::size_t tree) {
+  return {inventory.x[tree], inventory.y[tree]};
+}
+
+/// Calls a function for every tree, on several threads.
+template <class Function>
+void for_each_tree(std::size_t trees, unsigned threads, Function function) {
+  parallel_for((trees + kTreesPerTask - 1) / kTreesPerTask, threads, [&](std::size_t task) {
+    const std::size_t end = std::min(trees, (task + 1) * kTreesPerTask);
+    for (std::size_t tree = task * kTreesPerTask; tree < end; ++tree) function(tree);
+  });
+}
+
+/// Areas of a window less a margin, prepared for many margins.
+class ErodedArea {
+ public:
+  ErodedArea(const Window& window, double largest_m) : window_(window), largest_m_(largest_m) {
+    for (std::size_t i = 0; i <= 2 * kPanels; ++i) {
+      areas_[i] = window.eroded_area_m2(largest_m * static_cast<double>(i) / (2.0 * kPanels));
+    }
+  }
+
+  /// Through three points of the panel.
+  double at(double margin_m) const {
+    if (!(largest_m_ > 0.0)) return window_.area_m2();
+    const double place = std::clamp(margin_m / largest_m_, 0.0, 1.0) * kPanels;
+    const auto panel = std::min(static_cast<std::size_t>(place), kPanels - 1);
+    const double t = 2.0 * (place - static_cast<double>(panel)) - 1.0;
+    const double low = areas_[2 * panel];
+    const double middle = areas_[2 * panel + 1];
+    const double high = areas_[2 * panel + 2];
+    return middle + t * (high - low) / 2.0 + t * t * ((high + low) / 2.0 - middle);
+  }
+
+ private:
+  const Window& window_;
+  double largest_m_;
+  std::array<double, 2 * kPanels + 1> areas_{};
+};
+
+class EdgeWorker {
+ public:
+  EdgeWorker(const Inventory& inventory,
+             const PlotWindows& windows,
+             const std::vector<char>& inside,
+             const StructuralUnitOptions& options,
+             StructuralUnits& units)
+      : inventory_(inventory),
+        windows_(windows),
+        inside_(inside),
+        options_(options),
+        units_(units) {}
+
+  void keep_inside() { units_.core = inside_; }
+  void keep_beyond_buffer();
+  void keep_certain_neighbors();
+  void report_outside();
+
+ private:
+  double to_boundary_m(std::size_t tree) const {
+    return windows_.window_of(inventory_, tree)
+        ->distance_to_boundary_m(position_of(inventory_, tree));
+  }
+  double farthest_m(std::size_t tree) const {
+    return units_.distance_m[(tree + 1) * units_.neighbors - 1];
+  }
+  void weight_domain(std::size_t domain);
+
+  const Inventory& inventory_;
+  const PlotWindows& windows_;
+  const std::vector<char>& inside_;
+  const StructuralUnitOptions& options_;
+  StructuralUnits& units_;
+};
+
+void EdgeWorker::keep_beyond_buffer() {
+  units_.core.assign(inside_.size(), 0);
+  for_each_tree(inside_.size(), options_.threads, [this](std::size_t tree) {
+    if (inside_[tree] == 0) return;
+    units_.core[tree] = to_boundary_m(tree) >= options_.buffer_m - kRoundingMeters ? 1 : 0;
+  });
+}
+
+/// Hanisch 1984: whoever could stand outside would be farther than the n-th neighbor, so the unit
+/// is known to be true.
+void EdgeWorker::keep_certain_neighbors() {
+  units_.core.assign(inside_.size(), 0);
+  for_each_tree(inside_.size(), options_.threads, [this](std::size_t tree) {
+    // NaN, where there are too few neighbors, is not smaller.
+    if (inside_[tree] == 0) return;
+    units_.core[tree] = farthest_m(tree) < to_boundary_m(tree) - kRoundingMeters ? 1 : 0;
+  });
+  units_.weight.assign(inside_.size(), 0.0);
+  for (std::size_t i = 0; i < windows_.domains.size(); ++i) weight_domain(i);
+}
+
+/// Weights are the window's area over the area where a tree with such a neighbor would be kept.
+void EdgeWorker::weight_domain(std::size_t domain) {
+  const Window& window = windows_.domains[domain].window;
+  std::vector<std::size_t> trees;
+  double largest = 0.0;
+  for (std::size_t tree = 0; tree < inside_.size(); ++tree) {
+    const auto own = windows_.domain_of_plot[inventory_.plot.code(tree)];
+    if (units_.core[tree] == 0 || own != domain) continue;
+    trees.push_back(tree);
+    largest = std::max(largest, farthest_m(tree));
+  }
+  if (trees.empty()) return;
+  const bool is_few = trees.size() <= 2 * kPanels;
+  const std::optional<ErodedArea> table =
+      is_few ? std::nullopt : std::optional<ErodedArea>(std::in_place, window, largest);
+  for (const std::size_t tree : trees) {
+    const double margin = farthest_m(tree);
+    units_.weight[tree] =
+        window.area_m2() / (table ? table->at(margin) : window.eroded_area_m2(margin));
+  }
+}
+
+void EdgeWorker::report_outside() {
+  std::size_t outside = 0;
+  std::size_t placed = 0;
+  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  Point high{-low.x, -low.y};
+  for (std::size_t tree = 0; tree < inside_.size(); ++tree) {
+    const Point point = position_of(inventory_, tree);
+    if (std::isnan(point.x) || std::isnan(point.y)) continue;
+    if (windows_.window_of(inventory_, tree) == nullptr) continue;
+    ++placed;
+    if (inside_[tree] == 0) ++outside;
+    low = {std::min(low.x, point.x), std::min(low.y, point.y)};
+    high = {std::max(high.x, point.x), std::max(high.y, point.y)};
+  }
+  if (outside == 0) return;
+  if (outside == placed) {
+    throw InputError(
+        fmt::format("all trees stand outside the window; they are between x {} and {}, "
+                    "y {} and {} m: is the window in the same coordinates?",
+                    low.x,
+                    high.x,
+                    low.y,
+                    high.y),
+        {.file = inventory_.file});
+  }
+  const bool is_torus = options_.edge == EdgeCorrection::kTorus;
+  units_.notes.push_back(fmt::format(
+      "{} trees stand outside the window and {}",
+      outside,
+      is_torus ? "have no place on the torus: they are left out" : "serve as neighbors only"));
+}
+
+}  // namespace
+
+void correct_edge(const Inventory& inventory,
+                  const PlotWindows& windows,
+                  const std::vector<char>& inside,
+                  const StructuralUnitOptions& options,
+                  StructuralUnits& units) {
+  EdgeWorker worker(inventory, windows, inside, options, units);
+  worker.report_outside();
+  switch (options.edge) {
+    case EdgeCorrection::kBuffer:
+      worker.keep_beyond_buffer();
+      break;
+    case EdgeCorrection::kHanisch:
+      worker.keep_certain_neighbors();
+      break;
+    case EdgeCorrection::kNone:
+    case EdgeCorrection::kTorus:
+      worker.keep_inside();
+      break;
+  }
+}
+
+}  // namespace silvafit::stand

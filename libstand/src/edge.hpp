@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Edge correction: which trees are core trees, and how much each counts.
+#pragma once
+
+#include <vector>
+
+#include "silvafit/stand/structural_units.hpp"
+
+namespace silvafit::stand {
+
+/// Sets core and weight, and adds notes. Neighbors must have been found.
+/// \param inside  (N) whether each tree is inside its window
+/// \throws InputError if all trees are outside
+void correct_edge(const Inventory& inventory,
+                  const PlotWindows& windows,
+                  const std::vector<char>& inside,
+                  const StructuralUnitOptions& options,
+                  StructuralUnits& units);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+// Edge corrections beyond the buffer, and windows of many plots.
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/stand/structural_units.hpp"
+#include "silvafit/stand/unit_summary.hpp"
+#include "test_stand.hpp"
+
+using namespace silvafit::stand;
+using namespace silvafit::stand::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Window stand_window() { return Window::rectangle({0, 0}, {60, 40}); }
+
+StructuralUnitOptions torus_options(std::size_t neighbors = 4) {
+  return {.neighbors = neighbors,
+          .edge = EdgeCorrection::kTorus,
+          .windows = {{std::nullopt, stand_window()}}};
+}
+
+/// Moves around the torus.
+double wrapped(double value, double length) { return value - length * std::floor(value / length); }
+
+}  // namespace
+
+TEST_CASE("Hanisch keeps trees whose last neighbor is nearer than the boundary, and weighs them") {
+  // In a 10 x 20 m rectangle; distances to the boundary 5, 3, 1 and 5 m.
+  const Inventory stand = stand_of({{.x = 5, .y = 10, .dbh_cm = 10},
+                                    {.x = 7, .y = 10, .dbh_cm = 20},
+                                    {.x = 1, .y = 5, .dbh_cm = 30},
+                                    {.x = 5, .y = 15, .dbh_cm = 40}});
+  const StructuralUnits units =
+      structural_units(stand,
+                       {.neighbors = 1,
+                        .edge = EdgeCorrection::kHanisch,
+                        .windows = {{std::nullopt, Window::rectangle({0, 0}, {10, 20})}}});
+  // Neighbors at 2, 2, sqrt(41) and 5 m: the last is just as far as the boundary, which is not
+  // nearer.
+  CHECK(units.core == std::vector<char>{1, 1, 0, 0});
+  // 200 m2 over (10 - 4) (20 - 4) m2
+  CHECK(units.weight_of(0) == Approx(200.0 / 96.0).epsilon(1e-15));
+  CHECK(units.weight_of(2) == 0.0);
+  const UnitSummary all = summarize_all(stand, units);
+  CHECK(all.core_trees == 2);
+  CHECK(all.U == 0.5);
+}
+
+TEST_CASE("Hanisch's weights make means of random stands unbiased by distance") {
+  // Small units are kept more often: unweighted, neighbors of core trees are too near. The mean
+  // distance to the nearest neighbor of points at random is 0.5 / sqrt(density).
+  const Inventory stand = stand_of(random_stand(3000, 21));
+  const StructuralUnits units = structural_units(stand,
+                                                 {.neighbors = 1,
+                                                  .edge = EdgeCorrection::kHanisch,
+                                                  .windows = {{std::nullopt, stand_window()}}});
+  double sum = 0.0;
+  double weights = 0.0;
+  for (std::size_t i = 0; i < stand.size(); ++i) {
+    const double weight = units.weight_of(i);
+    weights += weight;
+    if (weight > 0.0) sum += weight * units.distance_m[i];
+  }
+  const double expected = 0.5 * std::sqrt(2400.0 / 3000.0);
+  // Standard error 0.26 / sqrt(3000 * 1.25) = 0.0043.
+  CHECK(sum / weights == Approx(expected).margin(0.013));
+  // The weights estimate how many trees stand in the window: the estimator's own check.
+  CHECK(weights == Approx(3000.0).epsilon(0.01));
+}
+
+TEST_CASE("a torus has no edge: moving a stand around it changes nothing") {
+  const std::vector<Tree> trees = random_stand(300, 31);
+  const StructuralUnits units = structural_units(stand_of(trees), torus_options());
+  silvafit::Random random(32);
+  for (int round = 0; round < 5; ++round) {
+    const double east = random.uniform(0, 60);
+    const double north = random.uniform(0, 40);
+    std::vector<Tree> moved = trees;
+    for (Tree& tree : moved) {
+      tree.x = wrapped(tree.x + east, 60);
+      tree.y = wrapped(tree.y + north, 40);
+    }
+    const StructuralUnits same = structural_units(stand_of(moved), torus_options());
+    CHECK(same.nearest == units.nearest);
+    CHECK(same.W == units.W);
+    CHECK(same.M == units.M);
+    CHECK(same.U == units.U);
+    CHECK(same.C == units.C);
+    CHECK(same.core == std::vector<char>(trees.size(), 1));
+  }
+}
+
+TEST_CASE("every tree of a lattice on a torus has the same unit") {
+  std::vector<Tree> trees;
+  for (int row = 0; row < 8; ++row) {
+    for (int column = 0; column < 12; ++column) {
+      trees.push_back({.x = 5.0 * column, .y = 5.0 * row});
+    }
+  }
+  const StructuralUnits units = structural_units(stand_of(trees), torus_options());
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    CHECK(units.W[i] == 0.0);
+    for (std::size_t k = 0; k < 4; ++k) CHECK(units.distance_m[4 * i + k] == 5.0);
+  }
+}
+
+TEST_CASE("on a small torus each tree is a neighbor once, at its nearest image") {
+  const Inventory stand = stand_of({{.x = 1, .y = 1}, {.x = 59, .y = 39}, {.x = 30, .y = 20}});
+  const StructuralUnits units = structural_units(stand, torus_options(2));
+  CHECK(units.nearest == std::vector<std::uint32_t>{1, 2, 0, 2, 0, 1});
+  CHECK(units.distance_m[0] == Approx(std::sqrt(8.0)).epsilon(1e-14));
+  CHECK(units.distance_m[1] == Approx(std::hypot(29.0, 19.0)).epsilon(1e-14));
+  CHECK(std::isnan(structural_units(stand, torus_options(3)).W[0]));
+}
+
+TEST_CASE("a torus needs a rectangle, one for all who are searched together") {
+  const Inventory stand = stand_of({{.x = 1, .y = 1, .plot = "a"}, {.x = 2, .y = 1, .plot = "b"}});
+  StructuralUnitOptions options{.neighbors = 1,
+                                .edge = EdgeCorrection::kTorus,
+                                .scope = SearchScope::kStand,
+                                .windows = {{"a", Window::rectangle({0, 0}, {5, 5})},
+                                            {"b", Window::rectangle({0, 0}, {5, 5})}}};
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("one window for the stand"));
+  options.windows = {{std::nullopt, Window::circle({1, 1}, 5)}};
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("a torus needs a rectangle"));
+  options.windows = {{std::nullopt, Window::rectangle({0, 0}, {5, 1.5})}};
+  CHECK(structural_units(stand, options).nearest == std::vector<std::uint32_t>{1, 0});
+  options.further = {FurtherIndex::kHegyi};
+  options.competition_radius_m = 1.0;
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("more than half of the torus"));
+  // Without a window the rectangle around the trees, not their hull.
+  const Inventory three = stand_of({{.x = 0, .y = 0}, {.x = 9, .y = 1}, {.x = 4, .y = 8}});
+  const StructuralUnits units =
+      structural_units(three, {.neighbors = 1, .edge = EdgeCorrection::kTorus});
+  CHECK_THAT(units.notes.at(0), Contains("no window is given: the rectangle around"));
+}
+
+TEST_CASE("trees outside have no place on a torus") {
+  const Inventory stand = stand_of({{.x = 1, .y = 1}, {.x = 5, .y = 1}, {.x = -0.5, .y = 1}});
+  const StructuralUnits units = structural_units(stand, torus_options(1));
+  CHECK(units.nearest == std::vector<std::uint32_t>{1, 0, kNoTree});
+  CHECK(units.core == std::vector<char>{1, 1, 0});
+  CHECK_THAT(units.notes.at(0), Contains("1 trees stand outside the window and have no place"));
+}
+
+TEST_CASE("a window of every plot holds in the coordinates of each") {
+  const Inventory stand = stand_of({{.x = 1, .y = 0, .plot = "a"},
+                                    {.x = 9, .y = 0, .plot = "a"},
+                                    {.x = 0, .y = 2, .plot = "b"},
+                                    {.x = 0, .y = 4, .plot = "b"}});
+  const StructuralUnits units = structural_units(
+      stand, {.neighbors = 1, .windows = {{kEveryPlot, Window::circle({0, 0}, 10)}}});
+  CHECK(units.core == std::vector<char>{1, 0, 1, 1});
+}
+
+TEST_CASE("stems at one place and missing positions do not hang the search", "[slow]") {
+  constexpr std::size_t kTrees = 100000;
+  std::vector<Tree> trees;
+  for (std::size_t i = 0; i < kTrees; ++i) {
+    // A fifth at one place, a fifth within a hair of it, a fifth nowhere, the others at random.
+    Tree tree{.x = 10, .y = 10};
+    if (i % 5 == 1) tree.x += 1e-9 * static_cast<double>(i % 7);
+    if (i % 5 == 2) tree.x = NAN;
+    if (i % 5 > 2) {
+      tree.x = static_cast<double>((i * 7919) % 1000) / 10.0;
+      tree.y = static_cast<double>((i * 104729) % 1009) / 10.0;
+    }
+    trees.push_back(tree);
+  }
+  const Inventory stand = stand_of(trees);
+  const auto start = std::chrono::steady_clock::now();
+  StructuralUnitOptions options = without_edge();
+  options.threads = 1;
+  const StructuralUnits units = structural_units(stand, options);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  // Ids in the order of the rows: the first trees of the place are everyone's neighbors there.
+  CHECK(units.nearest[0] == 1);
+  CHECK(units.nearest[4 * 99995] == 0);
+  CHECK(units.nearest[4 * 2] == kNoTree);
+  // Compared pair by pair, 40,000 stems at one place would take minutes.
+  CHECK(elapsed.count() < 20.0);
+}

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// Inventories read plot by plot.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "scratch_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/structural_units.hpp"
+#include "silvafit/stand/unit_summary.hpp"
+
+using namespace silvafit::stand;
+using Catch::Matchers::Contains;
+using silvafit::test::ScratchFile;
+
+namespace {
+
+constexpr char kHeader[] = "plot,tree,species,x,y,dbh,cw\n";
+
+/// Plots of 5 to 40 trees, some rows of which cannot be used.
+std::string plots_csv(int plots) {
+  silvafit::Random random(8);
+  std::string text = kHeader;
+  for (int plot = 1; plot <= plots; ++plot) {
+    const auto trees = 5 + random.below(36);
+    for (std::uint64_t tree = 1; tree <= trees; ++tree) {
+      text += fmt::format("{},{},{},{:.2f},{:.2f},{:.1f},{:.2f}\n",
+                          plot,
+                          tree,
+                          plot > plots / 2 && tree % 3 == 0 ? "late" : "early",
+                          random.uniform(0, 20),
+                          random.uniform(0, 20),
+                          tree == 4 ? -1.0 : random.uniform(5, 40),
+                          random.uniform(1, 5));
+    }
+  }
+  return text;
+}
+
+std::string csv_of(const Inventory& inventory, bool with_header) {
+  std::ostringstream stream;
+  const StructuralUnits units = structural_units(inventory, {.edge = EdgeCorrection::kHanisch});
+  write_structural_units(inventory, units, stream, with_header);
+  return stream.str();
+}
+
+}  // namespace
+
+TEST_CASE("read plot by plot an inventory has the same units as read at once") {
+  const ScratchFile file(plots_csv(60), ".csv");
+  const CheckedInventory whole = read_inventory(file.path(), {.needs_coordinates = true});
+  const std::string expected = csv_of(whole.inventory, true);
+  UnitSummaries whole_summaries;
+  const StructuralUnitOptions options;
+  whole_summaries.add(whole.inventory, structural_units(whole.inventory, options));
+  for (const std::size_t trees : {1UL, 50UL, 333UL, 100000UL}) {
+    InventoryBatches batches(file.path(), {.needs_coordinates = true}, trees);
+    std::string found;
+    std::size_t count = 0;
+    std::size_t excluded = 0;
+    UnitSummaries summaries;
+    while (const auto batch = batches.next()) {
+      found += csv_of(batch->inventory, count == 0);
+      summaries.add(batch->inventory, structural_units(batch->inventory, options));
+      excluded += batch->excluded.size();
+      ++count;
+    }
+    CHECK(found == expected);
+    CHECK(excluded == whole.excluded.size());
+    CHECK(excluded == 60);
+    CHECK((trees == 1 ? count == 60 : count <= 60));
+    CHECK(summaries.all().core_trees == whole_summaries.all().core_trees);
+    // Sums of other batches are added in another order of the same rows: to the last digit alike.
+    CHECK(summaries.all().M == whole_summaries.all().M);
+    REQUIRE(summaries.by_species().size() == 2);
+    CHECK(summaries.by_species()[1].species == "late");
+    CHECK(summaries.by_species()[1].trees == whole_summaries.by_species()[1].trees);
+  }
+}
+
+TEST_CASE("a plot that comes again after its batch is an error with its line") {
+  const ScratchFile file(std::string(kHeader) + "1,1,A,1,1,10,1\n2,1,A,1,1,10,1\n1,2,A,1,2,10,1\n",
+                         ".csv");
+  const InventoryOptions options{.needs_coordinates = true, .trust_units = true};
+  InventoryBatches batches(file.path(), options, 1);
+  CHECK(batches.next()->inventory.size() == 1);
+  CHECK(batches.next()->inventory.size() == 1);
+  CHECK_THROWS_WITH(batches.next(), Contains(":4: ") && Contains("sort the file by plot"));
+  // Within one batch the order does not matter.
+  InventoryBatches large(file.path(), options, 100);
+  CHECK(large.next()->inventory.size() == 3);
+  CHECK_FALSE(large.next());
+  CHECK_FALSE(large.next());
+}
+
+TEST_CASE("batches refuse what they cannot read") {
+  const ScratchFile empty(kHeader, ".csv");
+  InventoryBatches batches(empty.path(), {}, 10);
+  CHECK_THROWS_WITH(batches.next(), Contains("a header but no tree"));
+  CHECK_THROWS_AS(InventoryBatches(empty.path(), {.columns = {{"age", "dbh"}}}),
+                  silvafit::UsageError);
+  // Trees without a column of plots are all of one plot: one batch.
+  const ScratchFile one("dbh,x,y\n10,1,1\n11,1,2\n", ".csv");
+  InventoryBatches single(one.path(), {.trust_units = true}, 1);
+  CHECK(single.next()->inventory.size() == 2);
+}

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/plot_windows.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr std::size_t kTreesPerTask = 4096;
+
+bool has_position(const Inventory& inventory, std::size_t tree) {
+  return !std::isnan(inventory.x[tree]) && !std::isnan(inventory.y[tree]);
+}
+
+/// The window around points; none if they have no area.
+std::optional<Window> window_around(const std::vector<Point>& points, AssumedWindow assumed) {
+  if (assumed == AssumedWindow::kConvexHull) return Window::convex_hull(points);
+  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  Point high{-low.x, -low.y};
+  for (const Point& point : points) {
+    low = {std::min(low.x, point.x), std::min(low.y, point.y)};
+    high = {std::max(high.x, point.x), std::max(high.y, point.y)};
+  }
+  if (!(low.x < high.x && low.y < high.y)) return std::nullopt;
+  return Window::rectangle(low, high);
+}
+
+std::string_view shape_name(AssumedWindow assumed) {
+  return assumed == AssumedWindow::kConvexHull ? "convex hull of" : "rectangle around";
+}
+
+void assume_stand(const Inventory& inventory, AssumedWindow assumed, PlotWindows& result) {
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    if (has_position(inventory, i)) points.push_back({inventory.x[i], inventory.y[i]});
+  }
+  const std::optional<Window> window = window_around(points, assumed);
+  if (!window) {
+    result.notes.emplace_back("trees on one line make no window, so there is no core tree");
+    return;
+  }
+  result.notes.push_back(
+      fmt::format("no window is given: the {} all trees is taken, which is smaller than the stand; "
+                  "x {} to {}, y {} to {}, {:.4g} ha",
+                  shape_name(assumed),
+                  window->low().x,
+                  window->high().x,
+                  window->low().y,
+                  window->high().y,
+                  window->area_m2() / 1e4));
+  result.domains.push_back({.window = *window});
+  std::ranges::fill(result.domain_of_plot, 0);
+}
+
+void assume_plots(const Inventory& inventory, AssumedWindow assumed, PlotWindows& result) {
+  const std::vector<std::string>& names = inventory.plot.levels();
+  std::vector<std::vector<Point>> points(names.size());
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    if (!has_position(inventory, i)) continue;
+    points[inventory.plot.code(i)].push_back({inventory.x[i], inventory.y[i]});
+  }
+  std::vector<std::string> without_area;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (const std::optional<Window> window = window_around(points[i], assumed)) {
+      result.domain_of_plot[i] = result.domains.size();
+      result.domains.push_back({.name = names[i], .window = *window});
+    } else {
+      without_area.push_back(names[i]);
+    }
+  }
+  result.notes.push_back(
+      fmt::format("no window is given: the {} the trees of each plot is taken, which is smaller "
+                  "than the plot",
+                  shape_name(assumed)));
+  if (!without_area.empty()) {
+    result.notes.push_back(
+        fmt::format("trees on one line make no window, so there is no core tree in: {}",
+                    fmt::join(without_area, ", ")));
+  }
+}
+
+/// Finds the given window of each plot.
+class Assignment {
+ public:
+  Assignment(const Inventory& inventory, const std::vector<NamedWindow>& given)
+      : inventory_(inventory) {
+    for (const NamedWindow& window : given) by_plot_.try_emplace(window.plot, &window);
+  }
+
+  void run(SearchScope scope, PlotWindows& result);
+
+ private:
+  const NamedWindow* named(const std::optional<std::string>& plot) const {
+    const auto found = by_plot_.find(plot);
+    return found == by_plot_.end() ? nullptr : found->second;
+  }
+
+  const Inventory& inventory_;
+  std::map<std::optional<std::string>, const NamedWindow*> by_plot_{};
+};
+
+void Assignment::run(SearchScope scope, PlotWindows& result) {
+  const std::vector<std::string>& names = inventory_.plot.levels();
+  std::vector<std::string> missing;
+  std::vector<std::size_t> in_stand;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const NamedWindow* own = named(names[i]);
+    if (own == nullptr) own = named(kEveryPlot);
+    if (own != nullptr) {
+      result.domain_of_plot[i] = result.domains.size();
+      result.domains.push_back({.name = names[i], .window = own->window});
+    } else {
+      in_stand.push_back(i);
+    }
+  }
+  const NamedWindow* stand = named(std::nullopt);
+  if (stand == nullptr) {
+    for (const std::size_t plot : in_stand) missing.push_back(names[plot]);
+  }
+  if (!missing.empty()) {
+    throw InputError(fmt::format("the windows have none for plot {}", fmt::join(missing, ", ")),
+                     {.file = inventory_.file, .column = "plot"});
+  }
+  if (scope == SearchScope::kPlot && in_stand.size() > 1) {
+    throw UsageError(fmt::format(
+        "neighbors are searched within each plot, but one window is given for {} plots; "
+        "use --per stand, or give each polygon its property 'plot' ('*' for every plot)",
+        in_stand.size()));
+  }
+  if (in_stand.empty()) return;
+  const std::string name = in_stand.size() == 1 && names.size() == 1 ? names[0] : "";
+  for (const std::size_t plot : in_stand) result.domain_of_plot[plot] = result.domains.size();
+  result.domains.push_back({.name = name, .window = stand->window});
+}
+
+}  // namespace
+
+const Window* PlotWindows::window_of(const Inventory& inventory, std::size_t tree) const {
+  const std::optional<std::size_t> domain = domain_of_plot[inventory.plot.code(tree)];
+  return domain ? &domains[*domain].window : nullptr;
+}
+
+PlotWindows plot_windows(const Inventory& inventory,
+                         const std::vector<NamedWindow>& given,
+                         SearchScope scope,
+                         AssumedWindow assumed) {
+  PlotWindows result;
+  result.domain_of_plot.resize(inventory.plot.levels().size());
+  result.is_assumed = given.empty();
+  if (!given.empty()) {
+    Assignment(inventory, given).run(scope, result);
+  } else if (scope == SearchScope::kStand) {
+    assume_stand(inventory, assumed, result);
+  } else {
+    assume_plots(inventory, assumed, result);
+  }
+  return result;
+}
+
+std::vector<char> trees_inside(const Inventory& inventory,
+                               const PlotWindows& windows,
+                               unsigned threads) {
+  std::vector<char> inside(inventory.size(), 0);
+  const std::size_t tasks = (inside.size() + kTreesPerTask - 1) / kTreesPerTask;
+  parallel_for(tasks, threads, [&](std::size_t task) {
+    const std::size_t end = std::min(inside.size(), (task + 1) * kTreesPerTask);
+    for (std::size_t tree = task * kTreesPerTask; tree < end; ++tree) {
+      const Window* window = windows.window_of(inventory, tree);
+      if (window == nullptr || !has_position(inventory, tree)) continue;
+      inside[tree] = window->contains({inventory.x[tree], inventory.y[tree]}) ? 1 : 0;
+    }
+  });
+  return inside;
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/stand_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr double kQuadratMeters = 10.0;
+
+class ReportMaker {
+ public:
+  ReportMaker(const Inventory& inventory, const StandReportOptions& options)
+      : inventory_(inventory), options_(options) {}
+
+  StandReport run();
+
+ private:
+  std::vector<SampledArea> find_areas();
+  void note_trees_left_out(const std::vector<SampledArea>& areas);
+  std::vector<std::string> strata_of(std::vector<SampledArea>& areas);
+  void add_structure();
+  void add_species(const std::vector<SampledArea>& areas);
+
+  const Inventory& inventory_;
+  const StandReportOptions& options_;
+  StandReport report_{};
+};
+
+std::vector<SampledArea> ReportMaker::find_areas() {
+  const bool has_window = !options_.units.windows.empty();
+  if (options_.plot_area_m2 && !has_window)
+    return sampled_areas(inventory_, *options_.plot_area_m2);
+  if (!inventory_.has_coordinates()) {
+    throw UsageError(
+        "the area is not known: the inventory has no positions; give the area of a plot in m2 "
+        "with --plot-area",
+        {.file = inventory_.file});
+  }
+  const PlotWindows windows =
+      plot_windows(inventory_, options_.units.windows, options_.units.scope);
+  if (windows.is_assumed) {
+    report_.notes.emplace_back(
+        "areas are those of convex hulls, which are smaller than the plots, so that figures per "
+        "hectare are too large: give --window, --circle or --plot-area");
+  }
+  return sampled_areas(inventory_, windows, options_.units.windows);
+}
+
+void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
+  std::size_t counted = 0;
+  std::size_t empty = 0;
+  for (const SampledArea& area : areas) {
+    counted += area.trees.size();
+    if (area.trees.empty()) ++empty;
+  }
+  if (counted < inventory_.size()) {
+    report_.notes.push_back(
+        fmt::format("{} trees without position or outside the windows are not counted",
+                    inventory_.size() - counted));
+  }
+  if (empty > 0) {
+    report_.notes.push_back(fmt::format("{} plots have a window and no tree; they count", empty));
+  }
+}
+
+/// The stratum of each area; areas without trees have none and leave the list.
+std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas) {
+  std::vector<std::string> strata;
+  if (options_.stratum.empty()) return strata;
+  if (!inventory_.other.has(options_.stratum)) {
+    throw UsageError(fmt::format("there is no column '{}'", options_.stratum),
+                     {.file = inventory_.file, .column = "--stratum"});
+  }
+  const data::TextColumn column = inventory_.other.labels(options_.stratum);
+  const auto left_out =
+      std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
+  if (left_out > 0) {
+    report_.notes.push_back(
+        fmt::format("{} plots without trees are in no stratum and are left out", left_out));
+  }
+  for (const SampledArea& area : areas) {
+    const std::size_t first = area.trees.front();
+    for (const std::size_t tree : area.trees) {
+      if (column.code(tree) == column.code(first)) continue;
+      Place place = inventory_.place(tree);
+      place.column = options_.stratum;
+      throw InputError(
+          fmt::format("the plot is in the strata '{}' and '{}'", column[first], column[tree]),
+          place);
+    }
+    strata.emplace_back(column[first]);
+  }
+  return strata;
+}
+
+void ReportMaker::add_structure() {
+  if (!inventory_.has_coordinates()) {
+    report_.notes.emplace_back("there are no positions, so no structural units");
+    return;
+  }
+  report_.units = structural_units(inventory_, options_.units);
+  for (const std::string& note : report_.units->notes) report_.notes.push_back(note);
+  report_.unit_means = summarize_all(inventory_, *report_.units);
+  report_.unit_means_by_species = summarize_by_species(inventory_, *report_.units);
+  for (const char* index : {"W", "U", "C"}) {
+    if (index[0] == 'C' && report_.units->C.empty()) continue;
+    report_.joint.push_back({index, "M", joint_distribution(*report_.units, index, "M")});
+  }
+}
+
+void ReportMaker::add_species(const std::vector<SampledArea>& areas) {
+  SpeciesTableOptions options = options_.species;
+  const bool has_windows = areas.front().window.has_value();
+  if (options.quadrat_m == 0.0 && inventory_.plot.levels().size() == 1 && has_windows) {
+    options.quadrat_m = kQuadratMeters;
+  }
+  report_.layers = options.layers;
+  report_.quadrat_m = options.quadrat_m;
+  report_.dominant_trees_per_ha = options.dominant_trees_per_ha;
+  report_.species = species_table(inventory_, areas, options);
+}
+
+StandReport ReportMaker::run() {
+  std::vector<SampledArea> areas = find_areas();
+  note_trees_left_out(areas);
+  const std::vector<std::string> strata = strata_of(areas);
+  if (areas.empty()) throw InputError("no plot has an area", {.file = inventory_.file});
+  add_structure();
+  add_species(areas);
+  report_.strata = stratum_figures(inventory_, areas, strata, options_.stratum_areas_ha);
+  std::vector<std::size_t> trees;
+  double area_m2 = 0.0;
+  for (const SampledArea& area : areas) {
+    trees.insert(trees.end(), area.trees.begin(), area.trees.end());
+    area_m2 += area.area_m2;
+  }
+  const double dominant = options_.species.dominant_trees_per_ha;
+  report_.all = stand_figures(inventory_, trees, area_m2, dominant);
+  report_.diameters = diameter_distribution(inventory_, trees, area_m2, options_.diameter_class_cm);
+  for (SampledArea& area : areas) {
+    AreaReport& one = report_.areas.emplace_back();
+    one.figures = stand_figures(inventory_, area.trees, area.area_m2, dominant);
+    if (area.window) {
+      std::vector<Point> points;
+      for (const std::size_t tree : area.trees) {
+        points.push_back({inventory_.x[tree], inventory_.y[tree]});
+      }
+      one.clark_evans = clark_evans(points, *area.window);
+    }
+    one.area = std::move(area);
+  }
+  return std::move(report_);
+}
+
+}  // namespace
+
+StandReport stand_report(const Inventory& inventory, const StandReportOptions& options) {
+  return ReportMaker(inventory, options).run();
+}
+
+}  // namespace silvafit::stand

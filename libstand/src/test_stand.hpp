@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Small stands for tests.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/stand/structural_units.hpp"
+
+namespace silvafit::stand::test {
+
+struct Tree {
+  double x = 0.0;
+  double y = 0.0;
+  double dbh_cm = 20.0;
+  const char* species = "A";
+  double cw_m = 1.0;
+  std::string id{};  ///< default: the number in the list, from 1
+  const char* plot = "1";
+  double h_m = NAN;
+};
+
+inline Inventory stand_of(const std::vector<Tree>& trees) {
+  Inventory inventory;
+  for (const Tree& tree : trees) {
+    inventory.plot.append(tree.plot);
+    inventory.tree.append(tree.id.empty() ? std::to_string(inventory.size() + 1) : tree.id);
+    if (tree.species == nullptr) {
+      inventory.species.append_missing();
+    } else {
+      inventory.species.append(tree.species);
+    }
+    inventory.x.push_back(tree.x);
+    inventory.y.push_back(tree.y);
+    inventory.cw_m.push_back(tree.cw_m);
+    inventory.dbh_cm.push_back(tree.dbh_cm);
+    inventory.h_m.push_back(tree.h_m);
+  }
+  return inventory;
+}
+
+inline StructuralUnitOptions without_edge(std::size_t neighbors = 4) {
+  return {.neighbors = neighbors, .edge = EdgeCorrection::kNone};
+}
+
+/// Trees at random on 60 x 40 m.
+inline std::vector<Tree> random_stand(std::size_t count, std::uint64_t seed) {
+  silvafit::Random random(seed);
+  constexpr std::array kSpecies{"A", "B", "C"};
+  std::vector<Tree> trees;
+  for (std::size_t i = 0; i < count; ++i) {
+    trees.push_back({.x = random.uniform(0, 60),
+                     .y = random.uniform(0, 40),
+                     .dbh_cm = std::round(random.uniform(5, 30)),
+                     .species = kSpecies[random.below(3)],
+                     .cw_m = random.uniform(1, 5),
+                     .id = std::to_string(i + 1),
+                     .h_m = random.uniform(5, 30)});
+  }
+  return trees;
+}
+
+}  // namespace silvafit::stand::test

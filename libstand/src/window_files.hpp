@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// Windows from the formats that people keep them in.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/stand/window.hpp"
+
+namespace silvafit::stand {
+
+/// Windows in the making: what a file says, gathered by plot.
+class WindowCollector {
+ public:
+  /// Polygons of one plot are joined.
+  /// \throws GeometryError if one is not valid, or the plot has a circle
+  void add(const std::optional<std::string>& plot, const std::vector<Polygon>& polygons);
+  /// \throws GeometryError if the plot has a window already
+  void add_circle(const std::optional<std::string>& plot, Point center, double radius_m);
+
+  /// \throws InputError if there is none
+  std::vector<NamedWindow> windows(const std::string& file) const;
+
+ private:
+  struct Owner {
+    std::optional<std::string> plot{};
+    std::vector<Polygon> polygons{};
+    std::optional<Window> circle{};
+  };
+  Owner& owner(const std::optional<std::string>& plot);
+
+  std::vector<Owner> owners_{};
+  std::map<std::optional<std::string>, std::size_t> number_of_{};
+};
+
+/// Polygons of a POLYGON or MULTIPOLYGON in well-known text.
+/// \throws GeometryError if it is none, or not valid
+std::vector<Polygon> polygons_of_wkt(std::string_view text);
+
+std::vector<NamedWindow> read_geojson_windows(const std::filesystem::path& path);
+std::vector<NamedWindow> read_wkt_windows(const std::filesystem::path& path);
+std::vector<NamedWindow> read_csv_windows(const std::filesystem::path& path);
+
+}  // namespace silvafit::stand

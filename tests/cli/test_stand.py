@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""What other programs rely on in `silvafit indices` and `silvafit stand`, and indices as covariates."""
+
+import csv
+import io
+import json
+import math
+import random
+import unittest
+
+from silvafit_program import ProgramTest
+
+WINDOW = {"type": "Feature", "properties": {"plot": "1"},
+          "geometry": {"type": "Polygon",
+                       "coordinates": [[[0, 0], [30, 0], [30, 30], [0, 30], [0, 0]]]}}
+
+
+def inventory(plots=("1",), trees=60, seed=5, strata=None):
+    """Trees at random on 30 x 30 m, in coordinates of each plot."""
+    draw = random.Random(seed)
+    header = "plot,tree,species,x,y,dbh,h,cw" + (",stratum" if strata else "")
+    lines = [header]
+    for plot in plots:
+        limit = 25 + draw.gauss(0, 3)
+        for tree in range(1, trees + 1):
+            dbh = draw.uniform(6, 40)
+            h = 1.3 + limit * (1 - math.exp(-0.05 * dbh)) + draw.gauss(0, 0.5)
+            line = (f"{plot},{tree},{draw.choice(['SM', 'MH'])},{draw.uniform(0, 30):.2f},"
+                    f"{draw.uniform(0, 30):.2f},{dbh:.1f},{h:.2f},{draw.uniform(1, 5):.2f}")
+            lines.append(line + (f",{strata[plot]}" if strata else ""))
+    return "\n".join(lines) + "\n"
+
+
+def rows_of(text):
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+class Indices(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("inventory.csv", inventory())
+        self.write("window.geojson", json.dumps(WINDOW))
+
+    def indices(self, *options):
+        return rows_of(self.run_program("indices", "inventory.csv", "--quiet", *options).stdout)
+
+    def test_the_columns_keep_their_order_and_others_follow(self):
+        rows = self.indices("--window", "window.geojson")
+        first = ["plot", "tree", "species", "core", "W", "M", "U", "C",
+                 "nn1", "nn2", "nn3", "nn4", "d1", "d2", "d3", "d4"]
+        self.assertEqual(list(rows[0]), first)
+        rows = self.indices("--window", "window.geojson", "--edge", "hanisch",
+                            "--further", "Hegyi,BAL,T,CO")
+        self.assertEqual(list(rows[0]), first + ["weight", "CO", "T", "Hegyi", "BAL"])
+        for row in rows:
+            self.assertEqual(float(row["weight"]) > 0, row["core"] == "1")
+
+    def test_edge_corrections_choose_core_trees(self):
+        count = {edge: sum(row["core"] == "1" for row in self.indices(
+            "--window", "window.geojson", "--edge", edge))
+            for edge in ("buffer", "hanisch", "torus", "none")}
+        self.assertEqual(count["torus"], 60)
+        self.assertEqual(count["none"], 60)
+        self.assertLess(count["buffer"], 60)
+        self.assertLess(count["hanisch"], 60)
+        self.assertGreater(count["hanisch"], 0)
+
+    def test_windows_in_all_formats_are_the_same(self):
+        expected = self.indices("--window", "window.geojson")
+        self.write("window.wkt", "POLYGON((0 0, 30 0, 30 30, 0 30, 0 0))")
+        self.write("window.csv", 'plot,wkt\n1,"POLYGON((0 0, 30 0, 30 30, 0 30, 0 0))"\n')
+        self.assertEqual(self.indices("--window", "window.wkt"), expected)
+        self.assertEqual(self.indices("--window", "window.csv"), expected)
+
+    def test_every_plot_may_be_a_circle(self):
+        self.write("inventory.csv", inventory(plots=("1", "2")))
+        self.write("circles.csv", "plot,x,y,radius\n*,15,15,12\n")
+        by_option = self.indices("--circle", "15,15,12")
+        self.assertEqual(by_option, self.indices("--window", "circles.csv"))
+        for row, tree in zip(by_option, rows_of(inventory(plots=("1", "2")))):
+            distance = math.hypot(float(tree["x"]) - 15, float(tree["y"]) - 15)
+            self.assertEqual(row["core"] == "1", distance <= 7)
+
+    def test_without_a_window_the_hull_is_said(self):
+        done = self.run_program("indices", "inventory.csv")
+        self.assertIn("no window is given: the convex hull", done.stderr)
+
+    def test_wrong_options_are_refused(self):
+        for options, word in ((["--further", "Q"], "none of CO, T"),
+                              (["--circle", "1,2"], "X,Y,RADIUS"),
+                              (["--alpha", "x"], "an angle in degrees"),
+                              (["--alpha", "72,OAK=60"], "no species 'OAK'"),
+                              (["--further", "CCF"], "--open-grown")):
+            done = self.run_program("indices", "inventory.csv", *options, status=2)
+            self.assertIn(word, done.stderr)
+        self.write("bad.wkt", "POINT(1 2)")
+        self.run_program("indices", "inventory.csv", "--window", "bad.wkt", status=3)
+
+
+class Stand(ProgramTest):
+    def test_figures_are_those_of_the_window(self):
+        self.write("inventory.csv", inventory())
+        self.write("window.geojson", json.dumps(WINDOW))
+        result = self.run_json("stand", "inventory.csv", "--window", "window.geojson",
+                               "--further", "T")
+        self.assertEqual(result["schema"], "silvafit-stand/1")
+        trees = rows_of(inventory())
+        basal = sum(math.pi * (float(tree["dbh"]) / 200) ** 2 for tree in trees)
+        area = result["areas"][0]
+        self.assertEqual((area["plot"], area["trees"]), ("1", 60))
+        self.assertAlmostEqual(area["stems_per_ha"], 60 / 0.09, 9)
+        self.assertAlmostEqual(area["basal_area_m2_per_ha"], basal / 0.09, 9)
+        self.assertAlmostEqual(area["quadratic_mean_dbh_cm"],
+                               200 * math.sqrt(basal / 60 / math.pi), 9)
+        thickest = sorted(trees, key=lambda tree: (-float(tree["dbh"]), -float(tree["h"])))[:9]
+        self.assertAlmostEqual(area["dominant_height_m"],
+                               sum(float(tree["h"]) for tree in thickest) / 9, 9)
+        self.assertGreater(area["clark_evans"]["R"], 0.6)
+        self.assertEqual(result["quadrat_m"], 10)
+        self.assertAlmostEqual(sum(one["all"]["importance"] for one in result["species"]), 100, 9)
+        self.assertEqual(list(result["species"][0]["layers"]), ["lower", "middle", "upper"])
+        self.assertEqual(sum(one["trees"] for one in result["diameters"]), 60)
+        structure = result["structure"]
+        self.assertIn("T", structure["all"])
+        for joint in structure["joint"]:
+            self.assertAlmostEqual(sum(map(sum, joint["share"])), 1, 9)
+            self.assertEqual(joint["trees"], structure["all"]["core"])
+
+    def test_strata_have_totals(self):
+        strata = {"1": "A", "2": "A", "3": "B", "4": "B"}
+        self.write("inventory.csv", inventory(plots=tuple(strata), strata=strata))
+        result = self.run_json("stand", "inventory.csv", "--plot-area", "900", "--stratum",
+                               "stratum", "--stratum-area", "A=10,B=5")
+        self.assertEqual([one["stratum"] for one in result["strata"]], ["A", "B", None])
+        total = result["strata"][2]
+        self.assertAlmostEqual(total["stems"]["total"], 15 * 60 / 0.09, 6)
+        self.assertEqual(total["area_ha"], 15)
+        done = self.run_program("stand", "inventory.csv", "--stratum-area", "A=10", status=2)
+        self.assertIn("--stratum", done.stderr)
+
+    def test_tables_are_written_to_a_folder(self):
+        self.write("inventory.csv", inventory())
+        done = self.run_program("stand", "inventory.csv", "--circle", "15,15,21", "--out", "tables")
+        self.assertIn("IV upper", done.stdout)
+        names = {path.name for path in (self.folder / "tables").iterdir()}
+        self.assertEqual(names, {"plots.csv", "strata.csv", "species.csv", "diameters.csv",
+                                 "classes.csv", "indices.csv"})
+
+    def test_without_positions_an_area_is_asked_for(self):
+        lines = [",".join(line.split(",")[:3] + line.split(",")[5:])
+                 for line in inventory().splitlines()]
+        self.write("inventory.csv", "\n".join(lines) + "\n")
+        done = self.run_program("stand", "inventory.csv", status=2)
+        self.assertIn("--plot-area", done.stderr)
+        result = self.run_json("stand", "inventory.csv", "--plot-area", "900")
+        self.assertIsNone(result["structure"])
+
+
+class Covariates(ProgramTest):
+    def test_an_index_is_a_covariate_by_name(self):
+        self.write("inventory.csv", inventory(plots=("1", "2", "3")))
+        arguments = ["fit", "inventory.csv", "--formula", "h ~ 1.3 + a*(1 - exp(-b*dbh))",
+                     "--parameter", "b ~ 1 + BAL"]
+        computed = self.run_json(*arguments, "--columns", "BAL=BAL")
+        self.assertTrue(computed["converged"])
+        # The same from a file that has the column.
+        indices = rows_of(self.run_program(
+            "indices", "inventory.csv", "--quiet", "--further", "BAL").stdout)
+        lines = inventory(plots=("1", "2", "3")).splitlines()
+        joined = [lines[0] + ",BAL"] + [
+            f"{line},{row['BAL']}" for line, row in zip(lines[1:], indices)]
+        self.write("inventory.csv", "\n".join(joined) + "\n")
+        given = self.run_json(*arguments)
+        self.assertEqual(computed["fixed"], given["fixed"])
+
+    def test_a_study_takes_further_indices(self):
+        self.write("inventory.csv", inventory(plots=("1", "2", "3", "4", "5"), trees=120))
+        self.run_program("study", "inventory.csv", "--out", "study", "--responses", "h",
+                         "--covariates", "C,BAL,stems_per_ha", "--quiet")
+        with open(self.folder / "study" / "predictions.csv", encoding="utf-8") as file:
+            header = file.readline().strip().split(",")
+        for name in ("C", "BAL", "stems_per_ha"):
+            self.assertIn(name, header)
+        with open(self.folder / "study" / "tables" / "covariates.csv", encoding="utf-8") as file:
+            self.assertIn("BAL", file.read())
+
+
+if __name__ == "__main__":
+    unittest.main()
