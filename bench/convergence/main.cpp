@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -104,19 +105,21 @@ void print_method(const std::string& method, const json& fits) {
              1000.0 * longest);
 }
 
-/// Why the others did not, most frequent first.
+/// A verdict without its numbers, which differ from fit to fit.
+std::string reason(const std::string& verdict) {
+  return std::regex_replace(verdict, std::regex("[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?"), "#");
+}
+
+/// Why the others did not.
 void print_failures(const std::string& method, const json& fits) {
   std::map<std::string, std::vector<std::size_t>> reasons;
   for (const json& fit : fits) {
     if (fit["converged"].get<bool>()) continue;
-    reasons[fit["verdict"].get<std::string>()].push_back(fit["inventory"].get<std::size_t>());
+    reasons[reason(fit["verdict"].get<std::string>())].push_back(
+        fit["inventory"].get<std::size_t>());
   }
   for (const auto& [verdict, numbers] : reasons) {
-    fmt::print("{}: {} not converged, first inventory {}: {}\n",
-               method,
-               numbers.size(),
-               numbers[0],
-               verdict);
+    fmt::print("{}: {} such as inventory {}: {}\n", method, numbers.size(), numbers[0], verdict);
   }
 }
 
