@@ -17,6 +17,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::cli {
@@ -59,7 +60,8 @@ std::map<std::string, std::string_view> parse_assignments(std::string_view text,
     const std::string_view part = text.substr(begin, end - begin);
     const std::size_t sign = part.find('=');
     if (sign == std::string_view::npos) {
-      throw UsageError(fmt::format("'{}' has no =, as in a=30", part), {.column = option});
+      throw UsageError(fmt::format("'{}' is not NAME=VALUE, such as a=30", part),
+                       {.column = option});
     }
     result[std::string(data::trimmed(part.substr(0, sign)))] = data::trimmed(part.substr(sign + 1));
     begin = end + 1;
@@ -120,6 +122,14 @@ data::CsvTableOptions reading_options(const FitArguments& arguments) {
 data::Table read_data(const FitArguments& arguments) {
   data::Table table = data::read_csv_table(arguments.data, reading_options(arguments));
   study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
+  // Covariates must be columns, so that a structural index is meant where its name is not one yet;
+  // in the formula itself it may be a parameter.
+  std::vector<std::string> texts = arguments.parameters;
+  texts.push_back(arguments.where);
+  const std::vector<std::string> names = study::structure_names_in(texts, table);
+  for (const std::string& note : study::add_structure_columns(names, table)) {
+    say(arguments.common, "note: " + note);
+  }
   return arguments.where.empty() ? table : study::rows_where(arguments.where, table);
 }
 

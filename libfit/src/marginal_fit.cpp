@@ -10,6 +10,7 @@
 #include <memory>
 #include <utility>
 
+#include "curvature_certificate.hpp"
 #include "marginal_coordinates.hpp"
 #include "marginal_likelihood.hpp"
 #include "mixed_effects_evidence.hpp"
@@ -31,8 +32,6 @@ constexpr double kConvergedDecrement = 1e-10;
 constexpr double kStopDecrement = 1e-11;
 // Two log-likelihoods that differ by less are the same but for rounding.
 constexpr double kSameLikelihood = 1e-6;
-// Eigenvalues of the information below this share of the largest hold no information.
-constexpr double kNoInformation = 1e-9;
 
 Curvature curvature_of(Integration integration) {
   switch (integration) {
@@ -226,7 +225,7 @@ class MarginalSearch {
                  start,
                  {},
                  {.decrement = kStopDecrement, .maximum_steps = 200, .one_sided = true});
-    constexpr int kRounds = 4;
+    constexpr int kRounds = 6;
     for (int round = 0; round < kRounds && std::isfinite(found.value); ++round) {
       // The certificate is the true Hessian's, not that of the updates on the way.
       VectorXd gradient;
@@ -234,30 +233,35 @@ class MarginalSearch {
       optimum.value = value_at(found.x, &gradient);
       optimum.outer_modes = likelihood_.outer_modes();
       optimum.inner_modes = likelihood_.inner_modes();
-      optimum.hessian = hessian_from_gradients(objective, found.x);
-      optimum.decrement = decrement_of(gradient, optimum.hessian);
+      const MatrixXd hessian = one_sided_hessian(objective, found.x, gradient);
       likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
-      if (optimum.decrement <= kConvergedDecrement) break;
-      found = minimise(objective, found.x, optimum.hessian, {.decrement = kStopDecrement});
+      const CurvatureCertificate certificate(hessian, gradient);
+      optimum.hessian = 0.5 * (hessian + hessian.transpose());
+      optimum.decrement = certificate.decrement();
+      const VectorXd lower = lower_point(optimum, certificate);
+      if (lower.size() > 0) {
+        found = minimise(objective, lower, {}, {.decrement = kStopDecrement, .one_sided = true});
+      } else if (optimum.decrement <= kConvergedDecrement) {
+        break;
+      } else {
+        found = minimise(objective, found.x, optimum.hessian, {.decrement = kStopDecrement});
+      }
     }
     return optimum;
   }
 
-  /// g'H^-1 g over the directions that hold information; infinite at a saddle or with a slope in a
-  /// direction without curvature.
-  static double decrement_of(const VectorXd& gradient, const MatrixXd& hessian) {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
-    if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-    const VectorXd along = solver.eigenvectors().transpose() * gradient;
-    const double largest = solver.eigenvalues().cwiseAbs().maxCoeff();
-    double sum = 0.0;
-    for (Index k = 0; k < along.size(); ++k) {
-      const double curvature = solver.eigenvalues()[k];
-      const double floor = kNoInformation * largest;
-      if (curvature < -floor) return std::numeric_limits<double>::infinity();
-      sum += along[k] * along[k] / std::max(curvature, floor);
+  /// A point below a saddle, along its direction of negative curvature; nothing if there is none.
+  VectorXd lower_point(const Optimum& optimum, const CurvatureCertificate& certificate) {
+    const VectorXd direction = certificate.downwards();
+    if (direction.size() == 0) return {};
+    for (const double size : {1.0, 0.3, 0.1, 0.03}) {
+      for (const double sign : {1.0, -1.0}) {
+        const VectorXd x = optimum.x + sign * size * direction;
+        if (value_at(x, nullptr) < optimum.value - kSameLikelihood) return x;
+        likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+      }
     }
-    return sum;
+    return {};
   }
 
   /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
@@ -283,13 +287,8 @@ class MarginalSearch {
 
   /// The fixed effects' block of the inverse of the observed information.
   MatrixXd fixed_covariance() const {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(best_.hessian);
-    VectorXd inverse = solver.eigenvalues();
-    const double floor = kNoInformation * inverse.cwiseAbs().maxCoeff();
-    for (double& value : inverse) value = value > floor ? 1.0 / value : 0.0;
     const Index p = coordinates_.beta_count();
-    const MatrixXd rows = solver.eigenvectors().topRows(p);
-    const MatrixXd scaled = rows * inverse.asDiagonal() * rows.transpose();
+    const MatrixXd scaled = informed_inverse(best_.hessian).topLeftCorner(p, p);
     return coordinates_.unit().asDiagonal() * scaled * coordinates_.unit().asDiagonal();
   }
 

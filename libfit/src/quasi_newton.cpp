@@ -51,7 +51,7 @@ class Minimisation {
     if (hessian.size() > 0) {
       result_.hessian = made_positive(hessian);
     } else {
-      result_.hessian = made_positive(options_.one_sided ? one_sided_hessian() : fresh_hessian());
+      result_.hessian = made_positive(options_.one_sided ? rough_hessian() : fresh_hessian());
     }
     is_fresh_ = hessian.size() == 0;
   }
@@ -82,17 +82,9 @@ class Minimisation {
     return hessian_from_gradients(function_, result_.x);
   }
 
-  MatrixXd one_sided_hessian() {
-    const Index size = result_.x.size();
-    MatrixXd hessian(size, size);
-    VectorXd gradient = gradient_;
-    for (Index i = 0; i < size; ++i) {
-      const double step = 1e-5 * std::max(std::abs(result_.x[i]), 0.1);
-      VectorXd moved = result_.x;
-      moved[i] += step;
-      evaluate(moved, &gradient);
-      hessian.col(i) = (gradient - gradient_) / step;
-    }
+  MatrixXd rough_hessian() {
+    result_.evaluations += static_cast<int>(result_.x.size());
+    const MatrixXd hessian = one_sided_hessian(function_, result_.x, gradient_);
     return 0.5 * (hessian + hessian.transpose());
   }
 
@@ -146,6 +138,22 @@ MatrixXd hessian_from_gradients(const SmoothFunction& function, const VectorXd& 
     hessian.col(i) = (above - below) / (2.0 * step);
   }
   return 0.5 * (hessian + hessian.transpose());
+}
+
+MatrixXd one_sided_hessian(const SmoothFunction& function,
+                           const VectorXd& x,
+                           const VectorXd& gradient) {
+  const Index size = x.size();
+  MatrixXd hessian(size, size);
+  VectorXd moved_gradient = gradient;
+  for (Index i = 0; i < size; ++i) {
+    const double step = 1e-5 * std::max(std::abs(x[i]), 0.1);
+    VectorXd moved = x;
+    moved[i] += step;
+    function(moved, &moved_gradient);
+    hessian.col(i) = (moved_gradient - gradient) / step;
+  }
+  return hessian;
 }
 
 QuasiNewtonResult minimise(const SmoothFunction& function,

@@ -38,4 +38,11 @@ QuasiNewtonResult minimise(const SmoothFunction& function,
 /// The Hessian from central differences of the exact gradient, symmetrised.
 Eigen::MatrixXd hessian_from_gradients(const SmoothFunction& function, const Eigen::VectorXd& x);
 
+/// The Hessian from differences of the exact gradient to one side, as it comes: how far it is from
+/// symmetric tells how exact it is.
+/// \param gradient  at x
+Eigen::MatrixXd one_sided_hessian(const SmoothFunction& function,
+                                  const Eigen::VectorXd& x,
+                                  const Eigen::VectorXd& gradient);
+
 }  // namespace silvafit::fit

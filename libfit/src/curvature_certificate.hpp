@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Whether a point is a minimum, from the gradient and a Hessian of limited exactness.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace silvafit::fit {
+
+/// Newton's decrement and the sign of the curvature, direction by direction, with variables scaled
+/// so that the Hessian has ones on its diagonal.
+///
+/// A likelihood at the edge of the covariances has directions without curvature, such as rotations
+/// of a factor that has lost rank; there the gradient has to be nothing as well.
+class CurvatureCertificate {
+ public:
+  /// \param hessian   (n x n) as it comes from differences of gradients; how far it is from
+  ///   symmetric tells how exact its eigenvalues are
+  /// \param gradient  (n)
+  CurvatureCertificate(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& gradient);
+
+  /// g'H^-1 g: twice what a Newton step would gain; infinite if it is not known.
+  double decrement() const { return decrement_; }
+  /// The direction of the most negative curvature, one standard deviation long; empty where no
+  /// curvature is negative beyond doubt.
+  const Eigen::VectorXd& downwards() const { return downwards_; }
+
+ private:
+  double decrement_ = 0.0;
+  Eigen::VectorXd downwards_;
+};
+
+/// The inverse of a Hessian over the directions in which it is positive; the others have none.
+Eigen::MatrixXd informed_inverse(const Eigen::MatrixXd& hessian);
+
+}  // namespace silvafit::fit
