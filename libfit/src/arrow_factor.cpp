@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "arrow_factor.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace silvafit::fit {
 namespace {
@@ -9,12 +11,13 @@ namespace {
 using Eigen::Index;
 
 /// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
-bool factorise(double* a, Index n, double& log_determinant) {
+bool factorise(double* a, Index n, double& log_determinant, double& smallest_pivot) {
   for (Index j = 0; j < n; ++j) {
     double pivot = a[j + j * n];
     for (Index k = 0; k < j; ++k) pivot -= a[j + k * n] * a[j + k * n];
     if (!(pivot > 0.0) || !std::isfinite(pivot)) return false;
     log_determinant += std::log(pivot);
+    smallest_pivot = std::min(smallest_pivot, pivot);
     const double root = std::sqrt(pivot);
     a[j + j * n] = root;
     for (Index i = j + 1; i < n; ++i) {
@@ -63,6 +66,7 @@ bool ArrowFactor::compute(const RandomDesign& design,
                           double ridge) {
   resize(design.outer.cols(), design.inner.cols(), curvatures.cols());
   log_determinant_ = 0.0;
+  smallest_pivot_ = std::numeric_limits<double>::infinity();
   Map complement(group(m_), s_, s_);
   complement.setZero();
   complement.diagonal().setConstant(1.0 + ridge);
@@ -72,7 +76,7 @@ bool ArrowFactor::compute(const RandomDesign& design,
     Map block(group(k), q_, q_);
     block = design.inner.transpose().lazyProduct(curved);
     block.diagonal().array() += 1.0 + ridge;
-    if (!factorise(group(k), q_, log_determinant_)) return false;
+    if (!factorise(group(k), q_, log_determinant_, smallest_pivot_)) return false;
     if (s_ == 0) continue;
     Map coupling(group(k) + q_ * q_, s_, q_);
     Map solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
@@ -83,7 +87,7 @@ bool ArrowFactor::compute(const RandomDesign& design,
     complement += design.outer.transpose().lazyProduct(curved_outer);
     complement -= coupling.lazyProduct(solved);
   }
-  return factorise(group(m_), s_, log_determinant_);
+  return factorise(group(m_), s_, log_determinant_, smallest_pivot_);
 }
 
 void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const {

@@ -31,6 +31,9 @@ class ArrowFactor {
                double ridge = 0.0);
 
   double log_determinant() const { return log_determinant_; }
+  /// The smallest pivot: of an effect, how much more exactly the data and the effects before it
+  /// tell its value than its own distribution does (1 if they say nothing).
+  double smallest_pivot() const { return smallest_pivot_; }
   /// Solves H (u, v) = right side, in place.
   /// \param u  (s)
   /// \param v  (q x m)
@@ -54,6 +57,7 @@ class ArrowFactor {
   Eigen::Index m_ = 0;
   std::vector<double> memory_;
   double log_determinant_ = 0.0;
+  double smallest_pivot_ = 0.0;
 };
 
 /// The symmetric matrix of a lower triangle stored by columns.

@@ -66,6 +66,10 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
     return result;
   }
   factorise_determinants(design);
+  if (!has_clear_modes()) {
+    result.minus_log_likelihood = std::numeric_limits<double>::infinity();
+    return result;
+  }
   if (rule_ != nullptr) {
     integrate(point, design, effects, result, with_gradient);
   } else {
@@ -84,6 +88,16 @@ void MarginalBlock::factorise_determinants(const RandomDesign& design) {
   for (std::size_t c = 0; c < determinants_.size(); ++c) {
     determinants_[c].compute(design, modes_.approximations(static_cast<Index>(c)));
   }
+}
+
+/// Where a distribution is about to split in two, its log-determinant runs to minus infinity and
+/// would be taken for a likelihood without bound.
+bool MarginalBlock::has_clear_modes() const {
+  constexpr double kClear = 0.05;
+  for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    if (determinant(c).smallest_pivot() < kClear) return false;
+  }
+  return true;
 }
 
 const ArrowFactor& MarginalBlock::determinant(Index cluster) const {

@@ -59,6 +59,7 @@ class MarginalBlock {
 
  private:
   void factorise_determinants(const RandomDesign& design);
+  bool has_clear_modes() const;
   const ArrowFactor& determinant(Eigen::Index cluster) const;
   void integrate(const MarginalPoint& point,
                  const RandomDesign& design,

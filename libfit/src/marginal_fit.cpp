@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
+#include <optional>
 #include <utility>
 
 #include "curvature_certificate.hpp"
@@ -42,6 +42,12 @@ Curvature curvature_of(Integration integration) {
     default:
       return Curvature::kFull;
   }
+}
+
+/// Whether the likelihood has the true curvature at the modes, which need not be positive
+/// elsewhere.
+bool needs_curvature(Integration integration) {
+  return curvature_of(integration) == Curvature::kFull;
 }
 
 void check(const NonlinearModel& model, Integration integration, const MarginalOptions& options) {
@@ -114,21 +120,17 @@ class MarginalSearch {
         spherical(point.inner_factor, fit.random_effects));
   }
 
-  /// From the pooled fit with random effects of some spread, a share of the residuals' own.
-  void try_pooled(const VectorXd& beta, double residual_sd, double spread) {
-    const VectorXd parameters = variance_.constant();
-    const ObservationPoint observation{
-        .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
-    const auto covariance = [&](const std::vector<Index>& coefficients) -> MatrixXd {
-      const VectorXd deviations = spread * coordinates_.unit()(coefficients);
-      return deviations.cwiseAbs2().asDiagonal();
-    };
-    const VectorXd x = coordinates_.coordinates(observation,
-                                                covariance(likelihood_.places().outer),
-                                                covariance(likelihood_.places().inner));
-    run(x,
-        MatrixXd::Zero(outer_count(), model_.cluster_count()),
-        MatrixXd::Zero(inner_count(), model_.group_count()));
+  /// From the pooled fit with random effects of several spreads, until one converges.
+  void try_pooled(const VectorXd& beta) {
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    model_.evaluate(beta, mean, nullptr, workspace);
+    const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() /
+                                         static_cast<double>(model_.observations()));
+    for (const double spread : {0.3, 0.03, 1.0}) {
+      try_spread(beta, residual_sd, spread);
+      if (has_converged()) break;
+    }
   }
 
   bool has_optimum() const { return std::isfinite(best_.value); }
@@ -161,6 +163,23 @@ class MarginalSearch {
   }
 
  private:
+  /// \param spread  of the random effects, a share of the residuals' own
+  void try_spread(const VectorXd& beta, double residual_sd, double spread) {
+    const VectorXd parameters = variance_.constant();
+    const ObservationPoint observation{
+        .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
+    const auto covariance = [&](const std::vector<Index>& coefficients) -> MatrixXd {
+      const VectorXd deviations = spread * coordinates_.unit()(coefficients);
+      return deviations.cwiseAbs2().asDiagonal();
+    };
+    const VectorXd x = coordinates_.coordinates(observation,
+                                                covariance(likelihood_.places().outer),
+                                                covariance(likelihood_.places().inner));
+    run(x,
+        MatrixXd::Zero(outer_count(), model_.cluster_count()),
+        MatrixXd::Zero(inner_count(), model_.group_count()));
+  }
+
   Index outer_count() const { return static_cast<Index>(likelihood_.places().outer.size()); }
   Index inner_count() const { return static_cast<Index>(likelihood_.places().inner.size()); }
 
@@ -320,31 +339,52 @@ class MarginalSearch {
 
 }  // namespace
 
+namespace {
+
+/// What is left where the likelihood with curvature has no valid point near that without it.
+MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit fit) {
+  describe(model, fit);
+  judge(model, fit, Rounds::kEvaluations);
+  fit.convergence.converged = false;
+  fit.convergence.verdict =
+      "Not converged: where the first-order method (focei) ends, whose values are shown, the "
+      "random "
+      "effects of a group have no clear mode, so that this method's likelihood does not hold "
+      "there. Use focei, or fewer random effects.";
+  return fit;
+}
+
+MixedEffectsFit without_modes(MixedEffectsFit linearised) {
+  linearised.convergence.converged = false;
+  linearised.convergence.verdict =
+      "Not converged: no mode of the random effects was found at any start. Try fewer random "
+      "effects, or a model that the pooled data fit better.";
+  return linearised;
+}
+
+}  // namespace
+
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const VectorXd& start,
                              Integration integration,
                              const MarginalOptions& options) {
   check(model, integration, options);
-  MixedEffectsFit linearised = fit_lindstrom_bates(model, start);
+  const MixedEffectsFit linearised = fit_lindstrom_bates(model, start);
   MarginalSearch search(model, integration, options, linearised);
-  search.try_fit(linearised);
-  if (!search.has_converged()) {
-    NonlinearModel::Workspace workspace;
-    VectorXd mean;
-    model.evaluate(start, mean, nullptr, workspace);
-    const double residual_sd = std::sqrt((model.response() - mean).squaredNorm() /
-                                         static_cast<double>(model.observations()));
-    for (const double spread : {0.3, 0.03, 1.0}) {
-      search.try_pooled(start, residual_sd, spread);
-      if (search.has_converged()) break;
-    }
+  const bool is_first_order = !needs_curvature(integration);
+  if (linearised.convergence.converged || is_first_order) search.try_fit(linearised);
+  std::optional<MixedEffectsFit> smooth;
+  if (!search.has_converged() && !is_first_order) {
+    // The first-order likelihood is smooth wherever there are modes, and bounded.
+    MarginalSearch first_order(model, Integration::kInteraction, options, linearised);
+    first_order.try_fit(linearised);
+    if (!first_order.has_converged()) first_order.try_pooled(start);
+    if (first_order.has_optimum()) smooth = first_order.result();
+    if (smooth) search.try_fit(*smooth);
   }
+  if (!search.has_converged()) search.try_pooled(start);
   if (!search.has_optimum()) {
-    linearised.convergence.converged = false;
-    linearised.convergence.verdict =
-        "Not converged: no mode of the random effects was found at any start. Try fewer random "
-        "effects, or a model that the pooled data fit better.";
-    return linearised;
+    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearised);
   }
   MixedEffectsFit fit = search.result();
   describe(model, fit);
