@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Laplace's method against TMB 1.9.2.
 #include <cmath>
+#include <random>
 
 #include "fir_mixed.hpp"
 #include "public_data.hpp"
@@ -25,7 +26,10 @@ json find_by_id(const json& file, std::string id) {
   return {};
 }
 
-fit::FitResult fitted(const json& reference, const json& formula_of, const data::Table& table) {
+fit::FitResult fitted(const json& reference,
+                      const json& formula_of,
+                      const data::Table& table,
+                      const std::map<std::string, double>& start = {}) {
   fit::ModelSpecification specification =
       fit::specify_model(formula_of["formula"].get<std::string>(), {}, table);
   std::string random;
@@ -36,7 +40,7 @@ fit::FitResult fitted(const json& reference, const json& formula_of, const data:
       specification, random + " | " + formula_of["group"].get<std::string>(), table);
   specification.variance =
       fit::parse_variance_function(kVariances.at(reference["varfun"].get<std::string>()));
-  return fit::fit_model(specification, table, {.method = fit::Method::kLaplace});
+  return fit::fit_model(specification, table, {.method = fit::Method::kLaplace, .start = start});
 }
 
 /// TMB's optimiser leaves a covariance on the edge of its range with a gradient of this size; its
@@ -70,6 +74,24 @@ void check_against(const json& reference, const json& formula_of, const data::Ta
   CHECK(fit.sigma == Approx(reference["sigma"].get<double>()).epsilon(1e-4));
 }
 
+/// Starts from coefficients that are up to a quarter away find no higher likelihood.
+void check_restarts(const json& reference, const json& formula_of, const data::Table& table) {
+  const fit::FittedModel best = fitted(reference, formula_of, table).fit;
+  INFO(reference["id"].get<std::string>());
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> factor(0.75, 1.25);
+  for (int restart = 0; restart < 5; ++restart) {
+    std::map<std::string, double> start;
+    for (std::size_t j = 0; j < best.coefficient_names.size(); ++j) {
+      start[best.coefficient_names[j]] =
+          best.estimate[static_cast<Eigen::Index>(j)] * factor(random);
+    }
+    const fit::FittedModel other = fitted(reference, formula_of, table, start).fit;
+    // 1e-6 is what two searches of one maximum may differ by.
+    if (other.convergence.converged) CHECK(other.log_likelihood < best.log_likelihood + 1e-6);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("the mixed models of the study agree with TMB", "[reference][slow]") {
@@ -82,6 +104,20 @@ TEST_CASE("the mixed models of the study agree with TMB", "[reference][slow]") {
     if (reference["id"].get<std::string>().starts_with(species)) {
       check_against(reference, find_by_id(formulas, reference["id"]), table);
     }
+  }
+}
+
+TEST_CASE("restarts from perturbed points find nothing better", "[reference][slow]") {
+  SILVAFIT_NEEDS_REFERENCE("laplace_tmb.json");
+  const json file = test::read_json("laplace_tmb.json");
+  const json study = test::read_json("fir_mixed_nlme.json");
+  const json open_data = test::read_json("public_nlme.json");
+  const std::string data_set = GENERATE("SM", "BHN", "MH", "spati");
+  const bool is_public = data_set == "spati";
+  const data::Table table = is_public ? test::public_table(data_set) : test::fir_mixed(data_set);
+  for (const json& reference : file["fits"]) {
+    if (!reference["id"].get<std::string>().starts_with(data_set)) continue;
+    check_restarts(reference, find_by_id(is_public ? open_data : study, reference["id"]), table);
   }
 }
 
