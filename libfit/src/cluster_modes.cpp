@@ -11,8 +11,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Squared distance to the mode in standard deviations at which a search ends.
-constexpr double kModeDecrement = 1e-20;
+// Squared distance to the mode in standard deviations at which a search ends: 1e-9 of one, so that
+// one Newton step suffices after the small moves that Hessians are made of.
+constexpr double kModeDecrement = 1e-18;
 // Below this, a decrement that no longer falls is rounding.
 constexpr double kRoundedDecrement = 1e-12;
 constexpr int kModeSteps = 100;
