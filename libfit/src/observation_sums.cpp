@@ -218,88 +218,96 @@ void ObservationSums::fill_parameter(const VaryingParameter& varying,
   }
 }
 
+/// Fills in what differs by group for some rows from `row` on, and where its groups begin among
+/// them. \returns the group of the row behind them
+Index ObservationSums::fill_rows(
+    const GroupValues& values, Index group, Index row, Index rows, Workspace& workspace) const {
+  double* const parameters = workspace.inputs.data();
+  double* const weights = parameters + varying_.size() * kRows;
+  workspace.begins.assign(1, 0);
+  for (Index done = 0; done < rows;) {
+    const Index stop = std::min(rows, model_.group_begin(group + 1) - row);
+    for (std::size_t k = 0; k < varying_.size(); ++k) {
+      double* const target = parameters + k * kRows + done;
+      fill_parameter(varying_[k], values.effects, group, row + done, stop - done, target);
+    }
+    for (std::size_t k = 0; k < values.weight_count(); ++k) {
+      const double weight = (*values.weights)(static_cast<Index>(k), group - values.first);
+      std::fill_n(weights + k * kRows + done, stop - done, weight);
+    }
+    workspace.begins.push_back(static_cast<std::size_t>(stop));
+    done = stop;
+    if (row + done == model_.group_begin(group + 1)) ++group;
+  }
+  return group;
+}
+
+void ObservationSums::connect_inputs(const Task& task, Index row, Workspace& workspace) const {
+  const double* const parameters = workspace.inputs.data();
+  const double* const weights = parameters + varying_.size() * kRows;
+  workspace.input_columns.resize(task.sources.size());
+  for (std::size_t k = 0; k < task.sources.size(); ++k) {
+    const Source& source = task.sources[k];
+    const double*& input = workspace.input_columns[k];
+    switch (source.kind) {
+      case Source::Kind::kScalar:
+        input = &scalars_[source.index];
+        break;
+      case Source::Kind::kColumn:
+        input = source.column + row;
+        break;
+      case Source::Kind::kParameter:
+        input = parameters + source.index * kRows;
+        break;
+      case Source::Kind::kWeight:
+        input = weights + source.index * kRows;
+        break;
+    }
+  }
+}
+
 void ObservationSums::run(const Task& task,
-                          Index first,
+                          const GroupValues& values,
                           Index last,
-                          const MatrixXd& effects,
-                          const MatrixXd* weights,
                           MatrixXd& sums,
                           Workspace& workspace) const {
   const auto width = static_cast<Index>(task.outputs);
-  sums.setZero(width, last - first);
-  const std::size_t weight_count =
-      weights == nullptr ? 0 : static_cast<std::size_t>(weights->rows());
-  workspace.inputs.resize((varying_.size() + weight_count) * kRows);
+  sums.setZero(width, last - values.first);
+  workspace.inputs.resize((varying_.size() + values.weight_count()) * kRows);
   workspace.outputs.resize(task.outputs * kRows);
-  double* const parameter_rows = workspace.inputs.data();
-  double* const weight_rows = parameter_rows + varying_.size() * kRows;
-  std::vector<double*> outputs;
-  std::vector<const double*> columns;
+  workspace.output_columns.resize(task.outputs);
   for (std::size_t k = 0; k < task.outputs; ++k) {
-    outputs.push_back(workspace.outputs.data() + k * kRows);
-    columns.push_back(outputs.back());
+    workspace.output_columns[k] = workspace.outputs.data() + k * kRows;
   }
-  std::vector<const double*> inputs(task.sources.size());
-
+  const std::vector<const double*> columns(workspace.output_columns.begin(),
+                                           workspace.output_columns.end());
   const Index end = model_.group_begin(last);
-  Index group = first;
-  for (Index row = model_.group_begin(first); row < end; row += kRows) {
+  Index group = values.first;
+  for (Index row = model_.group_begin(group); row < end; row += kRows) {
     const Index rows = std::min(kRows, end - row);
-    workspace.begins.assign(1, 0);
     const Index first_group = group;
-    for (Index done = 0; done < rows;) {
-      const Index stop = std::min(rows, model_.group_begin(group + 1) - row);
-      for (std::size_t k = 0; k < varying_.size(); ++k) {
-        fill_parameter(varying_[k],
-                       effects,
-                       group,
-                       row + done,
-                       stop - done,
-                       parameter_rows + k * kRows + done);
-      }
-      for (std::size_t k = 0; k < weight_count; ++k) {
-        std::fill_n(weight_rows + k * kRows + done,
-                    stop - done,
-                    (*weights)(static_cast<Index>(k), group - first));
-      }
-      workspace.begins.push_back(static_cast<std::size_t>(stop));
-      done = stop;
-      if (row + done == model_.group_begin(group + 1)) ++group;
-    }
-    for (std::size_t k = 0; k < task.sources.size(); ++k) {
-      const Source& source = task.sources[k];
-      switch (source.kind) {
-        case Source::Kind::kScalar:
-          inputs[k] = &scalars_[source.index];
-          break;
-        case Source::Kind::kColumn:
-          inputs[k] = source.column + row;
-          break;
-        case Source::Kind::kParameter:
-          inputs[k] = parameter_rows + source.index * kRows;
-          break;
-        case Source::Kind::kWeight:
-          inputs[k] = weight_rows + source.index * kRows;
-          break;
-      }
-    }
-    task.program.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
+    group = fill_rows(values, group, row, rows, workspace);
+    connect_inputs(task, row, workspace);
+    task.program.evaluate(workspace.input_columns,
+                          static_cast<std::size_t>(rows),
+                          workspace.output_columns,
+                          workspace.program);
     const std::size_t segments = workspace.begins.size() - 1;
     workspace.sums.resize(segments * task.outputs);
     data::segment_sums(columns, workspace.begins, workspace.sums.data());
-    sums.middleCols(first_group - first, static_cast<Index>(segments)) +=
+    sums.middleCols(first_group - values.first, static_cast<Index>(segments)) +=
         Eigen::Map<const MatrixXd>(workspace.sums.data(), width, static_cast<Index>(segments));
   }
 }
 
 void ObservationSums::density(
     Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const {
-  run(density_, first, last, effects, nullptr, sums, workspace);
+  run(density_, {.effects = effects, .first = first}, last, sums, workspace);
 }
 
 void ObservationSums::slopes(
     Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const {
-  run(slopes_, first, last, effects, nullptr, sums, workspace);
+  run(slopes_, {.effects = effects, .first = first}, last, sums, workspace);
 }
 
 void ObservationSums::total(Index first,
@@ -308,7 +316,7 @@ void ObservationSums::total(Index first,
                             const MatrixXd& weights,
                             MatrixXd& sums,
                             Workspace& workspace) const {
-  run(total_, first, last, effects, &weights, sums, workspace);
+  run(total_, {.effects = effects, .weights = &weights, .first = first}, last, sums, workspace);
 }
 
 }  // namespace silvafit::fit

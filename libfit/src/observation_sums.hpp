@@ -30,6 +30,8 @@ class ObservationSums {
     std::vector<double> outputs{};
     std::vector<double> sums{};
     std::vector<std::size_t> begins{};
+    std::vector<const double*> input_columns{};
+    std::vector<double*> output_columns{};
   };
 
   ObservationSums(const NonlinearModel& model,
@@ -95,13 +97,26 @@ class ObservationSums {
   Source parameter_source(Eigen::Index parameter, bool at_population);
   Source quantity_source(std::size_t quantity);
   void store_indicators();
+  /// What differs by group.
+  struct GroupValues {
+    const Eigen::MatrixXd& effects;            ///< (r x G)
+    const Eigen::MatrixXd* weights = nullptr;  ///< one column a group from the first on, or null
+    Eigen::Index first = 0;
+    std::size_t weight_count() const {
+      return weights == nullptr ? 0 : static_cast<std::size_t>(weights->rows());
+    }
+  };
   void run(const Task& task,
-           Eigen::Index first,
+           const GroupValues& values,
            Eigen::Index last,
-           const Eigen::MatrixXd& effects,
-           const Eigen::MatrixXd* weights,
            Eigen::MatrixXd& sums,
            Workspace& workspace) const;
+  Eigen::Index fill_rows(const GroupValues& values,
+                         Eigen::Index group,
+                         Eigen::Index row,
+                         Eigen::Index rows,
+                         Workspace& workspace) const;
+  void connect_inputs(const Task& task, Eigen::Index row, Workspace& workspace) const;
   void fill_parameter(const VaryingParameter& varying,
                       const Eigen::MatrixXd& effects,
                       Eigen::Index group,
