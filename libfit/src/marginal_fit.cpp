@@ -136,6 +136,12 @@ class MarginalSearch {
   bool has_optimum() const { return std::isfinite(best_.value); }
   bool has_converged() const { return has_optimum() && best_.decrement <= kConvergedDecrement; }
 
+  /// Whether the search kept running into points where the likelihood does not hold.
+  bool has_met_wall() const {
+    constexpr int kOften = 20;
+    return outside_ > kOften;
+  }
+
   MixedEffectsFit result() {
     likelihood_.set_modes(best_.outer_modes, best_.inner_modes);
     const MarginalPoint point = coordinates_.point(best_.x);
@@ -210,6 +216,7 @@ class MarginalSearch {
     ++evaluations_;
     const MarginalValue value = likelihood_.evaluate(coordinates_.point(x), gradient != nullptr);
     if (gradient != nullptr) *gradient = coordinates_.gradient(value);
+    if (!std::isfinite(value.minus_log_likelihood)) ++outside_;
     if (options_.trace) {
       options_.trace(fmt::format(
           "evaluation {:4}  log-likelihood {:.8f}", evaluations_, -value.minus_log_likelihood));
@@ -335,6 +342,7 @@ class MarginalSearch {
   MarginalCoordinates coordinates_;
   Optimum best_;
   int evaluations_ = 0;
+  int outside_ = 0;  ///< evaluations at points where the likelihood does not hold
 };
 
 }  // namespace
@@ -389,6 +397,11 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
   MixedEffectsFit fit = search.result();
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
+  if (!fit.convergence.converged && search.has_met_wall()) {
+    fit.convergence.verdict =
+        "Not converged: the likelihood rises towards points where the random effects of a group "
+        "have no clear mode, and where it does not hold. Use focei, or fewer random effects.";
+  }
   return fit;
 }
 
