@@ -21,16 +21,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-std::vector<Index> random_columns(const NonlinearModel& model,
-                                  const std::optional<RandomEffects>& random) {
-  std::vector<Index> columns;
-  if (!random) return columns;
-  for (const std::string& name : random->coefficients) {
-    columns.push_back(model.coefficient_index(name));
-  }
-  return columns;
-}
-
 VectorXd chosen(const VectorXd& values, const std::vector<Index>& which) {
   VectorXd result(static_cast<Index>(which.size()));
   for (std::size_t k = 0; k < which.size(); ++k) result[static_cast<Index>(k)] = values[which[k]];
@@ -128,8 +118,8 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
     : model_(model),
       options_(options),
       variance_text_(variance.text()),
-      random_(random_columns(model, model.specification().random)),
-      outer_random_(random_columns(model, model.specification().outer_random)),
+      random_(model.coefficients_of(model.specification().random)),
+      outer_random_(model.coefficients_of(model.specification().outer_random)),
       pooled_(pooled),
       scale_(pooled.scale),
       inner_factor_(factor_of(model.specification().random, chosen(scale_, random_))),

@@ -21,23 +21,13 @@ constexpr Index kBlockRows = 512;
 constexpr double kTypicalChange = 0.4;
 constexpr double kLongestChange = 1.0;
 
-std::vector<Index> columns_of(const NonlinearModel& model,
-                              const std::optional<RandomEffects>& random) {
-  std::vector<Index> columns;
-  if (!random) return columns;
-  for (const std::string& name : random->coefficients) {
-    columns.push_back(model.coefficient_index(name));
-  }
-  return columns;
-}
-
 }  // namespace
 
 Lineariser::Lineariser(const NonlinearModel& model, const VarianceModel& variance)
     : model_(model),
       variance_(variance),
-      random_({.inner = columns_of(model, model.specification().random),
-               .outer = columns_of(model, model.specification().outer_random)}) {
+      random_({.inner = model.coefficients_of(model.specification().random),
+               .outer = model.coefficients_of(model.specification().outer_random)}) {
   for (Index c = 0; c <= model.cluster_count(); ++c) {
     random_.cluster_begin.push_back(model.cluster_begin(c));
   }

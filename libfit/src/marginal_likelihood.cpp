@@ -22,16 +22,6 @@ using Eigen::VectorXd;
 // Rows of a block of clusters: their data stay in the cache while modes are searched.
 constexpr Index kBlockRows = 4096;
 
-std::vector<Index> coefficients_of(const NonlinearModel& model,
-                                   const std::optional<RandomEffects>& random) {
-  std::vector<Index> columns;
-  if (!random) return columns;
-  for (const std::string& name : random->coefficients) {
-    columns.push_back(model.coefficient_index(name));
-  }
-  return columns;
-}
-
 std::vector<Index> united(std::vector<Index> a, const std::vector<Index>& b) {
   a.insert(a.end(), b.begin(), b.end());
   std::ranges::sort(a);
@@ -56,8 +46,8 @@ SmallMatrix placed(const MatrixXd& factor, const std::vector<Index>& rows, Index
 
 RandomPlaces places_of(const NonlinearModel& model) {
   const ModelSpecification& specification = model.specification();
-  RandomPlaces result{.outer = coefficients_of(model, specification.outer_random),
-                      .inner = coefficients_of(model, specification.random)};
+  RandomPlaces result{.outer = model.coefficients_of(specification.outer_random),
+                      .inner = model.coefficients_of(specification.random)};
   const auto effects = static_cast<int>(result.outer.size() + result.inner.size());
   if (effects > kMostRandomEffects) {
     throw UsageError(fmt::format("there are {} random effects a group; at most {} can be fitted",

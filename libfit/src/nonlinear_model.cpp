@@ -244,6 +244,16 @@ Index NonlinearModel::coefficient_index(std::string_view name) const {
   return found - names_.begin();
 }
 
+std::vector<Index> NonlinearModel::coefficients_of(
+    const std::optional<RandomEffects>& random) const {
+  std::vector<Index> positions;
+  if (!random) return positions;
+  for (const std::string& name : random->coefficients) {
+    positions.push_back(coefficient_index(name));
+  }
+  return positions;
+}
+
 Eigen::VectorXd NonlinearModel::column(std::string_view name) const {
   const auto found = std::ranges::find(variables_, name);
   if (found == variables_.end()) {

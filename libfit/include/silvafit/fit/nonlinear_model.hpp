@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,10 @@ class NonlinearModel {
   /// Position of a coefficient.
   /// \throws UsageError if there is none of that name
   Eigen::Index coefficient_index(std::string_view name) const;
+
+  /// Positions of the coefficients that have random effects in a grouping; none without one.
+  /// \throws UsageError if one is no coefficient of the model
+  std::vector<Eigen::Index> coefficients_of(const std::optional<RandomEffects>& random) const;
 
   /// (N) the response, in model order.
   const Eigen::VectorXd& response() const { return response_; }
