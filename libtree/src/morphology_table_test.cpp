@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "silvafit/base/atomic_file.hpp"
+#include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "tree_test_support.hpp"
@@ -14,12 +14,9 @@ using namespace silvafit::tree;
 namespace {
 
 data::Table table_of(const std::string& csv) {
-  const auto file = std::filesystem::temp_directory_path() / "silvafit-morphologies-test.csv";
-  write_file(file, csv);
+  const test::ScratchFile file(csv);
   const data::CsvTableOptions options{.text_columns = {"plot", "tree", "species"}};
-  data::Table table = data::read_csv_table(file, options);
-  std::filesystem::remove(file);
-  return table;
+  return data::read_csv_table(file.path(), options);
 }
 
 const char* const kInventory =
