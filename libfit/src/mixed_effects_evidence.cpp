@@ -130,7 +130,8 @@ std::string failure(const MixedEffectsFit& fit, Rounds rounds) {
   if (rounds == Rounds::kAlternations) {
     return fmt::format(
         "Not converged after {} alternations: the variance components still move by {:.2g} "
-        "standard errors. Try the method laplace, fewer random effects or a diagonal covariance.",
+        "standard errors. Try the method focei or laplace, fewer random effects or a diagonal "
+        "covariance.",
         fit.convergence.iterations,
         distance(fit));
   }
