@@ -99,6 +99,9 @@ class LindstromBates {
 
  private:
   class Run;
+  /// Steps of the variance components a round: enough to settle once the linearisation has; before
+  /// that, more would be wasted.
+  static constexpr int kThetaSteps = 30;
 
   Eigen::Index random_parameter_count() const {
     return inner_factor_.parameter_count() + outer_factor_.parameter_count();
