@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 
 #include "json_reader.hpp"
+#include "published_library.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::study {
@@ -83,6 +86,9 @@ ModelLibrary read_models(const ordered_json& json, const JsonReader& place) {
       .inventory = {.file = text_or_empty(inventory, "file"),
                     .fingerprint = text_or_empty(inventory, "fingerprint"),
                     .trees = static_cast<std::size_t>(inventory.at("trees").not_negative())}};
+  if (const auto commonest = inventory.find("commonest_dbh")) {
+    library.inventory.commonest_dbh_cm = commonest->numbers_by_name();
+  }
   const std::vector<JsonReader> items = place.at("models").items();
   for (std::size_t i = 0; i < items.size(); ++i) {
     library.models.push_back(read_model(json["models"][i], items[i]));
@@ -90,9 +96,12 @@ ModelLibrary read_models(const ordered_json& json, const JsonReader& place) {
   return library;
 }
 
+bool has_schema(const JsonReader& place, std::string_view beginning) {
+  return place.has("schema") && place.at("schema").text().starts_with(beginning);
+}
+
 bool is_plain_fit(const JsonReader& place) {
-  if (place.has("fits")) return true;
-  return place.has("schema") && place.at("schema").text().starts_with("silvafit-fit/");
+  return place.has("fits") || has_schema(place, "silvafit-fit/");
 }
 
 }  // namespace
@@ -111,7 +120,8 @@ std::string to_json(const ModelLibrary& library) {
                             {"inventory",
                              {{"file", text_or_null(library.inventory.file)},
                               {"fingerprint", text_or_null(library.inventory.fingerprint)},
-                              {"trees", library.inventory.trees}}},
+                              {"trees", library.inventory.trees},
+                              {"commonest_dbh", library.inventory.commonest_dbh_cm}}},
                             {"models", std::move(models)}};
   return result.dump(1) + "\n";
 }
@@ -123,8 +133,32 @@ void write_library(const ModelLibrary& library, const std::filesystem::path& pat
 ModelLibrary read_library(const std::filesystem::path& path) {
   const std::string text = read_file(path);
   const JsonReader place = JsonReader::parse(text, path.string());
+  if (has_schema(place, "silvafit-published-models/")) return published_library(place);
   const ordered_json json = ordered_json::parse(text);
   return is_plain_fit(place) ? read_fits(json, place) : read_models(json, place);
+}
+
+std::vector<std::string> published_libraries(const std::filesystem::path& models_directory) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  const std::filesystem::path folder = models_directory / "published";
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+ModelLibrary find_library(const std::string& name_or_file,
+                          const std::filesystem::path& models_directory) {
+  if (std::filesystem::exists(name_or_file)) return read_library(name_or_file);
+  const std::vector<std::string> names = published_libraries(models_directory);
+  if (std::ranges::find(names, name_or_file) != names.end()) {
+    return read_library(models_directory / "published" / (name_or_file + ".json"));
+  }
+  throw UsageError(fmt::format("'{}' is neither a file nor a published library; there are {}",
+                               name_or_file,
+                               fmt::join(names, ", ")));
 }
 
 }  // namespace silvafit::study

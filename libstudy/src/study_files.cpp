@@ -12,6 +12,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/report_page.hpp"
+#include "silvafit/study/scenes.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -30,6 +31,23 @@ void add_model(const ResponseStudy& result,
                             .fit = fit->fit});
   // Wall time would make two libraries of the same study differ.
   library.models.back().fit.seconds = 0.0;
+}
+
+/// Of the species that were studied, by all of their trees.
+std::map<std::string, double> commonest_diameters(const StudyRecord& record) {
+  std::map<std::string, std::vector<double>> diameters;
+  for (const ResponseStudy& result : record.study.results) diameters[result.species];
+  const stand::Inventory& inventory = record.inventory.inventory;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    if (inventory.species.is_missing(row)) continue;
+    const auto own = diameters.find(std::string(inventory.species[row]));
+    if (own != diameters.end()) own->second.push_back(inventory.dbh_cm[row]);
+  }
+  std::map<std::string, double> result;
+  for (const auto& [species, values] : diameters) {
+    if (!values.empty()) result[species] = commonest_dbh_cm(values);
+  }
+  return result;
 }
 
 /// Adds the predictions of one kind under names such as h_ols.
@@ -95,6 +113,7 @@ ModelLibrary library_of(const StudyRecord& record) {
   ModelLibrary library{.inventory = {.file = std::filesystem::path(file).filename().string(),
                                      .fingerprint = fingerprint(read_file(file)),
                                      .trees = record.inventory.inventory.size()}};
+  library.inventory.commonest_dbh_cm = commonest_diameters(record);
   for (const ResponseStudy& result : record.study.results) {
     add_model(result, result.ols, "ols", library);
     add_model(result, result.with_covariates, "covariates", library);

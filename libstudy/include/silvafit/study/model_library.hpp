@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct LibraryInventory {
   std::string file{};
   std::string fingerprint{};  ///< of the bytes of the file, e.g. "sha256:..."; may be empty
   std::size_t trees = 0;
+  std::map<std::string, double> commonest_dbh_cm{};  ///< by species; see commonest_dbh_cm()
 };
 
 /// One fit and what it is for.
@@ -39,9 +41,17 @@ std::string to_json(const ModelLibrary& library);
 /// \throws InputError if the file cannot be written
 void write_library(const ModelLibrary& library, const std::filesystem::path& path);
 
-/// Reads a library, or what `silvafit fit --json` prints: one fit or several, which have neither
-/// species nor role and the left side of their formula as response.
+/// Reads a library, published coefficients, or what `silvafit fit --json` prints: one fit or
+/// several, which have neither species nor role and the left side of their formula as response.
 /// \throws InputError that names file and key if it is none of these, or from a newer silvafit
 ModelLibrary read_library(const std::filesystem::path& path);
+
+/// Names of the published libraries in `published` of the folder models, in alphabetical order.
+std::vector<std::string> published_libraries(const std::filesystem::path& models_directory);
+
+/// Reads a file, or the published library of that name: `shanxia-2023`.
+/// \throws UsageError that lists the published ones if it is neither; as read_library
+ModelLibrary find_library(const std::string& name_or_file,
+                          const std::filesystem::path& models_directory);
 
 }  // namespace silvafit::study

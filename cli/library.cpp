@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+// `silvafit library`: what a model library holds, and the scenes of its structural classes.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/study/scenes.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+study::ModelLibrary library_named(const std::string& name_or_file) {
+  return study::find_library(name_or_file, data_directory() / "models");
+}
+
+struct ShowArguments {
+  CommonOptions common{};
+  std::string library{};
+};
+
+std::string coefficients_text(const fit::FittedModel& fit) {
+  std::string text;
+  for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+    text += fmt::format("{}{} {:.6g}",
+                        j == 0 ? "" : ", ",
+                        fit.coefficient_names[j],
+                        fit.estimate[static_cast<Eigen::Index>(j)]);
+  }
+  return text;
+}
+
+void print_models(const study::ModelLibrary& library) {
+  for (const study::LibraryModel& model : library.models) {
+    fmt::print("{:<8} {:<4} {:<10} {}\n", model.species, model.response, model.role,
+               model.fit.specification.formula.text);
+    fmt::print("    {}\n", coefficients_text(model.fit));
+  }
+}
+
+void show(const ShowArguments& arguments) {
+  if (arguments.library.empty()) {
+    const std::vector<std::string> names =
+        study::published_libraries(data_directory() / "models");
+    if (arguments.common.json) {
+      fmt::print("{}\n", ordered_json{{"published", names}}.dump(2));
+    } else {
+      for (const std::string& name : names) fmt::print("{}\n", name);
+    }
+    return;
+  }
+  const study::ModelLibrary library = library_named(arguments.library);
+  if (arguments.common.json) {
+    fmt::print("{}", study::to_json(library));
+  } else {
+    print_models(library);
+  }
+}
+
+struct SceneArguments {
+  CommonOptions common{};
+  std::string library{};
+  std::string out{};
+  std::vector<std::string> dbh{};
+  study::SceneOptions options{};
+};
+
+std::map<std::string, double> diameters(const std::vector<std::string>& texts) {
+  std::map<std::string, double> result;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.rfind('=');
+    double value = 0.0;
+    if (equals == std::string::npos || !data::parse_number(text.substr(equals + 1), value) ||
+        !(value > 0.0)) {
+      throw UsageError(fmt::format("--dbh takes SPECIES=CM, such as SM=25.9, not '{}'", text));
+    }
+    result[text.substr(0, equals)] = value;
+  }
+  return result;
+}
+
+void print_summary(const SceneArguments& arguments, const study::Scenes& scenes) {
+  ordered_json species = ordered_json::array();
+  for (const study::SpeciesScenes& of : scenes.species) {
+    species.push_back({{"species", of.species},
+                       {"dbh", of.dbh_cm},
+                       {"indices", of.indices},
+                       {"scenes", of.scenes}});
+  }
+  fmt::print("{}\n",
+             ordered_json{{"schema", "silvafit-scenes/1"},
+                          {"silvafit", version()},
+                          {"out", arguments.out},
+                          {"species", std::move(species)},
+                          {"trees", scenes.trees.rows()}}
+                 .dump(2));
+}
+
+void make_scenes(SceneArguments arguments) {
+  if (arguments.common.json && arguments.out.empty()) {
+    throw UsageError("--json prints a summary; say with --out where the trees go");
+  }
+  arguments.options.dbh_cm = diameters(arguments.dbh);
+  const study::Scenes scenes =
+      study::scenes_of(library_named(arguments.library), arguments.options);
+  if (arguments.out.empty()) {
+    data::write_csv_table(scenes.trees, std::cout);
+    std::cout.flush();
+    if (!std::cout) throw InputError("writing to standard output failed");
+  } else {
+    data::write_csv_table(scenes.trees, arguments.out);
+  }
+  for (const study::SpeciesScenes& of : scenes.species) {
+    say(arguments.common,
+        fmt::format("{}: {} scenes of a tree of {} cm by {}",
+                    of.species.empty() ? "all" : of.species,
+                    of.scenes,
+                    of.dbh_cm,
+                    of.indices.empty() ? "no index" : fmt::format("{}", fmt::join(of.indices, ", "))));
+  }
+  if (arguments.common.json) print_summary(arguments, scenes);
+}
+
+void add_show_command(CLI::App& library) {
+  const auto arguments = std::make_shared<ShowArguments>();
+  CLI::App& command = *library.add_subcommand(
+      "show", "List the models of a library, or without one the published libraries");
+  command.add_option("library", arguments->library, "library.json, or a published library")
+      ->type_name("LIBRARY");
+  add_common_options(command, arguments->common);
+  add_example(command, "silvafit library show shanxia-2023");
+  command.callback([arguments] { show(*arguments); });
+}
+
+void add_scenes_command(CLI::App& library) {
+  const auto arguments = std::make_shared<SceneArguments>();
+  CLI::App& command = *library.add_subcommand(
+      "scenes", "Predict a tree of every structural class, with neighbors that make it so");
+  command.add_option("library", arguments->library, "library.json, or a published library")
+      ->type_name("LIBRARY")
+      ->required();
+  command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
+      ->type_name("FILE.csv");
+  command.add_option("--species", arguments->options.species, "Species of the reference trees")
+      ->type_name("NAME,...")
+      ->delimiter(',');
+  command
+      .add_option("--dbh",
+                  arguments->dbh,
+                  "DBH of the reference trees [cm] (default: the commonest of the inventory)")
+      ->type_name("SPECIES=CM,...")
+      ->delimiter(',');
+  command
+      .add_option("--group",
+                  arguments->options.group,
+                  "Predict with the random effects of this plot (default: none)")
+      ->type_name("PLOT");
+  command.add_option("--role", arguments->options.role, "Which models of a study predict")
+      ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
+      ->capture_default_str();
+  command
+      .add_option("--uniform-angle",
+                  arguments->options.uniform_angle_index,
+                  "W of scenes whose models do not depend on it")
+      ->capture_default_str();
+  command
+      .add_option("--spacing", arguments->options.spacing_m, "Between the scenes' centers [m]")
+      ->capture_default_str();
+  add_common_options(command, arguments->common);
+  add_example(command,
+              "silvafit library scenes shanxia-2023 --species SM --out scenes.csv\n"
+              "  silvafit grow scenes.csv --scene scenes.glb");
+  command.callback([arguments] { make_scenes(*arguments); });
+}
+
+}  // namespace
+
+void add_library_command(CLI::App& program) {
+  CLI::App& command =
+      *program.add_subcommand("library", "Look into a model library, and make scenes of it");
+  command.require_subcommand(1);
+  add_show_command(command);
+  add_scenes_command(command);
+}
+
+}  // namespace silvafit::cli
