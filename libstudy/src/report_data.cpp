@@ -56,8 +56,10 @@ void add_test(ordered_json& row, const Candidate& candidate) {
 ordered_json base_rows(const ResponseStudy& result, const Catalogue& catalogue) {
   ordered_json rows = ordered_json::array();
   for (const Candidate& candidate : result.base) {
-    const BaseModel& model = catalogue.find(candidate.fit.model);
-    ordered_json row{{"id", model.id}, {"name", model.name}, {"formula", model.formula}};
+    const std::string& id = candidate.fit.model;
+    ordered_json row{{"id", id.empty() ? "own" : id},
+                     {"name", id.empty() ? "" : catalogue.find(id).name},
+                     {"formula", candidate.fit.specification.formula.text}};
     add_criteria(row, candidate);
     const fit::FitStatistics& values = candidate.fit.population;
     row["r2"] = number(values.r2);

@@ -25,7 +25,7 @@ constexpr double kNoticeablyWorse = 0.01;
 struct Work {
   ResponseStudy result{};
   data::Table table{};
-  std::vector<const BaseModel*> candidates{};
+  std::vector<BaseCandidate> candidates{};
   std::vector<std::string> covariates{};
 };
 
@@ -166,6 +166,35 @@ std::size_t count_groups(const data::Table& table, const std::string& group) {
   return table.labels(group).levels().size();
 }
 
+bool is_formula(const std::string& text) { return text.find('~') != std::string::npos; }
+
+/// \throws UsageError if a candidate is neither in the catalogue nor a formula, or is for another
+/// response
+std::vector<BaseCandidate> candidates_of(const std::string& response,
+                                         const Catalogue& catalogue,
+                                         const StudyOptions& options) {
+  std::vector<BaseCandidate> candidates;
+  const auto chosen = options.candidates.find(response);
+  if (chosen == options.candidates.end()) {
+    for (const BaseModel* model : catalogue.candidates(response)) {
+      candidates.push_back({.entry = model, .formula = model->formula});
+    }
+    return candidates;
+  }
+  for (const std::string& text : chosen->second) {
+    BaseCandidate candidate{.formula = text};
+    if (!is_formula(text)) {
+      candidate.entry = &catalogue.find(text);
+      candidate.formula = candidate.entry->formula;
+    }
+    if (data::parse_formula(candidate.formula).left != response) {
+      throw UsageError(fmt::format("the candidate '{}' is no model of {}", text, response));
+    }
+    candidates.push_back(std::move(candidate));
+  }
+  return candidates;
+}
+
 /// Sets up one species and response: what it may use, and the rows that all of its fits share.
 Work prepared(const data::Table& table,
               const Catalogue& catalogue,
@@ -173,10 +202,10 @@ Work prepared(const data::Table& table,
               const std::string& species,
               const std::string& response) {
   Work work{.result = {.species = species, .response = response},
-            .candidates = catalogue.candidates(response)};
-  std::vector<std::string> columns{response, "dbh"};
-  for (const BaseModel* model : work.candidates) {
-    for (const std::string& name : model->covariates) columns.push_back(name);
+            .candidates = candidates_of(response, catalogue, options)};
+  std::vector<std::string> columns{response};
+  for (const BaseCandidate& candidate : work.candidates) {
+    for (const std::string& name : candidate.columns(table)) columns.push_back(name);
   }
   if (!std::ranges::all_of(columns,
                            [&](const std::string& name) { return has_numbers(table, name); })) {
@@ -218,7 +247,8 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.base = level.candidates(i);
-    if (const auto chosen = choose_base(result.base)) result.ols = level.result(i, *chosen);
+    if (const auto chosen = choose_base(result.base, study.options))
+      result.ols = level.result(i, *chosen);
   }
 }
 
@@ -247,7 +277,7 @@ void run_without_intercept(std::vector<Work>& works,
     for (Candidate& candidate : level.candidates(i)) {
       // Not nested in level 1, so there is no likelihood-ratio test: the criterion alone decides.
       result.covariates.push_back(std::move(candidate));
-      if (choose_covariates(result.covariates) == result.covariates.size() - 1) {
+      if (choose_covariates(result.covariates, study.options) == result.covariates.size() - 1) {
         result.with_covariates = level.result(i, 0);
       }
     }
@@ -258,7 +288,11 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
   Level level("structural covariates", works);
   for (std::size_t i = 0; i < works.size(); ++i) {
     if (!works[i].result.ols || works[i].covariates.empty()) continue;
-    level.add(i, covariate_trials(works[i].result.ols->fit, works[i].covariates, works[i].table));
+    level.add(i,
+              covariate_trials(works[i].result.ols->fit,
+                               works[i].covariates,
+                               study.options.covariate_parameters,
+                               works[i].table));
   }
   level.run(study.options.threads, progress, study.stages);
   for (std::size_t i = 0; i < works.size(); ++i) {
@@ -266,7 +300,7 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
     result.covariates = level.candidates(i);
     result.with_covariates = result.ols;
     add_tests(result.covariates);
-    if (const auto chosen = choose_covariates(result.covariates)) {
+    if (const auto chosen = choose_covariates(result.covariates, study.options)) {
       result.with_covariates = level.result(i, *chosen);
     }
   }
@@ -296,7 +330,7 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
-    if (const auto chosen = choose_random_effects(result.random)) {
+    if (const auto chosen = choose_random_effects(result.random, study.options)) {
       result.nlme = level.result(i, *chosen);
       note_edge(result.nlme->fit, result.notes);
     }
@@ -307,7 +341,8 @@ void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback
   Level level("variance functions", works);
   for (std::size_t i = 0; i < works.size(); ++i) {
     for (const Candidate& candidate : works[i].result.random) {
-      if (candidate.chosen) level.add(i, variance_trials(candidate));
+      if (candidate.chosen)
+        level.add(i, variance_trials(candidate, study.options.variance_functions));
     }
   }
   level.run(study.options.threads, progress, study.stages);
@@ -315,7 +350,7 @@ void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback
     ResponseStudy& result = works[i].result;
     result.variance = level.candidates(i);
     add_tests(result.variance);
-    if (const auto chosen = choose_variance(result.variance)) {
+    if (const auto chosen = choose_variance(result.variance, study.options)) {
       result.nlme = level.result(i, *chosen);
     }
   }
@@ -337,15 +372,27 @@ void note_worse_populations(std::vector<Work>& works) {
   }
 }
 
-void check_responses(const Catalogue& catalogue, const StudyOptions& options) {
+void check_options(const Catalogue& catalogue, const StudyOptions& options) {
   std::set<std::string> known;
   for (const BaseModel& model : catalogue.models()) known.insert(model.response);
   for (const std::string& response : options.responses) {
-    if (known.contains(response)) continue;
-    throw UsageError(fmt::format("the catalogue has no models of '{}'; it has models of {}",
-                                 response,
-                                 fmt::join(known, ", ")));
+    if (known.contains(response) || options.candidates.contains(response)) continue;
+    throw UsageError(
+        fmt::format("the catalogue has no models of '{}'; it has models of {}. Candidates of your "
+                    "own can be given in a study.json",
+                    response,
+                    fmt::join(known, ", ")));
   }
+  if (options.covariate_parameters < 1 || options.covariate_parameters > 2) {
+    throw UsageError("covariates can be on one parameter at once, or on two");
+  }
+  if (!(options.significance > 0.0 && options.significance < 1.0)) {
+    throw UsageError("a level of significance lies between 0 and 1");
+  }
+  if (!(options.equally_good >= 0.0)) {
+    throw UsageError("models are equally good within a distance of 0 or more");
+  }
+  for (const std::string& text : options.variance_functions) fit::parse_variance_function(text);
 }
 
 void note_what_is_left_out(const data::Table& table, Study& study) {
@@ -364,6 +411,25 @@ void note_what_is_left_out(const data::Table& table, Study& study) {
 }
 
 }  // namespace
+
+Criterion parse_criterion(std::string_view text) {
+  for (const Criterion criterion : {Criterion::kAic, Criterion::kAicc, Criterion::kBic}) {
+    if (criterion_text(criterion) == text) return criterion;
+  }
+  throw UsageError(fmt::format("'{}' is no criterion; there are aic, aicc, bic", text));
+}
+
+std::string criterion_text(Criterion criterion) {
+  switch (criterion) {
+    case Criterion::kAic:
+      return "aic";
+    case Criterion::kAicc:
+      return "aicc";
+    case Criterion::kBic:
+      return "bic";
+  }
+  return "";
+}
 
 bool ResponseStudy::converged() const {
   if (nlme) return nlme->fit.convergence.converged;
@@ -392,7 +458,7 @@ Study run_study(const data::Table& table,
                 const Catalogue& catalogue,
                 const StudyOptions& options,
                 const ProgressCallback& progress) {
-  check_responses(catalogue, options);
+  check_options(catalogue, options);
   Study study{.options = options};
   note_what_is_left_out(table, study);
   std::vector<std::string> small;

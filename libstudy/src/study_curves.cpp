@@ -61,7 +61,11 @@ class CurveGrid {
     for (const std::string& name : record.study.options.covariates) {
       if (record.table.has(name)) hold(name);
     }
-    if (result.response == "hcb") set_height();
+    // What a formula of the user's own reads besides.
+    for (const fit::ColumnRange& range : result.ols->fit.ranges) {
+      if (!table_.has(range.column) && range.column != "h") hold(range.column);
+    }
+    if (uses(result.ols->fit, "h")) set_height();
     set_plot("");
   }
 

@@ -82,9 +82,10 @@ void write_candidates(const Study& study,
                      kCriteriaHeader));
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.base) {
-      const BaseModel& model = catalogue.find(candidate.fit.model);
-      lines.add(joined(joined(joined(subject(result),
-                                     {field(model.id), field(model.name), field(model.formula)}),
+      const std::string& id = candidate.fit.model;
+      const std::string name = id.empty() ? std::string() : catalogue.find(id).name;
+      const std::string& formula = candidate.fit.specification.formula.text;
+      lines.add(joined(joined(joined(subject(result), {field(id), field(name), field(formula)}),
                               statistics(candidate.fit.population)),
                        criteria(candidate)));
     }
