@@ -77,15 +77,17 @@ void add_level_decisions(const study::StudyRecord& record, Decisions& decisions)
                          fmt::format("fewest parameters within {:g} {} of the best base model",
                                      options.equally_good,
                                      upper(options.criteria.base)));
+  const bool has_level_2 = std::ranges::any_of(
+      record.study.results,
+      [](const study::ResponseStudy& result) { return !result.covariates.empty(); });
   decisions.emplace_back(
       "Level 2",
-      options.covariates.empty() || !record.units
-          ? "covariates that the inventory has itself; no positions, so no structural units"
-          : fmt::format(
-                "lowest {} of covariate subsets on {}, {}",
-                upper(options.criteria.covariates),
-                options.covariate_parameters > 1 ? "one or two parameters" : "one parameter",
-                test));
+      has_level_2 ? fmt::format("lowest {} of covariate subsets on {}, {}",
+                                upper(options.criteria.covariates),
+                                options.covariate_parameters > 1 ? "one or two parameters"
+                                                                 : "one parameter",
+                                test)
+                  : "left out: no covariates; structural units need positions");
   decisions.emplace_back(
       "Level 3",
       fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "

@@ -54,10 +54,8 @@ void read_criteria(const JsonReader& json, LevelCriteria& criteria) {
 void read_variance_functions(const JsonReader& json, StudyOptions& options) {
   options.variance_functions.clear();
   for (const JsonReader& item : json.items()) {
-    options.variance_functions.push_back(
-        checked(item, [](const std::string& text) {
-          return fit::parse_variance_function(text).text();
-        }));
+    options.variance_functions.push_back(checked(
+        item, [](const std::string& text) { return fit::parse_variance_function(text).text(); }));
   }
 }
 
@@ -169,8 +167,21 @@ std::vector<std::string> candidate_lines(const std::vector<std::string>& respons
 
 /// Numeric columns that are not measures of the tree itself.
 std::vector<std::string> possible_covariates(const data::Table& table) {
-  const std::vector<std::string> own{"plot", "tree", "x",    "y",    "z",    "dbh",  "h",    "hcb",
-                                     "cw",   "core", "cr_e", "cr_w", "cr_s", "cr_n", "weight"};
+  const std::vector<std::string> own{"plot",
+                                     "tree",
+                                     "x",
+                                     "y",
+                                     "z",
+                                     "dbh",
+                                     "h",
+                                     "hcb",
+                                     "cw",
+                                     "core",
+                                     "cr_e",
+                                     "cr_w",
+                                     "cr_s",
+                                     "cr_n",
+                                     "weight"};
   std::vector<std::string> names;
   for (const std::string& name : table.names()) {
     if (table.is_numeric(name) && std::ranges::find(own, name) == own.end()) names.push_back(name);
@@ -188,13 +199,20 @@ void describe_models(const data::Table& table, const Catalogue& catalogue, Comme
   json.add("species", ordered_json::array(), species_note(table));
   json.add("minimum_trees", defaults.minimum_trees, "fewest measured trees that get models");
   json.blank();
-  json.comment("What to model, and by which equations: entries of the catalogue (`silvafit models`), or");
-  json.comment("formulas of your own such as \"h ~ 1.3 + a*dbh^b\". A response without a list has all entries.");
+  json.comment(
+      "What to model, and by which equations: entries of the catalogue (`silvafit models`), or");
+  json.comment(
+      "formulas of your own such as \"h ~ 1.3 + a*dbh^b\". A response without a list has all "
+      "entries.");
   json.add("responses", responses);
   json.add_object("candidates", candidate_lines(responses, catalogue));
   json.blank();
-  json.comment("Covariates of the parameters: structural indices (W, M, U, C, CO, T, Hegyi, BAL, CCF), figures of the");
-  json.comment("plot (stems_per_ha, basal_area_per_ha, quadratic_mean_dbh, dominant_height), or columns of the file.");
+  json.comment(
+      "Covariates of the parameters: structural indices (W, M, U, C, CO, T, Hegyi, BAL, CCF), "
+      "figures of the");
+  json.comment(
+      "plot (stems_per_ha, basal_area_per_ha, quadratic_mean_dbh, dominant_height), or columns of "
+      "the file.");
   const std::vector<std::string> columns = possible_covariates(table);
   json.add("covariates",
            defaults.covariates,
@@ -243,12 +261,24 @@ std::string describe_inventory(CommentedJson& json) {
 
 StudyConfiguration read_study_configuration(const std::filesystem::path& path) {
   const JsonReader json = JsonReader::parse(read_file(path), path.string(), true);
-  json.allow_only({"species",   "minimum_trees",      "responses",
-                   "candidates", "covariates",        "covariate_parameters",
-                   "group",     "maximum_random_effects", "variance_functions",
-                   "criteria",  "choice",             "equally_good",
-                   "significance", "columns",         "window",
-                   "edge",      "buffer",             "per",
+  json.allow_only({"species",
+                   "minimum_trees",
+                   "responses",
+                   "candidates",
+                   "covariates",
+                   "covariate_parameters",
+                   "group",
+                   "maximum_random_effects",
+                   "variance_functions",
+                   "criteria",
+                   "choice",
+                   "equally_good",
+                   "significance",
+                   "columns",
+                   "window",
+                   "edge",
+                   "buffer",
+                   "per",
                    "neighbors"});
   StudyConfiguration configuration;
   for (const auto& [key, value] : json.members()) configuration.mentioned.push_back(key);
