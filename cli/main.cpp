@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "command.hpp"
+#include "interrupts.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::cli {
@@ -57,4 +58,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace silvafit::cli
 
-int main(int argc, char** argv) { return silvafit::cli::run(argc, argv); }
+int main(int argc, char** argv) {
+  silvafit::cli::clean_up_on_interrupts();
+  return silvafit::cli::run(argc, argv);
+}

@@ -307,6 +307,7 @@ void run(const CLI::App& command, Arguments& arguments) {
   if (!arguments.initial.empty()) return initialise(arguments);
   if (arguments.out.empty()) throw UsageError("--out DIR is needed: the folder for the results");
   apply_configuration(command, arguments);
+  require_writable_folder(arguments.out);  // before the time that the fits take
   run_whole_study(arguments);
 }
 

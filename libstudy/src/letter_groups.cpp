@@ -17,7 +17,9 @@ bool is_within(const Set& inner, const Set& outer) {
 }
 
 /// Sets that hold both members are split into one without each.
-std::vector<Set> split_between(const std::vector<Set>& sets, std::size_t first, std::size_t second) {
+std::vector<Set> split_between(const std::vector<Set>& sets,
+                               std::size_t first,
+                               std::size_t second) {
   std::vector<Set> result;
   for (const Set& set : sets) {
     result.push_back(set);

@@ -9,8 +9,8 @@ using Letters = std::vector<std::string>;
 namespace {
 
 /// A symmetric relation of n things from its pairs.
-std::vector<std::vector<bool>> relation(std::size_t n,
-                                        const std::vector<std::pair<std::size_t, std::size_t>>& pairs) {
+std::vector<std::vector<bool>> relation(
+    std::size_t n, const std::vector<std::pair<std::size_t, std::size_t>>& pairs) {
   std::vector<std::vector<bool>> result(n, std::vector<bool>(n, false));
   for (const auto& [i, j] : pairs) result[i][j] = result[j][i] = true;
   return result;

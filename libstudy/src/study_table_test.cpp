@@ -9,17 +9,16 @@ using namespace silvafit::study;
 namespace {
 
 StudyTable example() {
-  return {.name = "fits",
-          .caption = "Fits & more",
-          .columns = {{"model", "Model"},
-                      {"aic", "AIC", ColumnKind::kCriterion},
-                      {"p", "p", ColumnKind::kP},
-                      {"gain", "Gain (%)", ColumnKind::kPercent}},
-          .rows = {{std::string("a*dbh^b, \"x\""), 1234.5678, 0.00012, 10.449},
-                   {std::string("M_1|2"),
-                    std::numeric_limits<double>::quiet_NaN(),
-                    0.0456,
-                    TableCell()}}};
+  return {
+      .name = "fits",
+      .caption = "Fits & more",
+      .columns = {{"model", "Model"},
+                  {"aic", "AIC", ColumnKind::kCriterion},
+                  {"p", "p", ColumnKind::kP},
+                  {"gain", "Gain (%)", ColumnKind::kPercent}},
+      .rows = {
+          {std::string("a*dbh^b, \"x\""), 1234.5678, 0.00012, 10.449},
+          {std::string("M_1|2"), std::numeric_limits<double>::quiet_NaN(), 0.0456, TableCell()}}};
 }
 
 }  // namespace
