@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "intervals_json.hpp"
 #include "json_value.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -71,10 +72,11 @@ void read_fixed(const JsonValue& json, FittedModel& fit) {
   }
   const auto p = static_cast<Index>(fit.coefficient_names.size());
   fit.estimate.resize(p);
+  fit.degrees_of_freedom.resize(p);
   for (Index j = 0; j < p; ++j) {
     const JsonValue coefficient = fixed.at(fit.coefficient_names[static_cast<std::size_t>(j)]);
     fit.estimate[j] = coefficient.at("estimate").number();
-    fit.degrees_of_freedom = coefficient.at("df").number();
+    fit.degrees_of_freedom[j] = coefficient.at("df").number();
   }
   fit.covariance = json.at("fixed_covariance").square_matrix(p);
 }
@@ -233,6 +235,9 @@ FittedModel from_json(std::string_view text, const std::string& file, const std:
   if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count();
   fit.observations = json.at("n").count();
   fit.excluded = json.at("excluded").count();
+  if (json.has("response_fingerprint") && !json.at("response_fingerprint").is_null()) {
+    fit.response_fingerprint = json.at("response_fingerprint").text();
+  }
   fit.convergence = read_convergence(json);
   read_fixed(json, fit);
   read_random(json.at("random"), fit);
@@ -246,6 +251,7 @@ FittedModel from_json(std::string_view text, const std::string& file, const std:
   const JsonValue conditional = statistics.at("conditional");
   fit.conditional = conditional.is_null() ? fit.population : read_statistics(conditional);
   fit.ranges = read_ranges(json.at("ranges"));
+  if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number();
   return fit;
 }

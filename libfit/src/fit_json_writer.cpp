@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "intervals_json.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::fit {
@@ -64,7 +65,7 @@ ordered_json fixed(const FittedModel& fit) {
     const auto j = static_cast<Index>(k);
     result[fit.coefficient_names[k]] = {{"estimate", number(fit.estimate[j])},
                                         {"se", number(errors[j])},
-                                        {"df", number(fit.degrees_of_freedom)},
+                                        {"df", number(fit.degrees_of_freedom[j])},
                                         {"t", number(t[j])},
                                         {"p", number(p[j])}};
   }
@@ -195,7 +196,8 @@ FittedModel with_sizes(FittedModel fit) {
     fit.outer.effects.setConstant(r, static_cast<Index>(fit.outer.labels.size()), kNaN);
   }
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
-  fit.degrees_of_freedom = fit.sigma = fit.log_likelihood = kNaN;
+  fit.degrees_of_freedom.setConstant(p, kNaN);
+  fit.sigma = fit.log_likelihood = kNaN;
   fit.population = fit.conditional = {kNaN, kNaN, kNaN, kNaN};
   fit.parameter_count = 0;
   return fit;
@@ -215,6 +217,7 @@ std::string to_json(const FittedModel& model, int indent) {
       {"reml", fit.reml},
       {"n", fit.observations},
       {"excluded", fit.excluded},
+      {"response_fingerprint", text_or_null(fit.response_fingerprint)},
       {"groups", groups(fit)},
       {"converged", fit.convergence.converged},
       {"verdict", fit.convergence.verdict},
@@ -229,6 +232,7 @@ std::string to_json(const FittedModel& model, int indent) {
       {"aic", number(fit.aic())},
       {"aicc", number(fit.aicc())},
       {"bic", number(fit.bic())},
+      {"bic_groups", number(fit.bic_groups())},
       {"statistics",
        {{"population", statistics(fit.population)},
         {"conditional",
@@ -236,6 +240,7 @@ std::string to_json(const FittedModel& model, int indent) {
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
+  if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);
   return result.dump(indent);
 }
 

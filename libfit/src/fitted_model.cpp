@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "constrained_fit.hpp"
+#include "response_fingerprint.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
 
@@ -77,6 +78,7 @@ FitResult described(const NonlinearModel& model, Method method) {
   fit.method = method;
   fit.observations = model.observations();
   fit.excluded = static_cast<Index>(model.excluded());
+  fit.response_fingerprint = response_fingerprint(model.response());
   fit.coefficient_names = model.coefficient_names();
   fit.ranges = ranges_of(model);
   fit.variance = VarianceEstimate::missing(model.specification().variance);
@@ -99,9 +101,10 @@ FitResult described(const NonlinearModel& model, Method method) {
 }
 
 void take_over(FitResult& result, LeastSquaresFit&& found) {
+  const double freedom = found.degrees_of_freedom();
   FittedModel& fit = result.fit;
-  fit.degrees_of_freedom = found.degrees_of_freedom();
   fit.estimate = std::move(found.estimate);
+  fit.degrees_of_freedom.setConstant(fit.estimate.size(), freedom);
   fit.covariance = std::move(found.covariance);
   fit.sigma = found.sigma;
   fit.log_likelihood = found.log_likelihood;
@@ -116,7 +119,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
   FittedModel& fit = result.fit;
   fit.estimate = std::move(found.estimate);
   fit.covariance = std::move(found.covariance);
-  fit.degrees_of_freedom = found.degrees_of_freedom;
+  fit.degrees_of_freedom = std::move(found.degrees_of_freedom);
   if (fit.has_random_effects()) {
     fit.random_covariance = std::move(found.random_covariance);
     fit.random_effects = std::move(found.random_effects);
@@ -181,18 +184,25 @@ double FittedModel::aicc() const {
 }
 double FittedModel::bic() const { return fit::bic(log_likelihood, parameter_count, observations); }
 
+double FittedModel::bic_groups() const {
+  if (!has_random_effects()) return kNaN;
+  const std::size_t groups = outer.names.empty() ? group_labels.size() : outer.labels.size();
+  return fit::bic(log_likelihood, parameter_count, static_cast<Index>(groups));
+}
+
 VectorXd FittedModel::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
 
 VectorXd FittedModel::t_values() const { return estimate.cwiseQuotient(standard_errors()); }
 
 VectorXd FittedModel::p_values() const {
   VectorXd p = t_values();
-  for (double& value : p) {
-    if (std::isnan(value) || !(degrees_of_freedom > 0.0)) {
+  for (Index j = 0; j < p.size(); ++j) {
+    double& value = p[j];
+    if (std::isnan(value) || !(degrees_of_freedom[j] > 0.0)) {
       value = kNaN;
       continue;
     }
-    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom);
+    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom[j]);
     value = std::isinf(value)
                 ? 0.0
                 : 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(value)));

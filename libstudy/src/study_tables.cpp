@@ -165,7 +165,7 @@ void write_estimates(const Study& study, const std::filesystem::path& folder) {
                           field(fit->coefficient_names[static_cast<std::size_t>(k)]),
                           field(fit->estimate[k]),
                           field(errors[k]),
-                          field(fit->degrees_of_freedom),
+                          field(fit->degrees_of_freedom[k]),
                           field(t[k]),
                           field(p[k])}));
       }
