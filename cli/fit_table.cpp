@@ -79,7 +79,7 @@ void print_fixed_effects(const FittedModel& fit) {
                width,
                number(fit.estimate[j]),
                number(errors[j]),
-               number(fit.degrees_of_freedom[j]),
+               number(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN),
                std::isnan(t[j]) ? "-" : fmt::format("{:.4g}", t[j]),
                p_text(p[j]));
   }

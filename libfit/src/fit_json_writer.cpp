@@ -63,11 +63,12 @@ ordered_json fixed(const FittedModel& fit) {
   ordered_json result = ordered_json::object();
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
-    result[fit.coefficient_names[k]] = {{"estimate", number(fit.estimate[j])},
-                                        {"se", number(errors[j])},
-                                        {"df", number(fit.degrees_of_freedom[j])},
-                                        {"t", number(t[j])},
-                                        {"p", number(p[j])}};
+    result[fit.coefficient_names[k]] = {
+        {"estimate", number(fit.estimate[j])},
+        {"se", number(errors[j])},
+        {"df", number(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN)},
+        {"t", number(t[j])},
+        {"p", number(p[j])}};
   }
   return result;
 }

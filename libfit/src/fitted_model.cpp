@@ -198,7 +198,7 @@ VectorXd FittedModel::p_values() const {
   VectorXd p = t_values();
   for (Index j = 0; j < p.size(); ++j) {
     double& value = p[j];
-    if (std::isnan(value) || !(degrees_of_freedom[j] > 0.0)) {
+    if (std::isnan(value) || j >= degrees_of_freedom.size() || !(degrees_of_freedom[j] > 0.0)) {
       value = kNaN;
       continue;
     }

@@ -164,9 +164,8 @@ Intervals confidence_intervals(const FittedModel& fit,
     throw UsageError(
         fmt::format("the level of an interval lies between 0 and 1, not at {}", options.level));
   }
-  Intervals result{.method = options.method,
-                   .level = options.level,
-                   .likelihood = likelihood_in_words(fit)};
+  Intervals result{
+      .method = options.method, .level = options.level, .likelihood = likelihood_in_words(fit)};
   if (options.method == IntervalMethod::kProfile) {
     add_profiles(fit, table, options, result);
     return result;

@@ -54,8 +54,7 @@ ordered_json intervals_json(const Intervals& intervals) {
 
 Intervals read_intervals(const JsonValue& json) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Intervals result{.level = json.at("level").number(),
-                   .likelihood = json.at("likelihood").text()};
+  Intervals result{.level = json.at("level").number(), .likelihood = json.at("likelihood").text()};
   try {
     result.method = parse_interval_method(json.at("method").text());
   } catch (const UsageError& error) {

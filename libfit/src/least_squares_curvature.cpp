@@ -72,7 +72,8 @@ MatrixXd least_squares_hessian(const NonlinearModel& model, const VectorXd& coef
       const Index large = std::max(model.parameter_of(i), model.parameter_of(j));
       const Index small = std::min(model.parameter_of(i), model.parameter_of(j));
       const VectorXd moved = model.multiplier(i).cwiseProduct(model.multiplier(j));
-      hessian(i, j) -= second.col(large * (large + 1) / 2 + small).cwiseProduct(moved).dot(residual);
+      hessian(i, j) -=
+          second.col(large * (large + 1) / 2 + small).cwiseProduct(moved).dot(residual);
     }
   }
   return hessian;

@@ -41,8 +41,8 @@ class LeastSquaresSurface : public LikelihoodSurface {
     const VectorXd residual = model_.response() - mean_;
     const VectorXd weighted = precision * scale.weight.matrix().cwiseProduct(residual);
     const double squares = weighted.dot(residual);
-    const double value = 0.5 * n * std::log(2.0 * std::numbers::pi) + n * log_sigma +
-                         scale.sum_log + 0.5 * squares;
+    const double value =
+        0.5 * n * std::log(2.0 * std::numbers::pi) + n * log_sigma + scale.sum_log + 0.5 * squares;
     if (!std::isfinite(value)) return kOutside;
     if (gradient == nullptr) return value;
     gradient->setZero(layout_.size());

@@ -39,16 +39,14 @@ class MarginalSurface : public LikelihoodSurface {
                     curvature_of(setting.fit.method),
                     setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1,
                     1),
-        coordinates_(
-            setting.model, likelihood_, setting.variance.parameter_count(), setting.unit) {
+        coordinates_(setting.model, likelihood_, setting.variance.parameter_count(), setting.unit) {
     optimum_ =
         layout_.coordinates(setting.fit, setting.estimate, setting.internal, setting.log_sigma);
     const MarginalPoint point = coordinates_.point(optimum_);
     const bool is_nested = setting.model.specification().outer_random.has_value();
-    likelihood_.set_modes(
-        is_nested ? spherical(point.outer_factor, setting.fit.outer.effects)
-                  : MatrixXd(0, setting.model.cluster_count()),
-        spherical(point.inner_factor, setting.fit.random_effects));
+    likelihood_.set_modes(is_nested ? spherical(point.outer_factor, setting.fit.outer.effects)
+                                    : MatrixXd(0, setting.model.cluster_count()),
+                          spherical(point.inner_factor, setting.fit.random_effects));
     likelihood_.evaluate(point, false);
     outer_modes_ = likelihood_.outer_modes();
     inner_modes_ = likelihood_.inner_modes();

@@ -64,8 +64,7 @@ struct CorrelatedRows {
     }
     const VectorXd turn =
         n * t / across_length * (by_second - by_second.dot(across) * across).eval();
-    const VectorXd by_along =
-        n * r * by_second - turn.dot(along) * free - free.dot(along) * turn;
+    const VectorXd by_along = n * r * by_second - turn.dot(along) * free - free.dot(along) * turn;
     by_first += (by_along - by_along.dot(along) * along) / first_length;
     by_second = (by_second.dot(direction) / n * free + turn - turn.dot(along) * along).eval();
   }
@@ -99,9 +98,9 @@ VectorXd log_sigma_slopes(const SurfaceLayout& layout,
     VectorXd below = x;
     above[layout.variance_at() + k] += kStep;
     below[layout.variance_at() + k] -= kStep;
-    result[k] = (log_sigma_factor(layout, variance, above) -
-                 log_sigma_factor(layout, variance, below)) /
-                (2.0 * kStep);
+    result[k] =
+        (log_sigma_factor(layout, variance, above) - log_sigma_factor(layout, variance, below)) /
+        (2.0 * kStep);
   }
   return result;
 }
@@ -142,8 +141,8 @@ void add_random(const SurfaceSetting& setting,
   for (const int size : random->block_sizes()) {
     for (Index i = begin; i < begin + size; ++i) {
       for (Index j = i + 1; j < begin + size && !is_identity; ++j) {
-        const std::string pair = names[static_cast<std::size_t>(i)] + ", " +
-                                 names[static_cast<std::size_t>(j)];
+        const std::string pair =
+            names[static_cast<std::size_t>(i)] + ", " + names[static_cast<std::size_t>(j)];
         result.push_back({.kind = ParameterKind::kCorrelation,
                           .name = fmt::format("cor({})", effect_name(pair, group)),
                           .form = Form::kCorrelation,

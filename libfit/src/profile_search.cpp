@@ -103,9 +103,9 @@ struct ProfilePoint {
 /// Limit of one side, and whether it is the end of the range.
 struct Limit {
   double value = kNaN;
-  bool is_end = false;     ///< of the parameter's range
-  bool is_open = false;    ///< the likelihood never falls enough
-  bool is_cut_off = false; ///< the search met points where the likelihood does not exist
+  bool is_end = false;      ///< of the parameter's range
+  bool is_open = false;     ///< the likelihood never falls enough
+  bool is_cut_off = false;  ///< the search met points where the likelihood does not exist
 };
 
 class ProfileSearch {
@@ -188,7 +188,8 @@ class ProfileSearch {
 
   /// What counts as a step near the edge, in units of the search scale.
   double edge_unit() const {
-    const bool is_deviation = parameter_.form == Form::kDeviation || parameter_.form == Form::kIdentity;
+    const bool is_deviation =
+        parameter_.form == Form::kDeviation || parameter_.form == Form::kIdentity;
     return is_deviation ? std::abs(parameter_.scale) : 1.0;
   }
 
@@ -222,7 +223,9 @@ class ProfileSearch {
   }
 
   /// Where the constrained maximum should be: along the last two, or along the likelihood's ridge.
-  VectorXd guess(double t, const ProfilePoint& inside, const std::optional<ProfilePoint>& before) const {
+  VectorXd guess(double t,
+                 const ProfilePoint& inside,
+                 const std::optional<ProfilePoint>& before) const {
     if (before && before->t != inside.t) {
       const double share = (t - inside.t) / (inside.t - before->t);
       constexpr double kFar = 3.0;
@@ -272,8 +275,8 @@ class ProfileSearch {
     const Index n = free.size();
     MatrixXd transposed(n, n);
     for (Index k = 0; k < n; ++k) {
-      transposed.col(k) = parameter_.pull_back(
-          surface_.layout(), variance_, free, value, VectorXd::Unit(n, k));
+      transposed.col(k) =
+          parameter_.pull_back(surface_.layout(), variance_, free, value, VectorXd::Unit(n, k));
     }
     if (!transposed.allFinite()) return start_.hessian;
     return transposed * start_.hessian * transposed.transpose();
@@ -310,8 +313,8 @@ class ProfileSearch {
     const double done = std::abs(inside.t - origin());
     double step = 2.0 * std::max(done, span_);
     if (before && inside.root > before->root) {
-      const double secant = (target - inside.root) * std::abs(inside.t - before->t) /
-                            (inside.root - before->root);
+      const double secant =
+          (target - inside.root) * std::abs(inside.t - before->t) / (inside.root - before->root);
       // A little further, so that the limit lies between.
       step = std::min(step, 1.02 * secant);
     }
@@ -342,7 +345,10 @@ void add_note(std::string& note, const std::string& text) {
   note += text;
 }
 
-void take(const Limit& limit, bool is_upper, const NaturalParameter& parameter, ParameterInterval& interval) {
+void take(const Limit& limit,
+          bool is_upper,
+          const NaturalParameter& parameter,
+          ParameterInterval& interval) {
   (is_upper ? interval.upper : interval.lower) = limit.value;
   const char* const side = is_upper ? "upper" : "lower";
   if (limit.is_open || std::isinf(limit.value)) {

@@ -160,14 +160,15 @@ void write_estimates(const Study& study, const std::filesystem::path& folder) {
       const Eigen::VectorXd t = fit->t_values();
       const Eigen::VectorXd p = fit->p_values();
       for (Eigen::Index k = 0; k < fit->estimate.size(); ++k) {
-        lines.add(joined(subject(result),
-                         {level,
-                          field(fit->coefficient_names[static_cast<std::size_t>(k)]),
-                          field(fit->estimate[k]),
-                          field(errors[k]),
-                          field(fit->degrees_of_freedom[k]),
-                          field(t[k]),
-                          field(p[k])}));
+        lines.add(
+            joined(subject(result),
+                   {level,
+                    field(fit->coefficient_names[static_cast<std::size_t>(k)]),
+                    field(fit->estimate[k]),
+                    field(errors[k]),
+                    field(k < fit->degrees_of_freedom.size() ? fit->degrees_of_freedom[k] : NAN),
+                    field(t[k]),
+                    field(p[k])}));
       }
     }
   }

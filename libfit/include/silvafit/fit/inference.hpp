@@ -16,10 +16,10 @@ namespace silvafit::fit {
 /// K parameters: coefficients that are estimated, standard deviations, correlations, parameters of
 /// the variance function, sigma, in the order and with the names of confidence_intervals().
 struct ObservedInformation {
-  std::string likelihood{};               ///< which one it is, in words
-  std::vector<std::string> names{};       ///< (K)
-  Eigen::VectorXd estimate{};             ///< (K)
-  std::vector<std::string> scales{};      ///< (K) "identity", "log", "fisher": log((1+r)/(1-r))
+  std::string likelihood{};           ///< which one it is, in words
+  std::vector<std::string> names{};   ///< (K)
+  Eigen::VectorXd estimate{};         ///< (K)
+  std::vector<std::string> scales{};  ///< (K) "identity", "log", "fisher": log((1+r)/(1-r))
   /// (K x K) on these scales. Rows and columns of parameters on the edge of their range are NaN.
   Eigen::MatrixXd covariance{};
   /// (p x p) of the coefficients that are estimated, free of nlme's factor N / (N - p); empty for
