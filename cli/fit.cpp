@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "fit_inference.hpp"
 #include "fit_table.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/csv.hpp"
@@ -41,6 +42,7 @@ struct FitArguments {
   std::string fixed{};
   std::string bounds{};
   std::vector<std::string> columns{};
+  InferenceOptions inference{};
 };
 
 /// One model to fit.
@@ -229,6 +231,7 @@ std::vector<Task> tasks_of(const FitArguments& arguments, const data::Table& tab
 
 std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
                                       const data::Table& table,
+                                      const InferenceOptions& inference,
                                       const CommonOptions& common) {
   std::vector<std::optional<fit::FittedModel>> fits(tasks.size());
   Progress progress(common);
@@ -236,6 +239,7 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   parallel_for(tasks.size(), common.threads, [&](std::size_t i) {
     fits[i] = fit::fit_model(tasks[i].specification, table, tasks[i].options).fit;
     fits[i]->model = tasks[i].id;
+    add_inference(inference, table, *fits[i]);
     progress.show("fitting", ++done, tasks.size());
   });
   std::vector<fit::FittedModel> result;
@@ -258,6 +262,7 @@ void print_json(const std::vector<fit::FittedModel>& fits) {
 void print_tables(const std::vector<fit::FittedModel>& fits) {
   if (fits.size() == 1) {
     print_fit(fits.front());
+    print_inference(fits.front());
     return;
   }
   std::vector<const fit::FittedModel*> pointers;
@@ -265,13 +270,15 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
   print_ranking(pointers);
 }
 
-void run(const FitArguments& arguments) {
+void run(FitArguments arguments) {
+  // One fit has the threads for itself.
+  arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
   if (arguments.formula.empty() == arguments.models.empty()) {
     throw UsageError("give either --formula or --model");
   }
   const data::Table table = read_data(arguments);
   const std::vector<fit::FittedModel> fits =
-      fit_all(tasks_of(arguments, table), table, arguments.common);
+      fit_all(tasks_of(arguments, table), table, arguments.inference, arguments.common);
   arguments.common.json ? print_json(fits) : print_tables(fits);
   std::fflush(stdout);
   const bool any = std::ranges::any_of(
@@ -358,6 +365,7 @@ void add_fit_command(CLI::App& program) {
           "--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
+  add_inference_options(command, arguments->inference);
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit fit examples/fir-mixed/inventory.csv --model M4 --random \"a + b | plot\" "

@@ -11,7 +11,9 @@
 #include <limits>
 #include <utility>
 
+#include "calibration_search.hpp"
 #include "constrained_fit.hpp"
+#include "response_fingerprint.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
 
@@ -77,6 +79,7 @@ FitResult described(const NonlinearModel& model, Method method) {
   fit.method = method;
   fit.observations = model.observations();
   fit.excluded = static_cast<Index>(model.excluded());
+  fit.response_fingerprint = response_fingerprint(model.response());
   fit.coefficient_names = model.coefficient_names();
   fit.ranges = ranges_of(model);
   fit.variance = VarianceEstimate::missing(model.specification().variance);
@@ -99,9 +102,10 @@ FitResult described(const NonlinearModel& model, Method method) {
 }
 
 void take_over(FitResult& result, LeastSquaresFit&& found) {
+  const double freedom = found.degrees_of_freedom();
   FittedModel& fit = result.fit;
-  fit.degrees_of_freedom = found.degrees_of_freedom();
   fit.estimate = std::move(found.estimate);
+  fit.degrees_of_freedom.setConstant(fit.estimate.size(), freedom);
   fit.covariance = std::move(found.covariance);
   fit.sigma = found.sigma;
   fit.log_likelihood = found.log_likelihood;
@@ -116,7 +120,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
   FittedModel& fit = result.fit;
   fit.estimate = std::move(found.estimate);
   fit.covariance = std::move(found.covariance);
-  fit.degrees_of_freedom = found.degrees_of_freedom;
+  fit.degrees_of_freedom = std::move(found.degrees_of_freedom);
   if (fit.has_random_effects()) {
     fit.random_covariance = std::move(found.random_covariance);
     fit.random_effects = std::move(found.random_effects);
@@ -144,6 +148,14 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.convergence = {.verdict =
                          "Not converged: the least-squares fit to start from failed. " + reason};
+}
+
+/// Keeps what the data leave open of the random effects, for predictions without the data.
+void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
+  if (!fit.has_random_effects() || !fit.random_effects.allFinite() || !(fit.sigma > 0.0)) return;
+  EffectPosteriors described = describe_effects(model, fit);
+  fit.uncertainty = std::move(described.inner_uncertainty);
+  fit.outer_uncertainty = std::move(described.outer_uncertainty);
 }
 
 void compute_statistics(FitResult& result, const VectorXd& response) {
@@ -181,18 +193,25 @@ double FittedModel::aicc() const {
 }
 double FittedModel::bic() const { return fit::bic(log_likelihood, parameter_count, observations); }
 
+double FittedModel::bic_groups() const {
+  if (!has_random_effects()) return kNaN;
+  const std::size_t groups = outer.names.empty() ? group_labels.size() : outer.labels.size();
+  return fit::bic(log_likelihood, parameter_count, static_cast<Index>(groups));
+}
+
 VectorXd FittedModel::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
 
 VectorXd FittedModel::t_values() const { return estimate.cwiseQuotient(standard_errors()); }
 
 VectorXd FittedModel::p_values() const {
   VectorXd p = t_values();
-  for (double& value : p) {
-    if (std::isnan(value) || !(degrees_of_freedom > 0.0)) {
+  for (Index j = 0; j < p.size(); ++j) {
+    double& value = p[j];
+    if (std::isnan(value) || j >= degrees_of_freedom.size() || !(degrees_of_freedom[j] > 0.0)) {
       value = kNaN;
       continue;
     }
-    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom);
+    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom[j]);
     value = std::isinf(value)
                 ? 0.0
                 : 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(value)));
@@ -266,6 +285,7 @@ FitResult fit_freely(const ModelSpecification& specification,
     give_up(result, std::move(least_squares));
   }
   compute_statistics(result, model.response());
+  keep_uncertainty(model, result.fit);
   return result;
 }
 
@@ -283,6 +303,8 @@ FitResult fit_model(const ModelSpecification& specification,
   };
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result = is_free ? fit(specification) : fit_constrained(specification, options, fit);
+  // What is kept there is for the coefficients that were free.
+  if (!is_free) keep_uncertainty(NonlinearModel(specification, table), result.fit);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
   return result;

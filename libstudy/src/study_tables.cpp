@@ -194,7 +194,7 @@ StudyTable estimates_table(const Study& study) {
                                      fit->coefficient_names[static_cast<std::size_t>(k)],
                                      fit->estimate[k],
                                      errors[k],
-                                     fit->degrees_of_freedom,
+                                     k < fit->degrees_of_freedom.size() ? fit->degrees_of_freedom[k] : NAN,
                                      t[k],
                                      p[k]}));
       }
