@@ -113,8 +113,13 @@ struct Bounds {
 };
 
 struct FitModelOptions {
-  std::optional<Method> method{};          ///< default_method unless given
-  std::map<std::string, double> start{};   ///< by coefficient, never needed
+  std::optional<Method> method{};         ///< default_method unless given
+  std::map<std::string, double> start{};  ///< by coefficient, never needed
+  /// An earlier fit of the same specification, perhaps to other data, if given: its coefficients,
+  /// covariance and variance parameters and, by the groups' labels, random effects are where the
+  /// fit starts. Searches for starts are left out if this converges; else they follow. It has to
+  /// live as long as the call.
+  const FittedModel* from = nullptr;
   std::map<std::string, double> rule{};    ///< by parameter, from the catalogue
   std::map<std::string, double> fixed{};   ///< coefficients that are held at a value
   std::map<std::string, Bounds> bounds{};  ///< by coefficient
