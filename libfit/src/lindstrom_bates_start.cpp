@@ -43,10 +43,9 @@ LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
       outer_factor_.from_covariance(relative(fit.outer.covariance, outer_random_)), parameters;
   const RelativeFactors now = factors(state.theta);
   state.spherical = spherical_of(now.inner, scaled(fit.random_effects, random_));
-  state.outer_spherical =
-      outer_random_.empty()
-          ? MatrixXd::Zero(0, 0)
-          : spherical_of(now.outer, scaled(fit.outer.effects, outer_random_));
+  state.outer_spherical = outer_random_.empty()
+                              ? MatrixXd::Zero(0, 0)
+                              : spherical_of(now.outer, scaled(fit.outer.effects, outer_random_));
   return state;
 }
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/fit/fitted_model.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -8,6 +6,7 @@
 
 #include "reference.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/fit/fitted_model.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -44,9 +43,9 @@ ModelSpecification height_curve(const data::Table& table,
 /// Checks that a refit ends where the fit from scratch ends; whether it ends higher instead, which
 /// only a likelihood with several maxima allows.
 ///
-/// Both have converged to within 1e-6 standard errors. At a maximum that leaves the likelihood exact
-/// to 1e-12; 1e-8 is asked for. That of lb and gnls belongs to a linear model which moves with the
-/// coefficients, so that its error is of first order: 1e-8 of its size is asked for.
+/// Both have converged to within 1e-6 standard errors. At a maximum that leaves the likelihood
+/// exact to 1e-12; 1e-8 is asked for. That of lb and gnls belongs to a linear model which moves
+/// with the coefficients, so that its error is of first order: 1e-8 of its size is asked for.
 bool ends_higher(const ModelSpecification& model,
                  const data::Table& table,
                  const FittedModel& earlier,
@@ -54,13 +53,12 @@ bool ends_higher(const ModelSpecification& model,
   const FittedModel scratch = fit_model(model, table, options).fit;
   options.from = &earlier;
   const FittedModel refit = fit_model(model, table, options).fit;
-  INFO(method_text(scratch.method) << ", variance " << model.variance.text() << ", "
-                                   << scratch.convergence.verdict << " / "
-                                   << refit.convergence.verdict);
+  INFO(method_text(scratch.method)
+       << ", variance " << model.variance.text() << ", " << scratch.convergence.verdict << " / "
+       << refit.convergence.verdict);
   CHECK(refit.convergence.converged == scratch.convergence.converged);
   if (!scratch.convergence.converged) return false;
-  const bool is_marginal =
-      is_mixed(scratch.method) && scratch.method != Method::kLindstromBates;
+  const bool is_marginal = is_mixed(scratch.method) && scratch.method != Method::kLindstromBates;
   const double tolerance = is_marginal || scratch.method == Method::kOrdinary
                                ? 1e-8
                                : 1e-8 * std::abs(scratch.log_likelihood);
