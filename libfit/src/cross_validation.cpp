@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/cross_validation.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+#include "silvafit/fit/prediction.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::string group_column(const FittedModel& fit, const CrossValidationOptions& options) {
+  if (!options.group.empty()) return options.group;
+  const ModelSpecification& specification = fit.specification;
+  if (specification.outer_random) return specification.outer_random->group;
+  if (specification.random) return specification.random->group;
+  throw UsageError(
+      "cross-validation leaves out groups, and this model has none; name their column, such as "
+      "plot");
+}
+
+/// The fold of each group: dealt in turn after shuffling.
+std::vector<std::size_t> dealt(std::size_t groups, std::size_t folds, std::uint64_t seed) {
+  std::vector<std::size_t> order(groups);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (folds < groups) {
+    Random random(seed);
+    for (std::size_t k = groups; k > 1; --k) std::swap(order[k - 1], order[random.below(k)]);
+  }
+  std::vector<std::size_t> fold_of(groups);
+  for (std::size_t k = 0; k < groups; ++k) fold_of[order[k]] = k % folds;
+  return fold_of;
+}
+
+/// The observations of a fit and their groups.
+struct Observations {
+  data::Table table{};  ///< their rows
+  data::TextColumn labels{};
+};
+
+Observations observations_of(const data::Table& table,
+                             const std::vector<std::size_t>& rows,
+                             const std::string& group) {
+  Observations result{.table = table.select(rows)};
+  result.labels = result.table.labels(group);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (!result.labels.is_missing(row)) continue;
+    Place place{.file = table.file(), .column = group};
+    if (table.line(rows[row]) > 0) place.line = table.line(rows[row]);
+    throw InputError("the group is missing, so that it cannot be left out", place);
+  }
+  return result;
+}
+
+/// What is known of the rows of one fold.
+struct FoldPrediction {
+  VectorXd predicted{};
+  VectorXd log_density{};
+  std::string failure{};  ///< empty where the fit converged
+};
+
+/// (N) Z Psi Z' of each row at b = 0.
+VectorXd variance_of_effects(const NonlinearModel& model, const FittedModel& fit) {
+  VectorXd result = VectorXd::Zero(model.observations());
+  if (!fit.has_random_effects()) return result;
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  const auto add = [&](const std::vector<Index>& places, const MatrixXd& covariance) {
+    const MatrixXd slopes = jacobian(Eigen::all, places);
+    result += (slopes * covariance).cwiseProduct(slopes).rowwise().sum();
+  };
+  add(model.coefficients_of(fit.specification.random), fit.random_covariance);
+  const auto& outer = fit.specification.outer_random;
+  if (outer) add(model.coefficients_of(outer), fit.outer.covariance);
+  return result;
+}
+
+/// \param rows  of one fold, in the order of the table; the model sorts them by its own groups
+VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Prediction& at) {
+  const NonlinearModel model(fit.specification, rows);
+  const VectorXd effects = variance_of_effects(model, fit);
+  VectorXd result = VectorXd::Constant(at.value.size(), kNaN);
+  for (Index i = 0; i < model.observations(); ++i) {
+    const auto row = static_cast<Index>(model.rows()[static_cast<std::size_t>(i)]);
+    const double variance = effects[i] + std::pow(at.residual_sd[row], 2);
+    const double error = model.response()[i] - at.value[row];
+    result[row] = -0.5 * (std::log(2.0 * std::numbers::pi * variance) + error * error / variance);
+  }
+  return result;
+}
+
+FoldPrediction predicted(const FittedModel& fit,
+                         const data::Table& training,
+                         const data::Table& left_out,
+                         FitModelOptions options) {
+  const auto n = static_cast<Index>(left_out.rows());
+  FoldPrediction result{.predicted = VectorXd::Constant(n, kNaN),
+                        .log_density = VectorXd::Constant(n, kNaN)};
+  options.from = &fit;
+  try {
+    const FittedModel refit = fit_model(fit.specification, training, options).fit;
+    if (!refit.convergence.converged) {
+      result.failure = refit.convergence.verdict;
+      return result;
+    }
+    const Prediction prediction = predict(refit, left_out, Level::kPopulation);
+    result.predicted = prediction.value;
+    result.log_density = log_densities(refit, left_out, prediction);
+  } catch (const Error& error) {
+    result.failure = error.message();
+  }
+  return result;
+}
+
+FitModelOptions refit_options(const FittedModel& fit, const CrossValidationOptions& options) {
+  FitModelOptions refit = options.refit;
+  refit.method = fit.method;
+  refit.reml = fit.reml;
+  if (fit.quadrature_points > 0) refit.quadrature_points = fit.quadrature_points;
+  refit.threads = 1;
+  refit.trace = nullptr;
+  return refit;
+}
+
+void summarise(CrossValidation& result, const VectorXd& log_density) {
+  std::vector<Index> known;
+  for (Index i = 0; i < result.predicted.size(); ++i) {
+    if (std::isfinite(result.predicted[i])) known.push_back(i);
+  }
+  result.predicted_count = known.size();
+  result.statistics = {.r2 = kNaN, .mean_error = kNaN, .rmse = kNaN, .mae = kNaN};
+  result.log_density = kNaN;
+  if (known.empty()) return;
+  result.statistics =
+      fit_statistics(VectorXd(result.observed(known)), VectorXd(result.predicted(known)));
+  result.log_density = log_density(known).mean();
+}
+
+}  // namespace
+
+CrossValidation cross_validate(const FittedModel& fit,
+                               const data::Table& table,
+                               const CrossValidationOptions& options) {
+  if (!fit.convergence.converged) {
+    throw UsageError("a fit that has not converged cannot be cross-validated");
+  }
+  CrossValidation result{.group = group_column(fit, options), .seed = options.seed};
+  const NonlinearModel model(fit.specification, table);
+  result.rows = model.rows();
+  result.observed = model.response();
+  const Observations all = observations_of(table, result.rows, result.group);
+  const std::vector<std::string>& labels = all.labels.levels();
+  result.groups = labels.size();
+  if (result.groups < 2) {
+    throw UsageError(
+        fmt::format("cross-validation needs two groups at least; {} has one", result.group));
+  }
+  result.folds = options.folds == 0 ? result.groups : std::min(options.folds, result.groups);
+  if (result.folds < 2) throw UsageError("cross-validation needs two folds at least");
+  const std::vector<std::size_t> fold_of = dealt(result.groups, result.folds, options.seed);
+
+  std::vector<std::vector<std::size_t>> training(result.folds);
+  std::vector<std::vector<std::size_t>> left_out(result.folds);
+  for (std::size_t row = 0; row < all.labels.size(); ++row) {
+    const std::size_t fold = fold_of[all.labels.code(row)];
+    result.fold.push_back(fold);
+    for (std::size_t k = 0; k < result.folds; ++k) {
+      (k == fold ? left_out : training)[k].push_back(row);
+    }
+  }
+  const FitModelOptions refit = refit_options(fit, options);
+  std::vector<FoldPrediction> folds(result.folds);
+  std::atomic<std::size_t> done{0};
+  parallel_for(result.folds, options.threads, [&](std::size_t k) {
+    folds[k] = predicted(fit, all.table.select(training[k]), all.table.select(left_out[k]), refit);
+    if (options.progress) options.progress(++done, result.folds);
+  });
+
+  result.predicted = VectorXd::Constant(result.observed.size(), kNaN);
+  VectorXd log_density = result.predicted;
+  for (std::size_t k = 0; k < result.folds; ++k) {
+    for (std::size_t i = 0; i < left_out[k].size(); ++i) {
+      const auto row = static_cast<Index>(left_out[k][i]);
+      result.predicted[row] = folds[k].predicted[static_cast<Index>(i)];
+      log_density[row] = folds[k].log_density[static_cast<Index>(i)];
+    }
+    if (folds[k].failure.empty()) continue;
+    FailedFold failed{.verdict = folds[k].failure};
+    for (std::size_t g = 0; g < labels.size(); ++g) {
+      if (fold_of[g] == k) failed.groups.push_back(labels[g]);
+    }
+    result.failed.push_back(std::move(failed));
+  }
+  summarise(result, log_density);
+  return result;
+}
+
+}  // namespace silvafit::fit
