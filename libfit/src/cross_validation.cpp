@@ -15,6 +15,7 @@
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "variance_shares.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -75,28 +76,14 @@ struct FoldPrediction {
   std::string failure{};  ///< empty where the fit converged
 };
 
-/// (N) Z Psi Z' of each row at b = 0.
-VectorXd variance_of_effects(const NonlinearModel& model, const FittedModel& fit) {
-  VectorXd result = VectorXd::Zero(model.observations());
-  if (!fit.has_random_effects()) return result;
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(fit.estimate, mean, &jacobian, workspace);
-  const auto add = [&](const std::vector<Index>& places, const MatrixXd& covariance) {
-    const MatrixXd slopes = jacobian(Eigen::all, places);
-    result += (slopes * covariance).cwiseProduct(slopes).rowwise().sum();
-  };
-  add(model.coefficients_of(fit.specification.random), fit.random_covariance);
-  const auto& outer = fit.specification.outer_random;
-  if (outer) add(model.coefficients_of(outer), fit.outer.covariance);
-  return result;
-}
-
 /// \param rows  of one fold, in the order of the table; the model sorts them by its own groups
 VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Prediction& at) {
   const NonlinearModel model(fit.specification, rows);
-  const VectorXd effects = variance_of_effects(model, fit);
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd slopes;
+  model.evaluate(fit.estimate, mean, &slopes, workspace);
+  const VectorXd effects = variance_of_effects(fit, model, slopes);
   VectorXd result = VectorXd::Constant(at.value.size(), kNaN);
   for (Index i = 0; i < model.observations(); ++i) {
     const auto row = static_cast<Index>(model.rows()[static_cast<std::size_t>(i)]);

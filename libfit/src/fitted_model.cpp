@@ -15,6 +15,7 @@
 #include "refit.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
+#include "variance_shares.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -147,9 +148,14 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
                          "Not converged: the least-squares fit to start from failed. " + reason};
 }
 
-void compute_statistics(FitResult& result, const VectorXd& response) {
-  result.fit.population = fit_statistics(response, result.fitted_population);
-  result.fit.conditional = fit_statistics(response, result.fitted_conditional);
+void compute_statistics(FitResult& result, const NonlinearModel& model) {
+  FittedModel& fit = result.fit;
+  fit.population = fit_statistics(model.response(), result.fitted_population);
+  fit.conditional = fit_statistics(model.response(), result.fitted_conditional);
+  if (!fit.has_random_effects()) return;
+  const VarianceShares shares = variance_shares(fit, model, result.residual_sd);
+  fit.r2_marginal = shares.marginal;
+  fit.r2_conditional = shares.conditional;
 }
 
 }  // namespace
@@ -296,7 +302,7 @@ FitResult fit_freely(const ModelSpecification& specification,
   if (method == Method::kQuadrature) result.fit.quadrature_points = options.quadrature_points;
   if (auto found = fit_from_earlier(model, method, options)) {
     take_over(result, *std::move(found));
-    compute_statistics(result, model.response());
+    compute_statistics(result, model);
     return result;
   }
   LeastSquaresFit least_squares =
@@ -308,7 +314,7 @@ FitResult fit_freely(const ModelSpecification& specification,
   } else {
     give_up(result, std::move(least_squares));
   }
-  compute_statistics(result, model.response());
+  compute_statistics(result, model);
   return result;
 }
 

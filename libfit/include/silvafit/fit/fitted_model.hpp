@@ -77,6 +77,10 @@ struct FittedModel {
   int parameter_count = 0;      ///< 0 where a fit failed
   FitStatistics population{};   ///< of f(beta)
   FitStatistics conditional{};  ///< of f(beta + b); only with random effects
+  /// Shares of the variance that fixed, and fixed and random effects explain (Nakagawa and
+  /// Schielzeth 2013, Johnson 2014; docs/mixed-effects.md); NaN without random effects.
+  double r2_marginal = std::numeric_limits<double>::quiet_NaN();
+  double r2_conditional = std::numeric_limits<double>::quiet_NaN();
   Convergence convergence{};
   double seconds = 0.0;
 
