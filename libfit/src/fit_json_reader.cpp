@@ -87,6 +87,44 @@ struct RandomLevel {
   Eigen::MatrixXd eblups{};
 };
 
+/// Matrices of each group, column by column.
+Eigen::MatrixXd read_matrices(const JsonValue& json,
+                              const std::vector<std::string>& labels,
+                              Index height,
+                              Index width) {
+  Eigen::MatrixXd result(height * width, static_cast<Index>(labels.size()));
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    const auto lines = json.at(labels[g]).items();
+    if (static_cast<Index>(lines.size()) != height) {
+      json.at(labels[g]).fail(fmt::format("must have {} rows", height));
+    }
+    Eigen::MatrixXd matrix(height, width);
+    for (Index i = 0; i < height; ++i) {
+      matrix.row(i) = lines[static_cast<std::size_t>(i)].vector(width);
+    }
+    result.col(static_cast<Index>(g)) = matrix.reshaped();
+  }
+  return result;
+}
+
+/// What a fit of this or a later version keeps of its random effects; nothing of an older one.
+/// \param outer_size  effects of the coarser of two groupings, for the finer one
+EffectUncertainty read_uncertainty(const JsonValue& json,
+                                   const std::vector<std::string>& labels,
+                                   Index size,
+                                   Index coefficients,
+                                   Index outer_size) {
+  EffectUncertainty result;
+  if (!json.has("eblup_covariance")) return result;
+  result.covariances = read_matrices(json.at("eblup_covariance"), labels, size, size);
+  result.sensitivities = read_matrices(json.at("eblup_by_fixed"), labels, size, coefficients);
+  if (outer_size > 0) {
+    result.cross_covariances =
+        read_matrices(json.at("eblup_outer_covariance"), labels, size, outer_size);
+  }
+  return result;
+}
+
 RandomLevel read_random_level(const JsonValue& json, const std::vector<std::string>& known) {
   RandomLevel level;
   level.effects = {.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
@@ -130,12 +168,19 @@ void read_random(const JsonValue& json, FittedModel& fit) {
   fit.random_covariance = std::move(inner.covariance);
   fit.random_effects = std::move(inner.eblups);
   fit.specification.random = std::move(inner.effects);
-  if (!json.has("outer")) return;
+  const Index p = fit.estimate.size();
+  const bool is_nested = json.has("outer");
+  const Index outer_size =
+      is_nested ? static_cast<Index>(json.at("outer").at("effects").items().size()) : 0;
+  fit.uncertainty = read_uncertainty(
+      json, fit.group_labels, static_cast<Index>(fit.random_names.size()), p, outer_size);
+  if (!is_nested) return;
   RandomLevel outer = read_random_level(json.at("outer"), fit.coefficient_names);
   fit.outer = {.names = outer.effects.coefficients,
                .labels = std::move(outer.labels),
                .covariance = std::move(outer.covariance),
                .effects = std::move(outer.eblups)};
+  fit.outer_uncertainty = read_uncertainty(json.at("outer"), fit.outer.labels, outer_size, p, 0);
   fit.specification.outer_random = std::move(outer.effects);
 }
 

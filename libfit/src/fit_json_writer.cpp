@@ -84,10 +84,35 @@ ordered_json eblups(const std::vector<std::string>& labels,
   return result;
 }
 
+/// Matrices of each group, stored column by column, by label.
+ordered_json matrices(const std::vector<std::string>& labels,
+                      const Eigen::MatrixXd& values,
+                      Index rows_each) {
+  ordered_json result = ordered_json::object();
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    const auto column = values.col(static_cast<Index>(g));
+    result[labels[g]] = rows(column.reshaped(rows_each, column.size() / rows_each));
+  }
+  return result;
+}
+
+void add_uncertainty(const std::vector<std::string>& labels,
+                     const EffectUncertainty& uncertainty,
+                     Index size,
+                     ordered_json& result) {
+  if (!uncertainty.is_known()) return;
+  result["eblup_covariance"] = matrices(labels, uncertainty.covariances, size);
+  result["eblup_by_fixed"] = matrices(labels, uncertainty.sensitivities, size);
+  if (uncertainty.cross_covariances.size() > 0) {
+    result["eblup_outer_covariance"] = matrices(labels, uncertainty.cross_covariances, size);
+  }
+}
+
 ordered_json random_level(const RandomEffects& effects,
                           const std::vector<std::string>& labels,
                           const Eigen::MatrixXd& covariance,
-                          const Eigen::MatrixXd& eblup) {
+                          const Eigen::MatrixXd& eblup,
+                          const EffectUncertainty& uncertainty) {
   const MixedEffectsFit fit{.random_covariance = covariance};
   ordered_json result{{"group", effects.group},
                       {"effects", effects.coefficients},
@@ -97,16 +122,23 @@ ordered_json random_level(const RandomEffects& effects,
   result["sd"] = list(fit.random_sd());
   result["correlation"] = rows(fit.random_correlation());
   result["eblup"] = eblups(labels, effects.coefficients, eblup);
+  add_uncertainty(labels, uncertainty, eblup.rows(), result);
   return result;
 }
 
 ordered_json random(const FittedModel& fit) {
   if (!fit.has_random_effects()) return nullptr;
-  ordered_json result = random_level(
-      *fit.specification.random, fit.group_labels, fit.random_covariance, fit.random_effects);
+  ordered_json result = random_level(*fit.specification.random,
+                                     fit.group_labels,
+                                     fit.random_covariance,
+                                     fit.random_effects,
+                                     fit.uncertainty);
   if (fit.specification.outer_random) {
-    result["outer"] = random_level(
-        *fit.specification.outer_random, fit.outer.labels, fit.outer.covariance, fit.outer.effects);
+    result["outer"] = random_level(*fit.specification.outer_random,
+                                   fit.outer.labels,
+                                   fit.outer.covariance,
+                                   fit.outer.effects,
+                                   fit.outer_uncertainty);
   }
   return result;
 }

@@ -11,6 +11,7 @@
 #include <limits>
 #include <utility>
 
+#include "calibration_search.hpp"
 #include "constrained_fit.hpp"
 #include "refit.hpp"
 #include "silvafit/base/error.hpp"
@@ -146,6 +147,14 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.convergence = {.verdict =
                          "Not converged: the least-squares fit to start from failed. " + reason};
+}
+
+/// Keeps what the data leave open of the random effects, for predictions without the data.
+void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
+  if (!fit.has_random_effects() || !fit.random_effects.allFinite() || !(fit.sigma > 0.0)) return;
+  EffectPosteriors described = describe_effects(model, fit);
+  fit.uncertainty = std::move(described.inner_uncertainty);
+  fit.outer_uncertainty = std::move(described.outer_uncertainty);
 }
 
 void compute_statistics(FitResult& result, const NonlinearModel& model) {
@@ -303,6 +312,7 @@ FitResult fit_freely(const ModelSpecification& specification,
   if (auto found = fit_from_earlier(model, method, options)) {
     take_over(result, *std::move(found));
     compute_statistics(result, model);
+    keep_uncertainty(model, result.fit);
     return result;
   }
   LeastSquaresFit least_squares =
@@ -315,6 +325,7 @@ FitResult fit_freely(const ModelSpecification& specification,
     give_up(result, std::move(least_squares));
   }
   compute_statistics(result, model);
+  keep_uncertainty(model, result.fit);
   return result;
 }
 
@@ -332,6 +343,8 @@ FitResult fit_model(const ModelSpecification& specification,
   };
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result = is_free ? fit(specification) : fit_constrained(specification, options, fit);
+  // What is kept there is for the coefficients that were free.
+  if (!is_free) keep_uncertainty(NonlinearModel(specification, table), result.fit);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
   return result;

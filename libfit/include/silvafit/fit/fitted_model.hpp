@@ -13,6 +13,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/model_specification.hpp"
@@ -67,6 +68,8 @@ struct FittedModel {
   Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
   Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs
   OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
+  EffectUncertainty uncertainty{};          ///< of random_effects; not known in older files
+  EffectUncertainty outer_uncertainty{};    ///< of outer.effects
   /// Where constant-plus-power has become a constant variance, its constant is infinite and sigma
   /// the residual standard deviation itself.
   VarianceEstimate variance{};
