@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   add_stand_command(program);
   add_fit_command(program);
   add_predict_command(program);
+  add_impute_command(program);
   add_grow_command(program);
   add_simulate_command(program);
   add_models_command(program);

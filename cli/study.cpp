@@ -28,6 +28,7 @@ struct Arguments {
   UnitArguments units{};
   study::StudyOptions study{};
   std::string out{};
+  std::string criterion = "level";
   CommonOptions common{};
 };
 
@@ -49,6 +50,15 @@ std::vector<std::pair<std::string, std::string>> decisions_of(const Arguments& a
                            fmt::format("{} nearest neighbors, searched in the {}",
                                        arguments.units.neighbors,
                                        arguments.units.per));
+  }
+  if (arguments.study.criterion != study::Criterion::kByLevel) {
+    const bool is_error = arguments.study.criterion == study::Criterion::kCrossValidation;
+    decisions.emplace_back(
+        "Levels 1 to 3",
+        is_error ? "lowest error of predictions for plots left out in 10 folds; level 3 calibrated "
+                   "with 5 trees of each"
+                 : fmt::format("lowest {}, without tests", arguments.criterion));
+    return decisions;
   }
   decisions.emplace_back("Level 1", "fewest parameters within 2 AIC of the best base model");
   decisions.emplace_back(
@@ -185,6 +195,7 @@ void run(Arguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   study::StudyRecord record = make_record(arguments);
   arguments.study.threads = arguments.common.threads;
+  arguments.study.criterion = study::parse_criterion(arguments.criterion);
   {
     Progress progress(arguments.common);
     record.study = study::run_study(
@@ -238,6 +249,13 @@ void add_study_command(CLI::App& program) {
                    "Covariates of level 2: W, M, U, C, CO, T, Hegyi, BAL, CCF, stems_per_ha, "
                    "basal_area_per_ha, quadratic_mean_dbh, dominant_height, or columns of the file")
       ->delimiter(',')
+      ->capture_default_str();
+  command
+      ->add_option("--criterion",
+                   arguments->criterion,
+                   "What the levels choose by: aic, aicc, bic, cv (cross-validated error), or each "
+                   "level's own with its tests")
+      ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
       ->capture_default_str();
   command
       ->add_option("--minimum-trees",

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -13,6 +14,8 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/base/random.hpp"
+#include "silvafit/fit/calibrated_fit.hpp"
+#include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "variance_shares.hpp"
@@ -72,6 +75,7 @@ Observations observations_of(const data::Table& table,
 /// What is known of the rows of one fold.
 struct FoldPrediction {
   VectorXd predicted{};
+  VectorXd calibrated{};
   VectorXd log_density{};
   std::string failure{};  ///< empty where the fit converged
 };
@@ -94,12 +98,54 @@ VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Pr
   return result;
 }
 
+/// Which observations count as measured when their group is left out: some of each group of the
+/// random effects, the finer grouping's.
+std::vector<bool> drawn_measured(const NonlinearModel& model,
+                                 const CrossValidationOptions& options) {
+  std::vector<bool> is_measured(static_cast<std::size_t>(model.observations()), false);
+  if (options.measured == 0) return is_measured;
+  for (Index g = 0; g < model.group_count(); ++g) {
+    std::vector<Index> trees(
+        static_cast<std::size_t>(model.group_begin(g + 1) - model.group_begin(g)));
+    std::iota(trees.begin(), trees.end(), model.group_begin(g));
+    Random random(options.seed, static_cast<std::uint64_t>(g) + 1);
+    for (std::size_t k = 0; k < std::min(options.measured, trees.size()); ++k) {
+      std::swap(trees[k], trees[k + random.below(trees.size() - k)]);
+      is_measured[static_cast<std::size_t>(trees[k])] = true;
+    }
+  }
+  return is_measured;
+}
+
+/// Predictions of the trees of left-out groups that are not measured, from those that are.
+VectorXd calibrated(const FittedModel& fit,
+                    const data::Table& left_out,
+                    const std::vector<bool>& is_measured) {
+  data::Table known = left_out;
+  const std::string& response = fit.specification.formula.left;
+  const auto values = left_out.numbers(response);
+  std::vector<double> measured(values.begin(), values.end());
+  for (std::size_t row = 0; row < measured.size(); ++row) {
+    if (!is_measured[row]) measured[row] = data::kMissing;
+  }
+  known.set(response, std::move(measured));
+  const Calibration calibration = calibrate(fit, known, {.seen_groups = SeenGroups::kNew});
+  VectorXd result = predict(with_groups(fit, calibration), left_out, Level::kConditional).value;
+  for (std::size_t row = 0; row < is_measured.size(); ++row) {
+    if (is_measured[row]) result[static_cast<Index>(row)] = kNaN;
+  }
+  return result;
+}
+
+/// \param is_measured  by row of what is left out; empty: nothing is calibrated
 FoldPrediction predicted(const FittedModel& fit,
                          const data::Table& training,
                          const data::Table& left_out,
+                         const std::vector<bool>& is_measured,
                          FitModelOptions options) {
   const auto n = static_cast<Index>(left_out.rows());
   FoldPrediction result{.predicted = VectorXd::Constant(n, kNaN),
+                        .calibrated = VectorXd::Constant(n, kNaN),
                         .log_density = VectorXd::Constant(n, kNaN)};
   options.from = &fit;
   try {
@@ -111,6 +157,7 @@ FoldPrediction predicted(const FittedModel& fit,
     const Prediction prediction = predict(refit, left_out, Level::kPopulation);
     result.predicted = prediction.value;
     result.log_density = log_densities(refit, left_out, prediction);
+    if (!is_measured.empty()) result.calibrated = calibrated(refit, left_out, is_measured);
   } catch (const Error& error) {
     result.failure = error.message();
   }
@@ -127,18 +174,32 @@ FitModelOptions refit_options(const FittedModel& fit, const CrossValidationOptio
   return refit;
 }
 
-void summarise(CrossValidation& result, const VectorXd& log_density) {
+/// Statistics of the observations that have a prediction.
+/// \param where  observations without one here do not count either
+FitStatistics statistics_of(const VectorXd& observed,
+                            const VectorXd& predicted,
+                            const VectorXd& where,
+                            std::size_t& count) {
   std::vector<Index> known;
-  for (Index i = 0; i < result.predicted.size(); ++i) {
-    if (std::isfinite(result.predicted[i])) known.push_back(i);
+  for (Index i = 0; i < predicted.size(); ++i) {
+    if (std::isfinite(predicted[i]) && std::isfinite(where[i])) known.push_back(i);
   }
-  result.predicted_count = known.size();
-  result.statistics = {.r2 = kNaN, .mean_error = kNaN, .rmse = kNaN, .mae = kNaN};
-  result.log_density = kNaN;
-  if (known.empty()) return;
+  count = known.size();
+  if (known.empty()) return {.r2 = kNaN, .mean_error = kNaN, .rmse = kNaN, .mae = kNaN};
+  return fit_statistics(VectorXd(observed(known)), VectorXd(predicted(known)));
+}
+
+void summarise(CrossValidation& result, const VectorXd& log_density) {
   result.statistics =
-      fit_statistics(VectorXd(result.observed(known)), VectorXd(result.predicted(known)));
-  result.log_density = log_density(known).mean();
+      statistics_of(result.observed, result.predicted, result.predicted, result.predicted_count);
+  const auto is_known = log_density.array().isFinite();
+  result.log_density = is_known.any() ? is_known.select(log_density.array(), 0.0).sum() /
+                                            static_cast<double>(is_known.count())
+                                      : kNaN;
+  result.calibrated_statistics =
+      statistics_of(result.observed, result.calibrated, result.predicted, result.calibrated_count);
+  result.uncalibrated_statistics =
+      statistics_of(result.observed, result.predicted, result.calibrated, result.calibrated_count);
 }
 
 }  // namespace
@@ -150,7 +211,11 @@ CrossValidation cross_validate(const FittedModel& fit,
     throw UsageError("a fit that has not converged cannot be cross-validated");
   }
   CrossValidation result{.group = group_column(fit, options), .seed = options.seed};
+  if (options.measured > 0 && !fit.has_random_effects()) {
+    throw UsageError("a model without random effects has nothing that measured trees could tell");
+  }
   const NonlinearModel model(fit.specification, table);
+  result.measured = options.measured;
   result.rows = model.rows();
   result.observed = model.response();
   const Observations all = observations_of(table, result.rows, result.group);
@@ -173,20 +238,28 @@ CrossValidation cross_validate(const FittedModel& fit,
       (k == fold ? left_out : training)[k].push_back(row);
     }
   }
+  const std::vector<bool> is_measured = drawn_measured(model, options);
   const FitModelOptions refit = refit_options(fit, options);
   std::vector<FoldPrediction> folds(result.folds);
   std::atomic<std::size_t> done{0};
   parallel_for(result.folds, options.threads, [&](std::size_t k) {
-    folds[k] = predicted(fit, all.table.select(training[k]), all.table.select(left_out[k]), refit);
+    std::vector<bool> measured;
+    if (options.measured > 0) {
+      for (const std::size_t row : left_out[k]) measured.push_back(is_measured[row]);
+    }
+    folds[k] = predicted(
+        fit, all.table.select(training[k]), all.table.select(left_out[k]), measured, refit);
     if (options.progress) options.progress(++done, result.folds);
   });
 
   result.predicted = VectorXd::Constant(result.observed.size(), kNaN);
+  result.calibrated = result.predicted;
   VectorXd log_density = result.predicted;
   for (std::size_t k = 0; k < result.folds; ++k) {
     for (std::size_t i = 0; i < left_out[k].size(); ++i) {
       const auto row = static_cast<Index>(left_out[k][i]);
       result.predicted[row] = folds[k].predicted[static_cast<Index>(i)];
+      result.calibrated[row] = folds[k].calibrated[static_cast<Index>(i)];
       log_density[row] = folds[k].log_density[static_cast<Index>(i)];
     }
     if (folds[k].failure.empty()) continue;

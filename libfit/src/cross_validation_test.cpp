@@ -166,3 +166,44 @@ TEST_CASE("cross-validation has to know its groups") {
   single.set("one", std::vector<double>(20, 1.0));
   CHECK_THROWS_WITH(cross_validate(fit, single, {.group = "one"}), Contains("one has one"));
 }
+
+TEST_CASE("measured trees of a left-out group calibrate a linear model as BLUP theory has it") {
+  // Random intercepts: the predicted effect of a plot is psi m / (psi m + sigma^2) times the mean
+  // residual of its m measured trees from the line.
+  const data::Table table = stands();
+  ModelSpecification model = specify_model("h ~ a + b*dbh", {}, table);
+  add_random_effects(model, "a | plot", table);
+  const FittedModel fit = fit_model(model, table).fit;
+  const std::size_t measured = 3;
+  const CrossValidation result =
+      cross_validate(fit, table, {.folds = 0, .measured = measured, .seed = 5});
+  const data::TextColumn plots = table.labels("plot");
+  for (const std::string plot : {"S1P1", "S6P2"}) {
+    std::vector<std::size_t> others;
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (plots[row] != plot) others.push_back(row);
+    }
+    const data::Table training = table.select(others);
+    const FittedModel without = fit_model(model, training).fit;
+    double sum = 0.0;
+    std::size_t drawn = 0;
+    for (std::size_t i = 0; i < result.rows.size(); ++i) {
+      if (plots[result.rows[i]] != plot) continue;
+      const auto at = static_cast<Index>(i);
+      if (!std::isnan(result.calibrated[at])) continue;
+      sum += result.observed[at] - result.predicted[at];
+      ++drawn;
+    }
+    REQUIRE(drawn == measured);
+    const double psi = without.random_covariance(0, 0);
+    const double effect = psi * sum / (psi * measured + without.sigma * without.sigma);
+    for (std::size_t i = 0; i < result.rows.size(); ++i) {
+      const auto at = static_cast<Index>(i);
+      if (plots[result.rows[i]] != plot || std::isnan(result.calibrated[at])) continue;
+      // Two fits that have converged to within 1e-6 standard errors.
+      CHECK(result.calibrated[at] - result.predicted[at] == Approx(effect).margin(1e-5));
+    }
+  }
+  CHECK(result.calibrated_count == table.rows() - 32 * measured);
+  CHECK(result.calibrated_statistics.rmse < result.uncalibrated_statistics.rmse);
+}

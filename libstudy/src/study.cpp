@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -13,6 +14,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/fit/cross_validation.hpp"
 #include "study_levels.hpp"
 
 namespace silvafit::study {
@@ -54,12 +56,41 @@ fit::FitResult fit_trial(const Trial& trial, const data::Table& table) {
   }
 }
 
+/// Names in the order of the enumeration.
+constexpr std::array<std::string_view, 5> kCriterionNames{"level", "aic", "aicc", "bic", "cv"};
+
+/// Trees of a plot left out from which level 3 predicts its others: as many as inventories often
+/// measure.
+constexpr std::size_t kCalibratingTrees = 5;
+
+std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
+                                              const data::Table& table,
+                                              const std::string& group) {
+  if (!fit.convergence.converged) return std::nullopt;
+  const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
+  try {
+    // The tasks of a level are parallel already.
+    const fit::CrossValidation result =
+        fit::cross_validate(fit, table, {.group = group, .measured = measured, .threads = 1});
+    return CrossValidated{
+        .rmse = measured > 0 ? result.calibrated_statistics.rmse : result.statistics.rmse,
+        .folds = result.folds,
+        .failed = result.failed.size(),
+        .measured = measured};
+  } catch (const Error&) {
+    // One plot alone cannot be left out.
+    return std::nullopt;
+  }
+}
+
 /// Runs the fits of one level for all species and responses at once, so that no thread waits for a
 /// single one.
 class Level {
  public:
-  Level(std::string name, std::vector<Work>& works) : name_(std::move(name)), works_(works) {
+  Level(std::string name, std::vector<Work>& works, const StudyOptions& options)
+      : name_(std::move(name)), works_(works), options_(options) {
     results_.resize(works.size());
+    cross_validated_.resize(works.size());
   }
 
   void add(std::size_t work, std::vector<Trial> trials) {
@@ -68,6 +99,7 @@ class Level {
           {.trial = std::move(trial), .work = work, .position = results_[work].size()});
       results_[work].emplace_back(
           fit::FitResult{.fit = {.specification = tasks_.back().trial.specification}});
+      cross_validated_[work].emplace_back();
     }
   }
 
@@ -76,7 +108,13 @@ class Level {
     std::atomic<std::size_t> done{0};
     parallel_for(tasks_.size(), threads, [&](std::size_t i) {
       const Task& task = tasks_[i];
-      results_[task.work][task.position] = fit_trial(task.trial, works_[task.work].table);
+      const data::Table& table = works_[task.work].table;
+      fit::FitResult& result = results_[task.work][task.position];
+      result = fit_trial(task.trial, table);
+      if (options_.criterion == Criterion::kCrossValidation) {
+        cross_validated_[task.work][task.position] =
+            cross_validated(result.fit, table, options_.group);
+      }
       const std::size_t count = ++done;
       if (progress) progress(name_, count, tasks_.size());
     });
@@ -89,7 +127,9 @@ class Level {
     std::vector<Candidate> list;
     for (const Task& task : tasks_) {
       if (task.work != work) continue;
-      list.push_back({.terms = task.trial.terms, .fit = results_[work][task.position].fit});
+      list.push_back({.terms = task.trial.terms,
+                      .fit = results_[work][task.position].fit,
+                      .cross_validated = cross_validated_[work][task.position]});
     }
     return list;
   }
@@ -101,8 +141,10 @@ class Level {
  private:
   std::string name_;
   std::vector<Work>& works_;
+  const StudyOptions& options_;
   std::vector<Task> tasks_;
   std::vector<std::vector<fit::FitResult>> results_;
+  std::vector<std::vector<std::optional<CrossValidated>>> cross_validated_;
 };
 
 bool has_numbers(const data::Table& table, const std::string& name) {
@@ -210,7 +252,7 @@ std::vector<std::string> species_of(const data::Table& table, const StudyOptions
 }
 
 void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("base models", works);
+  Level level("base models", works, study.options);
   for (std::size_t i = 0; i < works.size(); ++i) {
     level.add(i, base_trials(works[i].candidates, works[i].table));
   }
@@ -218,7 +260,8 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.base = level.candidates(i);
-    if (const auto chosen = choose_base(result.base)) result.ols = level.result(i, *chosen);
+    if (const auto chosen = choose_base(result.base, study.options.criterion))
+      result.ols = level.result(i, *chosen);
   }
 }
 
@@ -234,7 +277,7 @@ void add_tests(std::vector<Candidate>& candidates) {
 void run_without_intercept(std::vector<Work>& works,
                            Study& study,
                            const ProgressCallback& progress) {
-  Level level("covariates alone", works);
+  Level level("covariates alone", works, study.options);
   for (std::size_t i = 0; i < works.size(); ++i) {
     for (const Candidate& candidate : works[i].result.covariates) {
       if (!candidate.chosen) continue;
@@ -247,7 +290,8 @@ void run_without_intercept(std::vector<Work>& works,
     for (Candidate& candidate : level.candidates(i)) {
       // Not nested in level 1, so there is no likelihood-ratio test: the criterion alone decides.
       result.covariates.push_back(std::move(candidate));
-      if (choose_covariates(result.covariates) == result.covariates.size() - 1) {
+      if (choose_covariates(result.covariates, study.options.criterion) ==
+          result.covariates.size() - 1) {
         result.with_covariates = level.result(i, 0);
       }
     }
@@ -255,7 +299,7 @@ void run_without_intercept(std::vector<Work>& works,
 }
 
 void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("structural covariates", works);
+  Level level("structural covariates", works, study.options);
   for (std::size_t i = 0; i < works.size(); ++i) {
     if (!works[i].result.ols || works[i].covariates.empty()) continue;
     level.add(i, covariate_trials(works[i].result.ols->fit, works[i].covariates, works[i].table));
@@ -266,7 +310,7 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
     result.covariates = level.candidates(i);
     result.with_covariates = result.ols;
     add_tests(result.covariates);
-    if (const auto chosen = choose_covariates(result.covariates)) {
+    if (const auto chosen = choose_covariates(result.covariates, study.options.criterion)) {
       result.with_covariates = level.result(i, *chosen);
     }
   }
@@ -283,7 +327,7 @@ void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
 }
 
 void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("random effects", works);
+  Level level("random effects", works, study.options);
   for (std::size_t i = 0; i < works.size(); ++i) {
     const ResponseStudy& result = works[i].result;
     if (!result.with_covariates || result.plots < 2) continue;
@@ -296,7 +340,7 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
-    if (const auto chosen = choose_random_effects(result.random)) {
+    if (const auto chosen = choose_random_effects(result.random, study.options.criterion)) {
       result.nlme = level.result(i, *chosen);
       note_edge(result.nlme->fit, result.notes);
     }
@@ -304,7 +348,7 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
 }
 
 void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("variance functions", works);
+  Level level("variance functions", works, study.options);
   for (std::size_t i = 0; i < works.size(); ++i) {
     for (const Candidate& candidate : works[i].result.random) {
       if (candidate.chosen) level.add(i, variance_trials(candidate));
@@ -315,7 +359,7 @@ void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback
     ResponseStudy& result = works[i].result;
     result.variance = level.candidates(i);
     add_tests(result.variance);
-    if (const auto chosen = choose_variance(result.variance)) {
+    if (const auto chosen = choose_variance(result.variance, study.options.criterion)) {
       result.nlme = level.result(i, *chosen);
     }
   }
@@ -382,6 +426,19 @@ std::size_t Study::fit_count() const {
   std::size_t count = 0;
   for (const StageTime& stage : stages) count += stage.fits;
   return count;
+}
+
+std::string criterion_text(Criterion criterion) {
+  return std::string(kCriterionNames[static_cast<std::size_t>(criterion)]);
+}
+
+Criterion parse_criterion(std::string_view text) {
+  const auto* const found = std::ranges::find(kCriterionNames, text);
+  if (found == kCriterionNames.end()) {
+    throw UsageError(
+        fmt::format("'{}' is no criterion; there are {}", text, fmt::join(kCriterionNames, ", ")));
+  }
+  return static_cast<Criterion>(found - kCriterionNames.begin());
 }
 
 std::string unit_of(const std::string& response) {

@@ -5,7 +5,10 @@
 #include <array>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 namespace silvafit::study {
 namespace {
@@ -41,15 +44,37 @@ std::vector<std::size_t> ranked(std::vector<Candidate>& candidates, Criterion cr
     candidates[i].chosen = false;
     if (is_usable(candidates[i])) order.push_back(i);
   }
-  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return criterion(candidates[i].fit); });
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return criterion(candidates[i]); });
   for (std::size_t i = 0; i < order.size(); ++i) {
     candidates[order[i]].rank = static_cast<int>(i) + 1;
   }
   return order;
 }
 
-double aic_of(const fit::FittedModel& fit) { return fit.aic(); }
-double bic_of(const fit::FittedModel& fit) { return fit.bic(); }
+/// What ranks the candidates of a level, smaller being better.
+using Ranking = std::function<std::pair<double, double>(const Candidate&)>;
+
+/// Folds that failed first: an error that leaves them out is not comparable.
+std::pair<double, double> cross_validated_of(const Candidate& candidate) {
+  constexpr double kWorst = std::numeric_limits<double>::infinity();
+  if (!candidate.cross_validated) return {kWorst, kWorst};
+  const double rmse = candidate.cross_validated->rmse;
+  return {static_cast<double>(candidate.cross_validated->failed), std::isnan(rmse) ? kWorst : rmse};
+}
+
+/// \param own  of the level, where it has its own
+Ranking ranking_by(Criterion criterion, Criterion own) {
+  switch (criterion == Criterion::kByLevel ? own : criterion) {
+    case Criterion::kAicc:
+      return [](const Candidate& candidate) { return std::pair(0.0, candidate.fit.aicc()); };
+    case Criterion::kBic:
+      return [](const Candidate& candidate) { return std::pair(0.0, candidate.fit.bic()); };
+    case Criterion::kCrossValidation:
+      return cross_validated_of;
+    default:
+      return [](const Candidate& candidate) { return std::pair(0.0, candidate.fit.aic()); };
+  }
+}
 
 std::optional<std::size_t> mark(std::vector<Candidate>& candidates, std::size_t chosen) {
   candidates[chosen].chosen = true;
@@ -65,6 +90,12 @@ std::optional<std::size_t> first_significant(std::vector<Candidate>& candidates,
     if (is_untested || candidates[i].test->p < kSignificant) return mark(candidates, i);
   }
   return std::nullopt;
+}
+
+std::optional<std::size_t> first_of(std::vector<Candidate>& candidates,
+                                    const std::vector<std::size_t>& order) {
+  if (order.empty()) return std::nullopt;
+  return mark(candidates, order.front());
 }
 
 }  // namespace
@@ -167,13 +198,16 @@ std::vector<Trial> variance_trials(const Candidate& mixed) {
   return trials;
 }
 
-std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates) {
-  const std::vector<std::size_t> order = ranked(candidates, aic_of);
+std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates, Criterion criterion) {
+  const Ranking ranking = ranking_by(criterion, Criterion::kAic);
+  const std::vector<std::size_t> order = ranked(candidates, ranking);
   if (order.empty()) return std::nullopt;
-  const double best = candidates[order.front()].fit.aic();
   std::size_t chosen = order.front();
+  // Errors have no such scale.
+  if (criterion == Criterion::kCrossValidation) return mark(candidates, chosen);
+  const double best = ranking(candidates[chosen]).second;
   for (const std::size_t i : order) {
-    const bool close = candidates[i].fit.aic() <= best + kEquallyGood;
+    const bool close = ranking(candidates[i]).second <= best + kEquallyGood;
     if (close && candidates[i].fit.parameter_count < candidates[chosen].fit.parameter_count) {
       chosen = i;
     }
@@ -181,20 +215,27 @@ std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates) {
   return mark(candidates, chosen);
 }
 
-std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates) {
-  return first_significant(candidates, ranked(candidates, bic_of));
+std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates,
+                                             Criterion criterion) {
+  const std::vector<std::size_t> order = ranked(candidates, ranking_by(criterion, Criterion::kBic));
+  if (criterion == Criterion::kByLevel) return first_significant(candidates, order);
+  return first_of(candidates, order);
 }
 
-std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates) {
-  const std::vector<std::size_t> order = ranked(candidates, bic_of);
+std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates,
+                                                 Criterion criterion) {
+  const std::vector<std::size_t> order = ranked(candidates, ranking_by(criterion, Criterion::kBic));
   if (order.empty()) return std::nullopt;
   const auto inside =
       std::ranges::find_if_not(order, [&](std::size_t i) { return is_on_edge(candidates[i]); });
   return mark(candidates, inside == order.end() ? order.front() : *inside);
 }
 
-std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates) {
-  return first_significant(candidates, ranked(candidates, aic_of));
+std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
+                                           Criterion criterion) {
+  const std::vector<std::size_t> order = ranked(candidates, ranking_by(criterion, Criterion::kAic));
+  if (criterion == Criterion::kByLevel) return first_significant(candidates, order);
+  return first_of(candidates, order);
 }
 
 }  // namespace silvafit::study

@@ -40,10 +40,14 @@ std::vector<Trial> variance_trials(const Candidate& mixed);
 
 /// The choices of the levels (run_study has the rules). Each ranks its candidates, marks the chosen
 /// one and gives its index; nothing if none converged.
-std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates);
-std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates);
-std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates);
-std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates);
+std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates,
+                                       Criterion criterion = Criterion::kByLevel);
+std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates,
+                                             Criterion criterion = Criterion::kByLevel);
+std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates,
+                                                 Criterion criterion = Criterion::kByLevel);
+std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
+                                           Criterion criterion = Criterion::kByLevel);
 
 /// Twice the gain in log-likelihood against chi-squared with the difference in parameters.
 LikelihoodRatioTest likelihood_ratio_test(const fit::FittedModel& larger,

@@ -45,8 +45,16 @@ Fields subject(const ResponseStudy& result) {
   return {field(result.species), field(result.response)};
 }
 
-const Fields kCriteriaHeader{
-    "k", "log_likelihood", "aic", "bic", "rank", "chosen", "converged", "verdict"};
+const Fields kCriteriaHeader{"k",
+                             "log_likelihood",
+                             "aic",
+                             "bic",
+                             "cv_rmse",
+                             "cv_failed_folds",
+                             "rank",
+                             "chosen",
+                             "converged",
+                             "verdict"};
 
 Fields criteria(const Candidate& candidate) {
   const fit::FittedModel& fit = candidate.fit;
@@ -54,6 +62,8 @@ Fields criteria(const Candidate& candidate) {
           field(fit.log_likelihood),
           field(fit.aic()),
           field(fit.bic()),
+          candidate.cross_validated ? field(candidate.cross_validated->rmse) : "",
+          candidate.cross_validated ? std::to_string(candidate.cross_validated->failed) : "",
           rank_field(candidate.rank),
           yes_or_no(candidate.chosen),
           yes_or_no(fit.convergence.converged),

@@ -21,7 +21,10 @@ struct CrossValidationOptions {
   std::size_t folds = 10;
   /// The column of the groups; empty: that of the random effects, the coarser of two groupings.
   std::string group{};
-  std::uint64_t seed = 1;  ///< of the dealing
+  /// Trees of each group that count as measured when it is left out, drawn at random: the random
+  /// effects of the group are predicted from them, and its other trees with these. 0: none.
+  std::size_t measured = 0;
+  std::uint64_t seed = 1;  ///< of the dealing and the drawing
   unsigned threads = 0;    ///< over folds; 0: as many as there are cores
   /// Held coefficients, bounds and iterations, as the fit had them. Method, restricted likelihood
   /// and points of quadrature are those of the fit whatever is here.
@@ -53,13 +56,20 @@ struct CrossValidation {
   /// Mean of log p(y) of those, each alone: normal with mean f(beta) and variance Z Psi Z' +
   /// sigma^2 g^2, Z the slopes at b = 0.
   double log_density = 0.0;
+  std::size_t measured = 0;               ///< trees of each group that were measured
+  Eigen::VectorXd calibrated{};           ///< (N) f(beta + b); NaN for the measured ones themselves
+  std::size_t calibrated_count = 0;       ///< observations with a calibrated prediction
+  FitStatistics calibrated_statistics{};  ///< of those; NaN where there is none
+  /// Of f(beta) for the same observations, to compare with.
+  FitStatistics uncalibrated_statistics{};
 };
 
 /// Refits a model without each fold of its groups, starting from the fit of all, and predicts the
 /// fold. The dealing depends on the seed and the order of the groups' first appearance only.
 /// \param table  the data of the fit
 /// \throws UsageError if the fit has not converged, there is no column to tell groups by, or it has
-///   fewer than two groups; InputError if a row has no group; as fit_model for the table
+///   fewer than two groups, or measured trees are asked for without random effects; InputError if a
+///   row has no group; as fit_model for the table
 CrossValidation cross_validate(const FittedModel& fit,
                                const data::Table& table,
                                const CrossValidationOptions& options = {});

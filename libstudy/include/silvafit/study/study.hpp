@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
@@ -14,7 +15,21 @@
 
 namespace silvafit::study {
 
+/// What the levels choose by.
+enum class Criterion {
+  kByLevel,  ///< AIC, BIC, BIC and AIC, with likelihood-ratio tests, as run_study says
+  kAic,
+  kAicc,
+  kBic,
+  kCrossValidation,  ///< root mean square error of predictions for plots left out, in 10 folds
+};
+/// "level", "aic", "aicc", "bic" or "cv".
+std::string criterion_text(Criterion criterion);
+/// \throws UsageError if there is no such criterion; the message lists those there are
+Criterion parse_criterion(std::string_view text);
+
 struct StudyOptions {
+  Criterion criterion = Criterion::kByLevel;
   std::vector<std::string> species{};  ///< empty: all with enough trees
   std::vector<std::string> responses{"h", "hcb", "cw"};
   std::vector<std::string> covariates{"W", "M", "C", "U"};  ///< as far as the table has them
@@ -31,11 +46,20 @@ struct LikelihoodRatioTest {
   double p = 1.0;
 };
 
+/// How a candidate predicts plots that were left out of its fit.
+struct CrossValidated {
+  double rmse = 0.0;  ///< NaN where no fold converged
+  std::size_t folds = 0;
+  std::size_t failed = 0;    ///< folds without a fit, whose trees do not count in the error
+  std::size_t measured = 0;  ///< trees of each plot that calibrate the others; 0: b = 0
+};
+
 /// One model that was tried at a level.
 struct Candidate {
   std::vector<std::string> terms{};  ///< level 2: sub-models; level 3: random coefficients
   fit::FittedModel fit;
   std::optional<LikelihoodRatioTest> test{};
+  std::optional<CrossValidated> cross_validated{};
   int rank = 0;  ///< from 1 by the level's criterion; 0 if it did not converge
   bool chosen = false;
 };
@@ -87,7 +111,10 @@ using ProgressCallback =
 /// chosen one also without intercept. Level 3: random effects of the plot on every subset of the
 /// coefficients (at most maximum_random_effects), lowest BIC of those that converge away from the
 /// edge; then the variance functions, lowest AIC where the test against a constant variance is
-/// significant at 5 %. All fits of a species and response use the same trees. Deterministic
+/// significant at 5 %. With another criterion than kByLevel, that criterion alone ranks the models
+/// of every level, without tests; cross-validation then predicts plots left out with b = 0 at
+/// levels 1 and 2, and calibrated with 5 trees of each at level 3. A model with folds that failed
+/// ranks behind those without. All fits of a species and response use the same trees. Deterministic
 /// whatever the number of threads. A fit that fails is listed with its reason.
 ///
 /// \param table  an inventory with our column names, optionally W, M, U, C and `core` (only rows
