@@ -13,6 +13,7 @@
 
 #include "command.hpp"
 #include "fit_inference.hpp"
+#include "fit_resampling.hpp"
 #include "fit_table.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/csv.hpp"
@@ -43,6 +44,7 @@ struct FitArguments {
   std::string bounds{};
   std::vector<std::string> columns{};
   InferenceOptions inference{};
+  ResamplingArguments resampling{};
 };
 
 /// One model to fit.
@@ -247,14 +249,17 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   return result;
 }
 
-void print_json(const std::vector<fit::FittedModel>& fits) {
+void print_json(const std::vector<fit::FittedModel>& fits,
+                const std::vector<Resampling>& resampling) {
   if (fits.size() == 1) {
-    fmt::print("{}\n", fit::to_json(fits.front(), 2));
+    fmt::print("{}\n", with_resampling(fit::to_json(fits.front(), 2), resampling.front()));
     return;
   }
   fmt::print("{{\"fits\": [\n");
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    fmt::print("{}{}\n", fit::to_json(fits[i], 2), i + 1 < fits.size() ? "," : "");
+    fmt::print("{}{}\n",
+               with_resampling(fit::to_json(fits[i], 2), resampling[i]),
+               i + 1 < fits.size() ? "," : "");
   }
   fmt::print("]}}\n");
 }
@@ -277,9 +282,20 @@ void run(FitArguments arguments) {
     throw UsageError("give either --formula or --model");
   }
   const data::Table table = read_data(arguments);
+  const std::vector<Task> tasks = tasks_of(arguments, table);
   const std::vector<fit::FittedModel> fits =
-      fit_all(tasks_of(arguments, table), table, arguments.inference, arguments.common);
-  arguments.common.json ? print_json(fits) : print_tables(fits);
+      fit_all(tasks, table, arguments.inference, arguments.common);
+  std::vector<fit::FitModelOptions> options;
+  for (const Task& task : tasks) options.push_back(task.options);
+  const std::vector<Resampling> resampling =
+      resample(fits, options, table, arguments.resampling, arguments.common);
+  write_residuals(fits, table, arguments.resampling);
+  if (arguments.common.json) {
+    print_json(fits, resampling);
+  } else {
+    print_tables(fits);
+    print_resampling(fits, resampling);
+  }
   std::fflush(stdout);
   const bool any = std::ranges::any_of(
       fits, [](const fit::FittedModel& fit) { return fit.convergence.converged; });
@@ -356,6 +372,7 @@ void add_fit_command(CLI::App& program) {
       ->type_name("DATA.csv")
       ->required();
   add_model_options(command, *arguments);
+  add_resampling_options(command, arguments->resampling);
   command
       .add_option(
           "--where", arguments->where, R"(Rows to use, such as 'species == "SM" && core == 1')")

@@ -163,7 +163,13 @@ void print_statistics(const FittedModel& fit) {
   fmt::print(
       "{:<13} {:>10} {:>10} {:>12} {:>10}\n", "prediction", "R2", "RMSE", "mean error", "MAE");
   line("population", fit.population);
-  if (fit.has_random_effects()) line("conditional", fit.conditional);
+  if (!fit.has_random_effects()) return;
+  line("conditional", fit.conditional);
+  fmt::print(
+      "variance explained: {:.4f} by fixed effects (marginal R2), {:.4f} with random effects "
+      "(conditional R2)\n",
+      fit.r2_marginal,
+      fit.r2_conditional);
 }
 
 void print_failures(const std::vector<const FittedModel*>& failures) {

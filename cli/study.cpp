@@ -31,10 +31,19 @@ struct Arguments {
   UnitArguments units{};
   study::StudyOptions study{};
   std::string out{};
+  std::string criterion = "level";
   std::string configuration{};
   std::string initial{};  ///< file that a configuration to start from is written to
   CommonOptions common{};
 };
+
+/// One criterion for all levels, which then decides alone.
+void apply_criterion(const std::string& text, study::StudyOptions& options) {
+  if (text == "level") return;
+  const study::Criterion all = study::parse_criterion(text);
+  options.criteria = {.base = all, .covariates = all, .random = all, .variance = all};
+  options.needs_tests = false;
+}
 
 /// Takes what a study.json says, but for what the command line says itself.
 void apply_configuration(const CLI::App& command, Arguments& arguments) {
@@ -60,30 +69,49 @@ void apply_configuration(const CLI::App& command, Arguments& arguments) {
 
 using Decisions = std::vector<std::pair<std::string, std::string>>;
 
-std::string upper(study::Criterion criterion) {
-  if (criterion == study::Criterion::kAicc) return "AICc";
-  return criterion == study::Criterion::kAic ? "AIC" : "BIC";
+/// A criterion in a sentence.
+std::string named(study::Criterion criterion) {
+  switch (criterion) {
+    case study::Criterion::kAic:
+      return "AIC";
+    case study::Criterion::kAicc:
+      return "AICc";
+    case study::Criterion::kBic:
+      return "BIC";
+    case study::Criterion::kCrossValidation:
+      break;
+  }
+  return "error of predictions for plots left out (10 folds)";
+}
+
+/// "2 AIC", or one standard error of an error.
+std::string distance(study::Criterion criterion, double equally_good) {
+  return criterion == study::Criterion::kCrossValidation
+             ? "one standard error"
+             : fmt::format("{:g} {}", equally_good, named(criterion));
 }
 
 void add_level_decisions(const study::StudyRecord& record, Decisions& decisions) {
   const study::StudyOptions& options = record.study.options;
-  const std::string test =
-      fmt::format("likelihood-ratio test at {:g} %", 100.0 * options.significance);
-  const std::string best =
-      options.parsimonious
-          ? fmt::format("fewest parameters within {:g} of the lowest", options.equally_good)
-          : std::string("lowest");
+  const study::LevelCriteria& criteria = options.criteria;
+  const std::string test = options.needs_tests ? fmt::format(", likelihood-ratio test at {:g} %",
+                                                             100.0 * options.significance)
+                                               : std::string();
+  const auto best = [&](study::Criterion criterion) {
+    return options.parsimonious ? fmt::format("fewest parameters within {} of the best",
+                                              distance(criterion, options.equally_good))
+                                : fmt::format("lowest {}", named(criterion));
+  };
   decisions.emplace_back("Level 1",
-                         fmt::format("fewest parameters within {:g} {} of the best base model",
-                                     options.equally_good,
-                                     upper(options.criteria.base)));
+                         fmt::format("fewest parameters within {} of the best base model",
+                                     distance(criteria.base, options.equally_good)));
   const bool has_level_2 = std::ranges::any_of(
       record.study.results,
       [](const study::ResponseStudy& result) { return !result.covariates.empty(); });
   decisions.emplace_back(
       "Level 2",
-      has_level_2 ? fmt::format("lowest {} of covariate subsets on {}, {}",
-                                upper(options.criteria.covariates),
+      has_level_2 ? fmt::format("lowest {} of covariate subsets on {}{}",
+                                named(criteria.covariates),
                                 options.covariate_parameters > 1 ? "one or two parameters"
                                                                  : "one parameter",
                                 test)
@@ -91,13 +119,11 @@ void add_level_decisions(const study::StudyRecord& record, Decisions& decisions)
   decisions.emplace_back(
       "Level 3",
       fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "
-                  "coefficients by {} {}, then variance function by {} {} with {}",
+                  "coefficients by {}, then variance function by {}{}",
                   options.group,
                   options.maximum_random_effects,
-                  best,
-                  upper(options.criteria.random),
-                  best,
-                  upper(options.criteria.variance),
+                  best(criteria.random),
+                  best(criteria.variance),
                   test));
 }
 
@@ -271,6 +297,7 @@ void run_whole_study(Arguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   study::StudyRecord record = make_record(arguments);
   arguments.study.threads = arguments.common.threads;
+  arguments.study.criterion = study::parse_criterion(arguments.criterion);
   {
     Progress progress(arguments.common);
     record.study = study::run_study(
@@ -307,6 +334,7 @@ void run(const CLI::App& command, Arguments& arguments) {
   if (!arguments.initial.empty()) return initialise(arguments);
   if (arguments.out.empty()) throw UsageError("--out DIR is needed: the folder for the results");
   apply_configuration(command, arguments);
+  apply_criterion(arguments.criterion, arguments.study);
   require_writable_folder(arguments.out);  // before the time that the fits take
   run_whole_study(arguments);
 }
@@ -345,6 +373,21 @@ void add_study_command(CLI::App& program) {
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--group", arguments->study.group, "Column of the random effects")
+      ->capture_default_str();
+  command
+      ->add_option("--criterion",
+                   arguments->criterion,
+                   "What the levels choose by: aic, aicc, bic, cv (cross-validated error), or each "
+                   "level's own with its tests")
+      ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--criterion",
+          arguments->criterion,
+          "What all levels choose by, without tests: aic, aicc, bic, cv (error of predictions "
+          "for plots left out); or each level by its own")
+      ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
       ->capture_default_str();
   command
       ->add_option("--minimum-trees",

@@ -295,6 +295,8 @@ FittedModel from_json(std::string_view text, const std::string& file, const std:
   fit.population = read_statistics(statistics.at("population"));
   const JsonValue conditional = statistics.at("conditional");
   fit.conditional = conditional.is_null() ? fit.population : read_statistics(conditional);
+  if (json.has("r2_marginal")) fit.r2_marginal = json.at("r2_marginal").number();
+  if (json.has("r2_conditional")) fit.r2_conditional = json.at("r2_conditional").number();
   fit.ranges = read_ranges(json.at("ranges"));
   if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number();

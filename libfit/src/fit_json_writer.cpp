@@ -232,6 +232,7 @@ FittedModel with_sizes(FittedModel fit) {
   fit.degrees_of_freedom.setConstant(p, kNaN);
   fit.sigma = fit.log_likelihood = kNaN;
   fit.population = fit.conditional = {kNaN, kNaN, kNaN, kNaN};
+  fit.r2_marginal = fit.r2_conditional = kNaN;
   fit.parameter_count = 0;
   return fit;
 }
@@ -270,6 +271,8 @@ std::string to_json(const FittedModel& model, int indent) {
        {{"population", statistics(fit.population)},
         {"conditional",
          fit.has_random_effects() ? statistics(fit.conditional) : ordered_json(nullptr)}}},
+      {"r2_marginal", number(fit.r2_marginal)},
+      {"r2_conditional", number(fit.r2_conditional)},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;

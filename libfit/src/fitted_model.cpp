@@ -13,9 +13,11 @@
 
 #include "calibration_search.hpp"
 #include "constrained_fit.hpp"
+#include "refit.hpp"
 #include "response_fingerprint.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
+#include "variance_shares.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -158,9 +160,14 @@ void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
   fit.outer_uncertainty = std::move(described.outer_uncertainty);
 }
 
-void compute_statistics(FitResult& result, const VectorXd& response) {
-  result.fit.population = fit_statistics(response, result.fitted_population);
-  result.fit.conditional = fit_statistics(response, result.fitted_conditional);
+void compute_statistics(FitResult& result, const NonlinearModel& model) {
+  FittedModel& fit = result.fit;
+  fit.population = fit_statistics(model.response(), result.fitted_population);
+  fit.conditional = fit_statistics(model.response(), result.fitted_conditional);
+  if (!fit.has_random_effects()) return;
+  const VarianceShares shares = variance_shares(fit, model, result.residual_sd);
+  fit.r2_marginal = shares.marginal;
+  fit.r2_conditional = shares.conditional;
 }
 
 }  // namespace
@@ -232,37 +239,74 @@ VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,
 
 namespace {
 
+/// How a method integrates the random effects out; nothing for lb and gnls.
+std::optional<Integration> integration_of(Method method) {
+  switch (method) {
+    case Method::kFirstOrder:
+      return Integration::kFirstOrder;
+    case Method::kInteraction:
+      return Integration::kInteraction;
+    case Method::kLaplace:
+      return Integration::kLaplace;
+    case Method::kQuadrature:
+      return Integration::kQuadrature;
+    default:
+      return std::nullopt;
+  }
+}
+
+MarginalOptions marginal_options(const FitModelOptions& options) {
+  return {.quadrature_points = options.quadrature_points,
+          .threads = options.threads,
+          .trace = options.trace};
+}
+
+MixedEffectsOptions alternation_options(const FitModelOptions& options) {
+  return {.maximum_iterations = options.maximum_iterations,
+          .reml = options.reml,
+          .trace = options.trace};
+}
+
 MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           const VectorXd& start,
                           Method method,
                           const FitModelOptions& options) {
-  const MarginalOptions marginal{.quadrature_points = options.quadrature_points,
-                                 .threads = options.threads,
-                                 .trace = options.trace};
-  switch (method) {
-    case Method::kFirstOrder:
-      return fit_marginal(model, start, Integration::kFirstOrder, marginal);
-    case Method::kInteraction:
-      return fit_marginal(model, start, Integration::kInteraction, marginal);
-    case Method::kLaplace:
-      return fit_marginal(model, start, Integration::kLaplace, marginal);
-    case Method::kQuadrature:
-      return fit_marginal(model, start, Integration::kQuadrature, marginal);
-    default:
-      return fit_lindstrom_bates(model,
-                                 start,
-                                 {.maximum_iterations = options.maximum_iterations,
-                                  .reml = options.reml,
-                                  .trace = options.trace});
+  if (const auto integration = integration_of(method)) {
+    return fit_marginal(model, start, *integration, marginal_options(options));
   }
+  return fit_lindstrom_bates(model, start, alternation_options(options));
 }
 
-/// Start values are for coefficients of the whole model; those that are held need none.
+/// The fit that an earlier one leads to; nothing if there is none, or its way does not converge.
+std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
+                                                Method method,
+                                                const FitModelOptions& options) {
+  if (options.from == nullptr || method == Method::kOrdinary) return std::nullopt;
+  const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
+  if (!start) return std::nullopt;
+  if (const auto integration = integration_of(method)) {
+    return refit_marginal(model, *start, *integration, marginal_options(options));
+  }
+  return refit_lindstrom_bates(model, *start, alternation_options(options));
+}
+
+/// Start values are for coefficients of the whole model; those that are held need none. What the
+/// options do not say is taken from an earlier fit by least squares.
 std::map<std::string, double> starts_of(const NonlinearModel& model,
-                                        const std::map<std::string, double>& start) {
+                                        Method method,
+                                        const FitModelOptions& options) {
+  const FittedModel* const earlier = method == Method::kOrdinary ? options.from : nullptr;
   std::map<std::string, double> result;
   for (const std::string& name : model.coefficient_names()) {
-    if (const auto found = start.find(name); found != start.end()) result.insert(*found);
+    if (const auto found = options.start.find(name); found != options.start.end()) {
+      result.insert(*found);
+    } else if (earlier != nullptr && earlier->convergence.converged) {
+      const auto& known = earlier->coefficient_names;
+      const auto place = std::ranges::find(known, name) - known.begin();
+      if (place == std::ssize(known)) continue;
+      const double value = earlier->estimate[place];
+      if (std::isfinite(value)) result.emplace(name, value);
+    }
   }
   return result;
 }
@@ -275,8 +319,14 @@ FitResult fit_freely(const ModelSpecification& specification,
   FitResult result = described(model, method);
   result.fit.reml = options.reml;
   if (method == Method::kQuadrature) result.fit.quadrature_points = options.quadrature_points;
+  if (auto found = fit_from_earlier(model, method, options)) {
+    take_over(result, *std::move(found));
+    compute_statistics(result, model);
+    keep_uncertainty(model, result.fit);
+    return result;
+  }
   LeastSquaresFit least_squares =
-      fit_least_squares(model, {.start = starts_of(model, options.start), .rule = options.rule});
+      fit_least_squares(model, {.start = starts_of(model, method, options), .rule = options.rule});
   if (method == Method::kOrdinary) {
     take_over(result, std::move(least_squares));
   } else if (least_squares.estimate.allFinite()) {
@@ -284,7 +334,7 @@ FitResult fit_freely(const ModelSpecification& specification,
   } else {
     give_up(result, std::move(least_squares));
   }
-  compute_statistics(result, model.response());
+  compute_statistics(result, model);
   keep_uncertainty(model, result.fit);
   return result;
 }

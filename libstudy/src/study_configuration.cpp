@@ -40,7 +40,13 @@ void read_candidates(const JsonReader& json, StudyOptions& options) {
   }
 }
 
+/// One criterion for all levels, or one a level.
 void read_criteria(const JsonReader& json, LevelCriteria& criteria) {
+  if (!json.is_object()) {
+    const Criterion all = checked(json, parse_criterion);
+    criteria = {.base = all, .covariates = all, .random = all, .variance = all};
+    return;
+  }
   json.allow_only({"base", "covariates", "random", "variance"});
   const auto read = [&](std::string_view key, Criterion& criterion) {
     if (const auto found = json.find(key)) criterion = checked(*found, parse_criterion);
@@ -80,6 +86,9 @@ void read_choice(const JsonReader& json, StudyOptions& options) {
     options.parsimonious = value->one_of({"best", "parsimonious"}) == 1;
   }
   if (const auto value = json.find("equally_good")) options.equally_good = value->not_negative();
+  if (const auto value = json.find("tests")) {
+    options.needs_tests = value->one_of({"required", "shown"}) == 0;
+  }
   if (const auto value = json.find("significance")) {
     options.significance = value->number_between(0.0, 1.0);
   }
@@ -231,7 +240,9 @@ void describe_choice(CommentedJson& json) {
   const StudyOptions defaults;
   const LevelCriteria& criteria = defaults.criteria;
   json.blank();
-  json.comment("How models are chosen: aic, aicc or bic at each level.");
+  json.comment(
+      "How models are chosen at each level: aic, aicc, bic, or cv (error of predictions for plots "
+      "left out).");
   json.add("criteria",
            {{"base", criterion_text(criteria.base)},
             {"covariates", criterion_text(criteria.covariates)},
@@ -241,7 +252,10 @@ void describe_choice(CommentedJson& json) {
            "best",
            "of random effects and variance functions: best, or parsimonious within equally_good");
   json.add("equally_good", defaults.equally_good, "distance of the criterion that does not count");
-  json.add("significance", defaults.significance, "of likelihood-ratio tests");
+  json.add("tests",
+           "required",
+           "likelihood-ratio tests must be significant (required), or are shown only");
+  json.add("significance", defaults.significance, "of the tests");
 }
 
 std::string describe_inventory(CommentedJson& json) {
@@ -273,6 +287,7 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path) {
                    "criteria",
                    "choice",
                    "equally_good",
+                   "tests",
                    "significance",
                    "columns",
                    "window",

@@ -61,6 +61,13 @@ TEST_CASE("a configuration may say everything, with comments") {
   CHECK(configuration.neighbors == 6U);
 }
 
+TEST_CASE("one criterion may be for all levels, without tests") {
+  const StudyOptions study = read(R"({"criteria": "cv", "tests": "shown"})").study;
+  CHECK(study.criteria.base == Criterion::kCrossValidation);
+  CHECK(study.criteria.variance == Criterion::kCrossValidation);
+  CHECK_FALSE(study.needs_tests);
+}
+
 TEST_CASE("what cannot be used is refused with its key") {
   CHECK_THROWS_WITH(read(R"({"speces": []})"), Contains("speces") && Contains("species"));
   CHECK_THROWS_WITH(read(R"({"criteria": {"base": "dic"}})"), Contains("criteria.base"));
@@ -79,7 +86,7 @@ TEST_CASE("the configuration to start from reads back as a study's defaults") {
   CHECK_THAT(text, Contains("SM (240)"));
   CHECK_THAT(text, Contains("\"M4\",  // Meyer: h ~ 1.3 + a*(1 - exp(-b*dbh))"));
   const StudyConfiguration configuration = read(text);
-  CHECK(configuration.mentioned.size() == 19);
+  CHECK(configuration.mentioned.size() == 20);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
   CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has nothing else

@@ -29,16 +29,37 @@ bool is_usable(const Candidate& candidate) {
 
 bool is_on_edge(const Candidate& candidate) { return !candidate.fit.convergence.boundary.empty(); }
 
-double value_of(Criterion criterion, const fit::FittedModel& fit) {
+/// What ranks a candidate, smaller being better: folds that failed first, since an error that
+/// leaves them out is not comparable, then the criterion.
+using Score = std::pair<std::size_t, double>;
+
+Score cross_validated_score(const Candidate& candidate) {
+  constexpr double kWorst = std::numeric_limits<double>::infinity();
+  if (!candidate.cross_validated || std::isnan(candidate.cross_validated->rmse)) {
+    return {std::numeric_limits<std::size_t>::max(), kWorst};
+  }
+  return {candidate.cross_validated->failed, candidate.cross_validated->rmse};
+}
+
+Score score_of(Criterion criterion, const Candidate& candidate) {
   switch (criterion) {
     case Criterion::kAic:
-      return fit.aic();
+      return {0, candidate.fit.aic()};
     case Criterion::kAicc:
-      return fit.aicc();
+      return {0, candidate.fit.aicc()};
     case Criterion::kBic:
-      return fit.bic();
+      return {0, candidate.fit.bic()};
+    case Criterion::kCrossValidation:
+      break;
   }
-  return std::numeric_limits<double>::quiet_NaN();
+  return cross_validated_score(candidate);
+}
+
+/// How far a score may be from the best one to be as good: of errors, one standard error.
+double tolerance_of(Criterion criterion, const Candidate& best, const StudyOptions& options) {
+  if (criterion != Criterion::kCrossValidation) return options.equally_good;
+  if (!best.cross_validated || std::isnan(best.cross_validated->standard_error)) return 0.0;
+  return best.cross_validated->standard_error;
 }
 
 /// Ranks the usable candidates by a criterion; ties keep their order.
@@ -50,7 +71,7 @@ std::vector<std::size_t> ranked(std::vector<Candidate>& candidates, Criterion cr
     if (is_usable(candidates[i])) order.push_back(i);
   }
   std::ranges::stable_sort(
-      order, {}, [&](std::size_t i) { return value_of(criterion, candidates[i].fit); });
+      order, {}, [&](std::size_t i) { return score_of(criterion, candidates[i]); });
   for (std::size_t i = 0; i < order.size(); ++i) {
     candidates[order[i]].rank = static_cast<int>(i) + 1;
   }
@@ -62,32 +83,39 @@ std::optional<std::size_t> mark(std::vector<Candidate>& candidates, std::size_t 
   return chosen;
 }
 
-/// The first in order whose test is significant. Candidates without a test stand on their rank: the
-/// reference of the tests, and what is not nested with it.
+/// The first in order whose test is significant, if that is asked for. Candidates without a test
+/// stand on their rank: the reference of the tests, and what is not nested with it.
 std::optional<std::size_t> first_significant(std::vector<Candidate>& candidates,
                                              const std::vector<std::size_t>& order,
-                                             double significance) {
+                                             const StudyOptions& options) {
   for (const std::size_t i : order) {
-    const bool is_untested = !candidates[i].test.has_value();
-    if (is_untested || candidates[i].test->p < significance) return mark(candidates, i);
+    const bool needs_test = options.needs_tests && candidates[i].test.has_value();
+    if (!needs_test || candidates[i].test->p < options.significance) return mark(candidates, i);
   }
   return std::nullopt;
 }
 
-/// Of those about as good as the first in order, the one with the fewest parameters.
-std::size_t simplest(const std::vector<Candidate>& candidates,
-                     const std::vector<std::size_t>& order,
-                     Criterion criterion,
-                     double equally_good) {
-  std::size_t chosen = order.front();
-  const double best = value_of(criterion, candidates[chosen].fit);
-  for (const std::size_t i : order) {
-    const bool is_close = value_of(criterion, candidates[i].fit) <= best + equally_good;
-    if (is_close && candidates[i].fit.parameter_count < candidates[chosen].fit.parameter_count) {
-      chosen = i;
-    }
-  }
-  return chosen;
+/// Those in order that are about as good as the first.
+std::vector<std::size_t> equally_good(const std::vector<Candidate>& candidates,
+                                      const std::vector<std::size_t>& order,
+                                      Criterion criterion,
+                                      const StudyOptions& options) {
+  const Score best = score_of(criterion, candidates[order.front()]);
+  const double tolerance = tolerance_of(criterion, candidates[order.front()], options);
+  std::vector<std::size_t> result;
+  std::ranges::copy_if(order, std::back_inserter(result), [&](std::size_t i) {
+    const Score score = score_of(criterion, candidates[i]);
+    return score.first == best.first && score.second <= best.second + tolerance;
+  });
+  return result;
+}
+
+/// By their numbers of parameters; equal ones keep their order.
+std::vector<std::size_t> simplest_first(const std::vector<Candidate>& candidates,
+                                        std::vector<std::size_t> order) {
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t i) { return candidates[i].fit.parameter_count; });
+  return order;
 }
 
 /// The sub-models of a parameter with every subset of covariates but the empty one.
@@ -242,13 +270,13 @@ std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates,
   const Criterion criterion = options.criteria.base;
   const std::vector<std::size_t> order = ranked(candidates, criterion);
   if (order.empty()) return std::nullopt;
-  return mark(candidates, simplest(candidates, order, criterion, options.equally_good));
+  const auto close = equally_good(candidates, order, criterion, options);
+  return mark(candidates, simplest_first(candidates, close).front());
 }
 
 std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates,
                                              const StudyOptions& options) {
-  return first_significant(
-      candidates, ranked(candidates, options.criteria.covariates), options.significance);
+  return first_significant(candidates, ranked(candidates, options.criteria.covariates), options);
 }
 
 std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates,
@@ -260,8 +288,9 @@ std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candida
   std::ranges::copy_if(
       order, std::back_inserter(inside), [&](std::size_t i) { return !is_on_edge(candidates[i]); });
   const std::vector<std::size_t>& eligible = inside.empty() ? order : inside;
-  const double equally_good = options.parsimonious ? options.equally_good : 0.0;
-  return mark(candidates, simplest(candidates, eligible, criterion, equally_good));
+  if (!options.parsimonious) return mark(candidates, eligible.front());
+  const auto close = equally_good(candidates, eligible, criterion, options);
+  return mark(candidates, simplest_first(candidates, close).front());
 }
 
 std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
@@ -269,14 +298,9 @@ std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
   const Criterion criterion = options.criteria.variance;
   std::vector<std::size_t> order = ranked(candidates, criterion);
   if (options.parsimonious && !order.empty()) {
-    const double best = value_of(criterion, candidates[order.front()].fit);
-    std::erase_if(order, [&](std::size_t i) {
-      return value_of(criterion, candidates[i].fit) > best + options.equally_good;
-    });
-    std::ranges::stable_sort(
-        order, {}, [&](std::size_t i) { return candidates[i].fit.parameter_count; });
+    order = simplest_first(candidates, equally_good(candidates, order, criterion, options));
   }
-  return first_significant(candidates, order, options.significance);
+  return first_significant(candidates, order, options);
 }
 
 }  // namespace silvafit::study

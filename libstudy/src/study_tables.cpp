@@ -42,6 +42,8 @@ const Columns kCriteria{{"k", "k", ColumnKind::kCount},
                         {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
                         {"aic", "AIC", ColumnKind::kCriterion},
                         {"bic", "BIC", ColumnKind::kCriterion},
+                        {"cv_rmse", "RMSE, left out", ColumnKind::kShare},
+                        {"cv_failed_folds", "Failed folds", ColumnKind::kCount},
                         {"rank", "Rank", ColumnKind::kCount},
                         {"chosen", "Chosen"},
                         {"converged", "Converged"},
@@ -49,10 +51,13 @@ const Columns kCriteria{{"k", "k", ColumnKind::kCount},
 
 TableRow criteria(const Candidate& candidate) {
   const fit::FittedModel& fit = candidate.fit;
+  const auto& validated = candidate.cross_validated;
   return {number(fit.parameter_count),
           fit.log_likelihood,
           fit.aic(),
           fit.bic(),
+          validated ? number(validated->rmse) : TableCell(),
+          validated ? count(validated->failed) : TableCell(),
           rank_cell(candidate.rank),
           yes_or_no(candidate.chosen),
           yes_or_no(fit.convergence.converged),
@@ -189,14 +194,15 @@ StudyTable estimates_table(const Study& study) {
       const Eigen::VectorXd t = fit->t_values();
       const Eigen::VectorXd p = fit->p_values();
       for (Eigen::Index k = 0; k < fit->estimate.size(); ++k) {
-        table.rows.push_back(joined(subject(result),
-                                    {level,
-                                     fit->coefficient_names[static_cast<std::size_t>(k)],
-                                     fit->estimate[k],
-                                     errors[k],
-                                     k < fit->degrees_of_freedom.size() ? fit->degrees_of_freedom[k] : NAN,
-                                     t[k],
-                                     p[k]}));
+        table.rows.push_back(
+            joined(subject(result),
+                   {level,
+                    fit->coefficient_names[static_cast<std::size_t>(k)],
+                    fit->estimate[k],
+                    errors[k],
+                    k < fit->degrees_of_freedom.size() ? fit->degrees_of_freedom[k] : NAN,
+                    t[k],
+                    p[k]}));
       }
     }
   }

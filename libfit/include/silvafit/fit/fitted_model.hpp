@@ -84,6 +84,10 @@ struct FittedModel {
   int parameter_count = 0;      ///< 0 where a fit failed
   FitStatistics population{};   ///< of f(beta)
   FitStatistics conditional{};  ///< of f(beta + b); only with random effects
+  /// Shares of the variance that fixed, and fixed and random effects explain (Nakagawa and
+  /// Schielzeth 2013, Johnson 2014; docs/mixed-effects.md); NaN without random effects.
+  double r2_marginal = std::numeric_limits<double>::quiet_NaN();
+  double r2_conditional = std::numeric_limits<double>::quiet_NaN();
   Convergence convergence{};
   std::optional<Intervals> intervals{};  ///< where they were asked for: confidence_intervals()
   double seconds = 0.0;
@@ -124,8 +128,13 @@ struct Bounds {
 };
 
 struct FitModelOptions {
-  std::optional<Method> method{};          ///< default_method unless given
-  std::map<std::string, double> start{};   ///< by coefficient, never needed
+  std::optional<Method> method{};         ///< default_method unless given
+  std::map<std::string, double> start{};  ///< by coefficient, never needed
+  /// An earlier fit of the same specification, perhaps to other data, if given: its coefficients,
+  /// covariance and variance parameters and, by the groups' labels, random effects are where the
+  /// fit starts. Searches for starts are left out if this converges; else they follow. It has to
+  /// live as long as the call.
+  const FittedModel* from = nullptr;
   std::map<std::string, double> rule{};    ///< by parameter, from the catalogue
   std::map<std::string, double> fixed{};   ///< coefficients that are held at a value
   std::map<std::string, Bounds> bounds{};  ///< by coefficient
