@@ -39,7 +39,7 @@ export async function openPage(browser, file, options = {}) {
   page.on("pageerror", (error) => problems.push(`error: ${error.stack ?? error.message}`));
   page.on("request", (request) => {
     const url = request.url();
-    if (url.split("#")[0] !== self && !url.startsWith("data:")) problems.push(`request: ${url}`);
+    if (url.split("#")[0] !== self && !/^(data|blob):/.test(url)) problems.push(`request: ${url}`);
   });
   await page.goto(self, { waitUntil: "load" });
   return { page, problems };
