@@ -65,8 +65,7 @@ std::string not_comparable(const LibraryModel& first,
   }
   if (first_data.fingerprint != other_data.fingerprint) return "fitted to different files";
   if (first.fit.observations != other.fit.observations) {
-    return fmt::format(
-        "fitted to {} and {} trees", first.fit.observations, other.fit.observations);
+    return fmt::format("fitted to {} and {} trees", first.fit.observations, other.fit.observations);
   }
   if (first.fit.specification.formula.left != other.fit.specification.formula.left) {
     return "the responses differ";
@@ -134,14 +133,14 @@ ordered_json pair_object(const Subject& subject, const std::vector<ModelLibrary>
                       {"fits", ordered_json::array()},
                       {"differences", ordered_json::array()}};
   for (std::size_t i = 0; i < models.size(); ++i) {
-    object["fits"].push_back(models[i] ? report::fit_object(models[i]->fit) : ordered_json(nullptr));
+    object["fits"].push_back(models[i] ? report::fit_object(models[i]->fit)
+                                       : ordered_json(nullptr));
     if (i == 0) continue;
     const bool has_both = models[0] != nullptr && models[i] != nullptr;
-    object["differences"].push_back(has_both ? difference_of(*models[0],
-                                                             libraries[0].inventory,
-                                                             *models[i],
-                                                             libraries[i].inventory)
-                                             : ordered_json(nullptr));
+    object["differences"].push_back(
+        has_both
+            ? difference_of(*models[0], libraries[0].inventory, *models[i], libraries[i].inventory)
+            : ordered_json(nullptr));
   }
   object["curves"] = curves_object(models, libraries);
   return object;

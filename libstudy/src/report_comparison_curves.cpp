@@ -66,8 +66,7 @@ class Setting {
   void use(const fit::FittedModel& fit, bool has_heights) {
     for (const fit::ColumnRange& range : fit.ranges) {
       if (range.column == "dbh" || (range.column == "h" && has_heights)) continue;
-      const auto [place, is_new] =
-          held_.try_emplace(range.column, Range{range.low, range.high});
+      const auto [place, is_new] = held_.try_emplace(range.column, Range{range.low, range.high});
       if (is_new) continue;
       Range& common = place->second;
       const Range narrower{std::max(common.first, range.low), std::min(common.second, range.high)};
@@ -98,8 +97,8 @@ ComparedCurves compared_curves(const std::vector<const LibraryModel*>& models,
   ComparedCurves curves;
   curves.values.resize(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
-    drawn[i] = models[i] != nullptr && models[i]->fit.convergence.converged &&
-               has_curve(models[i]->fit);
+    drawn[i] =
+        models[i] != nullptr && models[i]->fit.convergence.converged && has_curve(models[i]->fit);
     if (!drawn[i]) continue;
     if (range_of(models[i]->fit, "h")) heights[i] = height_model(libraries[i], *models[i]);
     setting.widen_dbh(*range_of(models[i]->fit, "dbh"));

@@ -13,7 +13,7 @@ namespace silvafit::study {
 struct ComparedCurves {
   std::map<std::string, double> held_at{};
   std::vector<double> dbh_cm{};
-  bool own_heights = false;                 ///< heights are those of each library's height model
+  bool own_heights = false;                   ///< heights are those of each library's height model
   std::vector<std::vector<double>> values{};  ///< by library; empty without a curve, NaN outside
                                               ///< the DBH that the model was fitted to
 };

@@ -4,7 +4,8 @@
 /**
  * @typedef {"ols" | "nlme" | "plot" | "guide" | "limit" | "point" | "first" | "second" | "third" | "fourth" | "fifth"} Kind
  *   decides color and stroke; first to fifth are ordered classes
- * @typedef {{title: string, domain: [number, number] | string[], labels?: boolean}} Axis  `domain` of texts: rows from top to bottom
+ * @typedef {{title: string | null, domain: [number, number] | string[], labels?: boolean, ticks?: number[]}} Axis
+ *   `domain` of texts: rows from top to bottom
  * @typedef {{x: number | string, y: number | string | null, tip?: string, kind?: Kind}} Datum
  * @typedef {{mark: "points" | "line" | "band" | "boxes" | "intervals" | "labels", kind: Kind, values: Datum[], thin?: boolean, dash?: boolean}} Layer
  * @typedef {{label: string, x: Axis, y: Axis, layers: Layer[], labelSpace?: number, height?: number}} Chart
@@ -26,7 +27,7 @@ const isText = ({ domain }) => typeof domain[0] === "string";
 
 function position(axis) {
   if (isText(axis)) return { type: "ordinal", sort: null, scale: { domain: axis.domain, padding: 0.5 }, axis: { grid: true, labels: axis.labels !== false } };
-  return { type: "quantitative", scale: { domain: axis.domain, nice: true, zero: false } };
+  return { type: "quantitative", scale: { domain: axis.domain, nice: !axis.ticks, zero: false }, ...(axis.ticks ? { axis: { values: axis.ticks, labelOverlap: true } } : {}) };
 }
 
 /** The encodings that all layers of a chart share, so that Vega-Lite gives them one scale and one axis. */

@@ -67,11 +67,14 @@ function boxChart({ name, groups, width, reach, result }) {
   });
   return {
     label: `Box plots of residuals by classes of ${name} ${responseName(response).toLowerCase()}, ${groups.map(({ side }) => side.name).join(" beside ")}. The tables behind the chart have the quartiles.`,
-    x: { title: `${name[0].toUpperCase()}${name.slice(1)} (${unit})`, domain },
+    x: { title: `${name[0].toUpperCase()}${name.slice(1)} (${unit})`, domain, ticks: edges(domain, width) },
     y: { title: `Residual (${unit})`, domain: reach },
     layers: [lineLayer("guide", domain, [0, 0]), ...layers],
   };
 }
+
+/** Grid lines are the limits of the classes. */
+const edges = ([from, to], width) => Array.from({ length: Math.round((to - from) / width) + 1 }, (_, index) => Number((from + index * width).toPrecision(9)));
 
 function boxTable(caption, name, unit, classes) {
   const columns = [

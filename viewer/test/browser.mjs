@@ -58,6 +58,14 @@ export async function paintedPixels(page) {
   return painted;
 }
 
+/** The text of the file that a button saves. */
+export async function savedText(page, button) {
+  const [download] = await Promise.all([page.waitForEvent("download"), button.click()]);
+  const chunks = [];
+  for await (const chunk of await download.createReadStream()) chunks.push(chunk);
+  return Buffer.concat(chunks).toString("utf8");
+}
+
 /* Runs in the page. */
 function countOpaque(canvas) {
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);

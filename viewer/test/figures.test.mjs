@@ -2,7 +2,7 @@
 // What the figures show, in the browser: classes of covariates, box plots, quantiles, random effects, themes, paper.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { paintedPixels } from "./browser.mjs";
+import { paintedPixels, savedText } from "./browser.mjs";
 import { inBrowser } from "./in-browser.mjs";
 import { example } from "./template.mjs";
 
@@ -108,19 +108,13 @@ test("tables are saved with all digits, and names with commas and quotes stay wh
   const data = example();
   data.results[0].species = 'S"M, <script>';
   return withPage(data, {}, async (page) => {
-    const saved = async (button) => {
-      const [download] = await Promise.all([page.waitForEvent("download"), button.click()]);
-      const chunks = [];
-      for await (const chunk of await download.createReadStream()) chunks.push(chunk);
-      return { name: download.suggestedFilename(), lines: Buffer.concat(chunks).toString("utf8").split("\n") };
-    };
-    const { name, lines } = await saved(page.locator("#tables [data-file='estimates.csv']"));
-    assert.equal(name, "estimates.csv");
+    const saved = async (button) => (await savedText(page, button)).split("\n");
+    const lines = await saved(page.locator("#tables [data-file='estimates.csv']"));
     assert.equal(lines[0], "species,response,level,coefficient,estimate,se,df,t,p");
     const { estimate } = data.results[0].fits.ols.fixed.a;
     assert.ok(lines[1].startsWith(`"S""M, <script>",h,ols,a,${estimate},`), lines[1]);
     const summary = await saved(page.locator("#summary button", { hasText: "Save as CSV" }).last());
-    assert.ok(summary.lines[1].includes(String(data.results[0].fits.ols.statistics.population.r2)), summary.lines[1]);
+    assert.ok(summary[1].includes(String(data.results[0].fits.ols.statistics.population.r2)), summary[1]);
   });
 });
 
