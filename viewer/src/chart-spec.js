@@ -110,7 +110,11 @@ function labels(layer, encoding, palette, chart, size) {
 
 const DRAW = { points, line, band, boxes, intervals, labels };
 
-function configuration(palette) {
+/** Names of rows leave room for the rows themselves on a narrow screen. */
+const LABEL_SHARE = 0.34;
+const GREATEST_LABEL = 200;
+
+function configuration(palette, { width }) {
   return {
     font: palette.font,
     view: { stroke: null },
@@ -126,7 +130,7 @@ function configuration(palette) {
       titleFontSize: 13,
       titleFontWeight: 600,
       titlePadding: 8,
-      labelLimit: 200,
+      labelLimit: Math.min(GREATEST_LABEL, LABEL_SHARE * width),
     },
     axisX: { tickCount: { signal: "ceil(width / 70)" } },
     axisY: { tickCount: { signal: "ceil(height / 45)" } },
@@ -145,7 +149,7 @@ export function specification(chart, palette, size) {
     padding: { left: 2, top: 6, bottom: 2, right: 8 + (chart.labelSpace ?? 0) },
     autosize: { type: "fit", contains: "padding" },
     background: null,
-    config: configuration(palette),
+    config: configuration(palette, size),
     layer: chart.layers
       .filter(({ values }) => values.length > 0)
       .flatMap((layer) => DRAW[layer.mark](layer, encoding, palette, chart, size).map((drawn) => ({ data: { values: layer.values }, ...drawn }))),

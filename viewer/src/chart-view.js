@@ -10,9 +10,11 @@ const descriptions = new WeakMap();
 /** @type {Map<Element, {view: View, width: number}>} */
 const drawn = new Map();
 
-/** Width over height, and the greatest height in pixels. */
+/** Width over height, and greatest and least height in pixels. */
 const SHAPE = 1.5;
 const GREATEST_HEIGHT = 430;
+/** So that "Height to crown base (m)" has room beside the axis. */
+const LEAST_HEIGHT = 260;
 /** The width of a chart on paper of A4, in CSS pixels, and the marks up to which it is printed as a drawing instead of a picture. */
 const PAPER_WIDTH = 660;
 const MOST_DRAWN_MARKS = 1500;
@@ -39,7 +41,7 @@ function size(node) {
   const own = Math.max(200, Math.floor(node.clientWidth));
   const paper = node.closest(".pair") ? PAPER_WIDTH / 2 : PAPER_WIDTH;
   const width = isPrinting() ? Math.min(own, paper) : own;
-  const height = descriptions.get(node).height ?? Math.round(Math.min(GREATEST_HEIGHT, Math.max(220, width / SHAPE)));
+  const height = descriptions.get(node).height ?? Math.round(Math.min(GREATEST_HEIGHT, Math.max(LEAST_HEIGHT, width / SHAPE)));
   return { width, height };
 }
 

@@ -4,7 +4,7 @@ import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { element, verdictMark } from "./dom.js";
 import { figure } from "./figure.js";
-import { columnName, count, criterion, decimals, listing, MISSING, r2, responseName, significant } from "./format.js";
+import { capital, columnName, count, criterion, decimals, listing, MISSING, r2, responseName, significant } from "./format.js";
 import { varianceText } from "./head.js";
 import { hasValues, lineLayer } from "./observations.js";
 import { numeric, table } from "./table.js";
@@ -146,7 +146,7 @@ function curves({ curves: drawn, response, unit }, names) {
   const held = Object.entries(drawn.held_at).map(([column, value]) => `${columnName(column)} ${significant(value, 3)}`);
   const notes = [
     "Population predictions (b = 0), each over its own range of DBH.",
-    held.length > 0 ? `${listing(held)}: the middle of what the fits have in common.` : "",
+    held.length > 0 ? `${capital(listing(held))}: the middle of what the fits have in common.` : "",
     drawn.own_heights ? "Heights are those of each library's height model." : "",
   ];
   const chart = {

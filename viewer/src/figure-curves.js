@@ -3,7 +3,7 @@
 import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { figure, titled } from "./figure.js";
-import { columnName, decimals, listing, plural, r2, responseName, significant } from "./format.js";
+import { capital, columnName, decimals, listing, plural, r2, responseName, significant } from "./format.js";
 import { hasValues, isNumber, lineLayer, pointLayer, points, shownTrees } from "./observations.js";
 import { numeric, table } from "./table.js";
 
@@ -123,8 +123,6 @@ export function classFigure(result) {
     behind: () => byClass.map((one) => classTable(result, one)),
   });
 }
-
-const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
 function classTitle({ covariate }) {
   const name = columnName(covariate);

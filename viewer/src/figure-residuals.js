@@ -2,7 +2,7 @@
 // Residuals: in classes as box plots, against fitted values, and against the normal distribution.
 import { boxClasses, classWidth, equalClasses, extent } from "./classes.js";
 import { figure, titled } from "./figure.js";
-import { count, decimals, plural, responseName, significant } from "./format.js";
+import { capital, count, decimals, plural, responseName, significant } from "./format.js";
 import { isNumber, lineLayer, pointLayer, points, shownTrees, sides } from "./observations.js";
 import { numeric, table } from "./table.js";
 import { quantileNormal } from "./vega-parts.js";
@@ -67,7 +67,7 @@ function boxChart({ name, groups, width, reach, result }) {
   });
   return {
     label: `Box plots of residuals by classes of ${name} ${responseName(response).toLowerCase()}, ${groups.map(({ side }) => side.name).join(" beside ")}. The tables behind the chart have the quartiles.`,
-    x: { title: `${name[0].toUpperCase()}${name.slice(1)} (${unit})`, domain, ticks: edges(domain, width) },
+    x: { title: `${capital(name)} (${unit})`, domain, ticks: edges(domain, width) },
     y: { title: `Residual (${unit})`, domain: reach },
     layers: [lineLayer("guide", domain, [0, 0]), ...layers],
   };
@@ -78,7 +78,7 @@ const edges = ([from, to], width) => Array.from({ length: Math.round((to - from)
 
 function boxTable(caption, name, unit, classes) {
   const columns = [
-    { title: `${name[0].toUpperCase()}${name.slice(1)}, ${unit}`, value: ({ from, to }) => `${Number(from.toPrecision(6))} to ${Number(to.toPrecision(6))}` },
+    { title: `${capital(name)}, ${unit}`, value: ({ from, to }) => `${Number(from.toPrecision(6))} to ${Number(to.toPrecision(6))}` },
     numeric("Trees", ({ number }) => number, count),
     numeric("Lower whisker", ({ low }) => low, three),
     numeric("First quartile", ({ q1 }) => q1, three),
