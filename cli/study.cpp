@@ -297,7 +297,6 @@ void run_whole_study(Arguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   study::StudyRecord record = make_record(arguments);
   arguments.study.threads = arguments.common.threads;
-  arguments.study.criterion = study::parse_criterion(arguments.criterion);
   {
     Progress progress(arguments.common);
     record.study = study::run_study(

@@ -7,6 +7,8 @@ const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 
 export default {
   root: here("."),
+  // Vega-Lite takes a few helpers from `vega`, which hands them on from here; all of it would double the page.
+  resolve: { alias: [{ find: /^vega$/, replacement: "vega-util" }] },
   plugins: [fillWithExample(here("test/example.json")), singleFile("report.html")],
   build: {
     target: "es2020",

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -12,6 +11,8 @@
 #include <vector>
 
 #include "report_map.hpp"
+#include "report_repeat.hpp"
+#include "report_values.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "study_curves.hpp"
@@ -20,19 +21,11 @@ namespace silvafit::study {
 namespace {
 
 using nlohmann::ordered_json;
+using report::number;
+using report::numbers;
 
 // More points than this only blacken the page; every k-th tree is shown then.
 constexpr std::size_t kMostPoints = 4000;
-
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
-ordered_json numbers(const std::vector<double>& values) {
-  ordered_json array = ordered_json::array();
-  for (const double value : values) array.push_back(number(value));
-  return array;
-}
 
 void add_criteria(ordered_json& row, const Candidate& candidate) {
   const fit::FittedModel& fit = candidate.fit;
@@ -53,6 +46,13 @@ void add_test(ordered_json& row, const Candidate& candidate) {
   row["p"] = test ? number(test->p) : ordered_json(nullptr);
 }
 
+void add_accuracy(ordered_json& row, const fit::FitStatistics& values) {
+  row["r2"] = number(values.r2);
+  row["mean_error"] = number(values.mean_error);
+  row["rmse"] = number(values.rmse);
+  row["mae"] = number(values.mae);
+}
+
 ordered_json base_rows(const ResponseStudy& result, const Catalogue& catalogue) {
   ordered_json rows = ordered_json::array();
   for (const Candidate& candidate : result.base) {
@@ -61,11 +61,7 @@ ordered_json base_rows(const ResponseStudy& result, const Catalogue& catalogue) 
                      {"name", id.empty() ? "" : catalogue.find(id).name},
                      {"formula", candidate.fit.specification.formula.text}};
     add_criteria(row, candidate);
-    const fit::FitStatistics& values = candidate.fit.population;
-    row["r2"] = number(values.r2);
-    row["mean_error"] = number(values.mean_error);
-    row["rmse"] = number(values.rmse);
-    row["mae"] = number(values.mae);
+    add_accuracy(row, candidate.fit.population);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -75,6 +71,7 @@ ordered_json covariate_rows(const ResponseStudy& result) {
   ordered_json rows = ordered_json::array();
   for (const Candidate& candidate : result.covariates) {
     ordered_json row{{"parameters", candidate.terms}};
+    add_accuracy(row, candidate.fit.population);
     add_test(row, candidate);
     add_criteria(row, candidate);
     rows.push_back(std::move(row));
@@ -112,11 +109,7 @@ ordered_json variance_rows(const ResponseStudy& result) {
 }
 
 ordered_json fit_object(const std::optional<fit::FitResult>& result) {
-  if (!result) return nullptr;
-  ordered_json object = ordered_json::parse(fit::to_json(result->fit));
-  // Wall time would make two reports of the same study differ.
-  object.erase("seconds");
-  return object;
+  return result ? report::fit_object(result->fit) : ordered_json(nullptr);
 }
 
 ordered_json gain(const ResponseStudy& result) {
@@ -151,6 +144,10 @@ class Observations {
   ordered_json json() const {
     ordered_json object{{"plot", texts("plot")}, {"tree", texts("tree")}, {"dbh", column("dbh")}};
     if (result_.response == "hcb") object["h"] = column("h");
+    object["covariates"] = ordered_json::object();
+    for (const std::string& name : covariates_of(result_)) {
+      object["covariates"][name] = column(name);
+    }
     object["observed"] = column(result_.response);
     const auto ols = by_tree(result_, result_.ols, &fit::FitResult::fitted_population);
     const auto population = by_tree(result_, result_.nlme, &fit::FitResult::fitted_population);
@@ -207,6 +204,17 @@ ordered_json curves_object(const Curves& curves) {
   object["population"] = numbers(curves.population);
   object["plots"] = ordered_json::object();
   for (const auto& [plot, values] : curves.plots) object["plots"][plot] = numbers(values);
+  object["by_class"] = ordered_json::array();
+  for (const ClassCurves& each : curves.by_class) {
+    ordered_json entry{{"covariate", each.covariate},
+                       {"classes", numbers(each.classes)},
+                       {"trees", each.trees},
+                       {"covariates", ordered_json::array()},
+                       {"population", ordered_json::array()}};
+    for (const auto& values : each.covariates) entry["covariates"].push_back(numbers(values));
+    for (const auto& values : each.population) entry["population"].push_back(numbers(values));
+    object["by_class"].push_back(std::move(entry));
+  }
   return object;
 }
 
@@ -287,6 +295,7 @@ std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
        fmt::format("Morphology models of {}",
                    std::filesystem::path(record.inventory.inventory.file).filename().string())},
       {"command", record.command},
+      {"repeat", report_repeat(record)},
       {"options", std::move(options)},
       {"inventory", inventory_object(record)},
       {"notes", notes},

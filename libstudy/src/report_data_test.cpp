@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The data of the report page against the study that they show.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "silvafit/fit/prediction.hpp"
@@ -44,8 +45,9 @@ TEST_CASE("observations are columns of equal length, residuals over their own sp
   const std::size_t count = study.rows.size();
   for (const auto& [name, values] : observations.items()) {
     INFO(name);
-    CHECK(values.size() == count);
+    if (values.is_array()) CHECK(values.size() == count);
   }
+  CHECK(observations["covariates"].empty());
   // (observed - ols) / sigma of least squares, sigma^2 = SSE / (n - p): n - p in all.
   double sum = 0.0;
   for (const json& value : observations["residual_ols"]) {
@@ -106,4 +108,81 @@ TEST_CASE("the report of a study is the same text each time, whatever the clock 
   const std::string first = report_data(recorded.record, test::catalogue());
   CHECK(report_data(recorded.record, test::catalogue()) == first);
   CHECK(first.find("\"seconds\"") == std::string::npos);
+}
+
+TEST_CASE("classes of a covariate are the chosen models at its values, the rest at their means") {
+  test::RecordedStudy recorded({});
+  StudyRecord& record = recorded.record;
+  record.table = test::stand({});
+  record.study = run_study(record.table, test::catalogue(), {.responses = {"h"}});
+  const ResponseStudy& study = record.study.results.front();
+  // The stand's height depends on C, strongly enough to be found.
+  REQUIRE(study.nlme->fit.specification.predictors() == std::vector<std::string>{"dbh", "C"});
+  const json result = data_of(record)["results"][0];
+  REQUIRE(result["curves"]["by_class"].size() == 1);
+  const json& classes = result["curves"]["by_class"][0];
+  CHECK(classes["covariate"] == "C");
+  CHECK(classes["classes"] == json({0.0, 0.25, 0.5, 0.75, 1.0}));
+  std::vector<std::size_t> trees(5, 0);
+  for (const std::size_t row : study.rows) {
+    ++trees[static_cast<std::size_t>(std::lround(4.0 * record.table.numbers("C")[row]))];
+  }
+  CHECK(classes["trees"] == json(trees));
+  CHECK(result["observations"]["covariates"]["C"].size() == study.rows.size());
+  data::Table grid;
+  const auto dbh = result["curves"]["dbh"].get<std::vector<double>>();
+  grid.set("dbh", dbh);
+  for (std::size_t k = 0; k < 5; ++k) {
+    grid.set("C", std::vector<double>(dbh.size(), 0.25 * static_cast<double>(k)));
+    const auto expected = fit::predict(study.nlme->fit, grid, fit::Level::kPopulation).value;
+    const auto least_squares =
+        fit::predict(study.with_covariates->fit, grid, fit::Level::kPopulation).value;
+    for (std::size_t i = 0; i < dbh.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      CHECK(classes["population"][k][i].get<double>() == expected[at]);
+      CHECK(classes["covariates"][k][i].get<double>() == least_squares[at]);
+    }
+  }
+  // Crowding lowers the rate of growth in this stand: the curves come in the order of the classes.
+  CHECK(classes["population"][0][30].get<double>() > classes["population"][4][30].get<double>());
+}
+
+TEST_CASE("a covariate that is no share has classes at its own quantiles") {
+  data::Table table = test::stand({});
+  std::vector<double> ages;
+  for (const double crowding : table.numbers("C")) ages.push_back(20.0 + 100.0 * crowding);
+  table.set("age", ages);
+  for (const char* name : {"W", "M", "C", "U"})
+    table.set(name, std::vector<double>(ages.size(), 0.5));
+  test::RecordedStudy recorded({});
+  StudyRecord& record = recorded.record;
+  record.table = table;
+  record.study = run_study(table, test::catalogue(), {.responses = {"h"}, .covariates = {"age"}});
+  const json classes = data_of(record)["results"][0]["curves"]["by_class"];
+  REQUIRE(classes.size() == 1);
+  CHECK(classes[0]["covariate"] == "age");
+  // Ages are 20, 45, 70, 95 and 120, each for about a fifth of the trees.
+  CHECK(classes[0]["classes"] == json({20.0, 45.0, 70.0, 95.0, 120.0}));
+}
+
+TEST_CASE("the report names the file's fingerprint and what computed it") {
+  const test::RecordedStudy recorded({});
+  const json repeat = data_of(recorded.record)["repeat"];
+  CHECK(repeat["fingerprint"] == library_of(recorded.record).inventory.fingerprint);
+  std::vector<std::string> names;
+  for (const json& entry : repeat["versions"]) {
+    names.push_back(entry["name"]);
+    INFO(names.back());
+    CHECK(entry["version"].get<std::string>().find_first_of("0123456789") != std::string::npos);
+  }
+  CHECK(names ==
+        std::vector<std::string>{"silvafit", "compiler", "Ceres Solver", "Eigen", "Boost"});
+}
+
+TEST_CASE("names from the inventory stay texts, whatever is in them") {
+  const std::string species = R"(</script><script>alert("x")//',)";
+  const test::RecordedStudy recorded({.species = species});
+  const json data = data_of(recorded.record);
+  CHECK(data["results"][0]["species"] == species);
+  CHECK(data["inventory"]["species"][0]["code"] == species);
 }

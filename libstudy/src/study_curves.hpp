@@ -2,6 +2,7 @@
 // Curves of the chosen models over DBH, for the report.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -11,6 +12,17 @@
 
 namespace silvafit::study {
 
+/// The same curves for five classes of one covariate, the other columns held at their means.
+struct ClassCurves {
+  std::string covariate{};
+  std::vector<double> classes{};     ///< ascending values of the covariate
+  std::vector<std::size_t> trees{};  ///< by class: trees to which no other class is nearer
+  /// By class, over the grid: least squares with covariates, and mixed model with b = 0. NaN
+  /// without such a model.
+  std::vector<std::vector<double>> covariates{};
+  std::vector<std::vector<double>> population{};
+};
+
 /// A response against DBH with the other columns held at their means.
 struct Curves {
   std::map<std::string, double> held_at{};
@@ -19,7 +31,11 @@ struct Curves {
   std::vector<double> ols{};
   std::vector<double> population{};                    ///< mixed model with b = 0
   std::map<std::string, std::vector<double>> plots{};  ///< by plot, NaN outside its range of DBH
+  std::vector<ClassCurves> by_class{};                 ///< of each covariate of the chosen model
 };
+
+/// Columns besides DBH and height that the chosen model of the last level uses.
+std::vector<std::string> covariates_of(const ResponseStudy& result);
 
 /// Nothing if the result has no least-squares fit. Height comes from the study's own height model
 /// of the species, or is held at its mean without one.

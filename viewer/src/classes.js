@@ -40,3 +40,54 @@ export function extent(...columns) {
   }
   return low <= high ? [low, high] : [0, 1];
 }
+
+/** Widths of classes that people like to read. */
+const WIDTHS = [0.1, 0.2, 0.25, 0.5, 1, 2, 5, 10, 20, 25, 50, 100];
+const MOST_CLASSES = 14;
+const FEWEST_CLASSES = 4;
+
+/** Width of classes over a range: 2, as in the forester's tables, unless that gives too few or too many. */
+export function classWidth([low, high], usual = 2) {
+  const number = (width) => Math.ceil((high - low) / width);
+  if (number(usual) >= FEWEST_CLASSES && number(usual) <= MOST_CLASSES) return usual;
+  return WIDTHS.find((width) => number(width) <= MOST_CLASSES) ?? (high - low) / MOST_CLASSES;
+}
+
+/** The value below which a share of sorted values lies, by linear interpolation (R's type 7). */
+export function quantile(sorted, share) {
+  const place = share * (sorted.length - 1);
+  const below = Math.floor(place);
+  const above = Math.min(below + 1, sorted.length - 1);
+  return sorted[below] + (place - below) * (sorted[above] - sorted[below]);
+}
+
+/** Whiskers end at the farthest value within this many quartile ranges of the box (Tukey). */
+const WHISKER = 1.5;
+
+/**
+ * Box plots of y in classes of x of one width.
+ * @param {(number|null)[]} x
+ * @param {(number|null)[]} y
+ * @returns {{from: number, to: number, number: number, low: number, q1: number, median: number, q3: number, high: number, outliers: number[]}[]}
+ */
+export function boxClasses(x, y, width) {
+  const groups = new Map();
+  x.forEach((value, index) => {
+    if (value === null || y[index] === null) return;
+    const key = Math.floor(value / width);
+    if (!groups.has(key)) groups.set(key, []);
+    groups.get(key).push(y[index]);
+  });
+  return [...groups]
+    .sort(([a], [b]) => a - b)
+    .map(([key, values]) => ({ from: key * width, to: (key + 1) * width, ...box(values) }));
+}
+
+function box(values) {
+  const sorted = [...values].sort((a, b) => a - b);
+  const [q1, median, q3] = [0.25, 0.5, 0.75].map((share) => quantile(sorted, share));
+  const reach = WHISKER * (q3 - q1);
+  const inside = sorted.filter((value) => value >= q1 - reach && value <= q3 + reach);
+  const outliers = sorted.filter((value) => value < q1 - reach || value > q3 + reach);
+  return { number: sorted.length, low: inside[0], q1, median, q3, high: inside.at(-1), outliers };
+}

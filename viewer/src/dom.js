@@ -17,9 +17,32 @@ export function element(tag, attributes = {}, ...children) {
   return node;
 }
 
-/** A heading with a closed part below it; what it says must be enough without opening it. */
-export function disclosure(summary, ...content) {
-  return element("details", {}, element("summary", {}, ...[summary].flat()), ...content);
+/** Closed parts that are not made yet, and what makes them. */
+const unmade = new WeakMap();
+
+function make(details) {
+  const content = unmade.get(details);
+  if (!content) return;
+  unmade.delete(details);
+  details.append(...content());
+}
+
+/** Opens a disclosure with all that is in it. */
+export function open(details) {
+  make(details);
+  details.open = true;
+}
+
+/**
+ * A heading with a closed part below it; what it says must be enough without opening it.
+ * @param {string | (Node | string)[]} summary
+ * @param {() => Node[]} content  made when it is opened, since a report has some hundred of these
+ */
+export function disclosure(summary, content) {
+  const details = element("details", {}, element("summary", {}, ...[summary].flat()));
+  unmade.set(details, content);
+  details.addEventListener("toggle", () => make(details));
+  return details;
 }
 
 /** The mark that a fit cannot be used, or can. Word and sign say it, not color alone. */

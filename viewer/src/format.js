@@ -44,3 +44,5 @@ export const plural = (number, one, many = `${one}s`) => `${count(number)} ${num
 export function listing(items) {
   return items.length < 2 ? items.join("") : `${items.slice(0, -1).join(", ")} and ${items.at(-1)}`;
 }
+
+export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);

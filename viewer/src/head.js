@@ -2,8 +2,9 @@
 // The top of the report: verdict, summary, and what was done.
 import { element, verdictMark } from "./dom.js";
 import { count, decimals, listing, MISSING, plural, points, r2, responseName, significant } from "./format.js";
+import { gainFigure } from "./gain.js";
 import { resultId } from "./navigation.js";
-import { table } from "./table.js";
+import { numeric, table } from "./table.js";
 
 const LEVELS = [
   ["base", "base equations"],
@@ -22,7 +23,6 @@ export function head(report) {
     element("header", {}, element("h1", {}, report.title), element("p", { class: "lead" }, whatItIs(report))),
     verdict(report),
     summary(report),
-    whatWasDone(report),
   );
 }
 
@@ -110,7 +110,7 @@ export function varianceText(variance) {
 function summary(report) {
   const stat = (fit, level, name) => fit?.statistics[level]?.[name] ?? null;
   const row = (result, index) => ({ ...result, index });
-  const unit = ({ unit }) => ` ${unit}`;
+  const length = (title, raw) => ({ title, raw, value: (result) => `${decimals(raw(result), 3)} ${result.unit}` });
   const columns = [
     {
       title: "Species, response",
@@ -119,23 +119,24 @@ function summary(report) {
         element("a", { href: `#${resultId(result.index)}` }, `${result.species} ${responseName(result.response).toLowerCase()}`),
     },
     { title: "Converged", text: true, value: (result) => verdictMark(result.converged) },
-    { title: "Gain, percent points of R²", value: ({ gain }) => points(gain.conditional) },
-    { title: "R² OLS", value: ({ fits }) => r2(stat(fits.ols, "population", "r2")) },
-    { title: "R² NLME population", value: ({ fits }) => r2(stat(fits.nlme, "population", "r2")) },
-    { title: "R² NLME conditional", value: ({ fits }) => r2(stat(fits.nlme, "conditional", "r2")) },
-    { title: "RMSE OLS", value: (result) => decimals(stat(result.fits.ols, "population", "rmse"), 3) + unit(result) },
-    { title: "RMSE NLME conditional", value: (result) => decimals(stat(result.fits.nlme, "conditional", "rmse"), 3) + unit(result) },
+    numeric("Gain, percent points of R²", ({ gain }) => gain.conditional, points),
+    numeric("R² OLS", ({ fits }) => stat(fits.ols, "population", "r2"), r2),
+    numeric("R² NLME population", ({ fits }) => stat(fits.nlme, "population", "r2"), r2),
+    numeric("R² NLME conditional", ({ fits }) => stat(fits.nlme, "conditional", "r2"), r2),
+    length("RMSE OLS", (result) => stat(result.fits.ols, "population", "rmse")),
+    length("RMSE NLME conditional", (result) => stat(result.fits.nlme, "conditional", "rmse")),
     { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
     { title: "Covariates", text: true, value: covariateText },
     { title: "Random effects", text: true, value: ({ fits }) => fits.nlme?.random?.effects.join(", ") ?? MISSING },
     { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
-    { title: "Trees", value: (result) => count(result.n) },
+    numeric("Trees", ({ n }) => n, count),
   ];
   const rows = report.results.map(row);
   return element(
     "section",
     { id: "summary", "aria-labelledby": "summary-title" },
     element("h2", { id: "summary-title" }, "Summary"),
+    gainFigure(report),
     table("Chosen model and accuracy for each species and response", columns, rows, failedRow),
     element(
       "p",
@@ -149,7 +150,8 @@ function summary(report) {
 const baseText = (row) => (row === null ? MISSING : `${row.id} ${row.name}`);
 const failedRow = (result) => (result.converged ? null : "failed");
 
-function whatWasDone({ inventory, options, command }) {
+/** @param {import("./types.js").Report} report */
+export function whatWasDone({ inventory, options }) {
   const items = [
     ["Inventory", `${inventory.file}: ${plural(inventory.trees, "tree")}, ${plural(inventory.plots, "plot")}, ${plural(inventory.species.length, "species", "species")}`],
     ["Excluded", inventory.excluded === 0 ? "no row" : `${plural(inventory.excluded, "row")}, each with its reason in excluded.csv`],
@@ -158,9 +160,9 @@ function whatWasDone({ inventory, options, command }) {
   const share = ({ trees }) => `${significant((100 * trees) / inventory.trees, 3)} %`;
   const species = [
     { title: "Species", text: true, value: ({ code, name }) => (name === null ? code : `${code} (${name})`) },
-    { title: "Trees", value: ({ trees }) => count(trees) },
+    numeric("Trees", ({ trees }) => trees, count),
     { title: "Share of stems", value: share },
-    { title: "Inside the edge buffer", value: ({ core }) => count(core) },
+    numeric("Inside the edge buffer", ({ core }) => core, count),
     { title: "Models", text: true, value: ({ studied }) => (studied ? "fitted" : "not fitted") },
   ];
   return element(
@@ -171,8 +173,6 @@ function whatWasDone({ inventory, options, command }) {
       "dl",
       {},
       ...items.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]),
-      element("dt", {}, "Command"),
-      element("dd", {}, element("code", {}, command)),
     ),
     table("Species of the inventory", species, inventory.species),
   );

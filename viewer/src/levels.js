@@ -3,20 +3,20 @@
 import { disclosure, element } from "./dom.js";
 import { count, criterion, decimals, plural, probability, r2, significant } from "./format.js";
 import { varianceText } from "./head.js";
-import { byRank, table } from "./table.js";
+import { byRank, numeric, table } from "./table.js";
 
 const CRITERIA = [
-  { title: "k", value: ({ k }) => count(k) },
-  { title: "Log-likelihood", value: ({ log_likelihood }) => criterion(log_likelihood) },
-  { title: "AIC", value: ({ aic }) => criterion(aic) },
-  { title: "BIC", value: ({ bic }) => criterion(bic) },
+  numeric("k", ({ k }) => k, count),
+  numeric("Log-likelihood", ({ log_likelihood }) => log_likelihood, criterion),
+  numeric("AIC", ({ aic }) => aic, criterion),
+  numeric("BIC", ({ bic }) => bic, criterion),
 ];
 const LIKELIHOOD_RATIO = [
-  { title: "Likelihood ratio", value: ({ likelihood_ratio }) => criterion(likelihood_ratio) },
-  { title: "df", value: ({ df }) => count(df) },
-  { title: "p", value: ({ p }) => probability(p) },
+  numeric("Likelihood ratio", ({ likelihood_ratio }) => likelihood_ratio, criterion),
+  numeric("df", ({ df }) => df, count),
+  numeric("p", ({ p }) => p, probability),
 ];
-const RANK = { title: "Rank", value: ({ rank }) => count(rank) };
+const RANK = numeric("Rank", ({ rank }) => rank, count);
 const OUTCOME = { title: "Outcome", text: true, value: outcome };
 
 function outcome(row) {
@@ -40,7 +40,7 @@ function line(title, rows, name) {
 
 function level(title, rows, name, columns) {
   if (rows.length === 0) return element("p", { class: "skipped" }, `${title}: left out.`);
-  return disclosure(line(title, rows, name), table(title, [...columns, OUTCOME], byRank(rows), rowClass));
+  return disclosure(line(title, rows, name), () => [table(title, [...columns, OUTCOME], byRank(rows), rowClass)]);
 }
 
 const parameters = ({ parameters }) => (parameters.length > 0 ? parameters.join("; ") : "base model");
@@ -48,12 +48,12 @@ const effects = ({ effects, covariance }) => effects.join(", ") + (covariance ==
 
 /** @param {import("./types.js").Result} result */
 export function levels(result) {
-  const length = (name) => ({ title: `${name[0]}, ${result.unit}`, value: (row) => decimals(row[name[1]], 3) });
+  const length = (name) => numeric(`${name[0]}, ${result.unit}`, (row) => row[name[1]], (value) => decimals(value, 3));
   return [
     level("Level 1, base equation", result.base, ({ id, name }) => `${id} ${name}`, [
       { title: "Equation", text: true, value: ({ id, name }) => `${id} ${name}` },
       RANK,
-      { title: "R²", value: (row) => r2(row.r2) },
+      numeric("R²", (row) => row.r2, r2),
       ...[["RMSE", "rmse"], ["MAE", "mae"], ["Mean error", "mean_error"]].map(length),
       ...CRITERIA,
       { title: "Formula", text: true, value: ({ formula }) => element("code", {}, formula) },
@@ -72,8 +72,8 @@ export function levels(result) {
     level("Level 3, variance function (test against none)", result.variance, varianceText, [
       { title: "Function", text: true, value: varianceText },
       RANK,
-      { title: "Delta", value: ({ delta }) => significant(delta) },
-      { title: "Constant", value: ({ constant }) => significant(constant) },
+      numeric("Delta", ({ delta }) => delta, significant),
+      numeric("Constant", ({ constant }) => constant, significant),
       ...CRITERIA,
       ...LIKELIHOOD_RATIO,
     ]),

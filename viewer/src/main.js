@@ -1,40 +1,50 @@
 // SPDX-License-Identifier: MIT
-// Reads the data in the page and builds the report from them.
+// Reads the data in the page and builds what they are: the report of a study, or a comparison of libraries.
 import "./style.css";
 import { drawChartsWhenSeen } from "./chart-view.js";
-import { element } from "./dom.js";
-import { head } from "./head.js";
+import { comparisonPage } from "./comparison.js";
+import { convergence } from "./convergence.js";
+import { element, open } from "./dom.js";
+import { head, whatWasDone } from "./head.js";
 import { mapSection } from "./map.js";
-import { navigation, resultId } from "./navigation.js";
+import { comparisonNavigation, reportNavigation, resultId } from "./navigation.js";
+import { repeat } from "./repeat.js";
 import { resultSection } from "./result.js";
+import { studyTables } from "./study-tables.js";
+import { startTheme } from "./theme.js";
 
-/** @returns {import("./types.js").Report} */
-function readData() {
-  return JSON.parse(document.getElementById("report-data").textContent);
-}
+const readData = () => JSON.parse(document.getElementById("report-data").textContent);
 
 function openDetailsForPrint() {
   let closed = [];
   addEventListener("beforeprint", () => {
     closed = [...document.querySelectorAll("details:not([open])")];
-    closed.forEach((details) => (details.open = true));
+    closed.forEach(open);
   });
   addEventListener("afterprint", () => closed.forEach((details) => (details.open = false)));
 }
 
-function show(report) {
-  const map = mapSection(report.map);
+/** @param {import("./types.js").Report} report */
+function reportPage(report) {
   const results = report.results.map((result, index) => resultSection(result, resultId(index)));
+  return [head(report), convergence(report), whatWasDone(report), mapSection(report.map), ...results, studyTables(report), repeat(report)];
+}
+
+const PAGES = {
+  "silvafit-report/1": { navigation: reportNavigation, content: reportPage },
+  "silvafit-comparison/1": { navigation: comparisonNavigation, content: comparisonPage },
+};
+
+function show(data) {
+  const { navigation, content } = PAGES[data.schema];
   document.getElementById("page").replaceWith(
     element("a", { class: "skip", href: "#main" }, "Skip to the report"),
-    navigation(report),
-    element("main", { id: "main", tabindex: "-1" }, head(report), ...(map ? [map] : []), ...results, foot(report)),
+    navigation(data),
+    element("main", { id: "main", tabindex: "-1" }, ...content(data), element("footer", {}, element("p", {}, `silvafit ${data.silvafit}`))),
   );
 }
 
-const foot = (report) =>
-  element("footer", {}, element("p", {}, `silvafit ${report.silvafit}. Made by: `, element("code", {}, report.command)));
-
+startTheme();
 show(readData());
 openDetailsForPrint();
 drawChartsWhenSeen(document.querySelectorAll(".chart"));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The chosen models: formulas, accuracy, coefficients, variance components, random effects.
-import { disclosure, element, verdictMark } from "./dom.js";
+import { element, verdictMark } from "./dom.js";
 import { columnName, count, criterion, decimals, listing, probability, r2, significant } from "./format.js";
 import { varianceText } from "./head.js";
-import { table } from "./table.js";
+import { numeric, table } from "./table.js";
 
 const FITS = [
   ["ols", "OLS, base"],
@@ -67,11 +67,11 @@ function coefficients(fits) {
   const columns = [
     { title: "Coefficient", text: true, value: ({ coefficient }) => element("code", {}, coefficient) },
     { title: "Model", text: true, value: ({ name }) => name },
-    { title: "Estimate", value: ({ estimate }) => significant(estimate) },
-    { title: "Standard error", value: ({ se }) => significant(se, 4) },
-    { title: "df", value: ({ df }) => count(df) },
-    { title: "t", value: ({ t }) => decimals(t, 2) },
-    { title: "p", value: ({ p }) => probability(p) },
+    numeric("Estimate", ({ estimate }) => estimate, significant),
+    numeric("Standard error", ({ se }) => se, (value) => significant(value, 4)),
+    numeric("df", ({ df }) => df, count),
+    numeric("t", ({ t }) => t, (value) => decimals(value, 2)),
+    numeric("p", ({ p }) => p, probability),
   ];
   const covariates = [...new Set(rows.filter(({ coefficient }) => coefficient.includes(":")).map(({ coefficient }) => coefficient.split(":")[1]))];
   const example = rows.find(({ coefficient }) => coefficient.includes(":"))?.coefficient;
@@ -89,11 +89,11 @@ function coefficients(fits) {
 
 function components(fit, unit) {
   if (fit === null || fit.random === null) return [];
-  const { effects, sd, correlation, group, eblup } = fit.random;
+  const { effects, sd, correlation } = fit.random;
   const rows = effects.map((effect, index) => ({ effect, sd: sd[index], correlation: correlation[index] ?? [], index }));
   const columns = [
     { title: "Random effect on", text: true, value: ({ effect }) => element("code", {}, effect) },
-    { title: "Standard deviation", value: (row) => significant(row.sd) },
+    numeric("Standard deviation", (row) => row.sd, significant),
     ...effects.slice(0, -1).map((other, column) => ({
       title: `Correlation with ${other}`,
       value: (row) => (column < row.index ? decimals(row.correlation[column], 3) : ""),
@@ -110,18 +110,9 @@ function components(fit, unit) {
     table("Variance components", columns, rows),
     element("p", { class: "small" }, `${parts.join("; ")}.`),
     nearlyOne(correlation) ? element("p", { class: "note" }, NEARLY_ONE) : null,
-    disclosure(`Random effects of each ${group} (EBLUP)`, eblups(group, effects, eblup)),
   ].filter((part) => part !== null);
 }
 
 const NEARLY_ONE =
   "A correlation is nearly 1 or -1: the data hardly tell these random effects apart, and fewer of them may do as well.";
 const nearlyOne = (correlation) => correlation.some((row, index) => row.slice(0, index).some((value) => Math.abs(value) > 0.995));
-
-function eblups(group, effects, eblup) {
-  const columns = [
-    { title: group, text: true, value: ([name]) => name },
-    ...effects.map((effect) => ({ title: element("code", {}, effect), value: ([, values]) => significant(values[effect], 4) })),
-  ];
-  return table(`Random effects of each ${group}`, columns, Object.entries(eblup));
-}

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The list of species and responses beside the report.
+// The list of what is on the page, beside it.
+import { pairId, pairName } from "./comparison.js";
 import { element } from "./dom.js";
 import { responseName } from "./format.js";
+import { themeSwitch } from "./theme.js";
 
 export const resultId = (index) => `result-${index + 1}`;
 
+/** @returns {[string, {result: object, index: number}[]][]} */
 function bySpecies(results) {
   const groups = new Map();
   results.forEach((result, index) => {
@@ -19,15 +22,30 @@ function entry({ result, index }) {
   return element("li", {}, element("a", { href: `#${resultId(index)}` }, responseName(result.response), warning));
 }
 
-export function navigation(report) {
+const link = ([href, text]) => element("li", {}, element("a", { href }, text));
+const frame = (...entries) => element("nav", { "aria-label": "Report" }, element("ul", {}, ...entries), themeSwitch());
+
+/** @param {import("./types.js").Report} report */
+export function reportNavigation(report) {
   const groups = bySpecies(report.results).map(([species, entries]) =>
     element("li", { class: "group" }, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry))),
   );
   const start = [
     ["#verdict", "Verdict"],
     ["#summary", "Summary"],
+    ...(report.results.length > 0 ? [["#convergence", "Convergence"]] : []),
     ["#done", "What was done"],
     ...(report.map ? [["#map", "Plot map"]] : []),
-  ].map(([href, text]) => element("li", {}, element("a", { href }, text)));
-  return element("nav", { "aria-label": "Report" }, element("ul", {}, ...start, ...groups));
+  ];
+  const end = [
+    ["#tables", "Tables of the study"],
+    ["#repeat", "To repeat this study"],
+  ];
+  return frame(...start.map(link), ...groups, ...end.map(link));
+}
+
+/** @param {import("./types.js").Comparison} comparison */
+export function comparisonNavigation({ pairs }) {
+  const entries = pairs.map((pair, index) => element("li", { class: "group" }, element("a", { href: `#${pairId(index)}` }, pairName(pair))));
+  return frame(...[["#libraries", "Libraries"], ["#overview", "Overview"]].map(link), ...entries);
 }

@@ -12,15 +12,18 @@
  * @typedef {{function: string, of: string|null, delta: number|null, constant: number|null}} Variance
  * @typedef {Criteria & LikelihoodRatio & Variance} VarianceCandidate
  * @typedef {{group: string, effects: string[], sd: number[], correlation: number[][],
- *   eblup: Record<string, Record<string, number>>}} Random
+ *   eblup: Record<string, Record<string, number>>, eblup_se?: Record<string, Record<string, number|null>>}} Random
+ * @typedef {{gradient: number|null, iterations: number, boundary: string[], rank: number}} Evidence
  * @typedef {{formula: string, parameters: Record<string, string>, method: string, n: number, converged: boolean,
- *   verdict: string, fixed: Record<string, {estimate: number, se: number, df: number, t: number, p: number}>,
+ *   verdict: string, evidence?: Evidence, fixed: Record<string, {estimate: number, se: number, df: number, t: number, p: number}>,
  *   random: Random|null, variance: Variance, sigma: number, log_likelihood: number, k: number, aic: number, bic: number,
  *   statistics: {population: Accuracy|null, conditional: Accuracy|null}}} Fit
- * @typedef {{plot: string[], tree: string[], dbh: number[], observed: number[], ols: number[], population: number[],
+ * @typedef {{plot: string[], tree: string[], dbh: number[], covariates: Record<string, (number|null)[]>, observed: number[], ols: number[], population: number[],
  *   conditional: number[], residual_ols: number[], residual_nlme: number[]}} Observations
+ * @typedef {{covariate: string, classes: number[], trees: number[], covariates: (number|null)[][], population: (number|null)[][]}} ClassCurves
  * @typedef {{held_at: Record<string, number>, dbh: number[], h?: number[], ols: number[], population: number[],
- *   plots: Record<string, number[]>}} Curves
+ *   plots: Record<string, number[]>, by_class: ClassCurves[]}} Curves
+ * @typedef {{name: string, version: string}} Version
  * @typedef {{species: string, response: string, unit: string, n: number, plots: number, converged: boolean,
  *   verdict: string, notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
  *   random: RandomCandidate[], variance: VarianceCandidate[], fits: {ols: Fit|null, covariates: Fit|null, nlme: Fit|null},
@@ -29,9 +32,15 @@
  *   layer_names: string[], area: (number|null)[], plot: string[], tree: string[], species: (number|null)[], x: (number|null)[],
  *   y: (number|null)[], dbh: (number|null)[], h: (number|null)[], cw: (number|null)[], layer: (number|null)[], core: number[],
  *   W: (number|null)[], M: (number|null)[], U: (number|null)[], C: (number|null)[], nearest: number[][]}} PlotMap
- * @typedef {{silvafit: string, title: string, command: string, options: {name: string, value: string}[],
+ * @typedef {{schema: string, silvafit: string, title: string, command: string,
+ *   repeat: {fingerprint: string, versions: Version[]}, options: {name: string, value: string}[],
  *   inventory: {file: string, trees: number, plots: number, excluded: number,
  *     species: {code: string, name: string|null, trees: number, core: number|null, studied: boolean}[]},
  *   notes: string[], results: Result[], map?: PlotMap}} Report
+ * @typedef {{log_likelihood: number|null, aic: number|null, bic: number|null, rmse: number|null, r2: number|null, reason: string|null}} Difference
+ * @typedef {{species: string, response: string, role: string, unit: string, fits: (Fit|null)[], differences: (Difference|null)[],
+ *   curves: {held_at: Record<string, number>, own_heights: boolean, dbh: number[], values: ((number|null)[]|null)[]}|null}} ComparedModels
+ * @typedef {{schema: string, silvafit: string, title: string, versions: Version[],
+ *   libraries: {name: string, file: string, fingerprint: string, trees: number, models: number}[], pairs: ComparedModels[]}} Comparison
  */
 export {};

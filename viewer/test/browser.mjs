@@ -39,7 +39,7 @@ export async function openPage(browser, file, options = {}) {
   page.on("pageerror", (error) => problems.push(`error: ${error.stack ?? error.message}`));
   page.on("request", (request) => {
     const url = request.url();
-    if (url.split("#")[0] !== self && !url.startsWith("data:")) problems.push(`request: ${url}`);
+    if (url.split("#")[0] !== self && !/^(data|blob):/.test(url)) problems.push(`request: ${url}`);
   });
   await page.goto(self, { waitUntil: "load" });
   return { page, problems };
@@ -56,6 +56,14 @@ export async function paintedPixels(page) {
     painted.push(await chart.locator("canvas").evaluate(countOpaque));
   }
   return painted;
+}
+
+/** The text of the file that a button saves. */
+export async function savedText(page, button) {
+  const [download] = await Promise.all([page.waitForEvent("download"), button.click()]);
+  const chunks = [];
+  for await (const chunk of await download.createReadStream()) chunks.push(chunk);
+  return Buffer.concat(chunks).toString("utf8");
 }
 
 /* Runs in the page. */

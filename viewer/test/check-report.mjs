@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 // node check-report.mjs report.html [picture.png]
-// Opens a report as a reader would and fails on errors, on anything it fetches, on charts that are not drawn,
-// and on data that break the contract. Exit 0: all well, 1: problems (on stderr), 2: usage.
-import { resolve } from "node:path";
-import { launch, openPage, paintedPixels } from "./browser.mjs";
+// Opens a report or a comparison as a reader would and fails on errors, on anything it fetches, on charts that are not
+// drawn, on data that break the contract, and on tables that differ from those in the folder `tables` beside the page.
+// Exit 0: all well, 1: problems (on stderr), 2: usage.
+import { existsSync, readFileSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
+import { launch, openPage, paintedPixels, savedText } from "./browser.mjs";
+import { differences } from "./csv-reader.mjs";
 import { schemaErrors } from "./template.mjs";
 
 const LEAST_PAINTED_PIXELS = 2000;
@@ -16,16 +19,30 @@ async function check(file, picture) {
     const painted = await paintedPixels(page);
     problems.push(...schemaErrors(data).map((error) => `data: ${error}`));
     const shown = await page.locator("section.result").count();
-    if (shown !== data.results.length) problems.push(`${shown} of ${data.results.length} results are shown`);
+    const expected = (data.results ?? data.pairs).length;
+    if (shown !== expected) problems.push(`${shown} of ${expected} results are shown`);
     painted.forEach((pixels, index) => {
       if (pixels < LEAST_PAINTED_PIXELS) problems.push(`chart ${index + 1} is empty`);
     });
-    if (data.results.some(({ observations }) => observations.observed.length > 0) && painted.length === 0) problems.push("there is no chart");
+    if (data.results) problems.push(...(await compareTables(page, join(dirname(file), "tables"))));
+    if (data.results?.some(({ observations }) => observations.observed.length > 0) && painted.length === 0) problems.push("there is no chart");
     if (picture) await page.screenshot({ path: picture, fullPage: true });
     return { problems, charts: painted.length, results: shown };
   } finally {
     await browser.close();
   }
+}
+
+/** What the page saves must be what the program wrote. */
+async function compareTables(page, folder) {
+  const problems = [];
+  for (const button of await page.locator("#tables [data-file]").all()) {
+    const name = await button.getAttribute("data-file");
+    if (!existsSync(join(folder, name))) continue;
+    const found = differences(await savedText(page, button), readFileSync(join(folder, name), "utf8"));
+    problems.push(...found.slice(0, 3).map((difference) => `${name}: ${difference}`));
+  }
+  return problems;
 }
 
 const [file, picture] = process.argv.slice(2);

@@ -2,7 +2,7 @@
 // The example obeys the schema of the report data, and the schema refuses what it should.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { example, schemaErrors } from "./template.mjs";
+import { comparison, example, schemaErrors } from "./template.mjs";
 
 test("the example obeys the schema", () => {
   assert.deepEqual(schemaErrors(example()), []);
@@ -16,6 +16,21 @@ test("a study without positions and without mixed models obeys it as well", () =
   Object.assign(result.gain, { population: null, conditional: null });
   data.inventory.species.forEach((species) => (species.core = null));
   assert.deepEqual(schemaErrors(data), []);
+});
+
+test("a comparison obeys its own schema, which refuses a difference without its reason", () => {
+  const data = comparison();
+  assert.deepEqual(schemaErrors(data), []);
+  delete data.pairs[0].differences[0].reason;
+  assert.notDeepEqual(schemaErrors(data), []);
+});
+
+test("standard errors of random effects may be there", () => {
+  const data = example();
+  data.results[0].fits.nlme.random.eblup_se = { 1: { a: 0.4, b: null } };
+  assert.deepEqual(schemaErrors(data), []);
+  data.results[0].fits.nlme.random.eblup_se = { 1: { a: "0.4" } };
+  assert.notDeepEqual(schemaErrors(data), []);
 });
 
 test("a missing or misspelled member, and a number as text, are refused", () => {

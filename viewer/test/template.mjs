@@ -14,11 +14,51 @@ export const templatePath = process.env.SILVAFIT_REPORT_TEMPLATE ?? here("../dis
 export const readJson = (path) => JSON.parse(readFileSync(path, "utf8"));
 export const example = () => readJson(here("example.json"));
 
-/** Where the data break the contract, in words. */
+/** Two libraries of the example's models: in the second, the mixed models are those of the base equations of least squares. */
+export function comparison() {
+  const { silvafit, repeat, inventory, results } = example();
+  const library = (name, models) => ({ name, file: inventory.file, fingerprint: repeat.fingerprint, trees: inventory.trees, models });
+  const pairs = results.map(({ species, response, unit, fits, curves }) => ({
+    species,
+    response,
+    role: "nlme",
+    unit,
+    fits: [fits.nlme, fits.ols],
+    differences: [difference(fits.nlme, fits.ols)],
+    curves: { held_at: curves.held_at, own_heights: response === "hcb", dbh: curves.dbh, values: [curves.population, curves.ols] },
+  }));
+  const [first] = results;
+  const alone = { ...pairs[0], response: "cw", fits: [null, first.fits.ols], differences: [null], curves: null };
+  return {
+    schema: "silvafit-comparison/1",
+    silvafit,
+    title: "Comparison of mixed.json and base.json",
+    versions: repeat.versions,
+    libraries: [library("mixed.json", 2), library("base.json", 3)],
+    pairs: [...pairs, alone],
+  };
+}
+
+function difference(first, other) {
+  const accuracy = (fit) => fit.statistics.conditional ?? fit.statistics.population;
+  const change = (name) => other[name] - first[name];
+  return {
+    log_likelihood: change("log_likelihood"),
+    aic: change("aic"),
+    bic: change("bic"),
+    rmse: accuracy(other).rmse - accuracy(first).rmse,
+    r2: accuracy(other).r2 - accuracy(first).r2,
+    reason: null,
+  };
+}
+
+const SCHEMAS = ["../report-data.schema.json", "../comparison-data.schema.json"].map((path) => readJson(here(path)));
+
+/** Where the data break the contract that they name, in words. */
 export function schemaErrors(data) {
-  const validate = new Ajv2020({ allErrors: true, allowUnionTypes: true, strictRequired: false }).compile(
-    readJson(here("../report-data.schema.json")),
-  );
+  const ajv = new Ajv2020({ allErrors: true, allowUnionTypes: true, strictRequired: false, schemas: SCHEMAS });
+  const validate = ajv.getSchema(data.schema);
+  if (!validate) return [`there is no schema ${data.schema}`];
   return validate(data) ? [] : validate.errors.map(({ instancePath, message }) => `${instancePath} ${message}`);
 }
 

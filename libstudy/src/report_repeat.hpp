@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// What somebody needs to get the same study again.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "silvafit/study/study_files.hpp"
+
+namespace silvafit::study {
+
+/// `repeat` of docs/report-data.md: the fingerprint of the inventory, and the versions of what
+/// computed the numbers.
+/// \throws InputError if the inventory is no longer there
+nlohmann::ordered_json report_repeat(const StudyRecord& record);
+
+/// Name and version of the program, the compiler and the numerical libraries that made it.
+nlohmann::ordered_json report_versions();
+
+}  // namespace silvafit::study

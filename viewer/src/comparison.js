@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// Two or more model libraries side by side.
+import { chartElement } from "./chart-view.js";
+import { extent } from "./classes.js";
+import { element, verdictMark } from "./dom.js";
+import { figure } from "./figure.js";
+import { capital, columnName, count, criterion, decimals, listing, MISSING, r2, responseName, significant } from "./format.js";
+import { varianceText } from "./head.js";
+import { hasValues, lineLayer } from "./observations.js";
+import { numeric, table } from "./table.js";
+
+/** @typedef {import("./types.js").Comparison} Comparison */
+/** @typedef {import("./types.js").ComparedModels} ComparedModels */
+
+/** Colors of the libraries; the first has that of least squares, the reference. */
+const KINDS = ["ols", "nlme", "first", "third", "fifth"];
+const kindOf = (index) => KINDS[Math.min(index, KINDS.length - 1)];
+const ROLES = { ols: "OLS, base", covariates: "OLS, with covariates", nlme: "NLME" };
+export const pairId = (index) => `pair-${index + 1}`;
+
+export function pairName({ species, response, role }) {
+  const subject = `${species === "" ? "" : `${species} `}${responseName(response).toLowerCase()}`;
+  return role === "" ? subject : `${subject}, ${ROLES[role] ?? role}`;
+}
+
+const best = (fit) => (fit === null ? null : fit.statistics.conditional ?? fit.statistics.population);
+const signed = (digits) => (value) => (value > 0 ? "+" : "") + decimals(value, digits);
+
+/** @param {Comparison} comparison */
+export function comparisonPage(comparison) {
+  const names = comparison.libraries.map(({ name }) => name);
+  return [
+    element(
+      "header",
+      {},
+      element("h1", {}, comparison.title),
+      element("p", { class: "lead" }, `Differences are those from ${names[0]}: below zero in AIC, BIC and RMSE, the other one is better.`),
+    ),
+    libraries(comparison),
+    overview(comparison, names),
+    ...comparison.pairs.map((pair, index) => pairSection(pair, names, pairId(index))),
+    versions(comparison),
+  ];
+}
+
+function libraries({ libraries: rows }) {
+  const columns = [
+    { title: "Library", text: true, value: ({ name }) => name },
+    { title: "Fitted to", text: true, value: ({ file }) => (file === "" ? MISSING : file) },
+    { title: "Fingerprint", text: true, value: ({ fingerprint }) => (fingerprint === "" ? MISSING : element("code", {}, fingerprint)) },
+    numeric("Trees", ({ trees }) => (trees > 0 ? trees : null), count),
+    numeric("Models", ({ models }) => models, count),
+  ];
+  return element("section", { id: "libraries", "aria-labelledby": "libraries-title" }, element("h2", { id: "libraries-title" }, "Libraries"), table("The libraries that are compared", columns, rows));
+}
+
+function overview({ pairs }, names) {
+  const rows = pairs.flatMap((pair, index) => pair.differences.map((difference, other) => ({ pair, index, difference, other: other + 1 })));
+  const of = (name) => ({ difference }) => difference?.[name] ?? null;
+  const columns = [
+    { title: "Model", text: true, value: ({ pair, index }) => element("a", { href: `#${pairId(index)}` }, pairName(pair)) },
+    ...(names.length > 2 ? [{ title: "Library", text: true, value: ({ other }) => names[other] }] : []),
+    numeric("Difference of AIC", of("aic"), signed(2)),
+    numeric("Difference of BIC", of("bic"), signed(2)),
+    { ...numeric("Difference of RMSE", of("rmse"), signed(3)), value: ({ difference, pair }) => `${signed(3)(difference?.rmse ?? null)}${difference ? ` ${pair.unit}` : ""}` },
+    numeric("Difference of R²", of("r2"), signed(4)),
+    { title: "Note", text: true, value: ({ difference, pair }) => element("span", { class: "sentence" }, noteOn(difference, pair, names)) },
+  ];
+  return element(
+    "section",
+    { id: "overview", "aria-labelledby": "overview-title" },
+    element("h2", { id: "overview-title" }, "Overview"),
+    table("Differences between the models", columns, rows),
+    element("p", { class: "small" }, "RMSE and R² are those of the conditional prediction for mixed models, else of the population, each on the library's own data."),
+  );
+}
+
+function noteOn(difference, { fits }, names) {
+  if (difference === null) return `only in ${listing(names.filter((_, index) => fits[index] !== null))}`;
+  return difference.reason === null ? "" : `AIC and BIC cannot be compared: ${difference.reason}`;
+}
+
+/** @param {ComparedModels} pair */
+function pairSection(pair, names, id) {
+  const sides = pair.fits.map((fit, index) => ({ fit, name: names[index], index })).filter(({ fit }) => fit !== null);
+  const reasons = pair.differences.map((difference) => difference?.reason).filter((reason) => reason);
+  return element(
+    "section",
+    { id, class: "result", "aria-labelledby": `${id}-title` },
+    element("h2", { id: `${id}-title` }, pairName(pair)),
+    ...reasons.map((reason) => element("p", { class: "note" }, `AIC and BIC cannot be compared: ${reason}.`)),
+    models(sides),
+    statistics(pair, sides),
+    coefficients(sides),
+    curves(pair, names),
+  );
+}
+
+function models(sides) {
+  const describe = ({ fit, name }) => {
+    const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1").map(([parameter, terms]) => `${parameter} ~ ${terms}`);
+    const random = fit.random === null ? [] : [`random: ${fit.random.effects.join(" + ")} | ${fit.random.group}`];
+    const variance = fit.variance.function === "none" ? [] : [`variance: ${varianceText(fit.variance)}`];
+    const parts = [fit.formula, ...submodels, ...random, ...variance].flatMap((part) => [element("code", {}, part), " "]);
+    return [element("dt", {}, name), element("dd", {}, ...parts, element("br"), verdictMark(fit.converged), ` ${fit.verdict}`)];
+  };
+  return element("dl", { class: "formulas" }, ...sides.flatMap(describe));
+}
+
+function statistics({ differences, unit }, sides) {
+  const rows = [
+    ["R²", (fit) => best(fit)?.r2, r2, "r2", signed(4)],
+    [`RMSE, ${unit}`, (fit) => best(fit)?.rmse, (value) => decimals(value, 4), "rmse", signed(4)],
+    [`Mean error, ${unit}`, (fit) => best(fit)?.mean_error, (value) => decimals(value, 4)],
+    [`MAE, ${unit}`, (fit) => best(fit)?.mae, (value) => decimals(value, 4)],
+    ["Log-likelihood", (fit) => fit.log_likelihood, criterion, "log_likelihood", signed(2)],
+    ["Parameters counted, k", (fit) => fit.k, count],
+    ["AIC", (fit) => fit.aic, criterion, "aic", signed(2)],
+    ["BIC", (fit) => fit.bic, criterion, "bic", signed(2)],
+    ["Trees", (fit) => fit.n, count],
+  ].map(([name, of, format, key, change]) => ({ name, of, format, key, change }));
+  const own = ({ fit, name }) => ({ title: name, raw: (row) => row.of(fit) ?? null, value: (row) => row.format(row.of(fit) ?? null) });
+  const differing = differences.map((difference, index) => ({ difference, side: sides.find((side) => side.index === index + 1) })).filter(({ difference, side }) => difference !== null && side);
+  const change = ({ difference, side }) => ({
+    title: `Difference, ${side.name}`,
+    raw: (row) => (row.key ? difference[row.key] : null),
+    value: (row) => (row.key ? row.change(difference[row.key]) : ""),
+  });
+  return table("Accuracy and criteria", [{ title: "Statistic", text: true, value: ({ name }) => name }, ...sides.map(own), ...differing.map(change)], rows);
+}
+
+function coefficients(sides) {
+  const names = [...new Set(sides.flatMap(({ fit }) => Object.keys(fit.fixed)))];
+  const columns = sides.flatMap(({ fit, name }) => [
+    numeric(name, (coefficient) => fit.fixed[coefficient]?.estimate ?? null, significant),
+    numeric(`Standard error, ${name}`, (coefficient) => fit.fixed[coefficient]?.se ?? null, (value) => significant(value, 3)),
+  ]);
+  return table("Fixed coefficients", [{ title: "Coefficient", text: true, value: (coefficient) => element("code", {}, coefficient) }, ...columns], names);
+}
+
+function curves({ curves: drawn, response, unit }, names) {
+  if (drawn === null) return element("p", { class: "small" }, "No curves: none of the fits says over which DBH it holds.");
+  const lines = drawn.values.map((values, index) => ({ values, index })).filter(({ values }) => values !== null);
+  const layers = lines.map(({ values, index }) => lineLayer(kindOf(index), drawn.dbh, values)).filter(hasValues);
+  const name = responseName(response);
+  const held = Object.entries(drawn.held_at).map(([column, value]) => `${columnName(column)} ${significant(value, 3)}`);
+  const notes = [
+    "Population predictions (b = 0), each over its own range of DBH.",
+    held.length > 0 ? `${capital(listing(held))}: the middle of what the fits have in common.` : "",
+    drawn.own_heights ? "Heights are those of each library's height model." : "",
+  ];
+  const chart = {
+    label: `${name} against DBH: curves of ${listing(lines.map(({ index }) => names[index]))}. The table behind the chart has the values.`,
+    x: { title: "DBH (cm)", domain: extent(drawn.dbh) },
+    y: { title: unit === "" ? name : `${name} (${unit})`, domain: extent(...lines.map(({ values }) => values)) },
+    layers,
+  };
+  const at = (values) => (index) => values[index];
+  const columns = [
+    numeric("DBH, cm", at(drawn.dbh), (value) => decimals(value, 1)),
+    ...lines.map(({ values, index }) => numeric(names[index], at(values), (value) => decimals(value, 2))),
+    ...(lines.length === 2 ? [numeric("Difference", (index) => difference(lines[0].values[index], lines[1].values[index]), signed(2))] : []),
+  ];
+  const step = Math.max(1, Math.ceil(drawn.dbh.length / 12));
+  const rows = drawn.dbh.map((_, index) => index).filter((index) => index % step === 0 || index === drawn.dbh.length - 1);
+  return figure({
+    title: `${name} against DBH`,
+    legend: lines.map(({ index }) => [`line-${kindOf(index)}${index === 0 ? " dashed" : ""}`, names[index]]),
+    note: notes.filter((note) => note !== "").join(" "),
+    charts: [chartElement(chart)],
+    behind: () => [table(`Curves of ${name.toLowerCase()}`, columns, rows)],
+  });
+}
+
+const difference = (first, second) => (first === null || second === null ? null : second - first);
+
+function versions({ versions: list }) {
+  return element("section", { id: "versions", "aria-labelledby": "versions-title" }, element("h2", { id: "versions-title" }, "Made by"), element("p", {}, `${listing(list.map(({ name, version }) => `${name} ${version}`))}.`));
+}

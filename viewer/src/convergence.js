@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// The evidence on the final models: did they converge, and why we think so.
+import { element, verdictMark } from "./dom.js";
+import { count, listing, MISSING, responseName, significant } from "./format.js";
+import { resultId } from "./navigation.js";
+import { numeric, table } from "./table.js";
+
+const LEVELS = ["base", "covariates", "random", "variance"];
+
+/** The fit of the last level that was reached. */
+const final = ({ fits }) => fits.nlme ?? fits.covariates ?? fits.ols;
+const tried = (result) => LEVELS.flatMap((level) => result[level]);
+const failedRow = ({ converged }) => (converged ? null : "failed");
+
+/** @param {import("./types.js").Report} report */
+export function convergence({ results }) {
+  if (results.length === 0) return null;
+  const rows = results.map((result, index) => ({ ...result, index, fit: final(result) }));
+  const hasEvidence = rows.some(({ fit }) => fit?.evidence);
+  const evidence = [
+    numeric("Newton decrement", ({ fit }) => fit?.evidence?.gradient ?? null, (value) => significant(value, 2)),
+    numeric("Iterations", ({ fit }) => fit?.evidence?.iterations ?? null, count),
+    { title: "On the edge", text: true, value: ({ fit }) => (fit?.evidence ? listing(fit.evidence.boundary) || "nothing" : MISSING) },
+  ];
+  const columns = [
+    { title: "Species, response", text: true, value: ({ index, species, response }) => element("a", { href: `#${resultId(index)}` }, `${species} ${responseName(response).toLowerCase()}`) },
+    { title: "Final model", text: true, value: ({ converged }) => verdictMark(converged) },
+    ...(hasEvidence ? evidence : []),
+    numeric("Fits tried", (result) => tried(result).length, count),
+    numeric("Not converged", (result) => tried(result).filter(({ converged }) => !converged).length, count),
+    { title: "Verdict", text: true, value: ({ verdict }) => element("span", { class: "sentence" }, verdict) },
+  ];
+  return element(
+    "section",
+    { id: "convergence", "aria-labelledby": "convergence-title" },
+    element("h2", { id: "convergence-title" }, "Convergence"),
+    table("Convergence of the final models", columns, rows, failedRow),
+    hasEvidence ? element("p", { class: "small" }, "Newton decrement: squared distance to the optimum in standard errors; on the edge: standard deviations of zero or correlations of one.") : null,
+  );
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+// Residuals: in classes as box plots, against fitted values, and against the normal distribution.
+import { boxClasses, classWidth, equalClasses, extent } from "./classes.js";
+import { figure, titled } from "./figure.js";
+import { capital, count, decimals, plural, responseName, significant } from "./format.js";
+import { isNumber, lineLayer, pointLayer, points, shownTrees, sides } from "./observations.js";
+import { numeric, table } from "./table.js";
+import { quantileNormal } from "./vega-parts.js";
+
+/** @typedef {import("./types.js").Result} Result */
+
+const three = (value) => decimals(value, 3);
+
+/** A class with fewer trees has no box; its trees are drawn as points. */
+const FEWEST_TREES = 5;
+/** Boxes of the two methods stand side by side within a class: where their middle is and how wide they are, as shares of the class. */
+const PLACE = { ols: 0.28, nlme: 0.72 };
+const BOX_WIDTH = 0.34;
+
+const difference = (observed, fitted) => observed.map((value, index) => (isNumber(value) && isNumber(fitted[index]) ? value - fitted[index] : null));
+
+/** @param {Result} result */
+export function boxFigure(result) {
+  const { observations, unit, response } = result;
+  const shown = sides(result).map((side) => ({ ...side, error: difference(observations.observed, side.fitted) }));
+  const width = classWidth(extent(observations.observed));
+  const by = [
+    { name: "predicted", of: ({ fitted }) => fitted },
+    { name: "observed", of: () => observations.observed },
+  ].map(({ name, of }) => ({ name, groups: shown.map((side) => ({ side, classes: boxClasses(of(side), side.error, width) })) }));
+  const reach = extent(...shown.map(({ error }) => error));
+  const subject = responseName(response).toLowerCase();
+  return figure({
+    title: `Residuals by class of ${subject}`,
+    legend: shown.map(({ kind, name }) => [`box ${kind}`, name]),
+    note:
+      `Observed − predicted, in classes of ${width} ${unit}; box: middle half of the trees, line: median, whiskers: up to 1.5 box lengths, points: trees beyond, and classes with fewer than ${FEWEST_TREES} trees. ` +
+      `In classes of the observed ${subject}, residuals rise with it for every model: that is no fault of the fit. ${shownTrees(result)}`,
+    charts: by.map(({ name, groups }) => titled(`By ${name} ${subject}`, boxChart({ name, groups, width, reach, result }))),
+    behind: () => by.flatMap(({ name, groups }) => groups.map(({ side, classes }) => boxTable(`Residuals of ${side.name} by ${name} ${subject}`, name, unit, classes))),
+  });
+}
+
+function boxChart({ name, groups, width, reach, result }) {
+  const { unit, response } = result;
+  const all = groups.flatMap(({ classes }) => classes);
+  const domain = all.length > 0 ? [Math.min(...all.map(({ from }) => from)), Math.max(...all.map(({ to }) => to))] : [0, 1];
+  const layers = groups.flatMap(({ side, classes }) => {
+    const middle = ({ from }) => from + PLACE[side.kind] * width;
+    const boxes = classes
+      .filter(({ number }) => number >= FEWEST_TREES)
+      .map(({ outliers, ...one }) => ({
+        ...one,
+        x: middle(one),
+        left: middle(one) - (BOX_WIDTH * width) / 2,
+        right: middle(one) + (BOX_WIDTH * width) / 2,
+        tip: `${side.name}, ${decimals(one.from, 2)} to ${decimals(one.to, 2)} ${unit}: median ${three(one.median)} ${unit}, ${plural(one.number, "tree")}`,
+      }));
+    const beyond = classes.flatMap((one) => {
+      const values = one.number >= FEWEST_TREES ? one.outliers : [one.low, one.q1, one.median, one.q3, one.high].slice(0, one.number);
+      return values.map((y) => ({ x: middle(one), y }));
+    });
+    return [
+      { mark: "points", kind: side.kind, values: beyond },
+      { mark: "boxes", kind: side.kind, values: boxes },
+    ];
+  });
+  return {
+    label: `Box plots of residuals by classes of ${name} ${responseName(response).toLowerCase()}, ${groups.map(({ side }) => side.name).join(" beside ")}. The tables behind the chart have the quartiles.`,
+    x: { title: `${capital(name)} (${unit})`, domain, ticks: edges(domain, width) },
+    y: { title: `Residual (${unit})`, domain: reach },
+    layers: [lineLayer("guide", domain, [0, 0]), ...layers],
+  };
+}
+
+/** Grid lines are the limits of the classes. */
+const edges = ([from, to], width) => Array.from({ length: Math.round((to - from) / width) + 1 }, (_, index) => Number((from + index * width).toPrecision(9)));
+
+function boxTable(caption, name, unit, classes) {
+  const columns = [
+    { title: `${capital(name)}, ${unit}`, value: ({ from, to }) => `${Number(from.toPrecision(6))} to ${Number(to.toPrecision(6))}` },
+    numeric("Trees", ({ number }) => number, count),
+    numeric("Lower whisker", ({ low }) => low, three),
+    numeric("First quartile", ({ q1 }) => q1, three),
+    numeric("Median", ({ median }) => median, three),
+    numeric("Third quartile", ({ q3 }) => q3, three),
+    numeric("Upper whisker", ({ high }) => high, three),
+    numeric("Trees beyond", ({ outliers }) => outliers.length, count),
+  ];
+  return table(caption, columns, classes);
+}
+
+/** @param {Result} result */
+export function residualFigure(result) {
+  const { observations, unit } = result;
+  const shown = sides(result).map((side) => ({ ...side, classes: equalClasses(side.fitted, side.residual) }));
+  const xDomain = extent(...shown.map(({ fitted }) => fitted));
+  const reach = Math.max(3, ...extent(...shown.map(({ residual }) => residual)).map(Math.abs));
+  const guide = (kind, y) => lineLayer(kind, xDomain, [y, y]);
+  const chart = (side) => ({
+    label: `Standardized residuals of ${side.name} against fitted values; the table behind the chart gives them in classes.`,
+    x: { title: `Fitted (${unit})`, domain: xDomain },
+    y: { title: "Standardized residual", domain: [-reach, reach] },
+    layers: [
+      guide("guide", 0),
+      guide("limit", -2),
+      guide("limit", 2),
+      pointLayer("point", points(observations, side.fitted, side.residual, (index) => `fitted ${significant(side.fitted[index], 4)} ${unit}, residual ${decimals(side.residual[index], 2)}`)),
+      lineLayer(side.kind, side.classes.map(({ x }) => x), side.classes.map(({ y }) => y)),
+    ],
+  });
+  return figure({
+    title: "Standardized residuals against fitted values",
+    legend: [["point", "trees"], ["limit", "two standard deviations"], ...shown.map(({ kind, name }) => [kind, `${name}: mean of trees in classes`])],
+    note: "A good fit has no trend and the same spread everywhere.",
+    charts: shown.map((side) => titled(side.name, chart(side))),
+    behind: () => shown.map((side) => classTable(`Residuals of ${side.name}, in classes of fitted values`, `Fitted, ${unit}`, "Mean residual", side.classes)),
+  });
+}
+
+/** Standard errors on each side of the band of order statistics: 95 % at each point. */
+const BAND = 1.96;
+const density = (z) => Math.exp(-0.5 * z * z) / Math.sqrt(2 * Math.PI);
+
+/** Sorted residuals with the normal quantiles that they should have, and a pointwise 95 % band. */
+export function normalQuantiles(residuals) {
+  const sorted = residuals.filter(isNumber).sort((a, b) => a - b);
+  return sorted.map((y, index) => {
+    const share = (index + 0.5) / sorted.length;
+    const x = quantileNormal(share, 0, 1);
+    const error = Math.sqrt((share * (1 - share)) / sorted.length) / density(x);
+    return { x, y, low: x - BAND * error, high: x + BAND * error };
+  });
+}
+
+/** @param {Result} result */
+export function quantileFigure(result) {
+  const shown = sides(result).map((side) => ({ ...side, quantiles: normalQuantiles(side.residual) }));
+  const xDomain = extent(...shown.map(({ quantiles }) => quantiles.map(({ x }) => x)));
+  const yDomain = extent(xDomain, ...shown.map(({ quantiles }) => quantiles.map(({ y }) => y)));
+  const chart = (side) => ({
+    label: `Normal Q-Q plot of the standardized residuals of ${side.name}: ${outside(side.quantiles)} The table behind the chart gives both at fixed shares of the trees.`,
+    x: { title: "Normal quantile", domain: xDomain },
+    y: { title: "Standardized residual", domain: yDomain },
+    layers: [
+      { mark: "band", kind: "guide", values: side.quantiles },
+      lineLayer("guide", xDomain, xDomain),
+      pointLayer(side.kind, side.quantiles.map(({ x, y }) => ({ x, y, tip: `normal ${decimals(x, 2)}, residual ${decimals(y, 2)}` }))),
+    ],
+  });
+  return figure({
+    title: "Q-Q plot of standardized residuals",
+    legend: [["guide", "normal distribution"], ["shade", "95 % of samples, at each point"]],
+    note: "Where the points leave the band, the residuals are not normal: steep ends mean more extreme trees than a normal distribution has.",
+    charts: shown.map((side) => titled(side.name, chart(side))),
+    behind: () => shown.map((side) => quantileTable(`Quantiles of the residuals of ${side.name}`, side.quantiles)),
+  });
+}
+
+function outside(quantiles) {
+  const number = quantiles.filter(({ y, low, high }) => y < low || y > high).length;
+  return `${count(number)} of ${plural(quantiles.length, "tree")} lie outside the 95 % band.`;
+}
+
+const SHARES = [0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.975, 0.99];
+
+function quantileTable(caption, quantiles) {
+  const rows = quantiles.length === 0 ? [] : SHARES.map((share) => ({ share, ...quantiles[Math.min(quantiles.length - 1, Math.floor(share * quantiles.length))] }));
+  const columns = [
+    { title: "Share of trees", value: ({ share }) => `${significant(100 * share, 2)} %` },
+    numeric("Normal quantile", ({ x }) => x, three),
+    numeric("Residual", ({ y }) => y, three),
+    numeric("Band from", ({ low }) => low, three),
+    numeric("Band to", ({ high }) => high, three),
+  ];
+  return table(caption, columns, rows);
+}
+
+export function classTable(caption, x, y, classes) {
+  const columns = [
+    numeric(x, (row) => row.x, (value) => decimals(value, 2)),
+    numeric("Trees", ({ number }) => number, count),
+    numeric(y, (row) => row.y, three),
+    numeric("Standard deviation", ({ sd }) => sd, three),
+  ];
+  return table(caption, columns, classes);
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Light or dark: as the system has it, or as the reader chooses.
+import { element } from "./dom.js";
+
+const KEY = "silvafit-theme";
+const CHOICES = [
+  ["auto", "As the system"],
+  ["light", "Light"],
+  ["dark", "Dark"],
+];
+const system = matchMedia("(prefers-color-scheme: dark)");
+const listeners = [];
+
+/* Pages opened from disk may have no storage. */
+function stored() {
+  try {
+    return localStorage.getItem(KEY) ?? "auto";
+  } catch {
+    return "auto";
+  }
+}
+
+function store(choice) {
+  try {
+    localStorage.setItem(KEY, choice);
+  } catch {
+    // The choice then holds for this visit.
+  }
+}
+
+let choice = CHOICES.some(([name]) => name === stored()) ? stored() : "auto";
+
+function apply() {
+  const theme = choice === "auto" ? (system.matches ? "dark" : "light") : choice;
+  if (document.documentElement.dataset.theme === theme) return;
+  document.documentElement.dataset.theme = theme;
+  listeners.forEach((listener) => listener());
+}
+
+export const onThemeChange = (listener) => listeners.push(listener);
+
+export function startTheme() {
+  apply();
+  system.addEventListener("change", apply);
+}
+
+export function themeSwitch() {
+  const options = CHOICES.map(([value, text]) => element("option", { value, selected: value === choice }, text));
+  const select = element("select", { id: "theme" }, ...options);
+  select.addEventListener("change", () => {
+    choice = select.value;
+    store(choice);
+    apply();
+  });
+  return element("p", { class: "theme" }, element("label", {}, "Theme ", select));
+}

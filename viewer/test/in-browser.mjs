@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// One browser for the tests of a file.
+import assert from "node:assert/strict";
+import { after, before } from "node:test";
+import { chromiumPath, hasChromium, launch, openPage } from "./browser.mjs";
+import { writePage } from "./template.mjs";
+
+/** Starts a browser before the tests of the file and closes it after them. */
+export function inBrowser() {
+  let browser;
+  before(async () => {
+    if (hasChromium) browser = await launch();
+  });
+  after(() => browser?.close());
+  return {
+    skip: hasChromium ? false : `no Chromium at ${chromiumPath}; SILVAFIT_CHROMIUM can name another`,
+    /** Opens the page, hands it over, closes it, and fails on errors and requests. */
+    async withPage(data, options, use) {
+      const { page, problems } = await openPage(browser, writePage(data), options);
+      await use(page);
+      assert.deepEqual(problems, []);
+      await page.context().close();
+    },
+  };
+}
