@@ -44,6 +44,14 @@ const char* part_name(PartKind kind) {
   return "";
 }
 
+MaterialKind material_of(PartKind kind) {
+  return kind == PartKind::kFoliage ? MaterialKind::kLeaf : MaterialKind::kBark;
+}
+
+const char* material_name(MaterialKind kind) {
+  return kind == MaterialKind::kBark ? "bark" : "leaf";
+}
+
 std::size_t Mesh::vertex_count() const {
   std::size_t count = 0;
   for (const MeshPart& part : parts) count += part.vertex_count();

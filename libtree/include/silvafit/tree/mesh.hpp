@@ -15,15 +15,28 @@ enum class PartKind { kStem, kBranches, kFoliage };
 /// Name of a kind of part in files: stem, branches, foliage.
 const char* part_name(PartKind kind);
 
+/// Stem and branches share the bark's material; foliage has the leaves'.
+enum class MaterialKind { kBark, kLeaf };
+
+MaterialKind material_of(PartKind kind);
+/// Name of a material in files: bark, leaf.
+const char* material_name(MaterialKind kind);
+
 /// Triangles of one material, in a frame with y up: x east, z south, the origin where the stem's
 /// axis meets the ground.
 struct MeshPart {
   PartKind kind = PartKind::kStem;
-  Color color{};                         ///< of the material, linear RGB
-  bool double_sided = false;             ///< open surfaces that are seen from both sides
-  std::vector<float> positions{};        ///< 3 a vertex [m]
-  std::vector<float> normals{};          ///< 3 a vertex, of length 1
-  std::vector<std::uint8_t> colors{};    ///< 4 a vertex (RGBA, linear), times `color`; or none
+  Color color{};                       ///< of the material, linear RGB
+  bool double_sided = false;           ///< open surfaces that are seen from both sides
+  std::vector<float> positions{};      ///< 3 a vertex [m]
+  std::vector<float> normals{};        ///< 3 a vertex, of length 1
+  std::vector<std::uint8_t> colors{};  ///< 4 a vertex (RGBA, linear), times `color`; or none
+  /// 2 a vertex, or none: on bark u runs once around and v along, in turns as long as the girth; on
+  /// a leaf u runs across and v from its base to its tip, both in [0, 1]. The origin is the
+  /// picture's upper left corner, as in glTF.
+  std::vector<float> uvs{};
+  /// 4 a vertex, or none: the direction of growing u, of length 1, and the sign of the bitangent.
+  std::vector<float> tangents{};
   std::vector<std::uint32_t> indices{};  ///< 3 a triangle, counter-clockwise from outside
 
   std::size_t vertex_count() const { return positions.size() / 3; }
