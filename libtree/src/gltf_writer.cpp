@@ -150,7 +150,7 @@ class GltfWriter final : public SceneWriter {
              const std::string& name,
              const Placement& placement,
              std::size_t number) override {
-    if (options_.instancing) {
+    if (options_.instancing && number != kNoTree) {
       add_instance(models_[model], placement, number);
     } else {
       add_node(models_[model], name, placement, {});

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -68,7 +69,11 @@ class SceneWriter {
   /// \throws GeometryError naming the model if it has no triangles
   virtual Model add_model(const std::string& name, const std::vector<ModelPart>& parts) = 0;
 
-  /// \param number  of the tree in its table, for files that cannot name each tree
+  /// A number of a tree that is none.
+  static constexpr std::size_t kNoTree = std::numeric_limits<std::size_t>::max();
+
+  /// \param number  of the tree in its table, for files that cannot name each tree; what is no tree
+  ///                gets a node of its own
   virtual void place(Model model,
                      const std::string& name,
                      const Placement& placement,
