@@ -4,7 +4,9 @@
 import { readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 
+// What browsers have and Node has not.
 globalThis.self = globalThis;
+globalThis.ProgressEvent ??= class extends Event {};
 const { Box3, Matrix4 } = await import('three');
 const { GLTFLoader } = await import('three/examples/jsm/loaders/GLTFLoader.js');
 const { MeshoptDecoder } = await import('three/examples/jsm/libs/meshopt_decoder.module.js');
