@@ -137,7 +137,8 @@ TEST_CASE("the stem is closed, faces outwards and has the taper's volume") {
   double volume = 0.0;
   constexpr int kSteps = 20000;
   for (int i = 0; i < kSteps; ++i) {
-    const double d = preset.taper.diameter_cm(tree.h_m * (i + 0.5) / kSteps, tree.h_m, 20.0) / 100;
+    const double d =
+        preset.taper.diameter_cm(tree.h_m * (i + 0.5) / kSteps, tree.h_m, tree.dbh_cm) / 100;
     volume += std::numbers::pi / 4.0 * d * d * tree.h_m / kSteps;
   }
   CHECK(test::volume_m3(stem) == Approx(volume).epsilon(0.01));

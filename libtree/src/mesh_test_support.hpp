@@ -130,8 +130,7 @@ inline double farthest_wood_m(const tree::Mesh& from, const tree::Mesh& to) {
     double least = 1e9;
     for (const auto& triangle : surface) {
       // Triangles whose height range is farther than the nearest found so far cannot be nearer.
-      const auto [low, high] =
-          std::minmax({triangle[0].z, triangle[1].z, triangle[2].z});
+      const auto [low, high] = std::minmax({triangle[0].z, triangle[1].z, triangle[2].z});
       if (p.z < low - least || p.z > high + least) continue;
       least = std::min(least, distance_to_triangle(p, triangle));
       if (least <= farthest) return;
