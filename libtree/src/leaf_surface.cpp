@@ -8,8 +8,13 @@
 namespace silvafit::tree {
 namespace {
 
-// Twice the area below which a triangle is left out [m2]: a hundredth of a square millimeter.
-constexpr double kSmallest = 1e-8;
+/// Whether a triangle is so small or so narrow that floats could not tell its sides apart.
+bool is_sliver(Point ab, Point ac, Point face) {
+  constexpr double kSmallest = 1e-8;  // m2
+  constexpr double kNarrowest = 2e-5;
+  const double least = std::max(kSmallest, kNarrowest * (dot(ab, ab) + dot(ac, ac)));
+  return dot(face, face) < least * least;
+}
 
 }  // namespace
 
@@ -33,17 +38,14 @@ void LeafSurface::begin(std::size_t points,
   build_.reserve(options_.textured ? 4 * leaves : points, 2 * leaves + fillings);
 }
 
-Point LeafSurface::outward_of(Point at) const {
-  const Point from = at - center_;
-  return direction({from.x * across_, from.y * across_, from.z * along_});
-}
+Point LeafSurface::outward_of(Point at) const { return direction(stretched(at)); }
 
 std::size_t LeafSurface::point(Point at, Point lean) {
   const Point inside = crown_.confine(at);
   // Leaves lit by the crown's own shape read as foliage; lit one by one they flicker. Light comes
   // from above, and leaves turn to it.
   const Point up = {0.0, 0.0, 0.35};
-  const Point normal = direction(outward_of(inside) + up + lean);
+  const Point normal = direction(stretched(inside) + up + lean);
   LeafPoint added{inside, normal};
   if (!options_.textured) {
     added.vertex = build_.vertex(inside, normal);
@@ -72,7 +74,7 @@ void LeafSurface::triangle(std::size_t a, std::size_t b, std::size_t c) {
   const LeafPoint& q = points_[b];
   const LeafPoint& r = points_[c];
   const Point face = cross(q.at - p.at, r.at - p.at);
-  if (dot(face, face) < kSmallest * kSmallest) return;
+  if (is_sliver(q.at - p.at, r.at - p.at, face)) return;
   if (dot(face, p.normal + q.normal + r.normal) >= 0.0) {
     build_.triangle(p.vertex, q.vertex, r.vertex);
   } else {
@@ -87,8 +89,8 @@ void LeafSurface::card(std::size_t base, std::size_t right, std::size_t tip, std
   const double squared = dot(axis, axis);
   Point sum{};
   for (const LeafPoint& corner : corners) sum = sum + corner.normal;
-  const Point face = cross(corners[1].at - corners[0].at, axis) +
-                     cross(axis, corners[3].at - corners[0].at);
+  const Point face =
+      cross(corners[1].at - corners[0].at, axis) + cross(axis, corners[3].at - corners[0].at);
   if (dot(face, sum) < 0.0) std::swap(corners[1], corners[3]);
   const Point sideways = corners[1].at - corners[3].at;
   std::array<std::uint32_t, 4> vertices{};
@@ -103,15 +105,15 @@ void LeafSurface::card(std::size_t base, std::size_t right, std::size_t tip, std
     const Point tangent = direction(flat, direction(other, {1.0, 0.0, 0.0}));
     // glTF's bitangent points up in the picture, where v falls.
     const float sign = dot(cross(corner.normal, tangent), axis) >= 0.0 ? 1.0F : -1.0F;
-    build_.texture({.u = across[i],
-                    .v = 1.0 - std::clamp(rise, 0.0, 1.0),
-                    .tangent = tangent,
-                    .sign = sign});
+    build_.texture(
+        {.u = across[i], .v = 1.0 - std::clamp(rise, 0.0, 1.0), .tangent = tangent, .sign = sign});
     if (options_.vertex_colors) build_.color(color_at(corner.at));
   }
   const auto add = [&](std::size_t b, std::size_t c) {
-    const Point normal = cross(corners[b].at - corners[0].at, corners[c].at - corners[0].at);
-    if (dot(normal, normal) < kSmallest * kSmallest) return;
+    const Point first = corners[b].at - corners[0].at;
+    const Point second = corners[c].at - corners[0].at;
+    const Point normal = cross(first, second);
+    if (is_sliver(first, second, normal)) return;
     // Folded leaves may have a half that turns away; each half faces its own normals.
     const Point facing = corners[0].normal + corners[b].normal + corners[c].normal;
     if (dot(normal, facing) >= 0.0) {

@@ -46,6 +46,11 @@ class LeafSurface {
     std::uint32_t vertex = 0;
   };
 
+  /// In a frame where the crown's ellipsoid is the sphere of radius 1.
+  Point stretched(Point at) const {
+    return {
+        (at.x - center_.x) * across_, (at.y - center_.y) * across_, (at.z - center_.z) * along_};
+  }
   void triangle(std::size_t a, std::size_t b, std::size_t c);
   void card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
   Bytes4 color_at(Point at) const;

@@ -54,10 +54,10 @@ class TuftGrower {
     const Point outward = surface_.outward_of(end);
     const double room = crown_.length_inside_m(end, outward, size);
     const Point at = end - 0.6 * (size - room) * outward;
-    const Point axis = direction(along + 0.7 * outward +
-                                 Point{0.5 * jitter.next(), 0.5 * jitter.next(), 0.35});
-    const Point across = direction(cross(axis, {jitter.next(), jitter.next(), jitter.next()}),
-                                   {1.0, 0.0, 0.0});
+    const Point axis =
+        direction(along + 0.7 * outward + Point{0.5 * jitter.next(), 0.5 * jitter.next(), 0.35});
+    const Point across =
+        direction(cross(axis, {jitter.next(), jitter.next(), jitter.next()}), {1.0, 0.0, 0.0});
     place(at, size * across, size * cross(axis, across), size * axis, jitter);
   }
 
@@ -65,10 +65,8 @@ class TuftGrower {
   void place(Point at, Point x, Point y, Point z, Jitter& jitter) {
     const Tuft& tuft = foliage_.tuft;
     const std::vector<Point>& points = options_.textured ? tuft.points : tuft.joint_points;
-    surface_.begin(points.size(),
-                   tuft.joint_leaves.size(),
-                   0,
-                   1.0 + foliage_.color_variation * jitter.next());
+    surface_.begin(
+        points.size(), tuft.joint_leaves.size(), 0, 1.0 + foliage_.color_variation * jitter.next());
     for (const Point& point : points) {
       const Point lean{jitter.next(), jitter.next(), jitter.next()};
       surface_.point(at + point.x * x + point.y * y + point.z * z, kLean * lean);
@@ -107,8 +105,14 @@ void add_leaves(const Skeleton& skeleton,
                 Random& random,
                 const MeshOptions& options,
                 PartBuilder& build) {
-  TuftGrower tufts(crown, foliage, random, options, build);
   const std::span<const Axis> axes = skeleton.axes;
+  const std::size_t most = axes.size() * static_cast<std::size_t>(1 + foliage.tufts_per_shoot) /
+                               static_cast<std::size_t>(options.foliage_per) +
+                           1;
+  const Tuft& tuft = foliage.tuft;
+  build.reserve(most * (options.textured ? tuft.points.size() : tuft.joint_points.size()),
+                most * 2 * tuft.joint_leaves.size());
+  TuftGrower tufts(crown, foliage, random, options, build);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].order == 0) continue;
     const auto points = skeleton.points_of(axes[i]);

@@ -23,9 +23,9 @@ struct Level {
 };
 
 constexpr std::array<Level, kLevelsOfDetail> kLevels{{
-    {12, 4, 0.0005, 0.0, 3, 1},
-    {8, 3, 0.002, 0.005, 3, 2},
-    {6, 3, 0.01, 0.03, 2, 4},
+    {12, 6, 0.0005, 0.0, 3, 1},
+    {8, 5, 0.002, 0.005, 3, 2},
+    {6, 4, 0.01, 0.03, 2, 4},
     {4, 3, 0.03, 0.2, 1, 8},
 }};
 
@@ -44,9 +44,8 @@ double outline_gap(int sides, double corner, int other_sides, double other_corne
   double gap = 0.0;
   for (int i = 0; i < kDirections; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kDirections;
-    gap = std::max(gap,
-                   std::abs(outline(sides, corner, angle) -
-                            outline(other_sides, other_corner, angle)));
+    gap = std::max(
+        gap, std::abs(outline(sides, corner, angle) - outline(other_sides, other_corner, angle)));
   }
   // Between two of the directions an outline moves by less than half a degree of its length.
   return gap + 0.005 * gap;
@@ -64,8 +63,7 @@ double error_at(const SkeletonPoint& at,
     const double squared = dot(chord, chord);
     const double part =
         squared > 0.0 ? std::clamp(dot(at.at - kept[i].at, chord) / squared, 0.0, 1.0) : 0.0;
-    const double radius =
-        kept[i].radius_m + part * (kept[i + 1].radius_m - kept[i].radius_m);
+    const double radius = kept[i].radius_m + part * (kept[i + 1].radius_m - kept[i].radius_m);
     const double error = length(at.at - (kept[i].at + part * chord)) +
                          corner * std::abs(at.radius_m - radius) +
                          gap * std::max(at.radius_m, radius);
@@ -76,8 +74,8 @@ double error_at(const SkeletonPoint& at,
 
 class ErrorBound {
  public:
-  ErrorBound(const Skeleton& skeleton, const MeshOptions& options)
-      : skeleton_(skeleton), options_(options), finest_(level_of_detail(0)) {}
+  ErrorBound(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options)
+      : skeleton_(skeleton), crown_(crown), options_(options), finest_(level_of_detail(0)) {}
 
   double bound() {
     double worst = 0.0;
@@ -86,7 +84,7 @@ class ErrorBound {
       if (axis.order == 0) {
         worst = std::max(worst, of_stem(points));
       } else if (is_drawn(axis, points.front(), options_)) {
-        worst = std::max(worst, of_branch(axis, points));
+        worst = std::max(worst, of_branch(points));
       } else if (is_drawn(axis, points.front(), finest_)) {
         worst = std::max(worst, of_left_out(axis, points));
       }
@@ -115,14 +113,18 @@ class ErrorBound {
     return worst + std::max(corner, kBendTolerance) * finest_.stem_tolerance_m;
   }
 
-  double of_branch(const Axis& axis, std::span<const SkeletonPoint> points) {
-    const int sides = axis.order == 1 ? options_.branch_sides : options_.twig_sides;
-    const int finest = axis.order == 1 ? finest_.branch_sides : finest_.twig_sides;
+  double of_branch(std::span<const SkeletonPoint> points) {
+    const int sides = sides_of(points.front(), options_);
+    const int finest = sides_of(points.front(), finest_);
     if (sides == finest && options_.branch_tolerance_m == 0.0) return 0.0;
     const double gap = sides == finest ? 0.0 : outline_gap(sides, 1.0, finest, 1.0);
-    needed_points(points, options_.branch_tolerance_m, kept_);
+    const TubeFrame frame = frame_of(points);
+    branch_rings(points, options_.branch_tolerance_m, frame, corners(sides), crown_, kept_);
+    branch_rings(points, finest_.branch_tolerance_m, frame, corners(finest), crown_, whole_);
+    if (whole_.size() < 2) return 0.0;
+    if (kept_.size() < 2) return length(whole_.back().at - whole_.front().at);
     double worst = 0.0;
-    for (const SkeletonPoint& at : points) {
+    for (const SkeletonPoint& at : whole_) {
       worst = std::max(worst, error_at(at, kept_, gap, 1.0));
     }
     return worst;
@@ -157,9 +159,11 @@ class ErrorBound {
   }
 
   const Skeleton& skeleton_;
+  const Crown& crown_;
   const MeshOptions& options_;
   MeshOptions finest_;
-  std::vector<SkeletonPoint> kept_;
+  std::vector<SkeletonPoint> kept_;   ///< what the tube in question is drawn along
+  std::vector<SkeletonPoint> whole_;  ///< the same for the finest level
 };
 
 }  // namespace
@@ -174,6 +178,7 @@ MeshOptions level_of_detail(int level, const MeshOptions& base) {
   options.stem_sides = of.stem_sides;
   options.branch_sides = of.branch_sides;
   options.twig_sides = 3;
+  options.thick_branch_m = MeshOptions{}.thick_branch_m;
   options.stem_tolerance_m = of.stem_tolerance_m;
   options.branch_tolerance_m = of.branch_tolerance_m;
   options.wood_order = of.wood_order;
@@ -181,16 +186,17 @@ MeshOptions level_of_detail(int level, const MeshOptions& base) {
   return options;
 }
 
-double surface_error_m(const Skeleton& skeleton, const MeshOptions& options) {
-  return ErrorBound(skeleton, options).bound();
+double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options) {
+  return ErrorBound(skeleton, crown, options).bound();
 }
 
-int coarsest_level(const Skeleton& skeleton, double tolerance_m) {
+int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m) {
   if (!(tolerance_m >= 0.0 && std::isfinite(tolerance_m))) {
     throw UsageError("the tolerance of a level of detail must be a length in m, not negative");
   }
   int level = kLevelsOfDetail - 1;
-  while (level > 0 && surface_error_m(skeleton, level_of_detail(level)) > tolerance_m) --level;
+  while (level > 0 && surface_error_m(skeleton, crown, level_of_detail(level)) > tolerance_m)
+    --level;
   return level;
 }
 

@@ -99,12 +99,13 @@ Mesh build_mesh(const Skeleton& skeleton,
     PartBuilder stem_builder(stem);
     PartBuilder branch_builder(branches);
     BranchTubes tubes(crown, options, branch_builder);
+    tubes.reserve(skeleton);
     for (const Axis& axis : skeleton.axes) {
       const auto points = skeleton.points_of(axis);
       if (axis.order == 0) {
         add_stem(points, options, stem_builder);
       } else if (is_drawn(axis, points.front(), options)) {
-        tubes.add(points, axis.order);
+        tubes.add(points);
       }
     }
     PartBuilder foliage_builder(foliage);
@@ -114,7 +115,7 @@ Mesh build_mesh(const Skeleton& skeleton,
     }
   }
 
-  Mesh mesh{.surface_error_m = surface_error_m(skeleton, options)};
+  Mesh mesh{.surface_error_m = surface_error_m(skeleton, crown, options)};
   mesh.parts.reserve(3);
   for (MeshPart* part : {&stem, &branches, &foliage}) {
     check_finite(*part);

@@ -8,6 +8,11 @@
 namespace silvafit::tree {
 namespace {
 
+// A twig has its base, an edge and four tips; four leaves of two triangles, and a filling.
+constexpr std::size_t kPointsPerTwig = 6;
+constexpr std::size_t kLeavesPerTwig = 4;
+constexpr std::size_t kTrianglesPerTwig = 9;
+
 /// A twig of a frond as its side of the branch sees it.
 struct FrondTwig {
   Point base{};
@@ -31,8 +36,8 @@ class FrondSide {
       const Point next_base = surface_.at(ribs[i + 1]);
       const Point next_along =
           i + 1 < twigs.size() ? twigs[i + 1].tip - twigs[i + 1].base : Point{};
-      Point edge = 0.5 * (twigs[i].base + next_base) +
-                   0.5 * foliage_.fullness * (along + next_along);
+      Point edge =
+          0.5 * (twigs[i].base + next_base) + 0.5 * foliage_.fullness * (along + next_along);
       edge.z -= foliage_.droop * 0.5 * foliage_.fullness * length(along);
       const std::size_t after = surface_.point(edge);
       add_tips(twigs[i], along, ribs[i], before, after, next_base);
@@ -42,8 +47,8 @@ class FrondSide {
   }
 
  private:
-  /// Spikes above, along and below the twig; the upper one leans to the branch's tip, the lower one
-  /// back. A coarser level has the middle one alone.
+  /// Spikes along, above and below the twig; of the upper ones, one leans to the branch's tip and
+  /// one back. A coarser level has the middle one alone.
   void add_tips(const FrondTwig& twig,
                 Point along,
                 std::size_t rib,
@@ -60,7 +65,8 @@ class FrondSide {
     const Point middle = twig.base + kShorter * along;
     constexpr Point kUp = {0.0, 0.0, 0.4};
     surface_.leaf(rib, before, surface_.point(middle + forward + rise, kUp), after);
-    surface_.leaf(rib, before, surface_.point(middle - forward - rise, -1.0 * kUp), after);
+    surface_.leaf(rib, before, surface_.point(middle - forward + 0.5 * rise, kUp), after);
+    surface_.leaf(rib, before, surface_.point(middle - rise, -1.0 * kUp), after);
   }
 
   const Foliage& foliage_;
@@ -84,8 +90,7 @@ class FrondGrower {
 
   /// The frond of a first-order branch; `children` are the axes that grow from it.
   void add(const Axis& branch, std::span<const Axis> children) {
-    const double shade =
-        1.0 + random_.uniform(-foliage_.color_variation, foliage_.color_variation);
+    const double shade = 1.0 + random_.uniform(-foliage_.color_variation, foliage_.color_variation);
     const auto points = skeleton_.points_of(branch);
     const Point tip = points.back().at;
     const Point sideways =
@@ -99,7 +104,7 @@ class FrondGrower {
     thin(left_);
     thin(right_);
     const std::size_t twigs = left_.size() + right_.size();
-    surface_.begin(5 * twigs + 2, 3 * twigs, twigs, shade);
+    surface_.begin(kPointsPerTwig * twigs + 2, kLeavesPerTwig * twigs, twigs, shade);
     const std::size_t inmost = surface_.point(middle_of_bare_part(points, children));
     const std::size_t end = surface_.point(tip);
     shared_.clear();
@@ -170,8 +175,10 @@ void add_needles(const Skeleton& skeleton,
                  Random& random,
                  const MeshOptions& options,
                  PartBuilder& build) {
-  FrondGrower fronds(skeleton, crown, foliage, random, options, build);
   const std::span<const Axis> axes = skeleton.axes;
+  build.reserve((options.textured ? 4 * kLeavesPerTwig : kPointsPerTwig) * axes.size(),
+                kTrianglesPerTwig * axes.size());
+  FrondGrower fronds(skeleton, crown, foliage, random, options, build);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].order != 1) continue;
     std::size_t last = i + 1;

@@ -95,8 +95,11 @@ class SkeletonGrower {
     const double share = (z_m - from) / (shape_.h_m - from);
     const CrownRadii& r = shape_.radii;
     const double narrowest = std::min(std::min(r.east_m, r.west_m), std::min(r.south_m, r.north_m));
+    // A short crown leaves no room for a bend.
+    constexpr double kSteepest = 0.12;
     const double away =
-        bend * narrowest * crown_.relative_width(z_m) * std::sin(std::numbers::pi * share);
+        std::min(bend * narrowest * crown_.relative_width(z_m), kSteepest * (shape_.h_m - from)) *
+        std::sin(std::numbers::pi * share);
     const double angle = phase + kTwoPi * kTurns * share;
     return {away * std::cos(angle), away * std::sin(angle), z_m};
   }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "tube.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "level_of_detail.hpp"
 #include "polygon.hpp"
 
 namespace silvafit::tree {
@@ -70,7 +72,66 @@ void join_rings(
   }
 }
 
+/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
+/// fits; half a millimeter is let pass, so that it never becomes a point.
+SkeletonPoint fitted(SkeletonPoint ring,
+                     const TubeFrame& frame,
+                     const std::vector<Point>& polygon,
+                     const Crown& crown) {
+  constexpr double kLetPass = 0.00045;
+  const auto fits = [&] {
+    return std::all_of(polygon.begin(), polygon.end(), [&](const Point& corner) {
+      return crown.contains(ring.at + ring.radius_m * frame.across(corner));
+    });
+  };
+  if (fits()) return ring;
+  double lowest = 0.0;
+  for (const Point& corner : polygon) lowest = std::min(lowest, frame.across(corner).z);
+  const double missing = crown.hcb_m() - (ring.at.z + ring.radius_m * lowest);
+  if (missing > 0.0) ring.at.z += missing;
+  ring.at = crown.confine(ring.at);
+  constexpr double kShrink = 0.75;
+  while (!fits() && ring.radius_m > kLetPass) {
+    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
+    if (missing > 0.0) {
+      ring.at.z += (ring.radius_m - smaller) * lowest;
+      ring.at = crown.confine(ring.at);
+    }
+    ring.radius_m = smaller;
+  }
+  return ring;
+}
+
 }  // namespace
+
+TubeFrame frame_of(std::span<const SkeletonPoint> branch) {
+  // Branches bow so little that one frame serves along the whole of one.
+  const Point tangent = direction(branch.back().at - branch.front().at);
+  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
+  return {tangent, sideways, cross(tangent, sideways)};
+}
+
+void branch_rings(std::span<const SkeletonPoint> branch,
+                  double tolerance_m,
+                  const TubeFrame& frame,
+                  const std::vector<Point>& polygon,
+                  const Crown& crown,
+                  std::vector<SkeletonPoint>& rings) {
+  needed_points(branch, tolerance_m, rings);
+  // Where a crown is flat or thin, rings may end up beside each other; floats could not tell them
+  // apart.
+  const SkeletonPoint tip = rings.back();
+  const double apart = 0.0002 * (1.0 + 0.05 * tip.at.z);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i + 1 < rings.size(); ++i) {
+    const SkeletonPoint ring = fitted(rings[i], frame, polygon, crown);
+    if (dot(tip.at - ring.at, frame.tangent) < apart) continue;
+    if (kept > 0 && dot(ring.at - rings[kept - 1].at, frame.tangent) < apart) continue;
+    rings[kept++] = ring;
+  }
+  rings[kept++] = tip;
+  rings.resize(kept);
+}
 
 void needed_sections(std::span<const SkeletonPoint> stem,
                      double tolerance_m,
@@ -172,43 +233,21 @@ BranchTubes::BranchTubes(const Crown& crown, const MeshOptions& options, PartBui
       branch_polygon_(corners(options.branch_sides)),
       twig_polygon_(corners(options.twig_sides)) {}
 
-/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
-/// fits; half a millimeter is let pass, so that it never becomes a point.
-BranchTubes::Ring BranchTubes::fitted(Ring ring,
-                                      const Frame& frame,
-                                      const std::vector<Point>& polygon) const {
-  constexpr double kLetPass = 0.00045;
-  const auto fits = [&] {
-    for (const Point& corner : polygon) {
-      if (!crown_.contains(ring.center +
-                           ring.radius_m * (corner.x * frame.sideways + corner.y * frame.upward))) {
-        return false;
-      }
-    }
-    return true;
-  };
-  if (fits()) return ring;
-  double lowest = 0.0;
-  for (const Point& corner : polygon) {
-    lowest = std::min(lowest, corner.x * frame.sideways.z + corner.y * frame.upward.z);
+void BranchTubes::reserve(const Skeleton& skeleton) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const Axis& axis : skeleton.axes) {
+    const SkeletonPoint& base = skeleton.points[axis.first];
+    if (axis.order == 0 || !is_drawn(axis, base, options_)) continue;
+    const auto around = static_cast<std::size_t>(sides_of(base, options_));
+    vertices += axis.count * (around + 1) + 1;
+    triangles += (2 * axis.count + 1) * around;
   }
-  const double missing = crown_.hcb_m() - (ring.center.z + ring.radius_m * lowest);
-  if (missing > 0.0) ring.center.z += missing;
-  ring.center = crown_.confine(ring.center);
-  constexpr double kShrink = 0.75;
-  while (!fits() && ring.radius_m > kLetPass) {
-    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
-    if (missing > 0.0) {
-      ring.center.z += (ring.radius_m - smaller) * lowest;
-      ring.center = crown_.confine(ring.center);
-    }
-    ring.radius_m = smaller;
-  }
-  return ring;
+  build_.reserve(vertices, triangles);
 }
 
-void BranchTubes::add_ring(const Ring& ring,
-                           const Frame& frame,
+void BranchTubes::add_ring(const SkeletonPoint& ring,
+                           const TubeFrame& frame,
                            const std::vector<Point>& polygon,
                            double v,
                            double lean) {
@@ -216,8 +255,8 @@ void BranchTubes::add_ring(const Ring& ring,
   const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
   for (std::size_t i = 0; i < around; ++i) {
     const Point& corner = polygon[i % polygon.size()];
-    const Point outward = corner.x * frame.sideways + corner.y * frame.upward;
-    build_.vertex(ring.center + ring.radius_m * outward, scale * (outward + lean * frame.tangent));
+    const Point outward = frame.across(corner);
+    build_.vertex(ring.at + ring.radius_m * outward, scale * (outward + lean * frame.tangent));
     if (options_.textured) {
       build_.texture({.u = static_cast<double>(i) / static_cast<double>(polygon.size()),
                       .v = v,
@@ -226,28 +265,24 @@ void BranchTubes::add_ring(const Ring& ring,
   }
 }
 
-void BranchTubes::add(std::span<const SkeletonPoint> branch, std::uint32_t order) {
-  const Point chord = branch.back().at - branch.front().at;
-  const double reach = length(chord);
-  const double shortest = 0.0002 * (1.0 + 0.05 * branch.front().at.z);
-  if (reach < shortest) return;
-  needed_points(branch, options_.branch_tolerance_m, points_);
-  const std::vector<Point>& polygon = order == 1 ? branch_polygon_ : twig_polygon_;
+void BranchTubes::add(std::span<const SkeletonPoint> branch) {
+  const bool is_thick = sides_of(branch.front(), options_) == options_.branch_sides;
+  const std::vector<Point>& polygon = is_thick ? branch_polygon_ : twig_polygon_;
   const auto sides = static_cast<std::uint32_t>(polygon.size());
   const bool seam = options_.textured;
+  const TubeFrame frame = frame_of(branch);
+  branch_rings(branch, options_.branch_tolerance_m, frame, polygon, crown_, points_);
+  if (points_.size() < 2) return;
+  const double reach = length(points_.back().at - points_.front().at);
   build_.reserve(points_.size() * (sides + 1) + 1, (2 * points_.size() + 1) * sides);
 
-  // Branches bow so little that one frame serves along the whole of one.
-  const Point tangent = (1.0 / reach) * chord;
-  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
-  const Frame frame{tangent, sideways, cross(tangent, sideways)};
   const double lean = points_.front().radius_m / reach;
   const double per_girth = 1.0 / (kTwoPi * points_.front().radius_m);
   std::uint32_t ring = 0;
   for (std::size_t k = 0; k + 1 < points_.size(); ++k) {
     const std::uint32_t first = build_.vertex_count();
-    const double v = -dot(points_[k].at - points_.front().at, tangent) * per_girth;
-    add_ring(fitted({points_[k].at, points_[k].radius_m}, frame, polygon), frame, polygon, v, lean);
+    const double v = -dot(points_[k].at - points_.front().at, frame.tangent) * per_girth;
+    add_ring(points_[k], frame, polygon, v, lean);
     if (k > 0) {
       join_rings(build_, ring, first, sides, seam);
     } else if (options_.closed_branches) {
@@ -257,9 +292,9 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, std::uint32_t order
     }
     ring = first;
   }
-  const std::uint32_t tip = build_.vertex(points_.back().at, tangent);
+  const std::uint32_t tip = build_.vertex(points_.back().at, frame.tangent);
   if (seam) {
-    build_.texture({.u = 0.5, .v = -reach * per_girth, .tangent = sideways});
+    build_.texture({.u = 0.5, .v = -reach * per_girth, .tangent = frame.sideways});
   }
   for (std::uint32_t i = 0; i < sides; ++i) {
     build_.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);

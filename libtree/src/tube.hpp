@@ -25,6 +25,28 @@ void needed_points(std::span<const SkeletonPoint> branch,
                    double tolerance_m,
                    std::vector<SkeletonPoint>& needed);
 
+/// Directions along, across and above a branch, the same for all of its rings.
+struct TubeFrame {
+  Point tangent{};
+  Point sideways{};
+  Point upward{};
+
+  /// A direction of the plane (x, y) in the plane of the rings.
+  Point across(Point flat) const { return flat.x * sideways + flat.y * upward; }
+};
+
+TubeFrame frame_of(std::span<const SkeletonPoint> branch);
+
+/// The rings of a branch's tube and the point in which it ends: the needed points, moved and made
+/// thinner where the polygon around them would leave the crown. Only the end is left of a branch
+/// that is too short for floats.
+void branch_rings(std::span<const SkeletonPoint> branch,
+                  double tolerance_m,
+                  const TubeFrame& frame,
+                  const std::vector<Point>& polygon,
+                  const Crown& crown,
+                  std::vector<SkeletonPoint>& rings);
+
 /// A closed tube around the stem, its sections as large as the circles they stand for.
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build);
 
@@ -34,23 +56,15 @@ class BranchTubes {
  public:
   BranchTubes(const Crown& crown, const MeshOptions& options, PartBuilder& build);
 
+  /// Makes room for all branches of a tree at once.
+  void reserve(const Skeleton& skeleton);
+
   /// Nothing is added for a branch too short for a float to tell its ends apart.
-  void add(std::span<const SkeletonPoint> branch, std::uint32_t order);
+  void add(std::span<const SkeletonPoint> branch);
 
  private:
-  struct Ring {
-    Point center{};
-    double radius_m = 0.0;
-  };
-  struct Frame {
-    Point tangent{};
-    Point sideways{};
-    Point upward{};
-  };
-
-  Ring fitted(Ring ring, const Frame& frame, const std::vector<Point>& polygon) const;
-  void add_ring(const Ring& ring,
-                const Frame& frame,
+  void add_ring(const SkeletonPoint& ring,
+                const TubeFrame& frame,
                 const std::vector<Point>& polygon,
                 double v,
                 double lean);

@@ -34,10 +34,12 @@ double doubled_area(Point a, Point b, Point c) { return length(cross(b - a, c - 
 /// Joins the points of leaves, the closest first.
 class Joiner {
  public:
-  explicit Joiner(const std::vector<Point>& points) : points_(points), weights_(points.size(), 1.0) {
+  explicit Joiner(const std::vector<Point>& points)
+      : points_(points), weights_(points.size(), 1.0) {
     for (std::size_t i = 0; i < points.size(); ++i) group_.push_back(i);
     groups_ = points.size();
-    for (std::size_t leaf = 0; leaf < points.size(); leaf += 4) areas_.push_back(smaller_half(leaf));
+    for (std::size_t leaf = 0; leaf < points.size(); leaf += 4)
+      areas_.push_back(smaller_half(leaf));
   }
 
   void join_until(std::size_t wanted) {

@@ -105,8 +105,8 @@ std::vector<Whorl> plan_whorls(const TreeShape& shape,
                                std::vector<Note>& notes) {
   const Branching& branching = preset.branching;
   if (!preset.branch_count || !shape.age_years) {
-    const int number = std::clamp(
-        branches_by_spacing(shape, branching) - bound, branching.least, branching.most);
+    const int number =
+        std::clamp(branches_by_spacing(shape, branching) - bound, branching.least, branching.most);
     return even_whorls(shape, branching, number, random);
   }
   const int number = std::max(number_by_age(shape, preset, notes) - bound, 1);

@@ -57,8 +57,9 @@ struct Mesh {
 /// How a skeleton becomes triangles. The defaults are the finest level of detail.
 struct MeshOptions {
   int stem_sides = 12;
-  int branch_sides = 4;  ///< of first-order branches
+  int branch_sides = 6;  ///< of branches at least as thick at their base as thick_branch_m
   int twig_sides = 3;    ///< of all others
+  double thick_branch_m = 0.06;
   /// Stem sections are left out where the radius is off by less than this and the axis by less than
   /// five times this [m]; 0 keeps all.
   double stem_tolerance_m = 0.0005;
@@ -85,12 +86,12 @@ inline constexpr int kLevelsOfDetail = 4;
 MeshOptions level_of_detail(int level, const MeshOptions& base = {});
 
 /// Largest distance that stem and branches of a mesh with these options can have from the finest
-/// level's surface, and the other way round [m]. An upper bound, from the skeleton alone.
-double surface_error_m(const Skeleton& skeleton, const MeshOptions& options);
+/// level's surface, and the other way round [m]. An upper bound, found without a mesh.
+double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options);
 
 /// The coarsest level whose surface error is at most the tolerance.
 /// \throws UsageError if the tolerance is negative or not finite
-int coarsest_level(const Skeleton& skeleton, double tolerance_m);
+int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m);
 
 /// Tubes around the axes, and foliage on the branches' ends and twigs.
 ///

@@ -20,7 +20,7 @@ struct Tuft {
   /// Numbers of a leaf's points: base, right, tip, left.
   using Leaf = std::array<std::uint8_t, 4>;
 
-  std::vector<Point> points{};       ///< 4 a leaf: base, right, tip, left
+  std::vector<Point> points{};  ///< 4 a leaf: base, right, tip, left
   std::vector<Point> joint_points{};
   std::vector<Leaf> joint_leaves{};
 
