@@ -19,6 +19,7 @@ MAY_INCLUDE = {
     "fit": {"base", "data"},
     "stand": {"base", "data"},
     "tree": {"base", "data"},
+    "render": {"base"},
     "study": {"base", "data", "fit", "stand", "tree"},
 }
 
