@@ -9,7 +9,7 @@ find_package(hwy 1.0.3 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(nanoflann REQUIRED)
-find_package(TinyGLTF REQUIRED)
+find_package(meshoptimizer REQUIRED)
 # Pictures are optional: without Embree or libpng the program says what is missing.
 find_package(embree 3 QUIET)
 find_package(PNG QUIET)
