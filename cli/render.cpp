@@ -74,7 +74,6 @@ render::RenderOptions options_of(const RenderArguments& arguments) {
   options.camera.azimuth_deg = azimuth;
   options.camera.elevation_deg = elevation;
   options.sun = sun_of(arguments);
-  options.has_ground = !arguments.without_ground;
   options.seed = arguments.common.seed;
   options.threads = arguments.common.threads;
   return options;
@@ -93,6 +92,13 @@ std::string numbered(const std::string& out, std::size_t number) {
       .string();
 }
 
+bool has_own_ground(const tree::ReadScene& scene) {
+  return std::ranges::any_of(scene.models, [](const tree::ReadModel& model) {
+    return std::ranges::any_of(model.parts,
+                               [](const tree::ReadPart& part) { return part.part == "ground"; });
+  });
+}
+
 Drawn draw(const RenderArguments& arguments) {
   render::RenderOptions options = options_of(arguments);
   Progress progress(arguments.common);
@@ -101,7 +107,9 @@ Drawn draw(const RenderArguments& arguments) {
   const std::size_t frames = std::max<std::size_t>(1, arguments.turntable);
   const double first_azimuth = options.camera.azimuth_deg;
   for (const std::string& model : arguments.models) {
-    const render::RayTracer tracer(render::scene_of(tree::read_scene(model)));
+    const tree::ReadScene read = tree::read_scene(model);
+    options.has_ground = !arguments.without_ground && !has_own_ground(read);
+    const render::RayTracer tracer(render::scene_of(read));
     drawn.triangles += tracer.triangle_count();
     options.progress = [&](std::size_t done, std::size_t total) {
       progress.show(std::filesystem::path(model).filename().string(), done, total);
@@ -188,7 +196,9 @@ void add_render_command(CLI::App& program) {
       ->type_name("N");
   command.add_option("--columns", arguments->columns, "Of a contact sheet (default: one row)")
       ->type_name("N");
-  command.add_flag("--no-ground", arguments->without_ground, "No ground below the model");
+  command.add_flag("--no-ground",
+                   arguments->without_ground,
+                   "No plane below models without a ground of their own");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit render stand.glb --out stand.png --sun 240,30");
   command.callback([arguments] { run(*arguments); });
