@@ -3,7 +3,7 @@
 # Run from this folder: Rscript reference_inference.R (compiles a TMB template in a temporary folder; some minutes)
 source("json.R")
 source("definition.R")
-library(nlme)
+source("nlme_record.R")
 library(TMB)
 
 stands <- read_data("stands.csv")
@@ -14,7 +14,12 @@ stands$species <- factor(stands$species, levels = c("SM", "BHN"))
 # Covariates of whole plots and whole stands: the thickest tree.
 stands$plot_top <- ave(stands$dbh, stands$plot, FUN = max)
 stands$stand_top <- ave(stands$dbh, stands$stand, FUN = max)
-tight <- nlmeControl(tolerance = 1e-8, pnlsTol = 1e-6, msTol = 1e-10, maxIter = 300, pnlsMaxIter = 50, msMaxIter = 500, minScale = 1e-8)
+# The tightest control with which nlme ends.
+mixed <- function(...) {
+  found <- first_converged(function(control) nlme(..., control = control), controls)
+  cat(found$control, "\n")
+  found$fit
+}
 level <- 0.95
 
 # ---- degrees of freedom ----
@@ -26,36 +31,41 @@ table_of <- function(fit) {
 freedom <- function(id, formula, sub_models, random, fit) {
   c(list(id = id, formula = formula, sub_models = I(sub_models), random = random), table_of(fit))
 }
-line <- h ~ a + b * dbh
+# Straight lines by lme, whose rule is the same; the names are ours, in lme's order.
+line <- function(id, sub_models, random_text, names, fixed, random) {
+  record <- freedom(id, "h ~ a + b*dbh", sub_models, random_text,
+                    lme(fixed, stands, random = random, method = "ML", control = lmeControl(msTol = 1e-12, tolerance = 1e-10)))
+  record$coefficients <- I(names)
+  record
+}
 curve <- h ~ 1.3 + a * (1 - exp(-b * dbh / 10))
-line_text <- "h ~ a + b*dbh"
 curve_text <- "h ~ 1.3 + a*(1 - exp(-b*dbh/10))"
 nested <- list(stand = a ~ 1, plot = a ~ 1)
+of_both <- list(stand = ~ 1, plot = ~ 1)
 degrees <- list(
-  freedom("line", line_text, character(0), "a | plot",
-          nlme(line, stands, fixed = a + b ~ 1, random = a ~ 1 | plot, start = c(8, 0.5), control = tight)),
-  freedom("line_plot_covariate", line_text, "a ~ 1 + plot_top", "a | plot",
-          nlme(line, stands, fixed = list(a ~ plot_top, b ~ 1), random = a ~ 1 | plot, start = c(8, 0, 0.5), control = tight)),
-  freedom("line_two_covariates", line_text, c("a ~ 1 + plot_top + crowding"), "a | plot",
-          nlme(line, stands, fixed = list(a ~ plot_top + crowding, b ~ 1), random = a ~ 1 | plot, start = c(8, 0, 0, 0.5), control = tight)),
-  freedom("curve", curve_text, character(0), "a | plot",
-          nlme(curve, stands, fixed = a + b ~ 1, random = a ~ 1 | plot, start = c(28, 0.5), control = tight)),
+  line("line", character(0), "a | plot", c("a", "b"), h ~ dbh, ~ 1 | plot),
+  line("line_plot_covariate", "a ~ 1 + plot_top", "a | plot", c("a", "a:plot_top", "b"), h ~ plot_top + dbh, ~ 1 | plot),
+  line("line_two_covariates", "a ~ 1 + plot_top + crowding", "a | plot", c("a", "a:plot_top", "a:crowding", "b"), h ~ plot_top + crowding + dbh, ~ 1 | plot),
+  line("line_without_intercept", "a ~ 0 + plot_top", "a:plot_top | plot", c("a:plot_top", "b"), h ~ 0 + plot_top + dbh, ~ 0 + plot_top | plot),
+  line("nested_line", "a ~ 1 + stand_top + plot_top", "a | stand; a | plot", c("a", "a:stand_top", "a:plot_top", "b"), h ~ stand_top + plot_top + dbh, of_both),
+  line("nested_line_one", "a ~ 1 + plot_top", "a | stand; a | plot", c("a", "a:plot_top", "b"), h ~ plot_top + dbh, of_both),
+  line("nested_line_without_intercept", "a ~ 0 + stand_top + plot_top", "a:plot_top | stand; a:plot_top | plot", c("a:stand_top", "a:plot_top", "b"),
+       h ~ 0 + stand_top + plot_top + dbh, list(stand = ~ 0 + plot_top, plot = ~ 0 + plot_top)),
+  freedom("curve", curve_text, character(0), "a | plot", mixed(curve, stands, fixed = a + b ~ 1, random = a ~ 1 | plot, start = c(28, 0.5))),
   freedom("curve_plot_covariate", curve_text, "a ~ 1 + plot_top", "a | plot",
-          nlme(curve, stands, fixed = list(a ~ plot_top, b ~ 1), random = a ~ 1 | plot, start = c(28, 0, 0.5), control = tight)),
-  freedom("nested_line", line_text, c("a ~ 1 + stand_top + plot_top"), "a | stand; a | plot",
-          nlme(line, stands, fixed = list(a ~ stand_top + plot_top, b ~ 1), random = nested, start = c(8, 0, 0, 0.5), control = tight)),
-  freedom("nested_line_one", line_text, c("a ~ 1 + plot_top"), "a | stand; a | plot",
-          nlme(line, stands, fixed = list(a ~ plot_top, b ~ 1), random = nested, start = c(8, 0, 0.5), control = tight)),
-  freedom("nested_line_without_intercept", line_text, c("a ~ 0 + stand_top + plot_top"), "a:plot_top | stand; a:plot_top | plot",
-          nlme(h ~ c * stand_top + a * plot_top + b * dbh, stands, fixed = c + a + b ~ 1, random = nested, start = c(0.1, 0.1, 0.5), control = tight)),
+          mixed(curve, stands, fixed = list(a ~ plot_top, b ~ 1), random = a ~ 1 | plot, start = c(28, 0, 0.5))),
   freedom("nested_curve", curve_text, character(0), "a | stand; a | plot",
-          nlme(curve, stands, fixed = a + b ~ 1, random = nested, start = c(28, 0.5), control = tight)))
+          mixed(curve, stands, fixed = a + b ~ 1, random = nested, start = c(28, 0.5))))
 
 # ---- nlme's intervals ----
 
 rows_of <- function(x) lapply(setNames(seq_len(nrow(x)), rownames(x)), function(i) I(unname(unlist(x[i, 1:3]))))
 interval_record <- function(id, formula, sub_models, random, covariance, variance, reml, fit) {
-  all <- intervals(fit, level = level)
+  all <- tryCatch(intervals(fit, level = level), error = function(e) e)
+  if (inherits(all, "error")) {
+    cat(id, ": ", conditionMessage(all), "\n")
+    return(NULL)
+  }
   structures <- if (inherits(all$reStruct, "list")) lapply(all$reStruct, rows_of) else NULL
   list(id = id, formula = formula, sub_models = I(sub_models), random = random, covariance = covariance, variance = variance, reml = reml,
        logLik = as.numeric(logLik(fit)), n = nobs(fit), p = length(fixef0(fit)),
@@ -63,7 +73,6 @@ interval_record <- function(id, formula, sub_models, random, covariance, varianc
        variance_intervals = if (is.null(all$varStruct)) NULL else rows_of(all$varStruct), sigma = I(unname(as.vector(all$sigma))))
 }
 fixef0 <- function(fit) if (inherits(fit, "nlme")) fixef(fit) else coef(fit)
-mixed <- function(...) nlme(..., control = tight)
 from_lme <- lme(h ~ dbh, stands, random = ~ dbh | plot, method = "REML", control = lmeControl(msTol = 1e-12, tolerance = 1e-10))
 nlme_intervals <- list(
   interval_record("none", curve_text, character(0), "a + b | plot", "general", "none", FALSE,
@@ -80,9 +89,11 @@ nlme_intervals <- list(
                   gnls(curve, stands, params = list(a ~ 1, b ~ crowding), weights = varPower(form = ~ dbh), start = c(28, 0.5, 0))))
 linear_reml <- intervals(from_lme, level = level)
 nlme_intervals[[length(nlme_intervals) + 1]] <- list(
-  id = "linear_reml", formula = line_text, sub_models = I(character(0)), random = "a + b | plot", covariance = "general", variance = "none", reml = TRUE,
+  id = "linear_reml", formula = "h ~ a + b*dbh", sub_models = I(character(0)), random = "a + b | plot", covariance = "general", variance = "none", reml = TRUE,
   logLik = as.numeric(logLik(from_lme)), n = nrow(stands), p = 2, fixed = NULL, random_intervals = lapply(linear_reml$reStruct, rows_of),
   variance_intervals = NULL, sigma = I(unname(as.vector(linear_reml$sigma))))
+
+nlme_intervals <- Filter(Negate(is.null), nlme_intervals)
 
 # ---- profile limits by their definition ----
 

@@ -124,6 +124,10 @@ ordered_json random_level(const RandomEffects& effects,
   result["sd"] = list(fit.random_sd());
   result["correlation"] = rows(fit.random_correlation());
   result["eblup"] = eblups(labels, effects.coefficients, eblup);
+  if (uncertainty.is_known()) {
+    result["eblup_se"] =
+        eblups(labels, effects.coefficients, uncertainty.conditional_errors(eblup.rows()));
+  }
   add_uncertainty(labels, uncertainty, eblup.rows(), result);
   return result;
 }

@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "random_effect_tests.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "study_levels.hpp"
@@ -296,6 +297,9 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
+    if (result.with_covariates) {
+      add_random_effect_tests(result.random, result.with_covariates->fit);
+    }
     if (const auto chosen = choose_random_effects(result.random)) {
       result.nlme = level.result(i, *chosen);
       note_edge(result.nlme->fit, result.notes);

@@ -109,14 +109,16 @@ void write_covariates(const Study& study, const std::filesystem::path& folder) {
 }
 
 void write_random_effects(const Study& study, const std::filesystem::path& folder) {
-  Lines lines(joined({"species", "response", "random_effects", "covariance"}, kCriteriaHeader));
+  Lines lines(joined(joined({"species", "response", "random_effects", "covariance"}, kTestHeader),
+                     kCriteriaHeader));
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.random) {
       const std::string terms = fmt::format("{}", fmt::join(candidate.terms, " + "));
       lines.add(joined(
-          joined(
-              subject(result),
-              {field(terms), fit::covariance_text(candidate.fit.specification.random->covariance)}),
+          joined(joined(subject(result),
+                        {field(terms),
+                         fit::covariance_text(candidate.fit.specification.random->covariance)}),
+                 test(candidate)),
           criteria(candidate)));
     }
   }
