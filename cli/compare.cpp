@@ -42,9 +42,9 @@ struct NamedFits {
 std::string name_of(const std::string& file, const study::ModelLibrary& library, std::size_t i) {
   if (library.models.size() == 1) return file;
   const study::LibraryModel& model = library.models[i];
-  const std::string what = !model.role.empty()          ? model.role
+  const std::string what = !model.role.empty()        ? model.role
                            : !model.fit.model.empty() ? model.fit.model
-                                                        : std::to_string(i + 1);
+                                                      : std::to_string(i + 1);
   return fmt::format("{}:{}", file, what);
 }
 

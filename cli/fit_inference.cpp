@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/fit/conditional_errors.hpp"
+
 namespace silvafit::cli {
 namespace {
 
@@ -26,7 +28,7 @@ void print_effects(const std::string& group,
                    const Eigen::MatrixXd& effects,
                    const fit::EffectUncertainty& uncertainty) {
   if (!uncertainty.is_known() || labels.size() > kMostGroups) return;
-  const Eigen::MatrixXd errors = uncertainty.conditional_errors(effects.rows());
+  const Eigen::MatrixXd errors = fit::conditional_errors(uncertainty, effects.rows());
   std::size_t width = std::max<std::size_t>(13, group.size());
   for (const std::string& label : labels) width = std::max(width, label.size());
   fmt::print("\n{:<{}}", group, width);

@@ -72,8 +72,7 @@ double ChiBarSquared::upper_tail(double x) const {
 
 std::string ChiBarSquared::text() const {
   if (weights.size() == 1) {
-    return fmt::format(
-        "chi-squared with {} degree{} of freedom", base, base == 1 ? "" : "s");
+    return fmt::format("chi-squared with {} degree{} of freedom", base, base == 1 ? "" : "s");
   }
   std::string result;
   for (std::size_t i = 0; i < weights.size(); ++i) {

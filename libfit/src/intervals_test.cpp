@@ -150,8 +150,8 @@ TEST_CASE("profile intervals of a straight line are those of Student's t") {
   table.set("y", y);
   const FittedModel fit = fit_model(specify_model("y ~ a + b*x", {}, table), table).fit;
   for (const double level : {0.5, 0.9, 0.99}) {
-    const Intervals profile = confidence_intervals(
-        fit, table, {.method = IntervalMethod::kProfile, .level = level});
+    const Intervals profile =
+        confidence_intervals(fit, table, {.method = IntervalMethod::kProfile, .level = level});
     const double t = boost::math::quantile(boost::math::students_t(13.0), 0.5 + 0.5 * level);
     for (Index j = 0; j < 2; ++j) {
       const double reach = t * fit.standard_errors()[j];
@@ -195,10 +195,8 @@ TEST_CASE("intervals of lb and of the marginal likelihood agree where the model 
   for (std::size_t k = 0; k < linear.parameters.size(); ++k) {
     INFO(linear.parameters[k].name);
     const double length = linear.parameters[k].upper - linear.parameters[k].lower;
-    CHECK(linear.parameters[k].lower ==
-          Approx(marginal.parameters[k].lower).margin(1e-4 * length));
-    CHECK(linear.parameters[k].upper ==
-          Approx(marginal.parameters[k].upper).margin(1e-4 * length));
+    CHECK(linear.parameters[k].lower == Approx(marginal.parameters[k].lower).margin(1e-4 * length));
+    CHECK(linear.parameters[k].upper == Approx(marginal.parameters[k].upper).margin(1e-4 * length));
   }
 }
 
@@ -217,10 +215,16 @@ TEST_CASE("intervals come back from JSON, the unbounded ones too") {
   fit.intervals = Intervals{.method = IntervalMethod::kProfile,
                             .level = 0.9,
                             .likelihood = "some likelihood",
-                            .parameters = {{.name = "a", .estimate = 1.5, .lower = -INFINITY,
-                                            .upper = 2.5, .note = "no lower limit"},
-                                           {.kind = ParameterKind::kDeviation, .name = "sd(a)",
-                                            .estimate = 0.5, .lower = 0.0, .upper = NAN}}};
+                            .parameters = {{.name = "a",
+                                            .estimate = 1.5,
+                                            .lower = -INFINITY,
+                                            .upper = 2.5,
+                                            .note = "no lower limit"},
+                                           {.kind = ParameterKind::kDeviation,
+                                            .name = "sd(a)",
+                                            .estimate = 0.5,
+                                            .lower = 0.0,
+                                            .upper = NAN}}};
   const FittedModel read = from_json(to_json(fit), "fit.json");
   REQUIRE(read.intervals.has_value());
   CHECK(read.intervals->level == 0.9);

@@ -26,13 +26,11 @@ bool has_same_fixed_effects(const FittedModel& a, const FittedModel& b) {
 /// Why the likelihoods of two fits cannot be compared; empty if they can.
 std::string obstacle(const FittedModel& a, const FittedModel& b) {
   if (a.observations != b.observations) {
-    return fmt::format(
-        "the fits are to {} and {} observations", a.observations, b.observations);
+    return fmt::format("the fits are to {} and {} observations", a.observations, b.observations);
   }
   if (a.specification.formula.left != b.specification.formula.left) {
-    return fmt::format("the responses are {} and {}",
-                       a.specification.formula.left,
-                       b.specification.formula.left);
+    return fmt::format(
+        "the responses are {} and {}", a.specification.formula.left, b.specification.formula.left);
   }
   const bool is_known = !a.response_fingerprint.empty() && !b.response_fingerprint.empty();
   if (is_known && a.response_fingerprint != b.response_fingerprint) {
@@ -64,8 +62,9 @@ ChiBarSquared reference_of(const Nesting& nesting,
                            std::string& note) {
   if (nesting.correlated_effects == 0 && nesting.independent_effects == 0) {
     if (nesting.has_other_edge) {
-      note = "a parameter of the variance function is at the end of its range in the smaller "
-             "model: the p-value is too large";
+      note =
+          "a parameter of the variance function is at the end of its range in the smaller "
+          "model: the p-value is too large";
     }
     return {.base = freedom};
   }
@@ -82,8 +81,9 @@ ChiBarSquared reference_of(const Nesting& nesting,
     // q correlated effects become q + 1: Stram and Lee's case.
     return {.base = freedom - 1, .weights = {0.5, 0.5}};
   }
-  // Several at once, correlated: the weights of the cone of covariance matrices have no simple form.
-  // Half and half of the two largest is an upper bound of the p-value, and below chi-squared's.
+  // Several at once, correlated: the weights of the cone of covariance matrices have no simple
+  // form. Half and half of the two largest is an upper bound of the p-value, and below
+  // chi-squared's.
   note = "several correlated effects at once: the p-value is an upper bound";
   return {.base = freedom - 1, .weights = {0.5, 0.5}};
 }
@@ -132,8 +132,7 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
   if (test.degrees_of_freedom <= 0) {
     throw UsageError("the models have as many parameters, so that there is nothing to test");
   }
-  test.p_chi_squared =
-      ChiBarSquared{.base = test.degrees_of_freedom}.upper_tail(test.statistic);
+  test.p_chi_squared = ChiBarSquared{.base = test.degrees_of_freedom}.upper_tail(test.statistic);
   test.reference = reference_of(how, test.degrees_of_freedom, variances, test.note);
   test.p = test.reference.upper_tail(test.statistic);
   return test;
@@ -149,9 +148,8 @@ Comparison compare(const std::vector<const FittedModel*>& fits) {
       comparison.failed.push_back(fit);
     }
   }
-  std::ranges::stable_sort(comparison.fits, {}, [](const ComparedFit& one) {
-    return one.fit->parameter_count;
-  });
+  std::ranges::stable_sort(
+      comparison.fits, {}, [](const ComparedFit& one) { return one.fit->parameter_count; });
   for (std::size_t i = 1; i < comparison.fits.size() && comparison.reason.empty(); ++i) {
     comparison.reason = obstacle(*comparison.fits[0].fit, *comparison.fits[i].fit);
   }

@@ -133,8 +133,7 @@ TEST_CASE("a covariate beside a variance shifts the mixture") {
   CHECK(test.reference.base == 1);
   CHECK(test.reference.weights == std::vector<double>{0.5, 0.5});
   // Covariates alone are regular.
-  const NestedTest regular =
-      likelihood_ratio_test(larger, fitted(table, {}, "a | plot"));
+  const NestedTest regular = likelihood_ratio_test(larger, fitted(table, {}, "a | plot"));
   CHECK(regular.reference.text() == "chi-squared with 1 degree of freedom");
   CHECK(regular.p == regular.p_chi_squared);
 }
@@ -142,14 +141,13 @@ TEST_CASE("a covariate beside a variance shifts the mixture") {
 TEST_CASE("several independent variances take binomial weights, or those of their covariance") {
   const data::Table table = lines(0.5);
   const FittedModel none = fitted(table, {}, "");
-  const FittedModel both =
-      fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
+  const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
   CHECK(likelihood_ratio_test(both, none).reference.weights ==
         std::vector<double>{0.25, 0.5, 0.25});
   const Eigen::MatrixXd covariance = variance_covariance(both, none, table);
   REQUIRE(covariance.rows() == 2);
-  // With V = s^2 I, z_a of ones and z_b = x, which is centred in each plot: tr(z_a z_a' z_b z_b') is
-  // zero, so that only sigma ties the two variances together. Per plot the informations are
+  // With V = s^2 I, z_a of ones and z_b = x, which is centred in each plot: tr(z_a z_a' z_b z_b')
+  // is zero, so that only sigma ties the two variances together. Per plot the informations are
   // n^2/2, Sxx^2/2, N/2 and, with sigma, n/2 and Sxx/2, all over s^4.
   const double n = kTrees;
   const double sxx = 42.0;  // of -3.5 to 3.5
@@ -171,8 +169,8 @@ TEST_CASE("there is no test, and a reason, where models or data do not allow one
   const FittedModel one = fitted(table, {}, "a | plot");
   const FittedModel on_slope = fitted(table, {}, "b | plot");
   CHECK(refusal(none, one).find("only the smaller model has random effects") != std::string::npos);
-  CHECK(refusal(fitted(table, {"a ~ 1 + z"}, "b | plot"), one)
-            .find("random effect on a") != std::string::npos);
+  CHECK(refusal(fitted(table, {"a ~ 1 + z"}, "b | plot"), one).find("random effect on a") !=
+        std::string::npos);
   CHECK(refusal(on_slope, one).find("only the smaller") != std::string::npos);
   const data::Table other = lines(0.5, 4);
   CHECK(refusal(one, fitted(other, {}, "")).find("different observations") != std::string::npos);

@@ -34,8 +34,7 @@ class Comparer {
 
   void compare_formulas() {
     if (larger_.formula.left != smaller_.formula.left) {
-      fail(fmt::format(
-          "the responses are {} and {}", larger_.formula.left, smaller_.formula.left));
+      fail(fmt::format("the responses are {} and {}", larger_.formula.left, smaller_.formula.left));
     } else if (larger_.formula.right.text() != smaller_.formula.right.text()) {
       fail("the formulas differ, and whether one is a special case of the other is not known");
     }
@@ -43,8 +42,7 @@ class Comparer {
 
   void compare_parameters() {
     for (const ParameterModel& small : smaller_.parameters) {
-      const auto large =
-          std::ranges::find(larger_.parameters, small.name, &ParameterModel::name);
+      const auto large = std::ranges::find(larger_.parameters, small.name, &ParameterModel::name);
       if (large == larger_.parameters.end()) {
         fail(fmt::format("only the smaller model estimates {}", small.name));
         return;

@@ -53,7 +53,8 @@ std::vector<std::pair<Index, Index>> elements(const FittedModel& larger,
       if (!contains(smaller.random_names, names[i]) || !contains(smaller.random_names, names[j])) {
         continue;
       }
-      const bool is_free = i == j || smaller.specification.random->covariance == Covariance::kGeneral;
+      const bool is_free =
+          i == j || smaller.specification.random->covariance == Covariance::kGeneral;
       if (is_free) result.emplace_back(i, j);
     }
   }
@@ -123,8 +124,9 @@ MatrixXd variance_covariance(const FittedModel& larger,
     // B = (D^-1 + M)^-1, also for a singular D.
     const MatrixXd b = (MatrixXd::Identity(q, q) + relative * m).partialPivLu().solve(relative);
     const MatrixXd rest = MatrixXd::Identity(q, q) - b * m;
-    const MatrixXd p = precision * m * rest;                     // Z'V^-1 Z
-    const MatrixXd twice = precision * precision * rest.transpose() * m * rest;  // Z'V^-1 G^2 V^-1 Z
+    const MatrixXd p = precision * m * rest;  // Z'V^-1 Z
+    const MatrixXd twice =
+        precision * precision * rest.transpose() * m * rest;  // Z'V^-1 G^2 V^-1 Z
     for (Index i = 0; i < k; ++i) {
       for (Index j = 0; j < k; ++j) {
         information(i, j) += trace_of(
@@ -137,8 +139,8 @@ MatrixXd variance_covariance(const FittedModel& larger,
     }
     const MatrixXd hidden = b * m;
     const auto rows = static_cast<double>(model.group_begin(g + 1) - model.group_begin(g));
-    information(k, k) += 0.5 * precision * precision *
-                         (rows - 2.0 * hidden.trace() + (hidden * hidden).trace());
+    information(k, k) +=
+        0.5 * precision * precision * (rows - 2.0 * hidden.trace() + (hidden * hidden).trace());
   }
   // In units that make the diagonal one, so that the sizes of the parameters do not matter.
   const VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();

@@ -10,9 +10,8 @@ void add_random_effect_tests(std::vector<Candidate>& candidates, const fit::Fitt
   for (Candidate& candidate : candidates) {
     try {
       const fit::NestedTest test = fit::likelihood_ratio_test(candidate.fit, without);
-      candidate.test = {.statistic = test.statistic,
-                        .degrees_of_freedom = test.degrees_of_freedom,
-                        .p = test.p};
+      candidate.test = {
+          .statistic = test.statistic, .degrees_of_freedom = test.degrees_of_freedom, .p = test.p};
     } catch (const UsageError&) {
       candidate.test.reset();
     }

@@ -74,8 +74,7 @@ fit::FittedModel fitted(const json& record, const data::Table& table, const char
 }
 
 const fit::ParameterInterval& named(const fit::Intervals& intervals, const std::string& name) {
-  const auto found =
-      std::ranges::find(intervals.parameters, name, &fit::ParameterInterval::name);
+  const auto found = std::ranges::find(intervals.parameters, name, &fit::ParameterInterval::name);
   REQUIRE(found != intervals.parameters.end());
   return *found;
 }
@@ -125,8 +124,7 @@ TEST_CASE("Wald intervals are those of nlme") {
     // (its own steps moved by a factor of ten move its limits as much).
     constexpr double kDifferences = 0.01;
     const auto check = [&](const std::string& name, const json& limits, double tolerance) {
-      check_limits(
-          named(ours, name), limits[0].get<double>(), limits[2].get<double>(), tolerance);
+      check_limits(named(ours, name), limits[0].get<double>(), limits[2].get<double>(), tolerance);
     };
     const json& fixed = record["fixed"];
     for (const auto& [name, limits] : fixed.is_null() ? json::object().items() : fixed.items()) {
@@ -147,9 +145,8 @@ TEST_CASE("Wald intervals are those of nlme") {
       const std::string suffix = levels.size() > 1 ? " | " + group + ")" : ")";
       for (const auto& [name, limits] : rows.items()) {
         std::string parameter = name;
-        for (const auto& [from, to] : {std::pair<std::string, std::string>{"(Intercept)", "a"},
-                                       {"dbh", "b"},
-                                       {",", ", "}}) {
+        for (const auto& [from, to] :
+             {std::pair<std::string, std::string>{"(Intercept)", "a"}, {"dbh", "b"}, {",", ", "}}) {
           if (const auto at = parameter.find(from); at != std::string::npos) {
             parameter.replace(at, from.size(), to);
           }
@@ -196,8 +193,7 @@ TEST_CASE("profile limits are where definitions written in R have them") {
 TEST_CASE("the number of threads does not change profile intervals") {
   const data::Table table = stands();
   for (const json& record : expected().at("profiles")) {
-    const fit::FittedModel fit =
-        fitted(record, table, record["method"].get<std::string>().c_str());
+    const fit::FittedModel fit = fitted(record, table, record["method"].get<std::string>().c_str());
     const auto with = [&](unsigned threads) {
       return fit::confidence_intervals(
           fit, table, {.method = fit::IntervalMethod::kProfile, .threads = threads});

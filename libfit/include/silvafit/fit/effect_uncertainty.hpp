@@ -24,15 +24,6 @@ struct EffectUncertainty {
   Eigen::MatrixXd cross_covariances{};
 
   bool is_known() const { return covariances.size() > 0; }
-  /// (q x G) standard errors of the random effects given the data, at the estimates: the roots of
-  /// the diagonals of V.
-  Eigen::MatrixXd conditional_errors(Eigen::Index q) const {
-    Eigen::MatrixXd result(q, covariances.cols());
-    for (Eigen::Index k = 0; k < q; ++k) {
-      result.row(k) = covariances.row(k * q + k).cwiseMax(0.0).cwiseSqrt();
-    }
-    return result;
-  }
   Eigen::MatrixXd covariance(Eigen::Index group, Eigen::Index q) const {
     return covariances.col(group).reshaped(q, q);
   }

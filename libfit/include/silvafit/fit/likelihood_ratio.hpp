@@ -13,8 +13,8 @@
 namespace silvafit::fit {
 
 /// A mixture of chi-squared distributions: weights[i] is the probability of i degrees of freedom
-/// above `base`. The reference of a likelihood ratio where parameters lie on the edge of their range
-/// under the hypothesis, such as variances at zero.
+/// above `base`. The reference of a likelihood ratio where parameters lie on the edge of their
+/// range under the hypothesis, such as variances at zero.
 struct ChiBarSquared {
   int base = 0;
   std::vector<double> weights{1.0};  ///< add up to one
@@ -57,8 +57,8 @@ struct Nesting {
   /// Number of regular parameters that the larger model has more: coefficients, covariances of
   /// effects that both have, parameters of the variance function.
   int regular = 0;
-  /// Random effects that only the larger model has, and whose covariances with others (of old and of
-  /// new ones) are free.
+  /// Random effects that only the larger model has, and whose covariances with others (of old and
+  /// of new ones) are free.
   int correlated_effects = 0;
   int new_covariances = 0;
   /// Random effects that only the larger model has, independent of all others.
@@ -67,8 +67,9 @@ struct Nesting {
   bool has_other_edge = false;
 };
 
-/// Whether `smaller` is a special case of `larger`, by their structure: the same formula, sub-models
-/// with fewer covariates, fewer random effects or a simpler covariance, a simpler variance function.
+/// Whether `smaller` is a special case of `larger`, by their structure: the same formula,
+/// sub-models with fewer covariates, fewer random effects or a simpler covariance, a simpler
+/// variance function.
 Nesting nesting(const FittedModel& larger, const FittedModel& smaller);
 
 /// The test of two fits to the same observations by the same method.
