@@ -50,6 +50,12 @@ data::Table stands() {
   return table;
 }
 
+/// The members of an object, none of null.
+const json& members(const json& object) {
+  static const json none = json::object();
+  return object.is_null() ? none : object;
+}
+
 std::vector<std::string> texts(const json& list) {
   std::vector<std::string> result;
   for (const json& one : list) result.push_back(one.get<std::string>());
@@ -127,7 +133,7 @@ TEST_CASE("Wald intervals are those of nlme") {
       check_limits(named(ours, name), limits[0].get<double>(), limits[2].get<double>(), tolerance);
     };
     const json& fixed = record["fixed"];
-    for (const auto& [name, limits] : fixed.is_null() ? json::object().items() : fixed.items()) {
+    for (const auto& [name, limits] : members(fixed).items()) {
       std::string coefficient = name;
       if (const auto at = name.find(".(Intercept)"); at != std::string::npos) {
         coefficient.resize(at);
@@ -141,7 +147,7 @@ TEST_CASE("Wald intervals are those of nlme") {
       check_limits(named(ours, coefficient), middle - reach, middle + reach, 1e-4);
     }
     const json& levels = record["random_intervals"];
-    for (const auto& [group, rows] : levels.is_null() ? json::object().items() : levels.items()) {
+    for (const auto& [group, rows] : members(levels).items()) {
       const std::string suffix = levels.size() > 1 ? " | " + group + ")" : ")";
       for (const auto& [name, limits] : rows.items()) {
         std::string parameter = name;
@@ -156,8 +162,7 @@ TEST_CASE("Wald intervals are those of nlme") {
       }
     }
     const json& variance = record["variance_intervals"];
-    for (const auto& [name, limits] :
-         variance.is_null() ? json::object().items() : variance.items()) {
+    for (const auto& [name, limits] : members(variance).items()) {
       check(name == "BHN" ? "ratio (BHN)" : "delta", limits, kDifferences);
     }
     const fit::ParameterInterval& sigma = named(ours, "sigma");
