@@ -20,12 +20,18 @@ using nlohmann::json;
 
 namespace {
 
+json figures(const std::string& name) {
+  std::ifstream stream(test::source_file("tests/reference/expected/" + name + ".json"));
+  return json::parse(stream).at("fits");
+}
+
 const json& expected() {
-  static const json figures = [] {
-    std::ifstream stream(test::source_file("tests/reference/expected/inference.json"));
-    return json::parse(stream).at("fits");
+  static const json result = [] {
+    json all = figures("inference");
+    for (const json& record : figures("profile_laplace")) all.at("profiles").push_back(record);
+    return all;
   }();
-  return figures;
+  return result;
 }
 
 /// The thickest tree of each row's plot or stand: covariates that are constant within them.
