@@ -77,6 +77,7 @@ std::string version();
 void add_indices_command(CLI::App& program);
 void add_stand_command(CLI::App& program);
 void add_fit_command(CLI::App& program);
+void add_compare_command(CLI::App& program);
 void add_study_command(CLI::App& program);
 void add_predict_command(CLI::App& program);
 void add_library_command(CLI::App& program);

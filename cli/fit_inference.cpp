@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/conditional_errors.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -13,6 +17,47 @@ std::string limit_text(double value) {
   if (std::isnan(value)) return "-";
   if (std::isinf(value)) return value > 0.0 ? "unbounded" : "-unbounded";
   return fmt::format("{:.6g}", value);
+}
+
+/// Groups that fit on a screen; `--json` has them all.
+constexpr std::size_t kMostGroups = 40;
+
+void print_effects(const std::string& group,
+                   const std::vector<std::string>& labels,
+                   const std::vector<std::string>& names,
+                   const Eigen::MatrixXd& effects,
+                   const fit::EffectUncertainty& uncertainty) {
+  if (!uncertainty.is_known() || labels.size() > kMostGroups) return;
+  const Eigen::MatrixXd errors = fit::conditional_errors(uncertainty, effects.rows());
+  std::size_t width = std::max<std::size_t>(13, group.size());
+  for (const std::string& label : labels) width = std::max(width, label.size());
+  fmt::print("\n{:<{}}", group, width);
+  for (const std::string& name : names) fmt::print(" {:>12} {:>12}", name, "std. error");
+  fmt::print("\n");
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    fmt::print("{:<{}}", labels[g], width);
+    for (Eigen::Index k = 0; k < effects.rows(); ++k) {
+      const auto at = static_cast<Eigen::Index>(g);
+      fmt::print(" {:>12.5g} {:>12.5g}", effects(k, at), errors(k, at));
+    }
+    fmt::print("\n");
+  }
+}
+
+void print_all_effects(const fit::FittedModel& fit) {
+  if (!fit.has_random_effects()) return;
+  if (!fit.outer.names.empty()) {
+    print_effects(fit.specification.outer_random->group,
+                  fit.outer.labels,
+                  fit.outer.names,
+                  fit.outer.effects,
+                  fit.outer_uncertainty);
+  }
+  print_effects(fit.specification.random->group,
+                fit.group_labels,
+                fit.random_names,
+                fit.random_effects,
+                fit.uncertainty);
 }
 
 }  // namespace
@@ -45,6 +90,7 @@ void add_inference(const InferenceOptions& options,
 }
 
 void print_inference(const fit::FittedModel& fit) {
+  print_all_effects(fit);
   if (!fit.intervals) return;
   const fit::Intervals& intervals = *fit.intervals;
   std::size_t width = 13;

@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   add_indices_command(program);
   add_stand_command(program);
   add_fit_command(program);
+  add_compare_command(program);
   add_predict_command(program);
   add_library_command(program);
   add_impute_command(program);

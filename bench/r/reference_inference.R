@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 # Degrees of freedom and intervals of nlme, and profile limits by brute force, on the shipped data.
-# Run from this folder: Rscript reference_inference.R (compiles a TMB template in a temporary folder; some minutes)
+# Run from this folder: Rscript reference_inference.R 
 source("json.R")
 source("definition.R")
-library(nlme)
-library(TMB)
+source("nlme_record.R")
+source("profile_limits.R")
 
 stands <- read_data("stands.csv")
 in_order <- function(x) factor(x, levels = unique(x))
@@ -14,7 +14,12 @@ stands$species <- factor(stands$species, levels = c("SM", "BHN"))
 # Covariates of whole plots and whole stands: the thickest tree.
 stands$plot_top <- ave(stands$dbh, stands$plot, FUN = max)
 stands$stand_top <- ave(stands$dbh, stands$stand, FUN = max)
-tight <- nlmeControl(tolerance = 1e-8, pnlsTol = 1e-6, msTol = 1e-10, maxIter = 300, pnlsMaxIter = 50, msMaxIter = 500, minScale = 1e-8)
+# The tightest control with which nlme ends.
+mixed <- function(...) {
+  found <- first_converged(function(control) nlme(..., control = control), controls)
+  cat(found$control, "\n")
+  found$fit
+}
 level <- 0.95
 
 # ---- degrees of freedom ----
@@ -26,36 +31,41 @@ table_of <- function(fit) {
 freedom <- function(id, formula, sub_models, random, fit) {
   c(list(id = id, formula = formula, sub_models = I(sub_models), random = random), table_of(fit))
 }
-line <- h ~ a + b * dbh
+# Straight lines by lme, whose rule is the same; the names are ours, in lme's order.
+line <- function(id, sub_models, random_text, names, fixed, random) {
+  record <- freedom(id, "h ~ a + b*dbh", sub_models, random_text,
+                    lme(fixed, stands, random = random, method = "ML", control = lmeControl(msTol = 1e-12, tolerance = 1e-10)))
+  record$coefficients <- I(names)
+  record
+}
 curve <- h ~ 1.3 + a * (1 - exp(-b * dbh / 10))
-line_text <- "h ~ a + b*dbh"
 curve_text <- "h ~ 1.3 + a*(1 - exp(-b*dbh/10))"
 nested <- list(stand = a ~ 1, plot = a ~ 1)
+of_both <- list(stand = ~ 1, plot = ~ 1)
 degrees <- list(
-  freedom("line", line_text, character(0), "a | plot",
-          nlme(line, stands, fixed = a + b ~ 1, random = a ~ 1 | plot, start = c(8, 0.5), control = tight)),
-  freedom("line_plot_covariate", line_text, "a ~ 1 + plot_top", "a | plot",
-          nlme(line, stands, fixed = list(a ~ plot_top, b ~ 1), random = a ~ 1 | plot, start = c(8, 0, 0.5), control = tight)),
-  freedom("line_two_covariates", line_text, c("a ~ 1 + plot_top + crowding"), "a | plot",
-          nlme(line, stands, fixed = list(a ~ plot_top + crowding, b ~ 1), random = a ~ 1 | plot, start = c(8, 0, 0, 0.5), control = tight)),
-  freedom("curve", curve_text, character(0), "a | plot",
-          nlme(curve, stands, fixed = a + b ~ 1, random = a ~ 1 | plot, start = c(28, 0.5), control = tight)),
+  line("line", character(0), "a | plot", c("a", "b"), h ~ dbh, ~ 1 | plot),
+  line("line_plot_covariate", "a ~ 1 + plot_top", "a | plot", c("a", "a:plot_top", "b"), h ~ plot_top + dbh, ~ 1 | plot),
+  line("line_two_covariates", "a ~ 1 + plot_top + crowding", "a | plot", c("a", "a:plot_top", "a:crowding", "b"), h ~ plot_top + crowding + dbh, ~ 1 | plot),
+  line("line_without_intercept", "a ~ 0 + plot_top", "a:plot_top | plot", c("a:plot_top", "b"), h ~ 0 + plot_top + dbh, ~ 0 + plot_top | plot),
+  line("nested_line", "a ~ 1 + stand_top + plot_top", "a | stand; a | plot", c("a", "a:stand_top", "a:plot_top", "b"), h ~ stand_top + plot_top + dbh, of_both),
+  line("nested_line_one", "a ~ 1 + plot_top", "a | stand; a | plot", c("a", "a:plot_top", "b"), h ~ plot_top + dbh, of_both),
+  line("nested_line_without_intercept", "a ~ 0 + stand_top + plot_top", "a:plot_top | stand; a:plot_top | plot", c("a:stand_top", "a:plot_top", "b"),
+       h ~ 0 + stand_top + plot_top + dbh, list(stand = ~ 0 + plot_top, plot = ~ 0 + plot_top)),
+  freedom("curve", curve_text, character(0), "a | plot", mixed(curve, stands, fixed = a + b ~ 1, random = a ~ 1 | plot, start = c(28, 0.5))),
   freedom("curve_plot_covariate", curve_text, "a ~ 1 + plot_top", "a | plot",
-          nlme(curve, stands, fixed = list(a ~ plot_top, b ~ 1), random = a ~ 1 | plot, start = c(28, 0, 0.5), control = tight)),
-  freedom("nested_line", line_text, c("a ~ 1 + stand_top + plot_top"), "a | stand; a | plot",
-          nlme(line, stands, fixed = list(a ~ stand_top + plot_top, b ~ 1), random = nested, start = c(8, 0, 0, 0.5), control = tight)),
-  freedom("nested_line_one", line_text, c("a ~ 1 + plot_top"), "a | stand; a | plot",
-          nlme(line, stands, fixed = list(a ~ plot_top, b ~ 1), random = nested, start = c(8, 0, 0.5), control = tight)),
-  freedom("nested_line_without_intercept", line_text, c("a ~ 0 + stand_top + plot_top"), "a:plot_top | stand; a:plot_top | plot",
-          nlme(h ~ c * stand_top + a * plot_top + b * dbh, stands, fixed = c + a + b ~ 1, random = nested, start = c(0.1, 0.1, 0.5), control = tight)),
+          mixed(curve, stands, fixed = list(a ~ plot_top, b ~ 1), random = a ~ 1 | plot, start = c(28, 0, 0.5))),
   freedom("nested_curve", curve_text, character(0), "a | stand; a | plot",
-          nlme(curve, stands, fixed = a + b ~ 1, random = nested, start = c(28, 0.5), control = tight)))
+          mixed(curve, stands, fixed = a + b ~ 1, random = nested, start = c(28, 0.5))))
 
 # ---- nlme's intervals ----
 
 rows_of <- function(x) lapply(setNames(seq_len(nrow(x)), rownames(x)), function(i) I(unname(unlist(x[i, 1:3]))))
 interval_record <- function(id, formula, sub_models, random, covariance, variance, reml, fit) {
-  all <- intervals(fit, level = level)
+  all <- tryCatch(intervals(fit, level = level), error = function(e) e)
+  if (inherits(all, "error")) {
+    cat(id, ": ", conditionMessage(all), "\n")
+    return(NULL)
+  }
   structures <- if (inherits(all$reStruct, "list")) lapply(all$reStruct, rows_of) else NULL
   list(id = id, formula = formula, sub_models = I(sub_models), random = random, covariance = covariance, variance = variance, reml = reml,
        logLik = as.numeric(logLik(fit)), n = nobs(fit), p = length(fixef0(fit)),
@@ -63,7 +73,6 @@ interval_record <- function(id, formula, sub_models, random, covariance, varianc
        variance_intervals = if (is.null(all$varStruct)) NULL else rows_of(all$varStruct), sigma = I(unname(as.vector(all$sigma))))
 }
 fixef0 <- function(fit) if (inherits(fit, "nlme")) fixef(fit) else coef(fit)
-mixed <- function(...) nlme(..., control = tight)
 from_lme <- lme(h ~ dbh, stands, random = ~ dbh | plot, method = "REML", control = lmeControl(msTol = 1e-12, tolerance = 1e-10))
 nlme_intervals <- list(
   interval_record("none", curve_text, character(0), "a + b | plot", "general", "none", FALSE,
@@ -80,75 +89,11 @@ nlme_intervals <- list(
                   gnls(curve, stands, params = list(a ~ 1, b ~ crowding), weights = varPower(form = ~ dbh), start = c(28, 0.5, 0))))
 linear_reml <- intervals(from_lme, level = level)
 nlme_intervals[[length(nlme_intervals) + 1]] <- list(
-  id = "linear_reml", formula = line_text, sub_models = I(character(0)), random = "a + b | plot", covariance = "general", variance = "none", reml = TRUE,
+  id = "linear_reml", formula = "h ~ a + b*dbh", sub_models = I(character(0)), random = "a + b | plot", covariance = "general", variance = "none", reml = TRUE,
   logLik = as.numeric(logLik(from_lme)), n = nrow(stands), p = 2, fixed = NULL, random_intervals = lapply(linear_reml$reStruct, rows_of),
   variance_intervals = NULL, sigma = I(unname(as.vector(linear_reml$sigma))))
 
-# ---- profile limits by their definition ----
-
-# Where twice the fall of the log-likelihood is the quantile. `objective` (-log L) takes all parameters; `held(z, c)` makes them from the free
-# ones and the value that is held; `slopes`, if there is a gradient, is that of the objective.
-limits <- function(objective, optimum, held, free, estimate, spans, cut = qchisq(level, 1), slopes = NULL) {
-  best <- objective(optimum)
-  deviance <- function(c) {
-    current <- free
-    value <- Inf
-    for (round in 1:3) {
-      found <- nlminb(current, function(z) objective(held(z, c)), gradient = if (is.null(slopes)) NULL else function(z) {
-        # The map from the free ones is simple; its differences are exact to ten digits.
-        x <- held(z, c)
-        J <- vapply(seq_along(z), function(k) {
-          step <- 1e-5 * max(abs(z[k]), 0.01)
-          up <- z; up[k] <- up[k] + step
-          down <- z; down[k] <- down[k] - step
-          (held(up, c) - held(down, c)) / (2 * step)
-        }, x)
-        as.vector(t(J) %*% slopes(x))
-      }, control = list(rel.tol = 1e-15, x.tol = 1e-10, eval.max = 4000, iter.max = 2000))
-      if (found$objective > value - 1e-10) break
-      value <- found$objective
-      current <- found$par
-    }
-    2 * (min(value, found$objective) - best)
-  }
-  unname(vapply(spans, function(far) {
-    if (deviance(far) < cut) return(NA_real_)
-    uniroot(function(c) deviance(c) - cut, sort(c(estimate, far)), tol = abs(estimate - far) * 1e-7)$root
-  }, 0))
-}
-
-# Laplace's method by TMB: parameters beta, L11, L21, L22, log sigma, delta; b is in hundredths.
-build <- tempfile("tmb")
-dir.create(build)
-invisible(file.copy("height.cpp", build))
-compile(file.path(build, "height.cpp"), flags = "-O1 -Wno-ignored-attributes")
-dyn.load(dynlib(file.path(build, "height")))
-plot_index <- as.integer(stands$plot) - 1L
-object <- MakeADFun(list(H = stands$h, D = stands$dbh, C = stands$crowding, plot = plot_index),
-                    list(beta = c(29, 4.7, 0), plot_factor = c(3, 0, 0.5), log_sigma = log(2), delta = 0.5, effect = matrix(0, 2, nlevels(stands$plot))),
-                    random = "effect", map = list(beta = factor(c(1, 2, NA))), DLL = "height", silent = TRUE)
-newtonOption(object, tol = 1e-12, tol10 = 0)
-optimum <- nlminb(object$par, object$fn, object$gr, control = list(rel.tol = 1e-14, x.tol = 1e-12, eval.max = 2000, iter.max = 1000))$par
-for (step in 1:3) optimum <- optimum - solve(optimHess(optimum, object$fn, object$gr), as.vector(object$gr(optimum)))
-names(optimum) <- c("a", "b", "l11", "l21", "l22", "ls", "delta")
-tmb_value <- function(x) { v <- object$fn(x); if (is.finite(v)) as.numeric(v) else 1e10 }
-tmb_slopes <- function(x) as.vector(object$gr(x))
-sd_b <- sqrt(optimum[["l21"]]^2 + optimum[["l22"]]^2)
-angle <- atan2(optimum[["l21"]], optimum[["l22"]])
-sigma_hat <- exp(optimum[["ls"]] - optimum[["delta"]] * log(20))
-laplace <- function(...) limits(tmb_value, optimum, ..., slopes = tmb_slopes)
-o <- optimum
-laplace_limits <- list(
-  "a" = laplace(function(z, c) c(c, z), o[-1], o[["a"]], c(26, 33)),
-  "b" = laplace(function(z, c) c(z[1], 100 * c, z[-1]), o[-2], o[["b"]] / 100, c(0.042, 0.054)),
-  "sd(a)" = laplace(function(z, c) c(z[1:2], c, z[-(1:2)]), o[-3], abs(o[["l11"]]), c(1.5, 7)),
-  "sd(b)" = laplace(function(z, c) c(z[1:3], 100 * c * sin(z[4]), 100 * c * cos(z[4]), z[5:6]), c(o[1:3], angle, o[6:7]), sd_b / 100, c(0.0015, 0.012)),
-  "cor(a, b)" = laplace(function(z, c) c(z[1:3], z[4] * c, z[4] * sqrt(1 - c^2), z[5:6]), c(o[1:3], sd_b, o[6:7]), sin(angle), c(-0.9, 0.95)),
-  "delta" = laplace(function(z, c) c(z, c), o[-7], o[["delta"]], c(0.1, 0.9)),
-  "sigma" = laplace(function(z, c) c(z[1:5], log(c) + z[6] * log(20), z[6]), o[-6], sigma_hat, c(0.15, 0.9)))
-tmb_record <- list(id = "laplace_power", method = "laplace", formula = "h ~ 1.3 + a*(1 - exp(-b*dbh))", random = "a + b | plot", variance = "power",
-                   logLik = -tmb_value(optimum), covariance = unname(solve(optimHess(optimum, object$fn, object$gr))),
-                   covariance_of = I(c("a", "100 b", "l11", "100 l21", "100 l22", "log sigma 20^delta", "delta")), limits = lapply(laplace_limits, I))
+nlme_intervals <- Filter(Negate(is.null), nlme_intervals)
 
 # lb: the linear mixed model that touches at nlme's estimates.
 touching <- mixed(curve, stands, fixed = a + b ~ 1, random = a + b ~ 1 | plot, weights = varPower(), start = c(28, 0.5))
@@ -160,25 +105,38 @@ X <- attr(at, "gradient")
 mu <- as.vector(at)
 w <- stands$h - mu + rowSums(X * b_hat)   # beta is the step from the estimate
 rows <- split(seq_along(mu), stands$plot)
-linear_value <- function(x) {  # step of a, of b, l11, l21, l22, log sigma, delta
+dense_value <- function(x) {  # step of a, of b, l11, l21, l22, log sigma, delta
   L <- matrix(c(x[3], x[4], 0, x[5]), 2)
-  Psi <- tcrossprod(L)
   residual <- w - X %*% x[1:2]
   total <- 0
   for (r in rows) {
     Z <- X[r, , drop = FALSE]
-    R <- tryCatch(chol(Z %*% Psi %*% t(Z) + diag(exp(2 * x[6]) * mu[r]^(2 * x[7]), length(r))), error = function(e) NULL)
-    if (is.null(R)) return(1e10)
+    R <- chol(Z %*% tcrossprod(L) %*% t(Z) + diag(exp(2 * x[6]) * mu[r]^(2 * x[7]), length(r)))
     total <- total + sum(log(diag(R))) + sum(backsolve(R, residual[r], transpose = TRUE)^2) / 2
   }
   total + length(mu) / 2 * log(2 * pi)
 }
+# The same by V^-1 = W - W Z L (I + L'Z'W Z L)^-1 L'Z'W, which is much quicker: two effects a plot.
+linear_value <- function(x) {
+  weight <- exp(-2 * x[6]) * mu^(-2 * x[7])
+  residual <- as.vector(w - X %*% x[1:2])
+  z1 <- x[3] * X[, 1] + x[4] * X[, 2]
+  z2 <- x[5] * X[, 2]
+  sums <- rowsum(weight * cbind(z1 * z1, z1 * z2, z2 * z2, z1 * residual, z2 * residual), stands$plot)
+  a11 <- 1 + sums[, 1]
+  a22 <- 1 + sums[, 3]
+  determinant <- a11 * a22 - sums[, 2]^2
+  squares <- sum(weight * residual^2) - sum((a22 * sums[, 4]^2 - 2 * sums[, 2] * sums[, 4] * sums[, 5] + a11 * sums[, 5]^2) / determinant)
+  value <- (squares + sum(log(determinant)) - sum(log(weight)) + length(mu) * log(2 * pi)) / 2
+  if (is.finite(value)) value else 1e10
+}
 Psi <- as.matrix(touching$modelStruct$reStruct[[1]]) * touching$sigma^2
 l <- t(chol(Psi))
 start <- c(0, 0, l[1, 1], l[2, 1], l[2, 2], log(touching$sigma), as.numeric(coef(touching$modelStruct$varStruct)))
-polished <- nlminb(start, linear_value, control = list(rel.tol = 1e-15, x.tol = 1e-10, eval.max = 5000, iter.max = 3000))$par
+stopifnot(abs(dense_value(start) - linear_value(start)) < 1e-8)
+polished <- nlminb(start, linear_value, central(linear_value), control = list(rel.tol = 1e-15, x.tol = 1e-10, eval.max = 5000, iter.max = 3000))$par
 o <- polished
-cat("moved by", max(abs(polished - start)), "\n")
+cat("moved by", max(abs(polished - start)), "from", -linear_value(start), "to", -linear_value(polished), "nlme", as.numeric(logLik(touching)), "\n")
 sd_b <- sqrt(o[4]^2 + o[5]^2)
 angle <- atan2(o[4], o[5])
 linear <- function(...) limits(linear_value, polished, ...)
@@ -196,7 +154,10 @@ linear_record <- list(id = "lb_power", method = "lb", formula = "h ~ 1.3 + a*(1 
 
 # ols: where the sum of squares has grown by the F quantile.
 squares <- function(x) sum((stands$h - 1.3 - x[1] * (1 - exp(-x[2] * stands$dbh)))^2)
-pooled <- nls(h ~ 1.3 + a * (1 - exp(-b * dbh)), stands, start = list(a = 28, b = 0.05), control = nls.control(tol = 1e-10))
+pooled <- nls(h ~ 1.3 + a * (1 - exp(-b * dbh)), stands, start = list(a = 28, b = 0.05), control = nls.control(tol = 1e-6))
+# nls stops by the size of a step; Newton on the sum of squares adds the last digits.
+least_at <- nlminb(coef(pooled), function(x) squares(x), central(squares), control = list(rel.tol = 1e-15, x.tol = 1e-12))$par
+pooled <- nls(h ~ 1.3 + a * (1 - exp(-b * dbh)), stands, start = as.list(least_at), control = nls.control(tol = 1e-4))
 n <- nrow(stands)
 s2 <- deviance(pooled) / (n - 2)
 least <- function(c, which) {
@@ -220,8 +181,8 @@ gnls_value <- function(x) {
   mean <- 1.3 + x[1] * (1 - exp(-x[2] * stands$dbh / 10))
   -sum(dnorm(stands$h, mean, exp(x[3] + x[4] * log(stands$dbh / 20)), log = TRUE))
 }
-o <- nlminb(c(28, 0.5, 0, 0.5), gnls_value, control = list(rel.tol = 1e-15, x.tol = 1e-12))$par
-for (round in 1:3) o <- nlminb(o, gnls_value, control = list(rel.tol = 1e-15, x.tol = 1e-12))$par
+o <- nlminb(c(28, 0.5, 0, 0.5), gnls_value, central(gnls_value), control = list(rel.tol = 1e-15, x.tol = 1e-12))$par
+for (round in 1:3) o <- nlminb(o, gnls_value, central(gnls_value), control = list(rel.tol = 1e-15, x.tol = 1e-12))$par
 gnls_limits <- function(...) limits(gnls_value, o, ...)
 gnls_record <- list(id = "gnls_power_of_dbh", method = "gnls", formula = "h ~ 1.3 + a*(1 - exp(-b*dbh))", variance = "power(dbh)", logLik = -gnls_value(o),
                     limits = lapply(list(
@@ -248,6 +209,6 @@ flat_limits <- function(cut) limits(flat_value, o, function(z, c) c(z[1:2], c, z
 flat_record <- list(id = "flat", data = flat, formula = "y ~ a + b*x", random = "a | plot", logLik = -flat_value(o),
                     upper_one_sided = flat_limits(qchisq(2 * level - 1, 1)), upper_chi_squared = flat_limits(qchisq(level, 1)))
 
-write_expected("inference.json", c(versions("nlme", "TMB"), list(script = "bench/r/reference_inference.R", level = level)),
+write_expected("inference.json", c(versions("nlme"), list(script = "bench/r/reference_inference.R", level = level)),
                list(degrees_of_freedom = degrees, nlme_intervals = nlme_intervals,
-                    profiles = list(tmb_record, linear_record, ols_record, gnls_record), edge = flat_record))
+                    profiles = list(linear_record, ols_record, gnls_record), edge = flat_record))

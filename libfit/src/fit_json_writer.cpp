@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "intervals_json.hpp"
+#include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::fit {
@@ -124,6 +125,10 @@ ordered_json random_level(const RandomEffects& effects,
   result["sd"] = list(fit.random_sd());
   result["correlation"] = rows(fit.random_correlation());
   result["eblup"] = eblups(labels, effects.coefficients, eblup);
+  if (uncertainty.is_known()) {
+    result["eblup_se"] =
+        eblups(labels, effects.coefficients, conditional_errors(uncertainty, eblup.rows()));
+  }
   add_uncertainty(labels, uncertainty, eblup.rows(), result);
   return result;
 }

@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "nested_tests.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/fit/cross_validation.hpp"
@@ -398,6 +399,9 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
+    if (result.with_covariates) {
+      add_random_effect_tests(result.random, result.with_covariates->fit);
+    }
     if (const auto chosen = choose_random_effects(result.random, study.options)) {
       result.nlme = level.result(i, *chosen);
       note_edge(result.nlme->fit, result.notes);

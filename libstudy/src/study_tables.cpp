@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "letter_groups.hpp"
+#include "nested_tests.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/stand_summary.hpp"
-#include "study_levels.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -129,15 +129,19 @@ StudyTable covariates_table(const Study& study) {
 StudyTable random_effects_table(const Study& study) {
   StudyTable table{
       .name = "random_effects",
-      .caption = "Level 3: random effects",
+      .caption = "Level 3: random effects, tested against none",
       .columns = joined(
-          joined(kSubject, {{"random_effects", "Random effects"}, {"covariance", "Covariance"}}),
+          joined(joined(kSubject,
+                        {{"random_effects", "Random effects"}, {"covariance", "Covariance"}}),
+                 kTest),
           kCriteria)};
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.random) {
       const fit::Covariance form = candidate.fit.specification.random->covariance;
       table.rows.push_back(joined(
-          joined(subject(result), {joined_terms(candidate, " + "), fit::covariance_text(form)}),
+          joined(
+              joined(subject(result), {joined_terms(candidate, " + "), fit::covariance_text(form)}),
+              test_cells(candidate.test)),
           criteria(candidate)));
     }
   }
@@ -311,26 +315,11 @@ StudyTable gains_table(const Study& study) {
   return table;
 }
 
-bool has_all(const std::vector<std::string>& names, const std::vector<std::string>& wanted) {
-  return std::ranges::all_of(wanted, [&](const std::string& name) {
-    return std::ranges::find(names, name) != names.end();
-  });
-}
-
-/// The test of a larger model against one that it contains; nothing if it does not.
-std::optional<LikelihoodRatioTest> test_of(const fit::FittedModel& larger,
-                                           const fit::FittedModel& smaller) {
-  const bool is_nested = has_all(larger.coefficient_names, smaller.coefficient_names) &&
-                         larger.parameter_count > smaller.parameter_count;
-  if (!is_nested) return std::nullopt;
-  return likelihood_ratio_test(larger, smaller);
-}
-
 /// Models that are not nested count as different where their AIC are apart.
 bool differ(const fit::FittedModel& larger,
             const fit::FittedModel& smaller,
             const StudyOptions& options) {
-  if (const auto test = test_of(larger, smaller)) return test->p < options.significance;
+  if (const auto test = nested_test(larger, smaller)) return test->p < options.significance;
   return std::abs(larger.aic() - smaller.aic()) > options.equally_good;
 }
 
@@ -345,7 +334,7 @@ void add_level_tests(const ResponseStudy& result, const StudyOptions& options, S
   const std::vector<std::string> letters = letter_groups(differs);
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const std::optional<LikelihoodRatioTest> against_before =
-        i == 0 ? std::nullopt : test_of(*fits[i].second, *fits[i - 1].second);
+        i == 0 ? std::nullopt : nested_test(*fits[i].second, *fits[i - 1].second);
     table.rows.push_back(joined(joined(joined(subject(result), {fits[i].first, letters[i]}),
                                        {fits[i].second->log_likelihood, fits[i].second->aic()}),
                                 test_cells(against_before)));

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+// Whether one model is a special case of another, by what they consist of.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "silvafit/fit/likelihood_ratio.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Kind = VarianceFactor::Kind;
+
+/// Collects what the larger model has more; the first obstacle ends it.
+class Comparer {
+ public:
+  Comparer(const ModelSpecification& larger, const ModelSpecification& smaller)
+      : larger_(larger), smaller_(smaller) {}
+
+  Nesting run() {
+    compare_formulas();
+    compare_parameters();
+    compare_levels();
+    compare_variance();
+    nesting_.is_nested = nesting_.reason.empty();
+    return nesting_;
+  }
+
+ private:
+  void fail(const std::string& reason) {
+    if (nesting_.reason.empty()) nesting_.reason = reason;
+  }
+
+  void compare_formulas() {
+    if (larger_.formula.left != smaller_.formula.left) {
+      fail(fmt::format("the responses are {} and {}", larger_.formula.left, smaller_.formula.left));
+    } else if (larger_.formula.right.text() != smaller_.formula.right.text()) {
+      fail("the formulas differ, and whether one is a special case of the other is not known");
+    }
+  }
+
+  void compare_parameters() {
+    for (const ParameterModel& small : smaller_.parameters) {
+      const auto large = std::ranges::find(larger_.parameters, small.name, &ParameterModel::name);
+      if (large == larger_.parameters.end()) {
+        fail(fmt::format("only the smaller model estimates {}", small.name));
+        return;
+      }
+      const auto has = [&](const std::string& name) {
+        const std::vector<std::string> names = large->coefficient_names();
+        return std::ranges::find(names, name) != names.end();
+      };
+      for (const std::string& name : small.coefficient_names()) {
+        if (!has(name)) fail(fmt::format("only the smaller model has {}", name));
+      }
+    }
+    nesting_.regular += static_cast<int>(larger_.coefficient_names().size()) -
+                        static_cast<int>(smaller_.coefficient_names().size());
+  }
+
+  /// The random effects of a specification by one grouping, or null.
+  static const RandomEffects* by_group(const ModelSpecification& specification,
+                                       const std::string& group) {
+    for (const auto* const random : {&specification.outer_random, &specification.random}) {
+      if (*random && (*random)->group == group) return &**random;
+    }
+    return nullptr;
+  }
+
+  void compare_levels() {
+    for (const auto* const random : {&smaller_.outer_random, &smaller_.random}) {
+      if (*random && by_group(larger_, (*random)->group) == nullptr) {
+        fail(fmt::format("only the smaller model has random effects by {}", (*random)->group));
+        return;
+      }
+    }
+    for (const auto* const random : {&larger_.outer_random, &larger_.random}) {
+      if (*random) compare_level(**random, by_group(smaller_, (*random)->group));
+    }
+  }
+
+  /// The number of the block of each effect, by name.
+  static int block_of(const RandomEffects& random, const std::string& name) {
+    const auto at = std::ranges::find(random.coefficients, name) - random.coefficients.begin();
+    if (at == static_cast<std::ptrdiff_t>(random.coefficients.size())) return -1;
+    int block = 0;
+    std::ptrdiff_t end = 0;
+    for (const int size : random.block_sizes()) {
+      end += size;
+      if (at < end) return block;
+      ++block;
+    }
+    return block;
+  }
+
+  void compare_level(const RandomEffects& large, const RandomEffects* small) {
+    const std::vector<std::string> known =
+        small == nullptr ? std::vector<std::string>{} : small->coefficients;
+    for (const std::string& name : known) {
+      if (block_of(large, name) < 0) {
+        fail(fmt::format("only the smaller model has a random effect on {}", name));
+        return;
+      }
+    }
+    const bool is_identity = large.covariance == Covariance::kIdentity;
+    const bool was_identity = small != nullptr && small->covariance == Covariance::kIdentity;
+    if (is_identity && !was_identity && small != nullptr) {
+      fail("one variance for all random effects is no generalisation of several");
+      return;
+    }
+    if (is_identity || (was_identity && known.size() != large.coefficients.size())) {
+      compare_identity(large, small);
+      return;
+    }
+    // Of effects that both have, variances that were one become several: they are regular.
+    if (was_identity) nesting_.regular += static_cast<int>(known.size()) - 1;
+    const auto is_old = [&](const std::string& name) {
+      return std::ranges::find(known, name) != known.end();
+    };
+    for (std::size_t j = 0; j < large.coefficients.size(); ++j) {
+      const std::string& name = large.coefficients[j];
+      int covariances = 0;
+      for (std::size_t i = 0; i < large.coefficients.size(); ++i) {
+        const std::string& other = large.coefficients[i];
+        if (i == j || block_of(large, name) != block_of(large, other)) continue;
+        ++covariances;
+        const bool is_pair_of_old = i < j && is_old(name) && is_old(other);
+        const bool was_free =
+            is_pair_of_old && !was_identity && block_of(*small, name) == block_of(*small, other);
+        if (is_pair_of_old && !was_free) ++nesting_.regular;
+        if (i < j && !(is_old(name) && is_old(other))) ++nesting_.new_covariances;
+      }
+      if (is_old(name)) continue;
+      (covariances > 0 ? nesting_.correlated_effects : nesting_.independent_effects) += 1;
+    }
+    for (const std::string& name : known) {
+      for (const std::string& other : known) {
+        const bool was_free = !was_identity && block_of(*small, name) == block_of(*small, other);
+        if (was_free && block_of(large, name) != block_of(large, other)) {
+          fail("only the smaller model has covariances between some random effects");
+        }
+      }
+    }
+  }
+
+  void compare_identity(const RandomEffects& large, const RandomEffects* small) {
+    if (small == nullptr) {
+      nesting_.independent_effects += 1;  // one variance for all
+    } else if (std::set(large.coefficients.begin(), large.coefficients.end()) !=
+                   std::set(small->coefficients.begin(), small->coefficients.end()) ||
+               large.covariance != small->covariance) {
+      fail("one variance for all random effects is a special case only with the same effects");
+    }
+  }
+
+  static bool is_same_kind(const VarianceFactor& a, const VarianceFactor& b) {
+    return a.kind == b.kind && a.column == b.column;
+  }
+
+  void compare_variance() {
+    std::vector<VarianceFactor> left = larger_.variance.factors;
+    for (const VarianceFactor& small : smaller_.variance.factors) {
+      const auto large = std::ranges::find_if(left, [&](const VarianceFactor& candidate) {
+        const bool is_power_within = small.kind == Kind::kPower &&
+                                     candidate.kind == Kind::kConstantPlusPower &&
+                                     candidate.column == small.column;
+        return is_same_kind(candidate, small) || is_power_within;
+      });
+      if (large == left.end()) {
+        fail(fmt::format("only the smaller model has the variance function {}", small.text()));
+        return;
+      }
+      compare_factor(*large, small);
+      left.erase(large);
+    }
+    for (const VarianceFactor& factor : left) {
+      // Without the factor its constant is anything: no reference is known for that.
+      const bool is_loose = factor.kind == Kind::kConstantPlusPower && !factor.constant;
+      nesting_.has_other_edge = nesting_.has_other_edge || is_loose;
+    }
+  }
+
+  void compare_factor(const VarianceFactor& large, const VarianceFactor& small) {
+    if (!small.stratum.empty() && large.stratum != small.stratum) {
+      fail("the variance functions have different strata");
+    }
+    if (large.delta && (!small.delta || *small.delta != *large.delta)) {
+      fail("the larger model holds an exponent that the smaller does not");
+    }
+    if (large.constant && small.constant != large.constant) {
+      fail("the larger model holds a constant that the smaller does not");
+    }
+    if (small.kind == Kind::kPower && large.kind == Kind::kConstantPlusPower) {
+      nesting_.has_other_edge = true;
+    }
+  }
+
+  const ModelSpecification& larger_;
+  const ModelSpecification& smaller_;
+  Nesting nesting_;
+};
+
+}  // namespace
+
+Nesting nesting(const FittedModel& larger, const FittedModel& smaller) {
+  return Comparer(larger.specification, smaller.specification).run();
+}
+
+}  // namespace silvafit::fit
