@@ -3,10 +3,12 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "covariance_factor.hpp"
 #include "mixture_quantile.hpp"
@@ -26,7 +28,12 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kChunk = 4096;
 // Points in the direction in which the mean changes most, and in each other direction.
 constexpr int kMainPoints = 15;
-constexpr int kOtherPoints = 3;
+constexpr int kFewPoints = 3;
+// Many points, by the number of directions: a product of many would take too long.
+constexpr std::array kManyPoints{1, 1, 11, 7, 5};
+// If the outer of three points move the mean by less, in standard deviations of the prediction,
+// three points do.
+constexpr double kSmallMove = 0.15;
 
 /// Degrees of freedom of a sum of variances that were estimated independently (Satterthwaite).
 class Satterthwaite {
@@ -265,39 +272,88 @@ class Chunk {
     std::vector<MatrixXd> roots(static_cast<std::size_t>(rows_));
     const MatrixXd open_inner = open_covariance(fit_, Open::kInner);
     const MatrixXd open_all = open_covariance(fit_, Open::kAll);
-    Index width = 0;
+    std::map<Index, std::vector<std::size_t>> rows_of_width;
     for (Index row = 0; row < rows_; ++row) {
       const Open open = open_of(row);
       MatrixXd covariance = known_covariance(row);
       if (open == Open::kInner) covariance += open_inner;
       if (open == Open::kAll) covariance += open_all;
       const MatrixXd of = spread(row, covariance, true);
-      if (!of.allFinite()) continue;
-      roots[static_cast<std::size_t>(row)] = rotated_root(of, gradient_.row(row));
-      width = std::max(width, roots[static_cast<std::size_t>(row)].cols());
+      if (!of.allFinite() || !std::isfinite(centre_[row])) continue;
+      MatrixXd& root = roots[static_cast<std::size_t>(row)];
+      root = rotated_root(of, gradient_.row(row));
+      rows_of_width[root.cols()].push_back(static_cast<std::size_t>(row));
     }
-    const QuadratureRule rule = rule_of(width);
-    const Index nodes = rule.weights.size();
-    MatrixXd means(nodes, rows_);
-    MatrixXd deviations(nodes, rows_);
-    for (Index k = 0; k < nodes; ++k) {
-      MatrixXd at = arguments_;
-      for (Index row = 0; row < rows_; ++row) {
-        const MatrixXd& root = roots[static_cast<std::size_t>(row)];
-        at.row(row) += (root * rule.nodes.col(k).head(root.cols())).transpose();
+    for (const auto& [width, rows] : rows_of_width) {
+      const std::vector<bool> is_bent = bent(rows, roots, width);
+      for (const bool many : {false, true}) {
+        std::vector<std::size_t> chosen;
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+          if (is_bent[k] == many) chosen.push_back(rows[k]);
+        }
+        if (chosen.empty()) continue;
+        const auto at = static_cast<std::size_t>(width);
+        const bool has_many = many && at < kManyPoints.size();
+        integrate(chosen, roots, rule_of(width, has_many ? kManyPoints[at] : kFewPoints));
       }
-      const VectorXd mean = mean_.mean(at);
-      means.row(k) = mean;
-      deviations.row(k) = fit_.residual_sd(mean, part_);
+    }
+  }
+
+  /// Whether each of some rows needs many points in the directions in which its mean does not
+  /// change to first order.
+  std::vector<bool> bent(const std::vector<std::size_t>& rows,
+                         const std::vector<MatrixXd>& roots,
+                         Index width) const {
+    std::vector<bool> result(rows.size(), false);
+    if (width < 2) return result;
+    const RowMean mean(fit_.specification, part_.select(rows), uncertain_names(options_));
+    const MatrixXd centre = arguments_(rows, Eigen::all);
+    for (Index direction = 1; direction < width; ++direction) {
+      for (const double side : {-std::sqrt(3.0), std::sqrt(3.0)}) {
+        MatrixXd at = centre;
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+          at.row(static_cast<Index>(k)) += side * roots[rows[k]].col(direction).transpose();
+        }
+        const VectorXd moved = mean.mean(at);
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+          const auto row = static_cast<Index>(rows[k]);
+          const double move = std::abs(moved[static_cast<Index>(k)] - centre_[row]);
+          if (!(move <= kSmallMove * result_.prediction_error[begin_ + row])) result[k] = true;
+        }
+      }
+    }
+    return result;
+  }
+
+  /// Finds the ends of some rows' intervals by a rule.
+  void integrate(const std::vector<std::size_t>& rows,
+                 const std::vector<MatrixXd>& roots,
+                 const QuadratureRule& rule) {
+    const data::Table part = part_.select(rows);
+    const RowMean mean(fit_.specification, part, uncertain_names(options_));
+    const MatrixXd centre = arguments_(rows, Eigen::all);
+    const auto count = static_cast<Index>(rows.size());
+    MatrixXd means(rule.weights.size(), count);
+    MatrixXd deviations(rule.weights.size(), count);
+    for (Index k = 0; k < rule.weights.size(); ++k) {
+      MatrixXd at = centre;
+      for (Index i = 0; i < count; ++i) {
+        const MatrixXd& root = roots[rows[static_cast<std::size_t>(i)]];
+        at.row(i) += (root * rule.nodes.col(k)).transpose();
+      }
+      const VectorXd value = mean.mean(at);
+      means.row(k) = value;
+      deviations.row(k) = fit_.residual_sd(value, part);
     }
     const double tail = 0.5 - 0.5 * *options_.interval;
     const double z = boost::math::quantile(boost::math::normal_distribution<double>(), 1.0 - tail);
-    for (Index row = 0; row < rows_; ++row) {
+    for (Index i = 0; i < count; ++i) {
+      const auto row = static_cast<Index>(rows[static_cast<std::size_t>(i)]);
       // Quantiles of known variances are widened as those of one normal distribution would be.
       const double wider = t_quantile(row) / z;
       const auto end = [&](double probability) {
         const double quantile =
-            mixture_quantile(means.col(row), deviations.col(row), rule.weights, probability);
+            mixture_quantile(means.col(i), deviations.col(i), rule.weights, probability);
         return centre_[row] + wider * (quantile - centre_[row]);
       };
       result_.lower[begin_ + row] = end(tail);
@@ -322,12 +378,12 @@ class Chunk {
     return reduced * rotation;
   }
 
-  /// Many points in the first direction, few in the others.
-  static QuadratureRule rule_of(Index width) {
+  /// Many points in the first direction, `points` in each other one.
+  static QuadratureRule rule_of(Index width, int points) {
     if (width == 0) return {.nodes = MatrixXd(0, 1), .weights = VectorXd::Ones(1)};
     const QuadratureRule main = gauss_hermite(kMainPoints, 1);
     if (width == 1) return main;
-    const QuadratureRule others = gauss_hermite(kOtherPoints, width - 1);
+    const QuadratureRule others = gauss_hermite(points, width - 1);
     const Index count = main.weights.size() * others.weights.size();
     QuadratureRule rule{.nodes = MatrixXd(width, count), .weights = VectorXd(count)};
     for (Index i = 0, k = 0; i < main.weights.size(); ++i) {
