@@ -186,6 +186,9 @@ data::Table measured_rows(const Arguments& arguments) {
 
 struct Total {
   Scores scores{};
+  /// Standard errors of coverages, by number of sample trees: trees of one plot, or plots of one
+  /// fit, are no independent draws.
+  std::map<std::size_t, std::map<double, double>> coverage_errors{};
   std::size_t fits = 0;
   std::size_t failed = 0;
 };
@@ -197,6 +200,20 @@ Total sum_of(const std::vector<std::optional<Scores>>& parts) {
       add(*part, total.scores);
     } else {
       ++total.failed;
+    }
+  }
+  for (const auto& [sampled, score] : total.scores) {
+    for (const double coverage : kCoverages) {
+      const double share = score.covered.at(coverage) / score.trees;
+      double squares = 0.0;
+      for (const auto& part : parts) {
+        if (!part || part->at(sampled).trees == 0.0) continue;
+        const Score& one = part->at(sampled);
+        const auto held = one.covered.find(coverage);
+        const double excess = (held == one.covered.end() ? 0.0 : held->second) - share * one.trees;
+        squares += excess * excess;
+      }
+      total.coverage_errors[sampled][coverage] = std::sqrt(squares) / score.trees;
     }
   }
   return total;
@@ -265,6 +282,8 @@ json to_json(const Total& total) {
                {"mean_error", score.errors / score.trees}};
     for (const auto& [coverage, count] : score.covered) {
       entry["coverage"][fmt::format("{}", coverage)] = count / score.trees;
+      entry["coverage_error"][fmt::format("{}", coverage)] =
+          total.coverage_errors.at(trees).at(coverage);
     }
     result["scores"].push_back(entry);
   }
@@ -274,7 +293,8 @@ json to_json(const Total& total) {
 void print(const Total& total) {
   fmt::print("{} fits, {} not converged\n", total.fits, total.failed);
   fmt::print("{:>12} {:>12} {:>8} {:>8}", "sample trees", "predictions", "RMSE", "mean e");
-  for (const double coverage : kCoverages) fmt::print(" {:>8} {:>8}", coverage, "above");
+  for (const double coverage : kCoverages)
+    fmt::print(" {:>8} {:>8} {:>8}", coverage, "error", "above");
   fmt::print("\n");
   for (const auto& [trees, score] : total.scores) {
     fmt::print("{:>12} {:>12} {:>8.3f} {:>8.3f}",
@@ -283,8 +303,9 @@ void print(const Total& total) {
                std::sqrt(score.squares / score.trees),
                score.errors / score.trees);
     for (const double coverage : kCoverages) {
-      fmt::print(" {:>8.4f} {:>8.4f}",
+      fmt::print(" {:>8.4f} {:>8.4f} {:>8.4f}",
                  score.covered.at(coverage) / score.trees,
+                 total.coverage_errors.at(trees).at(coverage),
                  score.above.contains(coverage) ? score.above.at(coverage) / score.trees : 0.0);
     }
     fmt::print("\n");

@@ -2,6 +2,7 @@
 #include "mixture_quantile.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -31,12 +32,14 @@ double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
   double high = -low;
   double total = 0.0;
   double centre = 0.0;
+  double squares = 0.0;
   for (Index k = 0; k < means.size(); ++k) {
     if (!is_used(k)) continue;
     low = std::min(low, means[k] - kFar * deviations[k]);
     high = std::max(high, means[k] + kFar * deviations[k]);
     total += weights[k];
     centre += weights[k] * means[k];
+    squares += weights[k] * (means[k] * means[k] + deviations[k] * deviations[k]);
   }
   if (!(total > 0.0)) return std::numeric_limits<double>::quiet_NaN();
   const auto at = [&](double y) {
@@ -51,10 +54,14 @@ double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
     result.density /= total * std::sqrt(2.0 * std::numbers::pi);
     return result;
   };
-  // Newton's method, kept inside a bracket that shrinks.
+  // Newton's method from where one normal distribution would have it, kept inside a bracket that
+  // shrinks.
+  const double deviation =
+      std::sqrt(std::max(0.0, squares / total - centre * centre / (total * total)));
+  const boost::math::normal_distribution<double> normal;
   constexpr int kSteps = 200;
   constexpr double kAccuracy = 1e-10;
-  double y = centre / total;
+  double y = centre / total + deviation * boost::math::quantile(normal, probability);
   for (int step = 0; step < kSteps; ++step) {
     const Distribution here = at(y);
     const double excess = here.probability - probability;
