@@ -8,7 +8,9 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command.hpp"
@@ -28,23 +30,60 @@ struct PredictArguments {
   std::string data{};
   std::string level = "population";
   std::string new_groups = "population";
+  std::string seen_groups = "fitted";
+  double interval = 0.0;  ///< 0: none
+  std::string interval_kind = "prediction";
+  bool standard_errors = false;
   std::string role = "nlme";
   std::string out{};
   std::vector<std::string> columns{};
 };
 
 const std::map<std::string, fit::Level> kLevels{{"population", fit::Level::kPopulation},
-                                                {"conditional", fit::Level::kConditional}};
+                                                {"conditional", fit::Level::kConditional},
+                                                {"calibrated", fit::Level::kCalibrated},
+                                                {"marginal", fit::Level::kMarginal}};
+const std::map<std::string, fit::SeenGroups> kSeenGroups{{"fitted", fit::SeenGroups::kFitted},
+                                                         {"new", fit::SeenGroups::kNew},
+                                                         {"combined", fit::SeenGroups::kCombined}};
+const std::map<std::string, fit::IntervalKind> kIntervalKinds{
+    {"prediction", fit::IntervalKind::kPrediction}, {"confidence", fit::IntervalKind::kConfidence}};
 const std::map<std::string, fit::NewGroups> kNewGroups{{"population", fit::NewGroups::kPopulation},
+                                                       {"marginal", fit::NewGroups::kMarginal},
                                                        {"missing", fit::NewGroups::kMissing},
                                                        {"error", fit::NewGroups::kError}};
 
-std::vector<std::string> names_of(const study::PredictedResponses& predictions) {
+/// The columns of one response.
+std::vector<std::pair<std::string, const std::vector<double>*>> columns_of(
+    const study::PredictedResponse& prediction, bool standard_errors) {
+  std::vector<std::pair<std::string, const std::vector<double>*>> result{
+      {"_pred", &prediction.value}, {"_lower", &prediction.lower}, {"_upper", &prediction.upper}};
+  if (standard_errors) result.emplace_back("_se", &prediction.standard_error);
+  result.emplace_back("_trees", &prediction.trees);
+  std::erase_if(result, [](const auto& column) { return column.second->empty(); });
+  for (auto& [name, values] : result) name = prediction.response + name;
+  return result;
+}
+
+std::vector<std::string> names_of(const PredictArguments& arguments,
+                                  const study::PredictedResponses& predictions) {
   std::vector<std::string> names;
-  for (const auto& prediction : predictions.responses)
-    names.push_back(prediction.response + "_pred");
+  for (const auto& prediction : predictions.responses) {
+    for (const auto& [name, values] : columns_of(prediction, arguments.standard_errors)) {
+      names.push_back(name);
+    }
+  }
   names.emplace_back("flag");
   return names;
+}
+
+std::string field_of(const std::vector<double>& values,
+                     std::size_t row,
+                     const study::PredictedResponse& prediction) {
+  const double value = values[row];
+  if (std::isnan(value)) return {};
+  const bool is_fitted = &values == &prediction.trees && value == study::kFittedEffects;
+  return is_fitted ? "fitted" : data::shortest(value);
 }
 
 /// The file as it is, byte for byte a field, with the new columns behind.
@@ -58,15 +97,16 @@ void write_predictions(const PredictArguments& arguments,
     separator = ",";
   };
   for (const std::string& name : reader.header()) write(name);
-  for (const std::string& name : names_of(predictions)) write(name);
+  for (const std::string& name : names_of(arguments, predictions)) write(name);
   stream << '\n';
   std::vector<std::string_view> fields;
   for (std::size_t row = 0; reader.next(fields); ++row) {
     separator = "";
     for (const std::string_view field : fields) write(field);
     for (const auto& prediction : predictions.responses) {
-      const double value = prediction.value[row];
-      write(std::isnan(value) ? std::string() : data::shortest(value));
+      for (const auto& [name, values] : columns_of(prediction, arguments.standard_errors)) {
+        write(field_of(*values, row, prediction));
+      }
     }
     write(predictions.flags[row]);
     stream << '\n';
@@ -100,6 +140,10 @@ void print_summary(const PredictArguments& arguments,
       {"schema", "silvafit-predict/1"},
       {"silvafit", version()},
       {"level", arguments.level},
+      {"interval",
+       arguments.interval > 0.0 ? ordered_json(arguments.interval) : ordered_json(nullptr)},
+      {"interval_kind",
+       arguments.interval > 0.0 ? ordered_json(arguments.interval_kind) : ordered_json(nullptr)},
       {"out", arguments.out.empty() ? ordered_json(nullptr) : ordered_json(arguments.out)},
       {"n", predictions.flags.size()},
       {"predicted", std::move(predicted)},
@@ -108,8 +152,10 @@ void print_summary(const PredictArguments& arguments,
   fmt::print("{}\n", result.dump(2));
 }
 
-void refuse_known_columns(const data::Table& table, const study::PredictedResponses& predictions) {
-  for (const std::string& name : names_of(predictions)) {
+void refuse_known_columns(const PredictArguments& arguments,
+                          const data::Table& table,
+                          const study::PredictedResponses& predictions) {
+  for (const std::string& name : names_of(arguments, predictions)) {
     if (table.has(name)) {
       throw InputError("the file has this column already; give it another name",
                        {.file = table.file(), .column = name});
@@ -122,14 +168,20 @@ void run(const PredictArguments& arguments) {
   data::Table table =
       data::read_csv_table(arguments.data, {.text_columns = study::text_columns(library)});
   study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
-  const study::PredictedResponses predictions =
-      study::predict_responses(library,
-                               table,
-                               {.level = kLevels.at(arguments.level),
-                                .new_groups = kNewGroups.at(arguments.new_groups),
-                                .role = arguments.role});
+  const study::PredictedResponses predictions = study::predict_responses(
+      library,
+      table,
+      {.level = kLevels.at(arguments.level),
+       .new_groups = kNewGroups.at(arguments.new_groups),
+       .seen_groups = kSeenGroups.at(arguments.seen_groups),
+       .interval =
+           arguments.interval > 0.0 ? std::optional<double>(arguments.interval) : std::nullopt,
+       .interval_kind = kIntervalKinds.at(arguments.interval_kind),
+       .standard_errors = arguments.standard_errors,
+       .threads = arguments.common.threads,
+       .role = arguments.role});
   for (const std::string& note : predictions.notes) say(arguments.common, "note: " + note);
-  refuse_known_columns(table, predictions);
+  refuse_known_columns(arguments, table, predictions);
   write_out(arguments, predictions);
   if (arguments.common.json) print_summary(arguments, predictions);
 }
@@ -152,15 +204,40 @@ void add_predict_command(CLI::App& program) {
   command
       .add_option("--level",
                   arguments->level,
-                  "population, or conditional on the random effects of the tree's group")
-      ->check(CLI::IsMember({"population", "conditional"}))
+                  "population: random effects 0; conditional: those of the fit; calibrated: those "
+                  "that the trees measured in the file say; marginal: the mean over all groups")
+      ->check(CLI::IsMember({"population", "conditional", "calibrated", "marginal"}))
       ->capture_default_str();
   command
       .add_option("--new-groups",
                   arguments->new_groups,
-                  "Conditional predictions for groups that the fit has not seen")
-      ->check(CLI::IsMember({"population", "missing", "error"}))
+                  "Conditional predictions for groups that the fit has not seen, and calibrated "
+                  "ones for such groups without a measured tree")
+      ->check(CLI::IsMember({"population", "marginal", "missing", "error"}))
       ->capture_default_str();
+  command
+      .add_option("--seen-groups",
+                  arguments->seen_groups,
+                  "Calibrated predictions for groups that the fit has seen: with its own random "
+                  "effects (their trees in the file are those it was fitted to), with those of the "
+                  "file's trees alone (new), or with both (combined)")
+      ->check(CLI::IsMember({"fitted", "new", "combined"}))
+      ->capture_default_str();
+  command
+      .add_option("--interval",
+                  arguments->interval,
+                  "Adds the ends of intervals of this coverage, such as 0.95")
+      ->type_name("LEVEL")
+      ->check(CLI::Range(1e-6, 1.0 - 1e-9));
+  command
+      .add_option("--interval-kind",
+                  arguments->interval_kind,
+                  "prediction: for a tree's value; confidence: for the mean of such trees")
+      ->check(CLI::IsMember({"prediction", "confidence"}))
+      ->capture_default_str();
+  command.add_flag("--standard-errors",
+                   arguments->standard_errors,
+                   "Adds the standard error of what --interval-kind says");
   command.add_option("--role", arguments->role, "Which models of a study predict")
       ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
       ->capture_default_str();
@@ -172,7 +249,8 @@ void add_predict_command(CLI::App& program) {
       ->type_name("FILE.csv");
   add_common_options(command, arguments->common);
   add_example(command,
-              "silvafit predict library.json new.csv --level conditional --out predictions.csv");
+              "silvafit predict library.json new.csv --level calibrated --interval 0.95 --out "
+              "predictions.csv");
   command.callback([arguments] { run(*arguments); });
 }
 

@@ -106,7 +106,7 @@ class Predictor {
   Predictor(const data::Table& table, const PredictResponsesOptions& options)
       : table_(table), options_(options), flags_(table.rows()) {}
 
-  std::vector<double> predict(const ResponseModels& models) {
+  PredictedResponse predict(const ResponseModels& models) {
     std::map<const LibraryModel*, std::vector<std::size_t>> rows_of;
     for (std::size_t row = 0; row < table_.rows(); ++row) {
       const std::string species = species_of(models, row);
@@ -120,9 +120,10 @@ class Predictor {
                          species.empty() ? "" : " for species " + species));
       }
     }
-    std::vector<double> values(table_.rows(), data::kMissing);
-    for (const auto& [model, rows] : rows_of) predict_rows(model->fit, rows, values);
-    return values;
+    PredictedResponse result = empty_response(models.response);
+    errors_[models.response] = {.mean = missing(), .tree = missing()};
+    for (const auto& [model, rows] : rows_of) predict_rows(model->fit, rows, result);
+    return result;
   }
 
   /// Lets predictions stand in for missing measurements.
@@ -134,8 +135,12 @@ class Predictor {
     }
     std::vector<bool>& filled = filled_[column];
     filled.assign(values.size(), false);
+    Errors& errors = errors_[column];
     for (std::size_t row = 0; row < values.size(); ++row) {
-      if (!std::isnan(values[row]) || std::isnan(predicted[row])) continue;
+      if (!std::isnan(values[row]) || std::isnan(predicted[row])) {
+        errors.mean[row] = errors.tree[row] = 0.0;
+        continue;
+      }
       values[row] = predicted[row];
       filled[row] = true;
     }
@@ -165,27 +170,139 @@ class Predictor {
     return std::string(species_[row]);
   }
 
+  /// Standard deviations of a response's predictions, 0 where it was measured.
+  struct Errors {
+    std::vector<double> mean{};  ///< (N)
+    std::vector<double> tree{};  ///< (N)
+  };
+
+  std::vector<double> missing() const { return std::vector<double>(table_.rows(), data::kMissing); }
+  bool is_calibrated() const { return options_.level == fit::Level::kCalibrated; }
+  bool wants_errors() const { return options_.interval.has_value() || options_.standard_errors; }
+
+  PredictedResponse empty_response(const std::string& response) const {
+    PredictedResponse result{.response = response, .value = missing()};
+    if (options_.interval) result.lower = result.upper = missing();
+    if (wants_errors()) result.standard_error = missing();
+    if (is_calibrated()) result.trees = missing();
+    return result;
+  }
+
+  /// Predictors of some rows that are predictions themselves, with their errors.
+  std::vector<fit::UncertainColumn> uncertain_columns(const fit::FittedModel& fit,
+                                                      const std::vector<std::size_t>& rows) {
+    std::vector<fit::UncertainColumn> result;
+    for (const std::string& column : fit.specification.predictors()) {
+      if (!filled_.contains(column) || !wants_errors()) continue;
+      const Errors& errors = errors_.at(column);
+      fit::UncertainColumn added{.name = column};
+      added.mean_variance.resize(static_cast<Eigen::Index>(rows.size()));
+      added.tree_variance = added.mean_variance;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        const auto at = static_cast<Eigen::Index>(i);
+        added.mean_variance[at] = std::pow(errors.mean[rows[i]], 2);
+        added.tree_variance[at] = std::pow(errors.tree[rows[i]], 2);
+        if (!options_.interval || !filled_.at(column)[rows[i]]) continue;
+        flag(rows[i],
+             fmt::format(
+                 "{} interval includes the error of {}", fit.specification.formula.left, column));
+      }
+      result.push_back(std::move(added));
+    }
+    return result;
+  }
+
+  /// Trees whose predictors are predictions do not calibrate.
+  void hide_responses(const fit::FittedModel& fit,
+                      const std::vector<std::size_t>& rows,
+                      data::Table& part) const {
+    const std::string& response = fit.specification.formula.left;
+    if (!part.has(response)) return;
+    require_numbers(table_, {response});
+    const auto measured = part.numbers(response);
+    std::vector<double> values(measured.begin(), measured.end());
+    for (const std::string& column : fit.specification.predictors()) {
+      const auto filled = filled_.find(column);
+      if (filled == filled_.end()) continue;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (filled->second[rows[i]]) values[i] = data::kMissing;
+      }
+    }
+    part.set(response, std::move(values));
+  }
+
   void predict_rows(const fit::FittedModel& fit,
                     const std::vector<std::size_t>& rows,
-                    std::vector<double>& values) {
+                    PredictedResponse& result) {
     require_numbers(table_, fit.specification.predictors());
     data::Table part = table_.select(rows);
-    const bool by_group = options_.level == fit::Level::kConditional && fit.has_random_effects();
+    const bool has_groups =
+        options_.level == fit::Level::kConditional || options_.level == fit::Level::kCalibrated;
+    const bool by_group = has_groups && fit.has_random_effects();
+    if (is_calibrated() && by_group) hide_responses(fit, rows, part);
     if (by_group) {
       const auto& outer = fit.specification.outer_random;
       if (outer) unify_spelling(outer->group, fit.outer.labels, part);
       unify_spelling(fit.specification.random->group, inner_labels(fit), part);
     }
-    const fit::Prediction prediction =
-        fit::predict(fit, part, options_.level, {.new_groups = options_.new_groups});
     flag_columns(fit, part, rows);
+    const fit::Prediction prediction = fit::predict(fit,
+                                                    part,
+                                                    options_.level,
+                                                    {.new_groups = options_.new_groups,
+                                                     .seen_groups = options_.seen_groups,
+                                                     .interval = options_.interval,
+                                                     .interval_kind = options_.interval_kind,
+                                                     .standard_errors = wants_errors(),
+                                                     .uncertain = uncertain_columns(fit, rows),
+                                                     .threads = options_.threads});
+    store(fit, rows, prediction, result);
+    if (by_group) flag_groups(fit, part, rows, prediction);
+  }
+
+  void store(const fit::FittedModel& fit,
+             const std::vector<std::size_t>& rows,
+             const fit::Prediction& prediction,
+             PredictedResponse& result) {
+    const bool is_mean = options_.interval_kind == fit::IntervalKind::kConfidence;
+    Errors& errors = errors_.at(result.response);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double value = prediction.value[static_cast<Eigen::Index>(i)];
-      if (std::isfinite(value)) values[rows[i]] = value;
-      if (std::isinf(value)) flag(rows[i], fit.specification.formula.left + " not finite");
-      if (prediction.is_new_group[i]) {
-        const std::string& group = fit.specification.random->group;
-        flag(rows[i], (part.labels(group).is_missing(i) ? "missing " : "unknown ") + group);
+      const auto at = static_cast<Eigen::Index>(i);
+      const std::size_t row = rows[i];
+      const double value = prediction.value[at];
+      if (std::isinf(value)) flag(row, fit.specification.formula.left + " not finite");
+      if (!std::isfinite(value)) continue;
+      result.value[row] = value;
+      if (wants_errors()) {
+        errors.mean[row] = prediction.mean_error[at];
+        errors.tree[row] = prediction.prediction_error[at];
+        result.standard_error[row] = is_mean ? errors.mean[row] : errors.tree[row];
+      }
+      if (options_.interval) {
+        result.lower[row] = prediction.lower[at];
+        result.upper[row] = prediction.upper[at];
+      }
+      if (is_calibrated()) {
+        const bool is_known = !prediction.calibrated_from.empty();
+        result.trees[row] = is_known ? static_cast<double>(prediction.calibrated_from[i]) : 0.0;
+      }
+    }
+  }
+
+  void flag_groups(const fit::FittedModel& fit,
+                   const data::Table& part,
+                   const std::vector<std::size_t>& rows,
+                   const fit::Prediction& prediction) {
+    const std::string& group = fit.specification.random->group;
+    const data::TextColumn labels = part.labels(group);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!prediction.is_new_group[i]) continue;
+      if (labels.is_missing(i)) {
+        flag(rows[i], "missing " + group);
+      } else if (is_calibrated()) {
+        flag(rows[i], fmt::format("no measured {} in {}", fit.specification.formula.left, group));
+      } else {
+        flag(rows[i], "unknown " + group);
       }
     }
   }
@@ -207,9 +324,10 @@ class Predictor {
                       const Names& known_labels,
                       data::Table& part) const {
     if (!part.has(group)) {
-      throw InputError(
-          fmt::format("there is no column '{}', which conditional predictions need", group),
-          {.file = table_.file()});
+      throw InputError(fmt::format("there is no column '{}', which {} predictions need",
+                                   group,
+                                   is_calibrated() ? "calibrated" : "conditional"),
+                       {.file = table_.file()});
     }
     const std::set<std::string_view> known(known_labels.begin(), known_labels.end());
     const data::TextColumn labels = part.labels(group);
@@ -255,6 +373,7 @@ class Predictor {
   PredictResponsesOptions options_;
   data::TextColumn species_;
   std::map<std::string, std::vector<bool>> filled_;
+  std::map<std::string, Errors> errors_;  ///< by response
   std::vector<Names> flags_;
 };
 
@@ -280,7 +399,7 @@ PredictedResponses predict_responses(const ModelLibrary& library,
   result.responses.resize(models.size());
   for (const std::size_t i : order_of(models)) {
     const std::string& response = models[i].response;
-    result.responses[i] = {.response = response, .value = predictor.predict(models[i])};
+    result.responses[i] = predictor.predict(models[i]);
     const bool is_needed = std::ranges::any_of(
         models, [&response](const ResponseModels& other) { return other.needs(response); });
     if (is_needed) predictor.fill(response, result.responses[i].value);

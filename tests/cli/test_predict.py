@@ -34,6 +34,100 @@ class Predictions(ProgramTest):
         a = fit["fixed"]["a"]["estimate"] + (fit["random"]["eblup"][plot]["a"] if plot else 0.0)
         return 1.3 + a * (1 - math.exp(-fit["fixed"]["b"]["estimate"] * dbh))
 
+    def calibrated(self, new, *arguments):
+        self.fit()
+        self.write("plots.csv", new)
+        output = self.run_program("predict", "fit.json", "plots.csv", "--level", "calibrated",
+                                  *arguments).stdout
+        return output, list(csv.DictReader(io.StringIO(output)))
+
+    def test_calibration_uses_the_measured_trees_of_a_new_plot(self):
+        fit = self.fit()
+        new = 'plot,dbh,h,"a note"\nA,20,25.50,x\nA,30,,"y, z"\nB,30,,\n01,30,40,\n'
+        output, rows = self.calibrated(new)
+        # One tree of a model that is linear in its random effect: shrinkage of its residual.
+        a, b = (fit["fixed"][name]["estimate"] for name in "ab")
+        z = 1 - math.exp(-b * 20)
+        psi, sigma = fit["random"]["covariance"][0][0], fit["sigma"]
+        effect = psi * z / (psi * z * z + sigma ** 2) * (25.5 - 1.3 - a * z)
+        expected = 1.3 + (a + effect) * (1 - math.exp(-b * 30))
+        self.assertAlmostEqual(float(rows[1]["h_pred"]), expected, 8)
+        self.assertEqual([row["h_trees"] for row in rows], ["1", "1", "0", "fitted"])
+        self.assertAlmostEqual(float(rows[2]["h_pred"]), self.height(fit, 30), 10)
+        self.assertEqual(rows[2]["flag"], "no measured h in plot")
+        self.assertAlmostEqual(float(rows[3]["h_pred"]), self.height(fit, 30, "01"), 10)
+        lines = output.splitlines()
+        self.assertEqual(lines[0], 'plot,dbh,h,a note,h_pred,h_trees,flag')
+        self.assertTrue(lines[1].startswith("A,20,25.50,x,"))
+        self.assertTrue(lines[2].startswith('A,30,,"y, z",'))
+
+    def test_seen_plots_may_count_their_new_trees(self):
+        new = "plot,dbh,h\n01,20,35\n01,30,\n"
+        by_default = self.calibrated(new)[1][1]
+        combined = self.calibrated(new, "--seen-groups", "combined")[1][1]
+        alone = self.calibrated(new, "--seen-groups", "new")[1][1]
+        # A tree far above the curve pulls the plot up, the more the less is known besides.
+        self.assertLess(float(by_default["h_pred"]), float(combined["h_pred"]))
+        self.assertLess(float(combined["h_pred"]), float(alone["h_pred"]))
+        self.assertEqual(combined["h_trees"], "1")
+
+    def test_intervals_hold_the_prediction_and_shrink_with_what_is_known(self):
+        new = "plot,dbh,h\nA,20,25\nA,22,26\nA,30,\nB,30,\n"
+        rows = self.calibrated(new, "--interval", "0.95", "--standard-errors")[1]
+        width = [float(row["h_upper"]) - float(row["h_lower"]) for row in rows]
+        self.assertLess(float(rows[2]["h_lower"]), float(rows[2]["h_pred"]))
+        self.assertGreater(float(rows[2]["h_upper"]), float(rows[2]["h_pred"]))
+        self.assertLess(width[2], width[3])
+        self.assertLess(float(rows[2]["h_se"]), float(rows[3]["h_se"]))
+        means = self.calibrated(new, "--interval", "0.95", "--interval-kind", "confidence")[1]
+        self.assertLess(float(means[2]["h_upper"]) - float(means[2]["h_lower"]), width[2])
+        self.assertNotIn("h_se", means[0])
+        narrow = self.calibrated(new, "--interval", "0.5")[1]
+        self.assertLess(float(narrow[2]["h_upper"]), float(rows[2]["h_upper"]))
+        self.run_program("predict", "fit.json", "new.csv", "--interval", "95", status=2)
+
+    def test_marginal_predictions_average_over_plots(self):
+        fit = self.fit()
+        rows = self.predict("--level", "marginal")
+        # The curve is linear in its random effect: the mean over plots is the typical plot.
+        self.assertAlmostEqual(float(rows[0]["h_pred"]), self.height(fit, 10.5), 8)
+        new = "plot,dbh,h\nB,30,\n"
+        row = self.calibrated(new, "--new-groups", "marginal")[1][0]
+        self.assertAlmostEqual(float(row["h_pred"]), self.height(fit, 30), 8)
+        self.assertEqual(self.calibrated(new, "--new-groups", "missing")[1][0]["h_pred"], "")
+        error = self.run_program("predict", "fit.json", "plots.csv", "--level", "calibrated",
+                                 "--new-groups", "error", status=3).stderr
+        self.assertIn("no measured tree", error)
+
+    def test_crown_bases_hold_the_error_of_predicted_heights(self):
+        header, *lines = stand_csv().splitlines()
+        names = header.split(",")
+        trees = [dict(zip(names, line.split(","))) for line in lines]
+        text = ["plot,dbh,h,hcb"]
+        for i, tree in enumerate(trees):
+            hcb = float(tree["h"]) / (1 + math.exp(0.4)) + 0.4 * math.sin(7.0 * i)
+            text.append(f"{tree['plot']},{tree['dbh']},{tree['h']},{hcb:.2f}")
+        self.write("crowns.csv", "\n".join(text) + "\n")
+        fits = [self.run_json("fit", "crowns.csv", "--formula", MEYER, "--random", "a | plot"),
+                self.run_json("fit", "crowns.csv", "--formula", "hcb ~ h/(1 + exp(c))",
+                              "--method", "ols")]
+        self.write("both.json", json.dumps({"fits": fits}))
+        self.write("trees.csv", "plot,dbh,h\nA,20,\nA,25,27\n")
+        expected = self.run_program("predict", "both.json", "trees.csv").stdout
+        predicted = list(csv.DictReader(io.StringIO(expected)))[0]["h_pred"]
+        self.write("known.csv", f"plot,dbh,h\nA,20,{predicted}\nA,25,27\n")
+        rows = {}
+        for name in ("trees", "known"):
+            output = self.run_program("predict", "both.json", name + ".csv", "--interval", "0.9").stdout
+            rows[name] = list(csv.DictReader(io.StringIO(output)))
+        width = {name: float(found[0]["hcb_upper"]) - float(found[0]["hcb_lower"])
+                 for name, found in rows.items()}
+        self.assertEqual(rows["trees"][0]["hcb_pred"], rows["known"][0]["hcb_pred"])
+        self.assertGreater(width["trees"], width["known"])
+        self.assertEqual(rows["trees"][0]["flag"],
+                         "h predicted; hcb interval includes the error of h")
+        self.assertEqual(rows["trees"][1], rows["known"][1])
+
     def test_population_is_the_formula_with_fixed_effects(self):
         fit = self.fit()
         rows = self.predict()

@@ -3,42 +3,91 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
 
-/// Which random effects a prediction has.
+/// Which random effects a prediction has. docs/prediction.md has the formulas.
 enum class Level {
   kPopulation,   ///< f(beta): those of a group of which nothing is known, b = 0
-  kConditional,  ///< f(beta + b): those estimated for the group
+  kConditional,  ///< f(beta + b): those estimated for the group when the model was fitted
+  kCalibrated,   ///< f(beta + b): those that the trees measured in the table say; see calibrate
+  kMarginal,     ///< the mean of f(beta + b) over all groups, b ~ N(0, Psi)
 };
 
-/// What a conditional prediction is for a group that the fit has not seen.
+/// What a conditional prediction is for a group that the fit has not seen, and a calibrated one for
+/// such a group without a measured tree.
 enum class NewGroups {
-  kPopulation,  ///< that of the population, or of the coarser group if that was seen
+  kPopulation,  ///< that of the population, or of the coarser group if that is known
+  kMarginal,    ///< the mean over all groups, or over those of the coarser group if that is known
   kMissing,     ///< NaN
   kError,       ///< none: InputError at the first such row
 };
 
+/// What an interval is to hold.
+enum class IntervalKind {
+  kPrediction,  ///< a new tree's value
+  kConfidence,  ///< the mean of such trees, as the level defines it
+};
+
+/// A column that is itself a prediction: heights that a crown-base model needs.
+struct UncertainColumn {
+  std::string name{};
+  Eigen::VectorXd mean_variance{};  ///< (N) of the column's mean; 0 where it was measured
+  Eigen::VectorXd tree_variance{};  ///< (N) of the tree's own value around its prediction
+};
+
 struct PredictionOptions {
   NewGroups new_groups = NewGroups::kPopulation;
+  SeenGroups seen_groups = SeenGroups::kFitted;  ///< of calibrated predictions
+  /// Coverage of intervals, in (0, 1); none without.
+  std::optional<double> interval{};
+  IntervalKind interval_kind = IntervalKind::kPrediction;
+  bool standard_errors = false;  ///< whether they are wanted without intervals
+  std::vector<UncertainColumn> uncertain{};
+  /// Of marginal means: how far two quadratures of growing size may differ, relative to the value.
+  double marginal_accuracy = 1e-8;
+  unsigned threads = 1;
 };
 
 /// Predictions for N rows of a table, in its order.
 struct Prediction {
   Eigen::VectorXd value{};        ///< (N) NaN where a column that the mean needs is missing
   Eigen::VectorXd residual_sd{};  ///< (N) of an observation around its prediction
-  /// (N) true where the row's group is missing or was not seen by the fit; all false at the
-  /// population level and without random effects.
+  /// (N) true where the row's group is missing, or was not seen by the fit and has no measured tree
+  /// that counts; all false at the population and marginal levels and without random effects.
   std::vector<bool> is_new_group{};
+  /// (N) measured trees of the row's group that calibrated it, -1 where it has the fit's own
+  /// random effects; empty but for calibrated predictions.
+  std::vector<Eigen::Index> calibrated_from{};
+  // With intervals or standard errors:
+  Eigen::VectorXd mean_error{};          ///< (N) standard error of the mean
+  Eigen::VectorXd prediction_error{};    ///< (N) standard deviation of a new tree's value around it
+  Eigen::VectorXd degrees_of_freedom{};  ///< (N) of the t distribution of intervals
+  // With intervals:
+  Eigen::VectorXd lower{};  ///< (N)
+  Eigen::VectorXd upper{};  ///< (N)
+  /// Largest relative difference of the last two quadratures of marginal means.
+  double marginal_difference = 0.0;
 };
 
-/// Predicts the response of each row. Without random effects both levels are the same.
-/// \throws UsageError if a column that the mean, the variance function or, at the conditional
-///   level, the group needs is not there; InputError for new groups where the options say so
+/// Predicts the response of each row. Without random effects all levels are the same.
+///
+/// Standard errors are first-order ones. Ends of prediction intervals are quantiles of the mixture
+/// of normal distributions that a new tree has over what is not known of the coefficients, by
+/// quadrature, widened for the degrees of freedom; those of confidence intervals are values of the
+/// mean at coefficients that lie t standard deviations away in the direction in which it changes
+/// most. Both keep to the range of the mean function and are not symmetric where that is not
+/// linear. Coefficients without a standard error (held ones) count as known.
+/// \throws UsageError if a column that the mean, the variance function or the group needs is not
+///   there, if the interval is not in (0, 1), or if intervals at the conditional level need what an
+///   older file does not keep; InputError for new groups where the options say so
 Prediction predict(const FittedModel& fit,
                    const data::Table& table,
                    Level level,

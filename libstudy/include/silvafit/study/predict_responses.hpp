@@ -2,6 +2,7 @@
 // Predictions of all responses of a model library for the trees of a table.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace silvafit::study {
 struct PredictResponsesOptions {
   fit::Level level = fit::Level::kPopulation;
   fit::NewGroups new_groups = fit::NewGroups::kPopulation;
+  fit::SeenGroups seen_groups = fit::SeenGroups::kFitted;  ///< of calibrated predictions
+  std::optional<double> interval{};                        ///< coverage; none without
+  fit::IntervalKind interval_kind = fit::IntervalKind::kPrediction;
+  bool standard_errors = false;
+  unsigned threads = 1;
   /// Which of a study's models: ols, covariates or nlme. Models without a role always count.
   std::string role = "nlme";
 };
@@ -22,12 +28,24 @@ struct PredictResponsesOptions {
 struct PredictedResponse {
   std::string response{};       ///< "h"
   std::vector<double> value{};  ///< (N) NaN where there is no prediction
+  std::vector<double> lower{};  ///< (N) ends of intervals; empty unless asked for
+  std::vector<double> upper{};  ///< (N)
+  /// (N) standard error of what the intervals are for: of a new tree's value or of the mean; empty
+  /// unless intervals or errors are asked for.
+  std::vector<double> standard_error{};
+  /// (N) of calibrated predictions: measured trees of the group that were used, kFittedEffects
+  /// where the fit's own random effects were, NaN where there is no prediction.
+  std::vector<double> trees{};
 };
+/// In PredictedResponse::trees: the group was in the fit, and its random effects were used.
+inline constexpr double kFittedEffects = -1.0;
 
 struct PredictedResponses {
   std::vector<PredictedResponse> responses{};  ///< in the order of the library
   /// (N) what is to be known of a tree's predictions: "unknown plot", "missing dbh",
   /// "dbh outside fitted range", "h predicted" where a prediction stood in for a measurement,
+  /// "hcb interval includes the error of h" where that is so, "no measured h in plot" where a
+  /// calibrated prediction had nothing to go by,
   /// "no model of hcb for species OF"; several are separated by "; ".
   std::vector<std::string> flags{};
   /// Choices among the models of the library, for people.
@@ -39,7 +57,9 @@ std::vector<std::string> text_columns(const ModelLibrary& library);
 
 /// Predicts each response of the library with the model for the tree's species. Only models that
 /// have converged are used; of several for the same species and response, the one of lowest AIC.
-/// Where a model needs a response that was not measured, its prediction is used if there is one.
+/// Where a model needs a response that was not measured, its prediction is used if there is one,
+/// and intervals include its error. Calibration uses the trees whose response and predictors were
+/// all measured.
 /// \throws InputError if a column that a model needs is not there or holds text, or for groups
 ///   that the fits have not seen if the options say so; UsageError if the library has no model of
 ///   the role

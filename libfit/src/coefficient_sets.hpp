@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// The coefficients that the rows of a table are predicted with, and what is not known of them.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "silvafit/fit/prediction.hpp"
+
+namespace silvafit::fit {
+
+/// M sets of p coefficients: of groups, of coarser groups, of the population. What is not known of
+/// a set has two parts: the error of what was estimated, and the random effects of which nothing
+/// was estimated.
+struct CoefficientSets {
+  /// Which random effects are left open.
+  enum class Open {
+    kNothing,  ///< those of the group are estimated
+    kInner,    ///< the coarser group's are estimated, or there is one grouping
+    kAll,      ///< of both groupings
+  };
+
+  Eigen::MatrixXd coefficients{};   ///< (p x M)
+  Eigen::MatrixXd covariances{};    ///< (p p x M) of the error of estimates, by columns
+  std::vector<Open> open{};         ///< (M)
+  std::vector<bool> is_marginal{};  ///< (M) whether the value is the mean over what is open
+
+  std::vector<Eigen::Index> set_of_row{};       ///< (N)
+  std::vector<bool> is_new_group{};             ///< (N)
+  std::vector<bool> is_missing{};               ///< (N) rows that shall have no value
+  std::vector<Eigen::Index> calibrated_from{};  ///< (N), empty unless calibrated
+};
+
+/// \param with_covariances  whether these are wanted
+/// \throws as predict()
+CoefficientSets coefficient_sets(const FittedModel& fit,
+                                 const data::Table& table,
+                                 Level level,
+                                 const PredictionOptions& options,
+                                 bool with_covariances);
+
+/// (p x p) the covariance of a grouping's random effects among all coefficients.
+/// \param names, covariance  of the grouping
+Eigen::MatrixXd among_coefficients(const FittedModel& fit,
+                                   const std::vector<std::string>& names,
+                                   const Eigen::MatrixXd& covariance);
+/// (p x p) of what is left open.
+Eigen::MatrixXd open_covariance(const FittedModel& fit, CoefficientSets::Open open);
+
+}  // namespace silvafit::fit

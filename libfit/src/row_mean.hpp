@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The mean function of a model on the rows of a table, for parameters that differ by row.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/program.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+/// f(phi; data) and its derivatives by phi and by columns that are not known exactly.
+///
+/// N rows, p coefficients, K parameters of the formula, U uncertain columns.
+class RowMean {
+ public:
+  /// \throws UsageError if a column is not there
+  RowMean(const ModelSpecification& specification,
+          const data::Table& table,
+          const std::vector<std::string>& uncertain = {});
+
+  Eigen::Index rows() const { return rows_; }
+  Eigen::Index parameter_count() const { return parameters_; }
+  Eigen::Index argument_count() const {
+    return parameters_ + static_cast<Eigen::Index>(uncertain_.size());
+  }
+  Eigen::Index coefficient_count() const { return static_cast<Eigen::Index>(slots_.size()); }
+  Eigen::Index parameter_of(Eigen::Index coefficient) const {
+    return slots_[static_cast<std::size_t>(coefficient)].parameter;
+  }
+  /// (N) what a coefficient is multiplied by in its parameter.
+  const Eigen::ArrayXd& multiplier(Eigen::Index coefficient) const {
+    return slots_[static_cast<std::size_t>(coefficient)].multiplier;
+  }
+  /// (N x K + U) parameters by row, and the uncertain columns behind them.
+  /// \param coefficients  (p x M)
+  /// \param set_of_row    (N) column of coefficients of each row
+  Eigen::MatrixXd arguments(const Eigen::MatrixXd& coefficients,
+                            const std::vector<Eigen::Index>& set_of_row) const;
+  /// (N) the mean; NaN where a column that it needs is missing.
+  Eigen::VectorXd mean(const Eigen::MatrixXd& arguments) const;
+  /// (N x K + U) its derivatives by the arguments.
+  Eigen::MatrixXd gradient(const Eigen::MatrixXd& arguments) const;
+
+ private:
+  struct Slot {
+    Eigen::Index parameter = 0;
+    Eigen::ArrayXd multiplier{};
+  };
+  Eigen::MatrixXd run(const data::Program& program, const Eigen::MatrixXd& arguments) const;
+
+  Eigen::Index rows_ = 0;
+  Eigen::Index parameters_ = 0;
+  std::vector<Slot> slots_;
+  std::vector<std::vector<double>> columns_;  ///< predictors of the mean
+  std::vector<Eigen::Index> uncertain_;       ///< numbers of columns_
+  std::vector<bool> is_complete_;
+  data::Program mean_;
+  data::Program gradient_;
+};
+
+}  // namespace silvafit::fit
