@@ -106,6 +106,13 @@ class MarginalSearch {
                     options.threads),
         coordinates_(model, likelihood_, variance_.parameter_count(), units(linearised)) {}
 
+  /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
+  /// and searches in vain cost more than a start from scratch.
+  void be_impatient() {
+    rounds_ = 2;
+    steps_ = 20;
+  }
+
   /// From a fit by another method.
   void try_fit(const MixedEffectsFit& fit) {
     if (!std::isfinite(fit.sigma) || !(fit.sigma > 0.0)) return;
@@ -251,9 +258,8 @@ class MarginalSearch {
         minimise(objective,
                  start,
                  {},
-                 {.decrement = kStopDecrement, .maximum_steps = 200, .one_sided = true});
-    constexpr int kRounds = 6;
-    for (int round = 0; round < kRounds && std::isfinite(found.value); ++round) {
+                 {.decrement = kStopDecrement, .maximum_steps = 2 * steps_, .one_sided = true});
+    for (int round = 0; round < rounds_ && std::isfinite(found.value); ++round) {
       // The certificate is the true Hessian's, not that of the updates on the way.
       VectorXd gradient;
       optimum.x = found.x;
@@ -267,11 +273,17 @@ class MarginalSearch {
       optimum.decrement = certificate.decrement();
       const VectorXd lower = lower_point(optimum, certificate);
       if (lower.size() > 0) {
-        found = minimise(objective, lower, {}, {.decrement = kStopDecrement, .one_sided = true});
+        found = minimise(objective,
+                         lower,
+                         {},
+                         {.decrement = kStopDecrement, .maximum_steps = steps_, .one_sided = true});
       } else if (optimum.decrement <= kConvergedDecrement) {
         break;
       } else {
-        found = minimise(objective, found.x, optimum.hessian, {.decrement = kStopDecrement});
+        found = minimise(objective,
+                         found.x,
+                         optimum.hessian,
+                         {.decrement = kStopDecrement, .maximum_steps = steps_});
       }
     }
     return optimum;
@@ -342,6 +354,8 @@ class MarginalSearch {
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
   Optimum best_;
+  int rounds_ = 6;   ///< of a search and its certificate
+  int steps_ = 100;  ///< of a search within a round
   int evaluations_ = 0;
   int outside_ = 0;  ///< evaluations at points where the likelihood does not hold
 };
@@ -379,6 +393,7 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MarginalOptions& options) {
   check(model, integration, options);
   MarginalSearch search(model, integration, options, start);
+  search.be_impatient();
   search.try_fit(start);
   if (!search.has_converged()) return std::nullopt;
   MixedEffectsFit fit = search.result();

@@ -91,7 +91,8 @@ double error_between_folds(const fit::CrossValidation& result) {
 std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
                                               const data::Table& table,
                                               const std::string& group) {
-  if (!fit.convergence.converged) return std::nullopt;
+  // Models on the edge are passed over; where all are, the simplest is taken.
+  if (!fit.convergence.converged || !fit.convergence.boundary.empty()) return std::nullopt;
   const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
   try {
     // The tasks of a level are parallel already.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "silvafit/base/error.hpp"
+
 using namespace silvafit;
 using namespace silvafit::study;
 
@@ -234,4 +236,35 @@ TEST_CASE("the four variance functions are tried on the chosen random effects, n
   REQUIRE(trials.size() == 4);
   CHECK(trials[0].specification.variance.text() == "none");
   CHECK(trials[3].specification.variance.text() == "constant-plus-power");
+}
+
+TEST_CASE("cross-validation takes the lowest error of all folds, whatever the likelihood") {
+  const auto with_error = [](double log_likelihood, double rmse, std::size_t failed) {
+    Candidate result = candidate(log_likelihood, 3);
+    result.cross_validated = CrossValidated{.rmse = rmse, .folds = 10, .failed = failed};
+    return result;
+  };
+  // The third leaves the trees of a fold out of its error; the fourth has no error at all.
+  std::vector<Candidate> candidates{with_error(-90.0, 2.0, 0),
+                                    with_error(-100.0, 1.5, 0),
+                                    with_error(-95.0, 1.0, 1),
+                                    candidate(-50.0, 3)};
+  const Criterion criterion = Criterion::kCrossValidation;
+  CHECK(choose_base(candidates, criterion) == 1U);
+  CHECK(ranks_of(candidates) == std::vector<int>{2, 1, 3, 4});
+  CHECK(choose_covariates(candidates, criterion) == 1U);
+  CHECK(choose_random_effects(candidates, criterion) == 1U);
+  CHECK(choose_variance(candidates, criterion) == 1U);
+}
+
+TEST_CASE("a criterion that is asked for decides without tests") {
+  Candidate base = candidate(-100.0, 3);
+  Candidate better = tested(-98.2, 4, base);
+  base.fit.observations = better.fit.observations = 20;
+  std::vector<Candidate> candidates{base, better};
+  REQUIRE(choose_covariates(candidates) == 0U);  // 2 * 1.8 = 3.6 < 3.84
+  CHECK(choose_covariates(candidates, Criterion::kBic) == 1U);
+  CHECK(choose_variance(candidates, Criterion::kAic) == 1U);
+  CHECK(criterion_text(parse_criterion("aicc")) == "aicc");
+  CHECK_THROWS_AS(parse_criterion("mse"), UsageError);
 }

@@ -39,15 +39,22 @@ TEST_CASE("heights of spati are imputed as nlme does it", "[reference]") {
   CHECK(fit.observations == reference["n"].get<Eigen::Index>());
   CHECK(fit.log_likelihood == Approx(reference["log_likelihood"].get<double>()).epsilon(1e-7));
   double largest = 0.0;
+  double largest_of_nlme = 0.0;
   std::size_t population = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::size_t row = rows[i] - 1;
     CHECK(result.source[row] == study::ImputeSource::kImputed);
     CHECK(study::level_text(result.level[row]) == reference["level"][i].get<std::string>());
     population += static_cast<std::size_t>(result.level[row] == study::ImputeLevel::kPopulation);
-    largest = std::max(largest, std::abs(result.value[row] - reference["h"][i].get<double>()));
+    const auto difference = [&](const char* name) {
+      return std::abs(result.value[row] - reference[name][i].get<double>());
+    };
+    largest = std::max(largest, difference("h"));
+    largest_of_nlme = std::max(largest_of_nlme, difference("h_nlme"));
   }
   CHECK(population > 100);
-  // nlme was stopped at a tolerance of 1e-8 in its own measure.
+  // nlme's method carried to its fixed point in double precision; its own result at the tightest
+  // control that it meets is 3e-6 m from that.
   CHECK(largest < 1e-6);
+  CHECK(largest_of_nlme < 1e-5);
 }
