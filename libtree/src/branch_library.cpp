@@ -83,8 +83,7 @@ BranchLibrary BranchLibrary::build(const Preset& preset,
       Random random(seed, static_cast<std::uint64_t>(kLengths * i + k));
       const Skeleton skeleton = grow_branch_skeleton(shape, crown, straight, branch, random);
       Mesh mesh = build_mesh(skeleton, crown, straight, random, options);
-      library.models_.push_back(
-          {angle, length, branch_alone(std::move(mesh), {0.0, 0.0, kBase})});
+      library.models_.push_back({angle, length, branch_alone(std::move(mesh), {0.0, 0.0, kBase})});
     }
   }
   return library;

@@ -24,8 +24,8 @@ struct Level {
 
 constexpr std::array<Level, kLevelsOfDetail> kLevels{{
     {12, 6, 0.0005, 0.0, 3, 1},
-    {8, 5, 0.002, 0.005, 3, 2},
-    {6, 4, 0.01, 0.03, 3, 4},
+    {8, 4, 0.002, 0.005, 3, 2},
+    {6, 3, 0.01, 0.03, 3, 4},
     {4, 3, 0.03, 0.2, 1, 8},
 }};
 
@@ -158,8 +158,8 @@ class ErrorBound {
     if (sides == finest && options_.branch_tolerance_m == 0.0) return 0.0;
     const double gap = branch_gap(sides, finest);
     const TubeFrame frame = frame_of(points);
-    branch_rings(points, options_.branch_tolerance_m, frame, corners(sides), crown_, kept_);
-    branch_rings(points, finest_.branch_tolerance_m, frame, corners(finest), crown_, whole_);
+    branch_rings(points, options_.branch_tolerance_m, frame, sides, crown_, kept_);
+    branch_rings(points, finest_.branch_tolerance_m, frame, finest, crown_, whole_);
     if (whole_.size() < 2) return 0.0;
     if (kept_.size() < 2) return length(whole_.back().at - whole_.front().at);
     double worst = 0.0;
