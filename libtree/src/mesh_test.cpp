@@ -157,6 +157,9 @@ TEST_CASE("stem and branches are closed where that is asked for") {
           if (part.kind == PartKind::kFoliage) continue;
           INFO(preset.name << ' ' << part_name(part.kind) << ' ' << i);
           CHECK(test::open_edges(part) == 0);
+          if (part.kind == PartKind::kBranches && !textured) {
+            CHECK(test::open_or_split_edges(part) == 0);
+          }
           CHECK(test::volume_m3(part) > 0.0);
         }
       }

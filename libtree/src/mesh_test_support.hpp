@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "silvafit/tree/mesh.hpp"
@@ -43,12 +44,28 @@ inline std::map<std::array<float, 6>, int> edges_of(const tree::MeshPart& part) 
   return edges;
 }
 
-/// Edges that do not have exactly one triangle on each side, each running its own way.
+/// Edges that do not have as many triangles on one side as on the other, each running its own way.
+/// Two tubes may have an edge in the same place.
 inline std::size_t open_edges(const tree::MeshPart& part) {
   const auto edges = edges_of(part);
   std::size_t open = 0;
   for (const auto& [edge, count] : edges) {
     const auto back = edges.find({edge[3], edge[4], edge[5], edge[0], edge[1], edge[2]});
+    if (back == edges.end() || back->second != count) ++open;
+  }
+  return open;
+}
+
+/// Edges between vertices that are not of exactly two triangles, one on each side. A seam counts.
+inline std::size_t open_or_split_edges(const tree::MeshPart& part) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (std::size_t i = 0; i < part.indices.size(); i += 3) {
+    for (std::size_t j = 0; j < 3; ++j)
+      ++edges[{part.indices[i + j], part.indices[i + (j + 1) % 3]}];
+  }
+  std::size_t open = 0;
+  for (const auto& [edge, count] : edges) {
+    const auto back = edges.find({edge.second, edge.first});
     if (count != 1 || back == edges.end() || back->second != 1) ++open;
   }
   return open;

@@ -14,6 +14,7 @@ namespace {
 constexpr double kTallest = 150.0;
 constexpr double kThickest = 2000.0;
 constexpr double kWidest = 60.0;
+constexpr double kOldest = 5000.0;
 constexpr double kBreastHeight = 1.3;
 
 class Checker {
@@ -79,6 +80,11 @@ void validate(const Morphology& morphology) {
   if (morphology.age_years) {
     check.known(*morphology.age_years, "age");
     check.require(*morphology.age_years > 0.0, "age", "must be above 0");
+    check.require(*morphology.age_years <= kOldest,
+                  "age",
+                  fmt::format("{} years is more than any tree has ({}); check the unit",
+                              *morphology.age_years,
+                              kOldest));
   }
   check.known(morphology.position.x_m, "x");
   check.known(morphology.position.y_m, "y");

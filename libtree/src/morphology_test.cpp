@@ -43,6 +43,7 @@ TEST_CASE("impossible trees are refused with plot, tree and column") {
   CHECK(place_of_error([](Morphology& t) { t.radii->south_m = -1; }).column == "cr_s");
   CHECK(place_of_error([](Morphology& t) { t.radii.reset(); }).column == "cw");
   CHECK(place_of_error([](Morphology& t) { t.age_years = 0; }).column == "age");
+  CHECK(place_of_error([](Morphology& t) { t.age_years = 1e6; }).column == "age");
   CHECK(place_of_error([](Morphology& t) { t.position.x_m = NAN; }).column == "x");
   CHECK(place_of_error([](Morphology&) {}).column.empty());
 }

@@ -47,7 +47,7 @@ struct Morphology {
   std::optional<double> hc_m{};       ///< height of the widest crown; in [hcb, h]
   std::optional<CrownRadii> radii{};  ///< each > 0
   std::optional<double> cw_m{};       ///< crown width, a diameter; > 0; used if radii are unknown
-  std::optional<double> age_years{};  ///< > 0
+  std::optional<double> age_years{};  ///< in (0, 5000]
 };
 
 /// Checks that a tree with these numbers can exist.
