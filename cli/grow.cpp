@@ -252,24 +252,11 @@ class Grower {
     in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
       GrownTree grown = grow(i, level);
       grown.file = path.string();
-      grown.bytes = mesh_bytes(grown.tree.mesh);
+      grown.bytes = tree::glb_mesh_bytes(grown.tree.mesh);
       return grown;
     });
     add_ground(*writer, origin);
     result_.files.emplace_back(path.string(), writer->finish());
-  }
-
-  /// Of a mesh in plain floats.
-  static std::size_t mesh_bytes(const tree::Mesh& mesh) {
-    std::size_t bytes = 0;
-    for (const tree::MeshPart& part : mesh.parts) {
-      constexpr std::size_t kNarrow = 65535;
-      const std::size_t index = part.vertex_count() < kNarrow ? 2 : 4;
-      bytes += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size() +
-                                part.tangents.size()) +
-               part.colors.size() + index * part.indices.size();
-    }
-    return bytes;
   }
 
   void add_ground(tree::SceneWriter& writer, const tree::Position& origin) const {
