@@ -358,6 +358,17 @@ void check(GrowCommand& command) {
   if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
 }
 
+/// What goes wrong with a tree is said with the table's name, what with a scene with the scene's.
+GrowResult run_named(Grower& grower, const GrowCommand& command) {
+  try {
+    return grower.run();
+  } catch (const GeometryError& error) {
+    Place place = error.place();
+    if (place.file.empty()) place.file = place.tree.empty() ? command.scene : command.file;
+    throw GeometryError(error.message(), place);
+  }
+}
+
 void run(GrowCommand& command) {
   check(command);
   const auto start = std::chrono::steady_clock::now();
@@ -368,7 +379,7 @@ void run(GrowCommand& command) {
     throw InputError("no tree can be grown from its rows", {.file = command.file});
   }
   Grower grower(command, table.morphologies, catalogue);
-  const GrowResult result = grower.run();
+  const GrowResult result = run_named(grower, command);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report_grown(
       command, result, table.morphologies, grower.presets(), table.left_out, seconds.count());
