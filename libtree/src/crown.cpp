@@ -11,7 +11,7 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::size_t kTableSteps = 256;
+constexpr std::size_t kTableSteps = 128;
 
 /// share^power with the powers that crowns usually have spelled out, since this is the inner loop.
 double power_of(double share, double power) {

@@ -24,8 +24,8 @@ struct Level {
 
 constexpr std::array<Level, kLevelsOfDetail> kLevels{{
     {12, 6, 0.0005, 0.0, 3, 1},
-    {8, 5, 0.002, 0.005, 3, 2},
-    {6, 4, 0.01, 0.03, 2, 4},
+    {8, 4, 0.002, 0.005, 3, 2},
+    {6, 3, 0.01, 0.03, 3, 4},
     {4, 3, 0.03, 0.2, 1, 8},
 }};
 
@@ -51,23 +51,54 @@ double outline_gap(int sides, double corner, int other_sides, double other_corne
   return gap + 0.005 * gap;
 }
 
-/// How far a tube along `kept` is off at a point of the whole axis; `gap` is that of the sections'
-/// outlines, `corner` how far their corners stand out.
+/// Gaps to the finest level's outlines for the numbers of sides that levels have, computed once.
+struct OutlineGaps {
+  static constexpr int kMost = 16;
+  std::array<double, kMost + 1> stem{};
+  std::array<double, kMost + 1> branch{};
+};
+
+double stem_gap(int sides, int finest) {
+  return outline_gap(sides, equal_area_corner(sides), finest, equal_area_corner(finest));
+}
+
+const OutlineGaps& gaps_to_finest() {
+  static const OutlineGaps gaps = [] {
+    OutlineGaps result;
+    for (int sides = 3; sides <= OutlineGaps::kMost; ++sides) {
+      const auto at = static_cast<std::size_t>(sides);
+      result.stem[at] = stem_gap(sides, kLevels[0].stem_sides);
+      result.branch[at] = outline_gap(sides, 1.0, kLevels[0].branch_sides, 1.0);
+    }
+    return result;
+  }();
+  return gaps;
+}
+
+/// How far a tube is off at a point of the whole axis, seen from the piece between two points that
+/// it keeps; `gap` is that of the sections' outlines, `corner` how far their corners stand out.
 double error_at(const SkeletonPoint& at,
-                std::span<const SkeletonPoint> kept,
+                const SkeletonPoint& from,
+                const SkeletonPoint& to,
                 double gap,
                 double corner) {
+  const Point chord = to.at - from.at;
+  const double squared = dot(chord, chord);
+  const double part =
+      squared > 0.0 ? std::clamp(dot(at.at - from.at, chord) / squared, 0.0, 1.0) : 0.0;
+  const double radius = from.radius_m + part * (to.radius_m - from.radius_m);
+  return length(at.at - (from.at + part * chord)) + corner * std::abs(at.radius_m - radius) +
+         gap * std::max(at.radius_m, radius);
+}
+
+/// The same for all pieces of a tube.
+double least_error_at(const SkeletonPoint& at,
+                      std::span<const SkeletonPoint> kept,
+                      double gap,
+                      double corner) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < kept.size(); ++i) {
-    const Point chord = kept[i + 1].at - kept[i].at;
-    const double squared = dot(chord, chord);
-    const double part =
-        squared > 0.0 ? std::clamp(dot(at.at - kept[i].at, chord) / squared, 0.0, 1.0) : 0.0;
-    const double radius = kept[i].radius_m + part * (kept[i + 1].radius_m - kept[i].radius_m);
-    const double error = length(at.at - (kept[i].at + part * chord)) +
-                         corner * std::abs(at.radius_m - radius) +
-                         gap * std::max(at.radius_m, radius);
-    least = std::min(least, error);
+    least = std::min(least, error_at(at, kept[i], kept[i + 1], gap, corner));
   }
   return least;
 }
@@ -100,32 +131,40 @@ class ErrorBound {
     }
     const double corner =
         std::max(equal_area_corner(options_.stem_sides), equal_area_corner(finest_.stem_sides));
-    const double gap = outline_gap(options_.stem_sides,
-                                   equal_area_corner(options_.stem_sides),
-                                   finest_.stem_sides,
-                                   equal_area_corner(finest_.stem_sides));
+    const double gap = options_.stem_sides <= OutlineGaps::kMost
+                           ? gaps_to_finest().stem[static_cast<std::size_t>(options_.stem_sides)]
+                           : stem_gap(options_.stem_sides, finest_.stem_sides);
     needed_sections(points, options_.stem_tolerance_m, kept_);
     double worst = 0.0;
+    std::size_t piece = 0;
     for (const SkeletonPoint& at : points) {
-      worst = std::max(worst, error_at(at, kept_, gap, corner));
+      while (piece + 2 < kept_.size() && kept_[piece + 1].at.z < at.at.z) ++piece;
+      worst = std::max(worst, error_at(at, kept_[piece], kept_[piece + 1], gap, corner));
     }
     // The finest level has left out a little itself.
     return worst + std::max(corner, kBendTolerance) * finest_.stem_tolerance_m;
+  }
+
+  static double branch_gap(int sides, int finest) {
+    if (sides == finest) return 0.0;
+    const bool is_listed = finest == kLevels[0].branch_sides && sides <= OutlineGaps::kMost;
+    return is_listed ? gaps_to_finest().branch[static_cast<std::size_t>(sides)]
+                     : outline_gap(sides, 1.0, finest, 1.0);
   }
 
   double of_branch(std::span<const SkeletonPoint> points) {
     const int sides = sides_of(points.front(), options_);
     const int finest = sides_of(points.front(), finest_);
     if (sides == finest && options_.branch_tolerance_m == 0.0) return 0.0;
-    const double gap = sides == finest ? 0.0 : outline_gap(sides, 1.0, finest, 1.0);
+    const double gap = branch_gap(sides, finest);
     const TubeFrame frame = frame_of(points);
-    branch_rings(points, options_.branch_tolerance_m, frame, corners(sides), crown_, kept_);
-    branch_rings(points, finest_.branch_tolerance_m, frame, corners(finest), crown_, whole_);
+    branch_rings(points, options_.branch_tolerance_m, frame, sides, crown_, kept_);
+    branch_rings(points, finest_.branch_tolerance_m, frame, finest, crown_, whole_);
     if (whole_.size() < 2) return 0.0;
     if (kept_.size() < 2) return length(whole_.back().at - whole_.front().at);
     double worst = 0.0;
     for (const SkeletonPoint& at : whole_) {
-      worst = std::max(worst, error_at(at, kept_, gap, 1.0));
+      worst = std::max(worst, least_error_at(at, kept_, gap, 1.0));
     }
     return worst;
   }
@@ -145,14 +184,7 @@ class ErrorBound {
     }
     double worst = 0.0;
     for (const SkeletonPoint& at : points) {
-      double least = std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i + 1 < kept_.size(); ++i) {
-        const Point chord = kept_[i + 1].at - kept_[i].at;
-        const double squared = dot(chord, chord);
-        const double part =
-            squared > 0.0 ? std::clamp(dot(at.at - kept_[i].at, chord) / squared, 0.0, 1.0) : 0.0;
-        least = std::min(least, length(at.at - (kept_[i].at + part * chord)));
-      }
+      const double least = least_error_at({at.at, 0.0}, kept_, 0.0, 0.0);
       worst = std::max(worst, least + at.radius_m);
     }
     return worst;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "branch_plan.hpp"
+#include "branch_skeleton.hpp"
 #include "drawn_angle.hpp"
 
 namespace silvafit::tree {
@@ -41,15 +42,22 @@ class SkeletonGrower {
     const std::vector<PlannedBranch> branches =
         plan_branches(shape_, crown_, preset_, random_, skeleton_.notes);
     reserve(branches.size());
-    for (const PlannedBranch& branch : branches) {
-      const std::uint32_t axis = add_branch(branch);
-      add_twigs(
-          axis, branch.length_m(), preset_.twigs, preset_.shoots ? &*preset_.shoots : nullptr);
-    }
+    for (const PlannedBranch& branch : branches) add_whole_branch(branch);
+    return std::move(skeleton_);
+  }
+
+  Skeleton grow_one(const PlannedBranch& branch) {
+    add_stem();
+    add_whole_branch(branch);
     return std::move(skeleton_);
   }
 
  private:
+  void add_whole_branch(const PlannedBranch& branch) {
+    const std::uint32_t axis = add_branch(branch);
+    add_twigs(axis, branch.length_m(), preset_.twigs, preset_.shoots ? &*preset_.shoots : nullptr);
+  }
+
   void reserve(std::size_t branches) {
     const auto most = [](const Twigs& twigs) {
       const int rows = twigs.arrangement == TwigArrangement::kPairs ? 2 : 1;
@@ -281,6 +289,14 @@ Skeleton grow_skeleton(const TreeShape& shape,
                        const Preset& preset,
                        Random& random) {
   return SkeletonGrower(shape, crown, preset, random).grow();
+}
+
+Skeleton grow_branch_skeleton(const TreeShape& shape,
+                              const Crown& crown,
+                              const Preset& preset,
+                              const PlannedBranch& branch,
+                              Random& random) {
+  return SkeletonGrower(shape, crown, preset, random).grow_one(branch);
 }
 
 }  // namespace silvafit::tree

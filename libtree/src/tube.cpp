@@ -114,10 +114,15 @@ TubeFrame frame_of(std::span<const SkeletonPoint> branch) {
 void branch_rings(std::span<const SkeletonPoint> branch,
                   double tolerance_m,
                   const TubeFrame& frame,
-                  const std::vector<Point>& polygon,
+                  int sides,
                   const Crown& crown,
                   std::vector<SkeletonPoint>& rings) {
   needed_points(branch, tolerance_m, rings);
+  // The same polygon at all levels of detail, so that their rings are the same.
+  static const std::vector<Point> round = corners(12);
+  const bool has_corners = 12 % sides == 0;
+  const std::vector<Point> own = has_corners ? std::vector<Point>{} : corners(sides);
+  const std::vector<Point>& polygon = has_corners ? round : own;
   // Where a crown is flat or thin, rings may end up beside each other; floats could not tell them
   // apart.
   const SkeletonPoint tip = rings.back();
@@ -271,7 +276,8 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch) {
   const auto sides = static_cast<std::uint32_t>(polygon.size());
   const bool seam = options_.textured;
   const TubeFrame frame = frame_of(branch);
-  branch_rings(branch, options_.branch_tolerance_m, frame, polygon, crown_, points_);
+  branch_rings(
+      branch, options_.branch_tolerance_m, frame, static_cast<int>(sides), crown_, points_);
   if (points_.size() < 2) return;
   const double reach = length(points_.back().at - points_.front().at);
   build_.reserve(points_.size() * (sides + 1) + 1, (2 * points_.size() + 1) * sides);

@@ -43,7 +43,7 @@ TubeFrame frame_of(std::span<const SkeletonPoint> branch);
 void branch_rings(std::span<const SkeletonPoint> branch,
                   double tolerance_m,
                   const TubeFrame& frame,
-                  const std::vector<Point>& polygon,
+                  int sides,
                   const Crown& crown,
                   std::vector<SkeletonPoint>& rings);
 
