@@ -252,24 +252,11 @@ class Grower {
     in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
       GrownTree grown = grow(i, level);
       grown.file = path.string();
-      grown.bytes = mesh_bytes(grown.tree.mesh);
+      grown.bytes = tree::glb_mesh_bytes(grown.tree.mesh);
       return grown;
     });
     add_ground(*writer, origin);
     result_.files.emplace_back(path.string(), writer->finish());
-  }
-
-  /// Of a mesh in plain floats.
-  static std::size_t mesh_bytes(const tree::Mesh& mesh) {
-    std::size_t bytes = 0;
-    for (const tree::MeshPart& part : mesh.parts) {
-      constexpr std::size_t kNarrow = 65535;
-      const std::size_t index = part.vertex_count() < kNarrow ? 2 : 4;
-      bytes += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size() +
-                                part.tangents.size()) +
-               part.colors.size() + index * part.indices.size();
-    }
-    return bytes;
   }
 
   void add_ground(tree::SceneWriter& writer, const tree::Position& origin) const {
@@ -371,6 +358,17 @@ void check(GrowCommand& command) {
   if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
 }
 
+/// What goes wrong with a tree is said with the table's name, what with a scene with the scene's.
+GrowResult run_named(Grower& grower, const GrowCommand& command) {
+  try {
+    return grower.run();
+  } catch (const GeometryError& error) {
+    Place place = error.place();
+    if (place.file.empty()) place.file = place.tree.empty() ? command.scene : command.file;
+    throw GeometryError(error.message(), place);
+  }
+}
+
 void run(GrowCommand& command) {
   check(command);
   const auto start = std::chrono::steady_clock::now();
@@ -381,7 +379,7 @@ void run(GrowCommand& command) {
     throw InputError("no tree can be grown from its rows", {.file = command.file});
   }
   Grower grower(command, table.morphologies, catalogue);
-  const GrowResult result = grower.run();
+  const GrowResult result = run_named(grower, command);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report_grown(
       command, result, table.morphologies, grower.presets(), table.left_out, seconds.count());

@@ -468,6 +468,18 @@ std::unique_ptr<SceneWriter> make_gltf_writer(const std::filesystem::path& path,
   return std::make_unique<GltfWriter>(path, binary, options);
 }
 
+std::size_t glb_mesh_bytes(const Mesh& mesh) {
+  std::size_t size = 0;
+  for (const MeshPart& part : mesh.parts) {
+    constexpr std::size_t kNarrow = 65535;
+    const std::size_t index_size = part.vertex_count() < kNarrow ? 2 : 4;
+    size += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size() +
+                             part.tangents.size()) +
+            part.colors.size() + aligned(index_size * part.indices.size());
+  }
+  return size;
+}
+
 std::string glb_bytes(const Scene& scene) {
   GltfWriter writer({}, true, {.origin = scene.origin});
   for (const SceneTree& tree : scene.trees) writer.add_tree(tree);

@@ -105,14 +105,17 @@ Lane lane_round(std::span<const SkeletonPoint> wood) {
   return Lane(std::move(line));
 }
 
-double clearance_m(std::span<const SkeletonPoint> wood, std::span<const Obstacle> obstacles) {
-  double least = std::numeric_limits<double>::infinity();
-  if (obstacles.empty()) return least;
+double clearance_m(std::span<const SkeletonPoint> wood,
+                   std::span<const Obstacle> obstacles,
+                   double enough) {
+  double least = kLaneMargin;
   walk(wood, [&](double, const SkeletonPoint& point) {
     for (const Obstacle& obstacle : obstacles) {
-      least = std::min(least, obstacle.lane->clearance_m(point.at - obstacle.stem, point.radius_m));
+      const Point at = point.at - obstacle.stem;
+      if (obstacle.lane->at_least_m(at, point.radius_m) >= least) continue;
+      least = std::min(least, obstacle.lane->clearance_m(at, point.radius_m));
     }
-    return true;
+    return least > enough;
   });
   return least;
 }
@@ -128,7 +131,7 @@ std::vector<SkeletonPoint> turned(std::span<const SkeletonPoint> wood,
   for (const Course& course : kCourses) {
     if (widest >= kLaneMargin) break;
     std::vector<SkeletonPoint> line = turner.line(course);
-    const double clearance = clearance_m(line, obstacles);
+    const double clearance = clearance_m(line, obstacles, widest);
     if (clearance > widest) {
       widest = clearance;
       best = std::move(line);

@@ -2,6 +2,7 @@
 // Branches that end at a measured crown radius, and how they pass a neighbour's.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -21,8 +22,12 @@ struct Obstacle {
   Point stem{};
 };
 
-/// Distance of a branch's wood from the nearest obstacle's surface [m].
-double clearance_m(std::span<const SkeletonPoint> wood, std::span<const Obstacle> obstacles);
+/// Distance of a branch's wood from the nearest obstacle's surface [m], or kLaneMargin where it is
+/// more.
+/// \param enough  no need to know how much it is below this
+double clearance_m(std::span<const SkeletonPoint> wood,
+                   std::span<const Obstacle> obstacles,
+                   double enough = -std::numeric_limits<double>::infinity());
 
 /// The least changed course of a radius branch that clears the obstacles by kLaneMargin, or the one
 /// that clears them best.

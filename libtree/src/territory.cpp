@@ -60,6 +60,15 @@ double Lane::clearance_m(Point center, double radius_m) const {
   return least - radius_m;
 }
 
+double Lane::at_least_m(Point center, double radius_m) const {
+  const double x = center.x - std::clamp(center.x, least_.x, most_.x);
+  const double y = center.y - std::clamp(center.y, least_.y, most_.y);
+  const double z = center.z - std::clamp(center.z, least_.z, most_.z);
+  const double distance = std::sqrt(x * x + y * y + z * z);
+  // Inside the box the lane's own radius is all that is known.
+  return distance > 0.0 ? distance - radius_m : -std::numeric_limits<double>::infinity();
+}
+
 bool Lane::touches(Point center, double radius_m) const {
   if (center.x + radius_m < least_.x || center.x - radius_m > most_.x ||
       center.y + radius_m < least_.y || center.y - radius_m > most_.y ||

@@ -68,6 +68,9 @@ Position scene_origin(const std::vector<Morphology>& morphologies);
 /// \throws GeometryError if there is no tree, or the file would exceed the format's 4 GB
 std::string glb_bytes(const Scene& scene);
 
+/// Bytes of a mesh in such a file, without its share of the description.
+std::size_t glb_mesh_bytes(const Mesh& mesh);
+
 /// Writes the same bytes to a file, whole or not at all; folders above it are made.
 ///
 /// A scene that is moved in gives its meshes free as they are written.

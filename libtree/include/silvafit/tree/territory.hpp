@@ -28,6 +28,8 @@ class Lane {
   const std::vector<SkeletonPoint>& line() const { return line_; }
   /// Distance of a ball's surface from the lane's [m]; below 0 where they overlap.
   double clearance_m(Point center, double radius_m = 0.0) const;
+  /// A lower bound of the same, from the box round the lane.
+  double at_least_m(Point center, double radius_m = 0.0) const;
   /// Whether a ball touches the lane.
   bool touches(Point center, double radius_m = 0.0) const;
 
@@ -93,11 +95,29 @@ double line_length_m(std::span<const SkeletonPoint> line);
 /// end, until it returns false.
 template <typename Visit>
 void walk(std::span<const SkeletonPoint> line, Visit visit) {
-  const double length = line_length_m(line);
-  const auto steps = static_cast<int>(length / kLineStep) + 4;
+  const double total = line_length_m(line);
+  const auto steps = static_cast<int>(total / kLineStep) + 4;
+  const double step = total / steps;
+  double before = 0.0;  // length up to the segment
+  std::size_t to = 1;
+  double size = length(line[1].at - line[0].at);
   for (int i = 0; i <= steps; ++i) {
-    const double share = static_cast<double>(i) / steps;
-    if (!visit(share, point_at(line, share))) return;
+    const double at = i * step;
+    while (to + 1 < line.size() && at > before + size) {
+      before += size;
+      ++to;
+      size = length(line[to].at - line[to - 1].at);
+    }
+    const SkeletonPoint& a = line[to - 1];
+    const SkeletonPoint& b = line[to];
+    // The last point is the line's own end, without rounding.
+    const bool is_end = i == steps;
+    const double part = is_end ? 1.0 : (size > 0.0 ? (at - before) / size : 0.0);
+    const SkeletonPoint point = is_end
+                                    ? line.back()
+                                    : SkeletonPoint{a.at + part * (b.at - a.at),
+                                                    a.radius_m + part * (b.radius_m - a.radius_m)};
+    if (!visit(static_cast<double>(i) / steps, point)) return;
   }
 }
 
