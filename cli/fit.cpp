@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "command.hpp"
+#include "fit_inference.hpp"
+#include "fit_resampling.hpp"
 #include "fit_table.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/csv.hpp"
@@ -41,6 +43,8 @@ struct FitArguments {
   std::string fixed{};
   std::string bounds{};
   std::vector<std::string> columns{};
+  InferenceOptions inference{};
+  ResamplingArguments resampling{};
 };
 
 /// One model to fit.
@@ -229,6 +233,7 @@ std::vector<Task> tasks_of(const FitArguments& arguments, const data::Table& tab
 
 std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
                                       const data::Table& table,
+                                      const InferenceOptions& inference,
                                       const CommonOptions& common) {
   std::vector<std::optional<fit::FittedModel>> fits(tasks.size());
   Progress progress(common);
@@ -236,6 +241,7 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   parallel_for(tasks.size(), common.threads, [&](std::size_t i) {
     fits[i] = fit::fit_model(tasks[i].specification, table, tasks[i].options).fit;
     fits[i]->model = tasks[i].id;
+    add_inference(inference, table, *fits[i]);
     progress.show("fitting", ++done, tasks.size());
   });
   std::vector<fit::FittedModel> result;
@@ -243,14 +249,17 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   return result;
 }
 
-void print_json(const std::vector<fit::FittedModel>& fits) {
+void print_json(const std::vector<fit::FittedModel>& fits,
+                const std::vector<Resampling>& resampling) {
   if (fits.size() == 1) {
-    fmt::print("{}\n", fit::to_json(fits.front(), 2));
+    fmt::print("{}\n", with_resampling(fit::to_json(fits.front(), 2), resampling.front()));
     return;
   }
   fmt::print("{{\"fits\": [\n");
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    fmt::print("{}{}\n", fit::to_json(fits[i], 2), i + 1 < fits.size() ? "," : "");
+    fmt::print("{}{}\n",
+               with_resampling(fit::to_json(fits[i], 2), resampling[i]),
+               i + 1 < fits.size() ? "," : "");
   }
   fmt::print("]}}\n");
 }
@@ -258,6 +267,7 @@ void print_json(const std::vector<fit::FittedModel>& fits) {
 void print_tables(const std::vector<fit::FittedModel>& fits) {
   if (fits.size() == 1) {
     print_fit(fits.front());
+    print_inference(fits.front());
     return;
   }
   std::vector<const fit::FittedModel*> pointers;
@@ -265,14 +275,27 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
   print_ranking(pointers);
 }
 
-void run(const FitArguments& arguments) {
+void run(FitArguments arguments) {
+  // One fit has the threads for itself.
+  arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
   if (arguments.formula.empty() == arguments.models.empty()) {
     throw UsageError("give either --formula or --model");
   }
   const data::Table table = read_data(arguments);
+  const std::vector<Task> tasks = tasks_of(arguments, table);
   const std::vector<fit::FittedModel> fits =
-      fit_all(tasks_of(arguments, table), table, arguments.common);
-  arguments.common.json ? print_json(fits) : print_tables(fits);
+      fit_all(tasks, table, arguments.inference, arguments.common);
+  std::vector<fit::FitModelOptions> options;
+  for (const Task& task : tasks) options.push_back(task.options);
+  const std::vector<Resampling> resampling =
+      resample(fits, options, table, arguments.resampling, arguments.common);
+  write_residuals(fits, table, arguments.resampling);
+  if (arguments.common.json) {
+    print_json(fits, resampling);
+  } else {
+    print_tables(fits);
+    print_resampling(fits, resampling);
+  }
   std::fflush(stdout);
   const bool any = std::ranges::any_of(
       fits, [](const fit::FittedModel& fit) { return fit.convergence.converged; });
@@ -349,6 +372,7 @@ void add_fit_command(CLI::App& program) {
       ->type_name("DATA.csv")
       ->required();
   add_model_options(command, *arguments);
+  add_resampling_options(command, arguments->resampling);
   command
       .add_option(
           "--where", arguments->where, R"(Rows to use, such as 'species == "SM" && core == 1')")
@@ -358,6 +382,7 @@ void add_fit_command(CLI::App& program) {
           "--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
+  add_inference_options(command, arguments->inference);
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit fit examples/fir-mixed/inventory.csv --model M4 --random \"a + b | plot\" "

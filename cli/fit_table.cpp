@@ -64,24 +64,26 @@ void print_fixed_effects(const FittedModel& fit) {
   const Eigen::VectorXd errors = fit.standard_errors();
   const Eigen::VectorXd t = fit.t_values();
   const Eigen::VectorXd p = fit.p_values();
-  fmt::print("{:<{}} {:>12} {:>12} {:>10} {:>9}\n",
+  fmt::print("{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
              "coefficient",
              width,
              "estimate",
              "std. error",
+             "df",
              "t",
              "p");
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
-    fmt::print("{:<{}} {:>12} {:>12} {:>10} {:>9}\n",
+    fmt::print("{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
                fit.coefficient_names[k],
                width,
                number(fit.estimate[j]),
                number(errors[j]),
+               number(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN),
                std::isnan(t[j]) ? "-" : fmt::format("{:.4g}", t[j]),
                p_text(p[j]));
   }
-  fmt::print("t and p with {} degrees of freedom\n\n", number(fit.degrees_of_freedom));
+  fmt::print("\n");
 }
 
 /// \param title  of the first column
@@ -147,7 +149,9 @@ void print_residuals(const FittedModel& fit) {
 void print_statistics(const FittedModel& fit) {
   if (std::isnan(fit.log_likelihood)) return;
   fmt::print("log-likelihood {:.6f} with {} parameters\n", fit.log_likelihood, fit.parameter_count);
-  fmt::print("AIC {:.4f}  AICc {:.4f}  BIC {:.4f}\n\n", fit.aic(), fit.aicc(), fit.bic());
+  fmt::print("AIC {:.4f}  AICc {:.4f}  BIC {:.4f}", fit.aic(), fit.aicc(), fit.bic());
+  if (fit.has_random_effects()) fmt::print("  BIC by groups {:.4f}", fit.bic_groups());
+  fmt::print("\n\n");
   const auto line = [](const char* level, const fit::FitStatistics& values) {
     fmt::print("{:<13} {:>10} {:>10} {:>12} {:>10}\n",
                level,
@@ -159,7 +163,13 @@ void print_statistics(const FittedModel& fit) {
   fmt::print(
       "{:<13} {:>10} {:>10} {:>12} {:>10}\n", "prediction", "R2", "RMSE", "mean error", "MAE");
   line("population", fit.population);
-  if (fit.has_random_effects()) line("conditional", fit.conditional);
+  if (!fit.has_random_effects()) return;
+  line("conditional", fit.conditional);
+  fmt::print(
+      "variance explained: {:.4f} by fixed effects (marginal R2), {:.4f} with random effects "
+      "(conditional R2)\n",
+      fit.r2_marginal,
+      fit.r2_conditional);
 }
 
 void print_failures(const std::vector<const FittedModel*>& failures) {

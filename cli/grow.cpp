@@ -1,49 +1,25 @@
 // SPDX-License-Identifier: MIT
-// `silvafit grow`: trees and stands as GLB.
+// `silvafit grow`: trees and stands as GLB, glTF, OBJ or PLY.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstdio>
-#include <map>
-#include <nlohmann/json.hpp>
+#include <filesystem>
+#include <functional>
 #include <set>
-#include <string>
-#include <vector>
+#include <utility>
 
-#include "command.hpp"
-#include "silvafit/base/atomic_file.hpp"
+#include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/csv.hpp"
-#include "silvafit/tree/morphology_table.hpp"
-#include "silvafit/tree/scene.hpp"
+#include "silvafit/tree/ground.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
-
-struct GrowCommand {
-  CommonOptions common;
-  std::string file;
-  std::string use = "observed";
-  std::string preset;
-  std::string scene;
-  std::string out;
-  std::string builder = "segment";
-  std::string format = "glb";
-  std::vector<std::string> plots;
-  std::vector<std::string> columns;
-};
-
-/// What is reported of one tree.
-struct GrownTree {
-  tree::SceneTree tree{};
-  std::string file{};
-  std::size_t bytes = 0;
-};
 
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
   std::map<std::string, std::string> map;
@@ -58,10 +34,11 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
 }
 
 tree::MorphologyTable read_trees(const GrowCommand& command) {
-  const tree::MorphologyTableOptions options{.use = tree::use_from_text(command.use),
-                                             .columns = column_map(command.columns),
-                                             .plots = command.plots,
-                                             .needs_position = !command.scene.empty()};
+  const tree::MorphologyTableOptions options{
+      .use = tree::use_from_text(command.use),
+      .columns = column_map(command.columns),
+      .plots = command.plots,
+      .needs_position = !command.scene.empty() || command.resolve_overlaps};
   data::CsvTableOptions csv{.text_columns = {"plot", "tree", "species"}};
   for (const char* name : {"plot", "tree", "species"}) {
     const auto mapped = options.columns.find(name);
@@ -111,183 +88,303 @@ std::string file_name(const std::string& name) {
       safe += fmt::format("%{:02X}", static_cast<unsigned char>(c));
     }
   }
-  return safe + ".glb";
+  return safe;
 }
 
+std::string level_suffix(const GrowCommand& command, int level) {
+  return command.levels.size() > 1 && level > 0 ? fmt::format("-lod{}", level) : std::string();
+}
+
+/// Names without level and ending.
 std::vector<std::string> file_names(const std::vector<tree::Morphology>& morphologies) {
   std::vector<std::string> names;
   std::set<std::string> taken;
   for (const tree::Morphology& morphology : morphologies) {
-    std::string name = file_name(morphology.plot + "-" + morphology.tree);
+    const std::string plain = file_name(morphology.plot + "-" + morphology.tree);
+    std::string name = plain;
     // Plot a, tree b-c and plot a-b, tree c share a name; a tilde is in no other.
-    for (int copy = 2; !taken.insert(name).second; ++copy) {
-      name = file_name(morphology.plot + "-" + morphology.tree);
-      name.insert(name.size() - 4, fmt::format("~{}", copy));
-    }
+    for (int copy = 2; !taken.insert(name).second; ++copy) name = plain + fmt::format("~{}", copy);
     names.push_back(std::move(name));
   }
   return names;
 }
 
-ordered_json json_of(const GrownTree& grown) {
-  const tree::SceneTree& tree = grown.tree;
-  const tree::Measurements& measured = tree.measured;
-  ordered_json notes = ordered_json::array();
-  for (const tree::Note& note : tree.notes) {
-    notes.push_back({{"about", note.about}, {"text", note.text}});
+/// Grows the trees of a table and writes them.
+class Grower {
+ public:
+  Grower(const GrowCommand& command,
+         const std::vector<tree::Morphology>& morphologies,
+         const tree::PresetCatalogue& catalogue)
+      : command_(command),
+        morphologies_(morphologies),
+        listed_(presets_of(morphologies, catalogue, command)),
+        presets_(listed_),
+        progress_(command.common) {
+    for (const tree::Preset*& preset : presets_) {
+      if (preset == nullptr) preset = &catalogue.fallback();
+    }
   }
-  return {{"plot", tree.plot},
-          {"tree", tree.tree},
-          {"species", tree.species},
-          {"preset", tree.preset},
-          {"file", grown.file},
-          {"vertices", measured.vertices},
-          {"triangles", measured.triangles},
-          {"bytes", grown.bytes},
-          {"h", measured.h_m},
-          {"hcb", measured.hcb_m},
-          {"dbh", measured.dbh_cm},
-          {"cw", measured.radii.width_m()},
-          {"radii",
-           {{"e", measured.radii.east_m},
-            {"w", measured.radii.west_m},
-            {"s", measured.radii.south_m},
-            {"n", measured.radii.north_m}}},
-          {"notes", std::move(notes)}};
-}
 
-ordered_json json_of(const tree::LeftOut& left_out) {
-  const ordered_json line = left_out.place.line ? ordered_json(*left_out.place.line) : nullptr;
-  return {{"plot", left_out.place.plot},
-          {"tree", left_out.place.tree},
-          {"line", line},
-          {"column", left_out.place.column},
-          {"reason", left_out.reason}};
-}
+  GrowResult run() {
+    result_.tree_count = morphologies_.size();
+    if (command_.resolve_overlaps) resolve();
+    if (command_.share) {
+      share();
+    } else {
+      for (const int level : command_.levels) {
+        if (command_.scene.empty()) {
+          write_alone(level);
+        } else {
+          write_scene(level);
+        }
+      }
+    }
+    progress_.clear();
+    result_.pairs = std::move(overlap_.pairs);
+    return std::move(result_);
+  }
 
-void report(const GrowCommand& command,
-            const std::vector<GrownTree>& grown,
-            const std::vector<tree::LeftOut>& left_out,
-            double seconds) {
-  std::size_t triangles = 0;
-  std::size_t with_guesses = 0;
-  ordered_json trees = ordered_json::array();
-  for (const GrownTree& tree : grown) {
-    triangles += tree.tree.measured.triangles;
-    with_guesses += tree.tree.notes.empty() ? 0 : 1;
-    if (command.common.json) trees.push_back(json_of(tree));
-  }
-  if (command.common.json) {
-    ordered_json rows = ordered_json::array();
-    for (const tree::LeftOut& row : left_out) rows.push_back(json_of(row));
-    const ordered_json result{{"schema", "silvafit-grow/1"},
-                              {"silvafit", version()},
-                              {"use", command.use},
-                              {"seed", command.common.seed},
-                              {"trees", std::move(trees)},
-                              {"left_out", std::move(rows)},
-                              {"seconds", seconds}};
-    fmt::print("{}\n", result.dump());
-    return;
-  }
-  fmt::print("{} trees, {} triangles, {:.2f} s: {}\n",
-             grown.size(),
-             triangles,
-             seconds,
-             command.scene.empty() ? command.out : command.scene);
-  if (with_guesses > 0) {
-    say(command.common,
-        fmt::format("{} trees have parts that were not measured; --json says which.",
-                    with_guesses));
-  }
-}
+  const std::vector<const tree::Preset*>& presets() const { return presets_; }
 
-void report_left_out(const GrowCommand& command, const std::vector<tree::LeftOut>& left_out) {
-  constexpr std::size_t kShown = 20;
-  for (std::size_t i = 0; i < left_out.size() && i < kShown; ++i) {
-    fmt::print(stderr, "{}\n", describe(left_out[i].place, left_out[i].reason + "; left out"));
-  }
-  if (left_out.size() > kShown) {
-    fmt::print(stderr,
-               "... and {} more rows are left out of {}\n",
-               left_out.size() - kShown,
-               command.file);
-  }
-}
+ private:
+  unsigned threads() const { return command_.common.threads; }
 
-tree::SceneTree grow_one(const tree::Morphology& morphology,
-                         const tree::Preset* preset,
-                         const tree::Preset& fallback,
-                         std::uint64_t seed) {
-  tree::SceneTree tree =
-      tree::grow_tree(morphology, preset != nullptr ? *preset : fallback, {.seed = seed});
-  if (preset == nullptr) {
-    tree.notes.push_back({"preset", "no preset lists the species: " + fallback.name});
+  tree::GrowOptions options(int level) const {
+    return {.seed = command_.common.seed, .mesh = tree::level_of_detail(level)};
   }
-  return tree;
-}
 
-/// Puts a tree into a file of its own; its mesh is not kept.
-GrownTree write_alone(tree::SceneTree tree, const fs::path& path) {
-  tree::Scene scene;
-  scene.trees.push_back(std::move(tree));
-  const std::string bytes = tree::glb_bytes(scene);
-  write_file(path, bytes);
-  GrownTree grown{std::move(scene.trees.front()), path.string(), bytes.size()};
-  grown.tree.mesh = {};
-  return grown;
-}
-
-/// Puts all trees into one file; their meshes are not kept.
-void write_together(std::vector<GrownTree>& grown,
-                    const tree::Position& origin,
-                    const std::string& file) {
-  tree::Scene scene{.origin = origin};
-  scene.trees.reserve(grown.size());
-  for (GrownTree& one : grown) {
-    tree::Mesh mesh = std::move(one.tree.mesh);
-    one.tree.mesh = {};
-    scene.trees.push_back(one.tree);
-    scene.trees.back().mesh = std::move(mesh);
+  void resolve() {
+    std::vector<tree::StandTree> trees(morphologies_.size());
+    std::atomic<std::size_t> done = 0;
+    parallel_for(trees.size(), threads(), [&](std::size_t i) {
+      trees[i] = tree::grow_for_stand(morphologies_[i], *presets_[i], options(0));
+      progress_.show("looking at neighbors", ++done, trees.size());
+    });
+    overlap_ = tree::resolve_overlaps(trees, threads());
+    for (const tree::TreeOverlap& one : overlap_.trees) {
+      result_.crossing += one.crossing > 0 ? 1 : 0;
+    }
   }
-  tree::write_glb(std::move(scene), file);
-}
 
-void run(const GrowCommand& command) {
+  GrownTree grow(std::size_t i, int level) const {
+    const tree::TreeOverlap* overlap = command_.resolve_overlaps ? &overlap_.trees[i] : nullptr;
+    GrownTree grown{
+        .tree = tree::grow_tree(morphologies_[i], *presets_[i], options(level), overlap),
+        .level = level};
+    constexpr double kPerMeter = 100.0;
+    grown.surface_error_cm = kPerMeter * grown.tree.mesh.surface_error_m;
+    if (listed_[i] == nullptr) {
+      grown.tree.notes.push_back({"preset", "no preset lists the species: " + presets_[i]->name});
+    }
+    return grown;
+  }
+
+  /// Counts a tree that is written; its mesh is not kept.
+  void take(GrownTree grown) {
+    result_.triangles += grown.tree.measured.triangles;
+    const bool first_level = grown.level == command_.levels.front();
+    const bool guessed =
+        std::any_of(grown.tree.notes.begin(), grown.tree.notes.end(), [](const tree::Note& note) {
+          return note.about != "overlap";
+        });
+    result_.with_guesses += first_level && guessed ? 1 : 0;
+    grown.tree.mesh = {};
+    if (command_.common.json) result_.trees.push_back(std::move(grown));
+  }
+
+  /// Grows a few trees at a time on all threads and hands them over in their order, so that memory
+  /// does not grow with their number.
+  template <typename Each>
+  void in_blocks(const char* stage, std::size_t count, Each each) {
+    constexpr std::size_t kBlock = 64;
+    std::vector<GrownTree> block;
+    for (std::size_t from = 0; from < count; from += kBlock) {
+      block.assign(std::min(kBlock, count - from), {});
+      parallel_for(block.size(), threads(), [&](std::size_t k) { block[k] = each(from + k); });
+      for (std::size_t k = 0; k < block.size(); ++k) hand_over_(from + k, block[k]);
+      for (GrownTree& grown : block) take(std::move(grown));
+      progress_.show(stage, from + block.size(), count);
+    }
+  }
+
+  void write_alone(int level) {
+    if (names_.empty()) names_ = file_names(morphologies_);
+    hand_over_ = [](std::size_t, GrownTree&) {};
+    in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
+      GrownTree grown = grow(i, level);
+      const fs::path path =
+          fs::path(command_.out) / (names_[i] + level_suffix(command_, level) + "." +
+                                    tree::file_ending(command_.scene_format));
+      grown.file = path.string();
+      const auto writer = tree::open_scene(path, command_.scene_format, scene_options({}));
+      // A tree alone stands at the origin.
+      tree::SceneTree& alone = grown.tree;
+      const tree::Position place = std::exchange(alone.position, {});
+      writer->add_tree(alone);
+      alone.position = place;
+      grown.bytes = writer->finish();
+      return grown;
+    });
+  }
+
+  tree::SceneOptions scene_options(const tree::Position& origin) const {
+    return {.origin = origin,
+            .instancing = command_.instancing,
+            .quantize = command_.quantize,
+            .compress = command_.compress,
+            .ascii = command_.ascii};
+  }
+
+  fs::path scene_path(int level) const {
+    fs::path path = command_.scene;
+    const std::string suffix = level_suffix(command_, level);
+    if (!suffix.empty()) {
+      path.replace_filename(path.stem().string() + suffix + path.extension().string());
+    }
+    return path;
+  }
+
+  void write_scene(int level) {
+    const fs::path path = scene_path(level);
+    const tree::Position origin = tree::scene_origin(morphologies_);
+    const auto writer = tree::open_scene(path, command_.scene_format, scene_options(origin));
+    hand_over_ = [&writer](std::size_t, GrownTree& grown) { writer->add_tree(grown.tree); };
+    in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
+      GrownTree grown = grow(i, level);
+      grown.file = path.string();
+      grown.bytes = mesh_bytes(grown.tree.mesh);
+      return grown;
+    });
+    add_ground(*writer, origin);
+    result_.files.emplace_back(path.string(), writer->finish());
+  }
+
+  /// Of a mesh in plain floats.
+  static std::size_t mesh_bytes(const tree::Mesh& mesh) {
+    std::size_t bytes = 0;
+    for (const tree::MeshPart& part : mesh.parts) {
+      constexpr std::size_t kNarrow = 65535;
+      const std::size_t index = part.vertex_count() < kNarrow ? 2 : 4;
+      bytes += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size() +
+                                part.tangents.size()) +
+               part.colors.size() + index * part.indices.size();
+    }
+    return bytes;
+  }
+
+  void add_ground(tree::SceneWriter& writer, const tree::Position& origin) const {
+    if (command_.ground == "none") return;
+    std::vector<tree::Position> stems;
+    stems.reserve(morphologies_.size());
+    double lowest = morphologies_.front().position.z_m;
+    for (const tree::Morphology& tree : morphologies_) {
+      stems.push_back(tree.position);
+      lowest = std::min(lowest, tree.position.z_m);
+    }
+    if (command_.ground == "flat") {
+      // Four corners span it.
+      for (tree::Position& stem : stems) stem.z_m = lowest;
+      const auto by = [&](double tree::Position::*axis) {
+        return std::minmax_element(
+            stems.begin(), stems.end(), [axis](const auto& a, const auto& b) {
+              return a.*axis < b.*axis;
+            });
+      };
+      const auto [west, east] = by(&tree::Position::x_m);
+      const auto [south, north] = by(&tree::Position::y_m);
+      stems = {{west->x_m, south->y_m, lowest}, {east->x_m, north->y_m, lowest}};
+    }
+    const tree::MeshPart mesh = tree::ground_mesh(stems, origin);
+    const auto model = writer.add_model("ground", {{"ground", "ground", &mesh}});
+    writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
+  }
+
+  // ---- Shared models --------------------------------------------------------------------------
+
+  void share() {
+    result_.shared = tree::share_models(morphologies_, presets_, command_.models_per_preset);
+    for (const int level : command_.levels) write_shared(level);
+  }
+
+  void write_shared(int level) {
+    const fs::path path = scene_path(level);
+    const tree::Position origin = tree::scene_origin(morphologies_);
+    const auto writer = tree::open_scene(path, command_.scene_format, scene_options(origin));
+    std::vector<tree::SceneWriter::Model> models;
+    std::vector<std::size_t> triangles;
+    for (const tree::SharedModel& model : result_.shared.models) {
+      const tree::SceneTree grown =
+          tree::grow_tree(model.morphology, *model.preset, options(level));
+      models.push_back(
+          writer->add_model(model.morphology.tree, tree::parts_of(grown.mesh, model.preset->name)));
+      triangles.push_back(grown.measured.triangles);
+      progress_.show("growing models", models.size(), result_.shared.models.size());
+    }
+    for (std::size_t i = 0; i < morphologies_.size(); ++i) {
+      const tree::SharedTree& shared = result_.shared.trees[i];
+      const tree::Morphology& tree = morphologies_[i];
+      writer->place(models[shared.model],
+                    tree.plot + "-" + tree.tree,
+                    {.position = tree.position,
+                     .stretch_east = shared.stretch_east,
+                     .stretch_up = shared.stretch_up,
+                     .stretch_north = shared.stretch_north},
+                    i);
+      result_.triangles += triangles[shared.model];
+    }
+    add_ground(*writer, origin);
+    result_.files.emplace_back(path.string(), writer->finish());
+  }
+
+  const GrowCommand& command_;
+  const std::vector<tree::Morphology>& morphologies_;
+  std::vector<const tree::Preset*> listed_;  ///< null where no preset lists the species
+  std::vector<const tree::Preset*> presets_;
+  Progress progress_;
+  tree::StandOverlap overlap_{};
+  GrowResult result_{};
+  std::vector<std::string> names_{};
+  std::function<void(std::size_t, GrownTree&)> hand_over_{};
+};
+
+void check(GrowCommand& command) {
   if (command.scene.empty() == command.out.empty()) {
-    throw UsageError("say where the trees go: --scene FILE.glb for all in one, or --out DIR");
+    throw UsageError("say where the trees go: --scene FILE for all in one, or --out DIR");
   }
+  if (command.share && (command.scene.empty() || command.resolve_overlaps)) {
+    throw UsageError(
+        "--share is for a --scene, and not with --resolve-overlaps, which gives each tree a shape "
+        "of "
+        "its own");
+  }
+  if (command.instancing && !command.share) {
+    throw UsageError("--instancing needs models that trees share: add --share");
+  }
+  std::string format = command.format;
+  const std::string ending = fs::path(command.scene).extension().string();
+  if (format.empty()) format = ending.size() > 1 ? ending.substr(1) : "glb";
+  std::sort(command.levels.begin(), command.levels.end());
+  command.levels.erase(std::unique(command.levels.begin(), command.levels.end()),
+                       command.levels.end());
+  for (const int level : command.levels) static_cast<void>(tree::level_of_detail(level));
+  command.scene_format = tree::scene_format_from_text(format);
+  if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
+}
+
+void run(GrowCommand& command) {
+  check(command);
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = tree::PresetCatalogue::load(data_directory() / "models");
   const tree::MorphologyTable table = read_trees(command);
   report_left_out(command, table.left_out);
-  const std::vector<tree::Morphology>& morphologies = table.morphologies;
-  if (morphologies.empty()) {
+  if (table.morphologies.empty()) {
     throw InputError("no tree can be grown from its rows", {.file = command.file});
   }
-  const auto presets = presets_of(morphologies, catalogue, command);
-  const std::vector<std::string> names = file_names(morphologies);
-
-  std::vector<GrownTree> grown(morphologies.size());
-  Progress progress(command.common);
-  std::atomic<std::size_t> done = 0;
-  parallel_for(morphologies.size(), command.common.threads, [&](std::size_t i) {
-    tree::SceneTree tree =
-        grow_one(morphologies[i], presets[i], catalogue.fallback(), command.common.seed);
-    if (command.scene.empty()) {
-      grown[i] = write_alone(std::move(tree), fs::path(command.out) / names[i]);
-    } else {
-      const std::size_t bytes = tree::glb_mesh_bytes(tree.mesh);
-      grown[i] = {std::move(tree), command.scene, bytes};
-    }
-    progress.show("growing", ++done, morphologies.size());
-  });
-  if (!command.scene.empty()) {
-    write_together(grown, tree::scene_origin(morphologies), command.scene);
-  }
-  progress.clear();
+  Grower grower(command, table.morphologies, catalogue);
+  const GrowResult result = grower.run();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  report(command, grown, table.left_out, seconds.count());
+  report_grown(
+      command, result, table.morphologies, grower.presets(), table.left_out, seconds.count());
 }
 
 }  // namespace
@@ -305,13 +402,41 @@ void add_grow_command(CLI::App& program) {
       ->capture_default_str();
   command->add_option(
       "--preset", options->preset, "Species preset for all trees (default: by species)");
-  command->add_option("--scene", options->scene, "One GLB file with all trees at their places")
-      ->type_name("FILE.glb");
-  command->add_option("--out", options->out, "Folder for one GLB file a tree, at the origin")
+  command->add_option("--scene", options->scene, "One file with all trees at their places")
+      ->type_name("FILE");
+  command->add_option("--out", options->out, "Folder for one file a tree, at the origin")
       ->type_name("DIR");
-  command->add_option("--format", options->format, "File format")
-      ->check(CLI::IsMember({"glb"}))
+  command
+      ->add_option("--format",
+                   options->format,
+                   "glb, gltf, obj or ply (default: by the ending of --scene, else glb)")
+      ->check(CLI::IsMember({"glb", "gltf", "obj", "ply"}));
+  command->add_flag("--resolve-overlaps",
+                    options->resolve_overlaps,
+                    "Remove and turn branches where neighbors' crowns overlap");
+  command
+      ->add_option("--lod",
+                   options->levels,
+                   "Level of detail, 0 (finest) to 3; several, as in 0,2, go to files of their own")
+      ->delimiter(',')
       ->capture_default_str();
+  command
+      ->add_option(
+          "--ground", options->ground, "Ground of a scene: through the stems' feet, flat, or none")
+      ->check(CLI::IsMember({"stems", "flat", "none"}))
+      ->capture_default_str();
+  command->add_flag("--share",
+                    options->share,
+                    "Trees of like shape share a model, stretched to height and width");
+  command->add_option("--models", options->models_per_preset, "Models a preset with --share")
+      ->capture_default_str();
+  command->add_flag("--instancing",
+                    options->instancing,
+                    "GLB, glTF: EXT_mesh_gpu_instancing for trees that share a model");
+  command->add_flag("--quantize", options->quantize, "GLB, glTF: KHR_mesh_quantization");
+  command->add_flag(
+      "--compress", options->compress, "GLB, glTF: EXT_meshopt_compression and quantization");
+  command->add_flag("--ascii", options->ascii, "PLY as text");
   command->add_option("--builder", options->builder, "How trees are built")
       ->check(CLI::IsMember({"segment"}))
       ->capture_default_str();

@@ -41,7 +41,10 @@ std::string coefficients_text(const fit::FittedModel& fit) {
 
 void print_models(const study::ModelLibrary& library) {
   for (const study::LibraryModel& model : library.models) {
-    fmt::print("{:<8} {:<4} {:<10} {}\n", model.species, model.response, model.role,
+    fmt::print("{:<8} {:<4} {:<10} {}\n",
+               model.species,
+               model.response,
+               model.role,
                model.fit.specification.formula.text);
     fmt::print("    {}\n", coefficients_text(model.fit));
   }
@@ -49,8 +52,7 @@ void print_models(const study::ModelLibrary& library) {
 
 void show(const ShowArguments& arguments) {
   if (arguments.library.empty()) {
-    const std::vector<std::string> names =
-        study::published_libraries(data_directory() / "models");
+    const std::vector<std::string> names = study::published_libraries(data_directory() / "models");
     if (arguments.common.json) {
       fmt::print("{}\n", ordered_json{{"published", names}}.dump(2));
     } else {
@@ -121,11 +123,12 @@ void make_scenes(SceneArguments arguments) {
   }
   for (const study::SpeciesScenes& of : scenes.species) {
     say(arguments.common,
-        fmt::format("{}: {} scenes of a tree of {} cm by {}",
-                    of.species.empty() ? "all" : of.species,
-                    of.scenes,
-                    of.dbh_cm,
-                    of.indices.empty() ? "no index" : fmt::format("{}", fmt::join(of.indices, ", "))));
+        fmt::format(
+            "{}: {} scenes of a tree of {} cm by {}",
+            of.species.empty() ? "all" : of.species,
+            of.scenes,
+            of.dbh_cm,
+            of.indices.empty() ? "no index" : fmt::format("{}", fmt::join(of.indices, ", "))));
   }
   if (arguments.common.json) print_summary(arguments, scenes);
 }
@@ -172,8 +175,7 @@ void add_scenes_command(CLI::App& library) {
                   arguments->options.uniform_angle_index,
                   "W of scenes whose models do not depend on it")
       ->capture_default_str();
-  command
-      .add_option("--spacing", arguments->options.spacing_m, "Between the scenes' centers [m]")
+  command.add_option("--spacing", arguments->options.spacing_m, "Between the scenes' centers [m]")
       ->capture_default_str();
   add_common_options(command, arguments->common);
   add_example(command,

@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "command.hpp"
+#include "interrupts.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::cli {
@@ -28,7 +29,9 @@ int run(int argc, char** argv) {
   add_fit_command(program);
   add_predict_command(program);
   add_library_command(program);
+  add_impute_command(program);
   add_grow_command(program);
+  add_render_command(program);
   add_simulate_command(program);
   add_models_command(program);
 
@@ -57,4 +60,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace silvafit::cli
 
-int main(int argc, char** argv) { return silvafit::cli::run(argc, argv); }
+int main(int argc, char** argv) {
+  silvafit::cli::clean_up_on_interrupts();
+  return silvafit::cli::run(argc, argv);
+}

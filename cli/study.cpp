@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -14,8 +15,10 @@
 
 #include "command.hpp"
 #include "inventory_options.hpp"
+#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/structure_columns.hpp"
+#include "silvafit/study/study_configuration.hpp"
 #include "silvafit/study/study_files.hpp"
 
 namespace silvafit::cli {
@@ -28,12 +31,104 @@ struct Arguments {
   UnitArguments units{};
   study::StudyOptions study{};
   std::string out{};
+  std::string criterion = "level";
+  std::string configuration{};
+  std::string initial{};  ///< file that a configuration to start from is written to
   CommonOptions common{};
 };
 
-std::vector<std::pair<std::string, std::string>> decisions_of(const Arguments& arguments,
-                                                              const study::StudyRecord& record) {
-  std::vector<std::pair<std::string, std::string>> decisions;
+/// One criterion for all levels, which then decides alone.
+void apply_criterion(const std::string& text, study::StudyOptions& options) {
+  if (text == "level") return;
+  const study::Criterion all = study::parse_criterion(text);
+  options.criteria = {.base = all, .covariates = all, .random = all, .variance = all};
+  options.needs_tests = false;
+}
+
+/// Takes what a study.json says, but for what the command line says itself.
+void apply_configuration(const CLI::App& command, Arguments& arguments) {
+  if (arguments.configuration.empty()) return;
+  const study::StudyConfiguration file = study::read_study_configuration(arguments.configuration);
+  const auto is_given = [&](const char* option) { return command.count(option) > 0; };
+  study::StudyOptions options = file.study;
+  if (is_given("--species")) options.species = arguments.study.species;
+  if (is_given("--responses")) options.responses = arguments.study.responses;
+  if (is_given("--covariates")) options.covariates = arguments.study.covariates;
+  if (is_given("--group")) options.group = arguments.study.group;
+  if (is_given("--minimum-trees")) options.minimum_trees = arguments.study.minimum_trees;
+  arguments.study = std::move(options);
+  auto& columns = arguments.inventory.columns;
+  if (!is_given("--columns")) columns = file.columns;
+  UnitArguments& units = arguments.units;
+  if (file.window && !is_given("--window")) units.window = *file.window;
+  if (file.edge && !is_given("--edge")) units.edge = *file.edge;
+  if (file.buffer_m && !is_given("--buffer")) units.buffer_m = *file.buffer_m;
+  if (file.per && !is_given("--per")) units.per = *file.per;
+  if (file.neighbors && !is_given("--neighbors")) units.neighbors = *file.neighbors;
+}
+
+using Decisions = std::vector<std::pair<std::string, std::string>>;
+
+/// A criterion in a sentence.
+std::string named(study::Criterion criterion) {
+  switch (criterion) {
+    case study::Criterion::kAic:
+      return "AIC";
+    case study::Criterion::kAicc:
+      return "AICc";
+    case study::Criterion::kBic:
+      return "BIC";
+    case study::Criterion::kCrossValidation:
+      break;
+  }
+  return "error of predictions for plots left out (10 folds)";
+}
+
+/// "2 AIC", or one standard error of an error.
+std::string distance(study::Criterion criterion, double equally_good) {
+  return criterion == study::Criterion::kCrossValidation
+             ? "one standard error"
+             : fmt::format("{:g} {}", equally_good, named(criterion));
+}
+
+void add_level_decisions(const study::StudyRecord& record, Decisions& decisions) {
+  const study::StudyOptions& options = record.study.options;
+  const study::LevelCriteria& criteria = options.criteria;
+  const std::string test = options.needs_tests ? fmt::format(", likelihood-ratio test at {:g} %",
+                                                             100.0 * options.significance)
+                                               : std::string();
+  const auto best = [&](study::Criterion criterion) {
+    return options.parsimonious ? fmt::format("fewest parameters within {} of the best",
+                                              distance(criterion, options.equally_good))
+                                : fmt::format("lowest {}", named(criterion));
+  };
+  decisions.emplace_back("Level 1",
+                         fmt::format("fewest parameters within {} of the best base model",
+                                     distance(criteria.base, options.equally_good)));
+  const bool has_level_2 = std::ranges::any_of(
+      record.study.results,
+      [](const study::ResponseStudy& result) { return !result.covariates.empty(); });
+  decisions.emplace_back(
+      "Level 2",
+      has_level_2 ? fmt::format("lowest {} of covariate subsets on {}{}",
+                                named(criteria.covariates),
+                                options.covariate_parameters > 1 ? "one or two parameters"
+                                                                 : "one parameter",
+                                test)
+                  : "left out: no covariates; structural units need positions");
+  decisions.emplace_back(
+      "Level 3",
+      fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "
+                  "coefficients by {}, then variance function by {}{}",
+                  options.group,
+                  options.maximum_random_effects,
+                  best(criteria.random),
+                  best(criteria.variance),
+                  test));
+}
+
+Decisions decisions_of(const Arguments& arguments, const study::StudyRecord& record) {
+  Decisions decisions;
   if (record.units) {
     const std::string window =
         arguments.units.window.empty()
@@ -50,19 +145,7 @@ std::vector<std::pair<std::string, std::string>> decisions_of(const Arguments& a
                                        arguments.units.neighbors,
                                        arguments.units.per));
   }
-  decisions.emplace_back("Level 1", "fewest parameters within 2 AIC of the best base model");
-  decisions.emplace_back(
-      "Level 2",
-      record.units
-          ? "lowest BIC of covariate subsets on one parameter, likelihood-ratio test at 5 %"
-          : "left out: no positions, so no structural units");
-  decisions.emplace_back(
-      "Level 3",
-      fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "
-                  "coefficients by lowest BIC, then variance function by lowest AIC "
-                  "with likelihood-ratio test at 5 %",
-                  record.study.options.group,
-                  record.study.options.maximum_random_effects));
+  add_level_decisions(record, decisions);
   return decisions;
 }
 
@@ -136,8 +219,9 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
   fmt::print("{}\n", summary.dump(2));
 }
 
-/// Covariates that the inventory itself must have.
-std::vector<std::string> other_covariates(const Arguments& arguments) {
+/// Columns of the file that a study reads besides those of an inventory: covariates, the group, and
+/// what own formulas name. Names that are no column are parameters there.
+std::vector<std::string> other_columns(const Arguments& arguments) {
   constexpr std::size_t kMostCovariates = 8;
   if (arguments.study.covariates.size() > kMostCovariates) {
     throw UsageError(fmt::format("{} covariates have too many subsets; {} are the most",
@@ -149,7 +233,16 @@ std::vector<std::string> other_covariates(const Arguments& arguments) {
   for (const std::string& name : arguments.study.covariates) {
     if (!study::is_structure_name(name)) names.push_back(name);
   }
+  if (arguments.study.group != "plot") names.push_back(arguments.study.group);
   return names;
+}
+
+/// What own candidates and responses may read: with them, every column of the file is kept.
+bool has_own_candidates(const study::StudyOptions& options) {
+  const auto is_own = [](const std::string& text) { return text.find('~') != std::string::npos; };
+  return std::ranges::any_of(options.candidates, [&](const auto& entry) {
+    return std::ranges::any_of(entry.second, is_own);
+  });
 }
 
 /// The further indices among the covariates, and those asked for besides.
@@ -163,8 +256,10 @@ stand::StructuralUnitOptions options_of_units(const Arguments& arguments) {
 
 study::StudyRecord make_record(const Arguments& arguments) {
   study::StudyRecord record{.version = version(), .command = command_line()};
-  record.inventory =
-      read_inventory(arguments.inventory, {.keep = other_covariates(arguments)}, arguments.common);
+  record.inventory = read_inventory(
+      arguments.inventory,
+      {.keep = other_columns(arguments), .keep_all = has_own_candidates(arguments.study)},
+      arguments.common);
   const bool has_positions = record.inventory.inventory.has_coordinates();
   const stand::StructuralUnitOptions options = options_of_units(arguments);
   if (has_positions) {
@@ -180,7 +275,24 @@ study::StudyRecord make_record(const Arguments& arguments) {
   return record;
 }
 
-void run(Arguments& arguments) {
+/// `--init`: a configuration to start from.
+void initialise(const Arguments& arguments) {
+  const auto catalogue = study::Catalogue::load(data_directory() / "models");
+  const stand::CheckedInventory inventory =
+      read_inventory(arguments.inventory, {.keep_all = true}, arguments.common);
+  if (std::filesystem::exists(arguments.initial)) {
+    throw InputError("the file exists already; remove it, or choose another name",
+                     {.file = arguments.initial});
+  }
+  write_file(arguments.initial,
+             study::study_configuration_for(stand::to_table(inventory.inventory), catalogue));
+  say(arguments.common,
+      fmt::format("Edit {0}, then: silvafit study {1} --config {0} --out DIR",
+                  arguments.initial,
+                  arguments.inventory.path));
+}
+
+void run_whole_study(Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   study::StudyRecord record = make_record(arguments);
@@ -205,15 +317,25 @@ void run(Arguments& arguments) {
     print_json(record, folder);
   } else {
     print_table(record.study);
-    fmt::print("\n{} fits in {:.1f} s. The report: {}\n",
+    fmt::print("\n{} fits in {:.1f} s, {:.0f} a second. The report: {}\n",
                record.study.fit_count(),
                seconds.count(),
+               static_cast<double>(record.study.fit_count()) / seconds.count(),
                (folder / "report.html").string());
   }
   for (const study::ResponseStudy& result : record.study.results) {
     if (result.converged()) return;
   }
   throw NoConvergedFit("no model converged; the report says why");
+}
+
+void run(const CLI::App& command, Arguments& arguments) {
+  if (!arguments.initial.empty()) return initialise(arguments);
+  if (arguments.out.empty()) throw UsageError("--out DIR is needed: the folder for the results");
+  apply_configuration(command, arguments);
+  apply_criterion(arguments.criterion, arguments.study);
+  require_writable_folder(arguments.out);  // before the time that the fits take
+  run_whole_study(arguments);
 }
 
 }  // namespace
@@ -223,7 +345,17 @@ void add_study_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "study", "The whole way: indices, models in three levels, library, predictions, report");
   add_inventory_options(*command, arguments->inventory);
-  command->add_option("--out", arguments->out, "Folder for the results")->required();
+  command->add_option("--out", arguments->out, "Folder for the results")->type_name("DIR");
+  command
+      ->add_option("--config",
+                   arguments->configuration,
+                   "Settings of the study; options of the command line come before them")
+      ->type_name("STUDY.json");
+  command
+      ->add_option("--init",
+                   arguments->initial,
+                   "Write settings to start from, with comments, for this inventory; then stop")
+      ->type_name("STUDY.json");
   command
       ->add_option("--species",
                    arguments->study.species,
@@ -239,6 +371,23 @@ void add_study_command(CLI::App& program) {
                    "basal_area_per_ha, quadratic_mean_dbh, dominant_height, or columns of the file")
       ->delimiter(',')
       ->capture_default_str();
+  command->add_option("--group", arguments->study.group, "Column of the random effects")
+      ->capture_default_str();
+  command
+      ->add_option("--criterion",
+                   arguments->criterion,
+                   "What the levels choose by: aic, aicc, bic, cv (cross-validated error), or each "
+                   "level's own with its tests")
+      ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--criterion",
+          arguments->criterion,
+          "What all levels choose by, without tests: aic, aicc, bic, cv (error of predictions "
+          "for plots left out); or each level by its own")
+      ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
+      ->capture_default_str();
   command
       ->add_option("--minimum-trees",
                    arguments->study.minimum_trees,
@@ -247,7 +396,7 @@ void add_study_command(CLI::App& program) {
   add_unit_options(*command, arguments->units);
   add_common_options(*command, arguments->common);
   add_example(*command, "silvafit study examples/fir-mixed/inventory.csv --out build/demo");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments, command] { run(*command, *arguments); });
 }
 
 }  // namespace silvafit::cli

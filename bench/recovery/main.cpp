@@ -79,10 +79,10 @@ std::vector<Recovery> parameters(const bench::HeightTruth& truth, bool has_power
 }
 
 void add_fit(const fit::FittedModel& fit, std::vector<Recovery>& recoveries) {
-  const boost::math::students_t distribution(fit.degrees_of_freedom);
-  const double quantile = boost::math::quantile(distribution, 0.975);
   const Eigen::VectorXd errors = fit.standard_errors();
   for (Eigen::Index i = 0; i < 3; ++i) {
+    const boost::math::students_t distribution(fit.degrees_of_freedom[i]);
+    const double quantile = boost::math::quantile(distribution, 0.975);
     recoveries[static_cast<std::size_t>(i)].add(fit.estimate[i], errors[i], quantile);
   }
   recoveries[3].add(std::sqrt(fit.random_covariance(0, 0)));

@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <cstring>
 #include <iterator>
+#include <mutex>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -24,6 +26,34 @@ fs::path temporary_beside(const fs::path& target) {
   return fs::path(fmt::format("{}.{}.{}.part", target.string(), ::getpid(), counter++));
 }
 
+/// The temporary files of this process, which a signal may end at any time.
+class UnfinishedFiles {
+ public:
+  static UnfinishedFiles& of_process() {
+    static UnfinishedFiles files;
+    return files;
+  }
+
+  void add(const fs::path& path) {
+    const std::lock_guard lock(mutex_);
+    paths_.insert(path);
+  }
+  void remove(const fs::path& path) {
+    const std::lock_guard lock(mutex_);
+    paths_.erase(path);
+  }
+  /// Other threads that begin a file from now on wait for the end of the process.
+  void discard() {
+    mutex_.lock();
+    std::error_code ignored;
+    for (const fs::path& path : paths_) fs::remove(path, ignored);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<fs::path> paths_;
+};
+
 [[noreturn]] void cannot(const char* verb, const fs::path& path, int error_number) {
   throw InputError(fmt::format("cannot {} ({})", verb, std::strerror(error_number)),
                    {.file = path.string()});
@@ -38,8 +68,12 @@ AtomicFile::AtomicFile(fs::path target)
     fs::create_directories(target_.parent_path(), error);
     if (error) cannot("make the folder", target_.parent_path(), error.value());
   }
+  UnfinishedFiles::of_process().add(temporary_);
   stream_.open(temporary_, std::ios::binary | std::ios::trunc);
-  if (!stream_) cannot("write", target_, errno);
+  if (stream_) return;
+  const int reason = errno;
+  UnfinishedFiles::of_process().remove(temporary_);
+  cannot("write", target_, reason);
 }
 
 AtomicFile::~AtomicFile() {
@@ -47,6 +81,7 @@ AtomicFile::~AtomicFile() {
   stream_.close();
   std::error_code ignored;
   fs::remove(temporary_, ignored);
+  UnfinishedFiles::of_process().remove(temporary_);
 }
 
 void AtomicFile::commit() {
@@ -56,7 +91,12 @@ void AtomicFile::commit() {
   fs::rename(temporary_, target_, error);
   if (error) cannot("write", target_, error.value());
   committed_ = true;
+  UnfinishedFiles::of_process().remove(temporary_);
 }
+
+void require_writable_folder(const fs::path& folder) { const AtomicFile probe(folder / "probe"); }
+
+void discard_unfinished_files() { UnfinishedFiles::of_process().discard(); }
 
 void write_file(const fs::path& path, std::string_view bytes) {
   AtomicFile file(path);

@@ -61,16 +61,18 @@ void ArrowFactor::resize(Index s, Index q, Index m) {
   memory_.resize(static_cast<std::size_t>(m * (q * q + 2 * s * q) + s * s));
 }
 
-bool ArrowFactor::compute(const RandomDesign& design,
-                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-                          double ridge) {
-  resize(design.outer.cols(), design.inner.cols(), curvatures.cols());
+template <class DesignOf>
+bool ArrowFactor::compute_with(const DesignOf& design_of,
+                               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                               double ridge) {
+  resize(design_of(0).outer.cols(), design_of(0).inner.cols(), curvatures.cols());
   log_determinant_ = 0.0;
   smallest_pivot_ = std::numeric_limits<double>::infinity();
   Map complement(group(m_), s_, s_);
   complement.setZero();
   complement.diagonal().setConstant(1.0 + ridge);
   for (Index k = 0; k < m_; ++k) {
+    const RandomDesign& design = design_of(k);
     const SmallMatrix curvature = unpacked(curvatures.col(k).data(), design.inner.rows());
     const SmallMatrix curved = curvature.lazyProduct(design.inner);
     Map block(group(k), q_, q_);
@@ -88,6 +90,21 @@ bool ArrowFactor::compute(const RandomDesign& design,
     complement -= coupling.lazyProduct(solved);
   }
   return factorise(group(m_), s_, log_determinant_, smallest_pivot_);
+}
+
+bool ArrowFactor::compute(const RandomDesign& design,
+                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                          double ridge) {
+  const auto same = [&design](Index) -> const RandomDesign& { return design; };
+  return compute_with(same, curvatures, ridge);
+}
+
+bool ArrowFactor::compute(const std::vector<const RandomDesign*>& designs,
+                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures) {
+  const auto own = [&designs](Index k) -> const RandomDesign& {
+    return *designs[static_cast<std::size_t>(k)];
+  };
+  return compute_with(own, curvatures, 0.0);
 }
 
 void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const {

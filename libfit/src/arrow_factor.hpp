@@ -29,6 +29,10 @@ class ArrowFactor {
   bool compute(const RandomDesign& design,
                const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
                double ridge = 0.0);
+  /// The same where groups differ in how their random effects move the coefficients.
+  /// \param designs  (m) of each group of the cluster; all share the number of effects
+  bool compute(const std::vector<const RandomDesign*>& designs,
+               const Eigen::Ref<const Eigen::MatrixXd>& curvatures);
 
   double log_determinant() const { return log_determinant_; }
   /// The smallest pivot: of an effect, how much more exactly the data and the effects before it
@@ -51,6 +55,11 @@ class ArrowFactor {
   double* group(Eigen::Index k) { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
   const double* group(Eigen::Index k) const { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
   void resize(Eigen::Index s, Eigen::Index q, Eigen::Index m);
+  /// \param design_of  the design of a group, by its number
+  template <class DesignOf>
+  bool compute_with(const DesignOf& design_of,
+                    const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                    double ridge);
 
   Eigen::Index s_ = 0;
   Eigen::Index q_ = 0;

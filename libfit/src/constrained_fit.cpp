@@ -76,6 +76,9 @@ FitResult expanded(FitResult result, const ModelSpecification& whole, const Valu
     }
   }
   covariance(places, places) = fit.covariance;
+  VectorXd freedom = VectorXd::Constant(p, kNaN);
+  freedom(places) = fit.degrees_of_freedom;
+  fit.degrees_of_freedom = std::move(freedom);
   fit.estimate = std::move(estimate);
   fit.covariance = std::move(covariance);
   fit.coefficient_names = names;

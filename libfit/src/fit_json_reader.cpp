@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "intervals_json.hpp"
 #include "json_value.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -71,10 +72,11 @@ void read_fixed(const JsonValue& json, FittedModel& fit) {
   }
   const auto p = static_cast<Index>(fit.coefficient_names.size());
   fit.estimate.resize(p);
+  fit.degrees_of_freedom.resize(p);
   for (Index j = 0; j < p; ++j) {
     const JsonValue coefficient = fixed.at(fit.coefficient_names[static_cast<std::size_t>(j)]);
     fit.estimate[j] = coefficient.at("estimate").number();
-    fit.degrees_of_freedom = coefficient.at("df").number();
+    fit.degrees_of_freedom[j] = coefficient.at("df").number();
   }
   fit.covariance = json.at("fixed_covariance").square_matrix(p);
 }
@@ -86,6 +88,44 @@ struct RandomLevel {
   Eigen::MatrixXd covariance{};
   Eigen::MatrixXd eblups{};
 };
+
+/// Matrices of each group, column by column.
+Eigen::MatrixXd read_matrices(const JsonValue& json,
+                              const std::vector<std::string>& labels,
+                              Index height,
+                              Index width) {
+  Eigen::MatrixXd result(height * width, static_cast<Index>(labels.size()));
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    const auto lines = json.at(labels[g]).items();
+    if (static_cast<Index>(lines.size()) != height) {
+      json.at(labels[g]).fail(fmt::format("must have {} rows", height));
+    }
+    Eigen::MatrixXd matrix(height, width);
+    for (Index i = 0; i < height; ++i) {
+      matrix.row(i) = lines[static_cast<std::size_t>(i)].vector(width);
+    }
+    result.col(static_cast<Index>(g)) = matrix.reshaped();
+  }
+  return result;
+}
+
+/// What a fit of this or a later version keeps of its random effects; nothing of an older one.
+/// \param outer_size  effects of the coarser of two groupings, for the finer one
+EffectUncertainty read_uncertainty(const JsonValue& json,
+                                   const std::vector<std::string>& labels,
+                                   Index size,
+                                   Index coefficients,
+                                   Index outer_size) {
+  EffectUncertainty result;
+  if (!json.has("eblup_covariance")) return result;
+  result.covariances = read_matrices(json.at("eblup_covariance"), labels, size, size);
+  result.sensitivities = read_matrices(json.at("eblup_by_fixed"), labels, size, coefficients);
+  if (outer_size > 0) {
+    result.cross_covariances =
+        read_matrices(json.at("eblup_outer_covariance"), labels, size, outer_size);
+  }
+  return result;
+}
 
 RandomLevel read_random_level(const JsonValue& json, const std::vector<std::string>& known) {
   RandomLevel level;
@@ -130,12 +170,19 @@ void read_random(const JsonValue& json, FittedModel& fit) {
   fit.random_covariance = std::move(inner.covariance);
   fit.random_effects = std::move(inner.eblups);
   fit.specification.random = std::move(inner.effects);
-  if (!json.has("outer")) return;
+  const Index p = fit.estimate.size();
+  const bool is_nested = json.has("outer");
+  const Index outer_size =
+      is_nested ? static_cast<Index>(json.at("outer").at("effects").items().size()) : 0;
+  fit.uncertainty = read_uncertainty(
+      json, fit.group_labels, static_cast<Index>(fit.random_names.size()), p, outer_size);
+  if (!is_nested) return;
   RandomLevel outer = read_random_level(json.at("outer"), fit.coefficient_names);
   fit.outer = {.names = outer.effects.coefficients,
                .labels = std::move(outer.labels),
                .covariance = std::move(outer.covariance),
                .effects = std::move(outer.eblups)};
+  fit.outer_uncertainty = read_uncertainty(json.at("outer"), fit.outer.labels, outer_size, p, 0);
   fit.specification.outer_random = std::move(outer.effects);
 }
 
@@ -233,6 +280,9 @@ FittedModel from_json(std::string_view text, const std::string& file, const std:
   if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count();
   fit.observations = json.at("n").count();
   fit.excluded = json.at("excluded").count();
+  if (json.has("response_fingerprint") && !json.at("response_fingerprint").is_null()) {
+    fit.response_fingerprint = json.at("response_fingerprint").text();
+  }
   fit.convergence = read_convergence(json);
   read_fixed(json, fit);
   read_random(json.at("random"), fit);
@@ -245,7 +295,10 @@ FittedModel from_json(std::string_view text, const std::string& file, const std:
   fit.population = read_statistics(statistics.at("population"));
   const JsonValue conditional = statistics.at("conditional");
   fit.conditional = conditional.is_null() ? fit.population : read_statistics(conditional);
+  if (json.has("r2_marginal")) fit.r2_marginal = json.at("r2_marginal").number();
+  if (json.has("r2_conditional")) fit.r2_conditional = json.at("r2_conditional").number();
   fit.ranges = read_ranges(json.at("ranges"));
+  if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number();
   return fit;
 }

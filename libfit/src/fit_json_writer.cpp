@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "intervals_json.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::fit {
@@ -62,11 +63,12 @@ ordered_json fixed(const FittedModel& fit) {
   ordered_json result = ordered_json::object();
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
-    result[fit.coefficient_names[k]] = {{"estimate", number(fit.estimate[j])},
-                                        {"se", number(errors[j])},
-                                        {"df", number(fit.degrees_of_freedom)},
-                                        {"t", number(t[j])},
-                                        {"p", number(p[j])}};
+    result[fit.coefficient_names[k]] = {
+        {"estimate", number(fit.estimate[j])},
+        {"se", number(errors[j])},
+        {"df", number(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN)},
+        {"t", number(t[j])},
+        {"p", number(p[j])}};
   }
   return result;
 }
@@ -84,10 +86,35 @@ ordered_json eblups(const std::vector<std::string>& labels,
   return result;
 }
 
+/// Matrices of each group, stored column by column, by label.
+ordered_json matrices(const std::vector<std::string>& labels,
+                      const Eigen::MatrixXd& values,
+                      Index rows_each) {
+  ordered_json result = ordered_json::object();
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    const auto column = values.col(static_cast<Index>(g));
+    result[labels[g]] = rows(column.reshaped(rows_each, column.size() / rows_each));
+  }
+  return result;
+}
+
+void add_uncertainty(const std::vector<std::string>& labels,
+                     const EffectUncertainty& uncertainty,
+                     Index size,
+                     ordered_json& result) {
+  if (!uncertainty.is_known()) return;
+  result["eblup_covariance"] = matrices(labels, uncertainty.covariances, size);
+  result["eblup_by_fixed"] = matrices(labels, uncertainty.sensitivities, size);
+  if (uncertainty.cross_covariances.size() > 0) {
+    result["eblup_outer_covariance"] = matrices(labels, uncertainty.cross_covariances, size);
+  }
+}
+
 ordered_json random_level(const RandomEffects& effects,
                           const std::vector<std::string>& labels,
                           const Eigen::MatrixXd& covariance,
-                          const Eigen::MatrixXd& eblup) {
+                          const Eigen::MatrixXd& eblup,
+                          const EffectUncertainty& uncertainty) {
   const MixedEffectsFit fit{.random_covariance = covariance};
   ordered_json result{{"group", effects.group},
                       {"effects", effects.coefficients},
@@ -97,16 +124,23 @@ ordered_json random_level(const RandomEffects& effects,
   result["sd"] = list(fit.random_sd());
   result["correlation"] = rows(fit.random_correlation());
   result["eblup"] = eblups(labels, effects.coefficients, eblup);
+  add_uncertainty(labels, uncertainty, eblup.rows(), result);
   return result;
 }
 
 ordered_json random(const FittedModel& fit) {
   if (!fit.has_random_effects()) return nullptr;
-  ordered_json result = random_level(
-      *fit.specification.random, fit.group_labels, fit.random_covariance, fit.random_effects);
+  ordered_json result = random_level(*fit.specification.random,
+                                     fit.group_labels,
+                                     fit.random_covariance,
+                                     fit.random_effects,
+                                     fit.uncertainty);
   if (fit.specification.outer_random) {
-    result["outer"] = random_level(
-        *fit.specification.outer_random, fit.outer.labels, fit.outer.covariance, fit.outer.effects);
+    result["outer"] = random_level(*fit.specification.outer_random,
+                                   fit.outer.labels,
+                                   fit.outer.covariance,
+                                   fit.outer.effects,
+                                   fit.outer_uncertainty);
   }
   return result;
 }
@@ -195,8 +229,10 @@ FittedModel with_sizes(FittedModel fit) {
     fit.outer.effects.setConstant(r, static_cast<Index>(fit.outer.labels.size()), kNaN);
   }
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
-  fit.degrees_of_freedom = fit.sigma = fit.log_likelihood = kNaN;
+  fit.degrees_of_freedom.setConstant(p, kNaN);
+  fit.sigma = fit.log_likelihood = kNaN;
   fit.population = fit.conditional = {kNaN, kNaN, kNaN, kNaN};
+  fit.r2_marginal = fit.r2_conditional = kNaN;
   fit.parameter_count = 0;
   return fit;
 }
@@ -215,6 +251,7 @@ std::string to_json(const FittedModel& model, int indent) {
       {"reml", fit.reml},
       {"n", fit.observations},
       {"excluded", fit.excluded},
+      {"response_fingerprint", text_or_null(fit.response_fingerprint)},
       {"groups", groups(fit)},
       {"converged", fit.convergence.converged},
       {"verdict", fit.convergence.verdict},
@@ -229,13 +266,17 @@ std::string to_json(const FittedModel& model, int indent) {
       {"aic", number(fit.aic())},
       {"aicc", number(fit.aicc())},
       {"bic", number(fit.bic())},
+      {"bic_groups", number(fit.bic_groups())},
       {"statistics",
        {{"population", statistics(fit.population)},
         {"conditional",
          fit.has_random_effects() ? statistics(fit.conditional) : ordered_json(nullptr)}}},
+      {"r2_marginal", number(fit.r2_marginal)},
+      {"r2_conditional", number(fit.r2_conditional)},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
+  if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);
   return result.dump(indent);
 }
 

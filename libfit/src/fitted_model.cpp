@@ -11,9 +11,13 @@
 #include <limits>
 #include <utility>
 
+#include "calibration_search.hpp"
 #include "constrained_fit.hpp"
+#include "refit.hpp"
+#include "response_fingerprint.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
+#include "variance_shares.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -77,6 +81,7 @@ FitResult described(const NonlinearModel& model, Method method) {
   fit.method = method;
   fit.observations = model.observations();
   fit.excluded = static_cast<Index>(model.excluded());
+  fit.response_fingerprint = response_fingerprint(model.response());
   fit.coefficient_names = model.coefficient_names();
   fit.ranges = ranges_of(model);
   fit.variance = VarianceEstimate::missing(model.specification().variance);
@@ -99,9 +104,10 @@ FitResult described(const NonlinearModel& model, Method method) {
 }
 
 void take_over(FitResult& result, LeastSquaresFit&& found) {
+  const double freedom = found.degrees_of_freedom();
   FittedModel& fit = result.fit;
-  fit.degrees_of_freedom = found.degrees_of_freedom();
   fit.estimate = std::move(found.estimate);
+  fit.degrees_of_freedom.setConstant(fit.estimate.size(), freedom);
   fit.covariance = std::move(found.covariance);
   fit.sigma = found.sigma;
   fit.log_likelihood = found.log_likelihood;
@@ -116,7 +122,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
   FittedModel& fit = result.fit;
   fit.estimate = std::move(found.estimate);
   fit.covariance = std::move(found.covariance);
-  fit.degrees_of_freedom = found.degrees_of_freedom;
+  fit.degrees_of_freedom = std::move(found.degrees_of_freedom);
   if (fit.has_random_effects()) {
     fit.random_covariance = std::move(found.random_covariance);
     fit.random_effects = std::move(found.random_effects);
@@ -146,9 +152,22 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
                          "Not converged: the least-squares fit to start from failed. " + reason};
 }
 
-void compute_statistics(FitResult& result, const VectorXd& response) {
-  result.fit.population = fit_statistics(response, result.fitted_population);
-  result.fit.conditional = fit_statistics(response, result.fitted_conditional);
+/// Keeps what the data leave open of the random effects, for predictions without the data.
+void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
+  if (!fit.has_random_effects() || !fit.random_effects.allFinite() || !(fit.sigma > 0.0)) return;
+  EffectPosteriors described = describe_effects(model, fit);
+  fit.uncertainty = std::move(described.inner_uncertainty);
+  fit.outer_uncertainty = std::move(described.outer_uncertainty);
+}
+
+void compute_statistics(FitResult& result, const NonlinearModel& model) {
+  FittedModel& fit = result.fit;
+  fit.population = fit_statistics(model.response(), result.fitted_population);
+  fit.conditional = fit_statistics(model.response(), result.fitted_conditional);
+  if (!fit.has_random_effects()) return;
+  const VarianceShares shares = variance_shares(fit, model, result.residual_sd);
+  fit.r2_marginal = shares.marginal;
+  fit.r2_conditional = shares.conditional;
 }
 
 }  // namespace
@@ -181,18 +200,25 @@ double FittedModel::aicc() const {
 }
 double FittedModel::bic() const { return fit::bic(log_likelihood, parameter_count, observations); }
 
+double FittedModel::bic_groups() const {
+  if (!has_random_effects()) return kNaN;
+  const std::size_t groups = outer.names.empty() ? group_labels.size() : outer.labels.size();
+  return fit::bic(log_likelihood, parameter_count, static_cast<Index>(groups));
+}
+
 VectorXd FittedModel::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
 
 VectorXd FittedModel::t_values() const { return estimate.cwiseQuotient(standard_errors()); }
 
 VectorXd FittedModel::p_values() const {
   VectorXd p = t_values();
-  for (double& value : p) {
-    if (std::isnan(value) || !(degrees_of_freedom > 0.0)) {
+  for (Index j = 0; j < p.size(); ++j) {
+    double& value = p[j];
+    if (std::isnan(value) || j >= degrees_of_freedom.size() || !(degrees_of_freedom[j] > 0.0)) {
       value = kNaN;
       continue;
     }
-    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom);
+    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom[j]);
     value = std::isinf(value)
                 ? 0.0
                 : 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(value)));
@@ -213,37 +239,74 @@ VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,
 
 namespace {
 
+/// How a method integrates the random effects out; nothing for lb and gnls.
+std::optional<Integration> integration_of(Method method) {
+  switch (method) {
+    case Method::kFirstOrder:
+      return Integration::kFirstOrder;
+    case Method::kInteraction:
+      return Integration::kInteraction;
+    case Method::kLaplace:
+      return Integration::kLaplace;
+    case Method::kQuadrature:
+      return Integration::kQuadrature;
+    default:
+      return std::nullopt;
+  }
+}
+
+MarginalOptions marginal_options(const FitModelOptions& options) {
+  return {.quadrature_points = options.quadrature_points,
+          .threads = options.threads,
+          .trace = options.trace};
+}
+
+MixedEffectsOptions alternation_options(const FitModelOptions& options) {
+  return {.maximum_iterations = options.maximum_iterations,
+          .reml = options.reml,
+          .trace = options.trace};
+}
+
 MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           const VectorXd& start,
                           Method method,
                           const FitModelOptions& options) {
-  const MarginalOptions marginal{.quadrature_points = options.quadrature_points,
-                                 .threads = options.threads,
-                                 .trace = options.trace};
-  switch (method) {
-    case Method::kFirstOrder:
-      return fit_marginal(model, start, Integration::kFirstOrder, marginal);
-    case Method::kInteraction:
-      return fit_marginal(model, start, Integration::kInteraction, marginal);
-    case Method::kLaplace:
-      return fit_marginal(model, start, Integration::kLaplace, marginal);
-    case Method::kQuadrature:
-      return fit_marginal(model, start, Integration::kQuadrature, marginal);
-    default:
-      return fit_lindstrom_bates(model,
-                                 start,
-                                 {.maximum_iterations = options.maximum_iterations,
-                                  .reml = options.reml,
-                                  .trace = options.trace});
+  if (const auto integration = integration_of(method)) {
+    return fit_marginal(model, start, *integration, marginal_options(options));
   }
+  return fit_lindstrom_bates(model, start, alternation_options(options));
 }
 
-/// Start values are for coefficients of the whole model; those that are held need none.
+/// The fit that an earlier one leads to; nothing if there is none, or its way does not converge.
+std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
+                                                Method method,
+                                                const FitModelOptions& options) {
+  if (options.from == nullptr || method == Method::kOrdinary) return std::nullopt;
+  const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
+  if (!start) return std::nullopt;
+  if (const auto integration = integration_of(method)) {
+    return refit_marginal(model, *start, *integration, marginal_options(options));
+  }
+  return refit_lindstrom_bates(model, *start, alternation_options(options));
+}
+
+/// Start values are for coefficients of the whole model; those that are held need none. What the
+/// options do not say is taken from an earlier fit by least squares.
 std::map<std::string, double> starts_of(const NonlinearModel& model,
-                                        const std::map<std::string, double>& start) {
+                                        Method method,
+                                        const FitModelOptions& options) {
+  const FittedModel* const earlier = method == Method::kOrdinary ? options.from : nullptr;
   std::map<std::string, double> result;
   for (const std::string& name : model.coefficient_names()) {
-    if (const auto found = start.find(name); found != start.end()) result.insert(*found);
+    if (const auto found = options.start.find(name); found != options.start.end()) {
+      result.insert(*found);
+    } else if (earlier != nullptr && earlier->convergence.converged) {
+      const auto& known = earlier->coefficient_names;
+      const auto place = std::ranges::find(known, name) - known.begin();
+      if (place == std::ssize(known)) continue;
+      const double value = earlier->estimate[place];
+      if (std::isfinite(value)) result.emplace(name, value);
+    }
   }
   return result;
 }
@@ -256,8 +319,14 @@ FitResult fit_freely(const ModelSpecification& specification,
   FitResult result = described(model, method);
   result.fit.reml = options.reml;
   if (method == Method::kQuadrature) result.fit.quadrature_points = options.quadrature_points;
+  if (auto found = fit_from_earlier(model, method, options)) {
+    take_over(result, *std::move(found));
+    compute_statistics(result, model);
+    keep_uncertainty(model, result.fit);
+    return result;
+  }
   LeastSquaresFit least_squares =
-      fit_least_squares(model, {.start = starts_of(model, options.start), .rule = options.rule});
+      fit_least_squares(model, {.start = starts_of(model, method, options), .rule = options.rule});
   if (method == Method::kOrdinary) {
     take_over(result, std::move(least_squares));
   } else if (least_squares.estimate.allFinite()) {
@@ -265,7 +334,8 @@ FitResult fit_freely(const ModelSpecification& specification,
   } else {
     give_up(result, std::move(least_squares));
   }
-  compute_statistics(result, model.response());
+  compute_statistics(result, model);
+  keep_uncertainty(model, result.fit);
   return result;
 }
 
@@ -283,6 +353,8 @@ FitResult fit_model(const ModelSpecification& specification,
   };
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result = is_free ? fit(specification) : fit_constrained(specification, options, fit);
+  // What is kept there is for the coefficients that were free.
+  if (!is_free) keep_uncertainty(NonlinearModel(specification, table), result.fit);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
   return result;

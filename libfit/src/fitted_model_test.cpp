@@ -38,7 +38,7 @@ TEST_CASE("a straight line by least squares has the estimates of the normal equa
   REQUIRE(fit.convergence.converged);
   CHECK(fit.method == Method::kOrdinary);
   CHECK(fit.observations == 10);
-  CHECK(fit.degrees_of_freedom == 8.0);
+  CHECK(fit.degrees_of_freedom == Eigen::Vector2d(8.0, 8.0));
   CHECK(fit.estimate[0] == Approx(2.0 - 5.5 * 5.0 / 82.5).epsilon(1e-12));
   CHECK(fit.estimate[1] == Approx(3.0 + 5.0 / 82.5).epsilon(1e-12));
   const double sum_of_squares = 10.0 - 25.0 / 82.5;
@@ -60,14 +60,14 @@ TEST_CASE("p-values are those of Student's t, two-sided") {
   fit.estimate = Eigen::Vector4d(2.5, -12.5, 0.0, NAN);
   fit.covariance = Eigen::Matrix4d::Identity();
   // Closed forms: 1 - 2 atan(|t|)/pi with one degree of freedom, 1 - |t|/sqrt(2 + t^2) with two.
-  fit.degrees_of_freedom = 1.0;
+  fit.degrees_of_freedom.setConstant(4, 1.0);
   CHECK(fit.p_values()[0] == Approx(1.0 - 2.0 * std::atan(2.5) / std::numbers::pi).epsilon(1e-13));
   CHECK(fit.p_values()[1] == Approx(1.0 - 2.0 * std::atan(12.5) / std::numbers::pi).epsilon(1e-13));
-  fit.degrees_of_freedom = 2.0;
+  fit.degrees_of_freedom.setConstant(2.0);
   CHECK(fit.p_values()[0] == Approx(1.0 - 2.5 / std::sqrt(8.25)).epsilon(1e-13));
   CHECK(fit.p_values()[2] == 1.0);
   CHECK(std::isnan(fit.p_values()[3]));
-  fit.degrees_of_freedom = 0.0;
+  fit.degrees_of_freedom.setZero();
   CHECK(std::isnan(fit.p_values()[0]));
 }
 

@@ -84,6 +84,8 @@ class LindstromBates {
   /// is
   LindstromBatesState start_from(const SmallerVariance& smaller,
                                  const std::vector<std::size_t>& factors_of);
+  /// A start at a fit of the same model, perhaps to other data.
+  LindstromBatesState start_at(const MixedEffectsFit& fit);
   /// How many short steps in a row penalised least squares may take before it gives up (6 at
   /// first).
   void set_patience(int short_steps) { short_steps_ = short_steps; }

@@ -10,6 +10,9 @@
 #include <optional>
 #include <utility>
 
+#include "mixed_effects_evidence.hpp"
+#include "refit.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -19,6 +22,8 @@ using Eigen::VectorXd;
 
 // Two log-likelihoods that differ by less are the same but for rounding.
 constexpr double kSameLikelihood = 1e-7;
+// Converged means that a round would move theta by less than 1e-6 standard errors.
+constexpr double kTolerance = 1e-12;
 
 /// One run, and further ones from inside if it stopped on the edge while the likelihood rises
 /// inwards.
@@ -195,9 +200,23 @@ class Ladder {
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const VectorXd& start,
                                             const MixedEffectsOptions& options) {
-  // Converged means that a round would move theta by less than 1e-6 standard errors.
-  constexpr double kTolerance = 1e-12;
   return Ladder(model, start, options).climb(model.specification().variance, kTolerance);
+}
+
+std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
+                                                     const MixedEffectsFit& start,
+                                                     const MixedEffectsOptions& options) {
+  const PooledFit pooled = pooled_fit(model, start.estimate, options);
+  LindstromBates engine(model, pooled, model.specification().variance, options);
+  engine.set_tolerance(kTolerance);
+  const LindstromBatesOutcome outcome =
+      run_from(engine, engine.start_at(start), Alternation::kInterleaved);
+  const bool is_above = outcome.log_likelihood > pooled.log_likelihood - kSameLikelihood;
+  if (!outcome.is_valid || !outcome.converged || !is_above) return std::nullopt;
+  MixedEffectsFit fit = engine.result(outcome);
+  describe(model, fit);
+  judge(model, fit, Rounds::kAlternations);
+  return fit;
 }
 
 std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {

@@ -26,8 +26,10 @@ class Evaluation {
  public:
   Evaluation(const LinearMixedModel& model,
              const RelativeFactors& factors,
-             const VectorXd& displacement)
+             const VectorXd& displacement,
+             const HeldParameters& held)
       : model_(model),
+        held_(held),
         moments_(model.moments),
         displacement_(displacement),
         term_weights_(moments_.term_weights(displacement)),
@@ -104,12 +106,22 @@ class Evaluation {
     const VectorXd right = total_.col(p).head(p);
     result.coefficients = information_.solve(right);
     result.sum_of_squares = total_(p, p) - result.coefficients.dot(right);
+    if (held_.coefficients.size() > 0) {
+      const VectorXd away = held_.coefficients - result.coefficients;
+      result.sum_of_squares += away.dot(result.information * away);
+      result.coefficients = held_.coefficients;
+    }
     const double freedom = static_cast<double>(model_.observations - (model_.restricted ? p : 0));
-    result.sigma2 = result.sum_of_squares / freedom;
+    result.sigma2 = held_.sigma2 > 0.0 ? held_.sigma2 : result.sum_of_squares / freedom;
     if (!(result.sigma2 > 0.0)) return result;
     result.minus_log_likelihood =
         0.5 * freedom * (std::log(2.0 * std::numbers::pi * result.sigma2) + 1.0) +
         determinant_.value() + moments_.sum_log_at(displacement_);
+    if (held_.sigma2 > 0.0) {
+      result.minus_log_likelihood += 0.5 * (result.sum_of_squares / result.sigma2 - freedom);
+    }
+    result.by_coefficients = (result.information * result.coefficients - right) / result.sigma2;
+    result.by_log_sigma = freedom - result.sum_of_squares / result.sigma2;
     if (model_.restricted) {
       const MatrixXd& triangle = information_.matrixLLT();
       result.minus_log_likelihood +=
@@ -200,6 +212,7 @@ class Evaluation {
   }
 
   const LinearMixedModel& model_;
+  const HeldParameters& held_;
   const GroupMoments& moments_;
   const VectorXd& displacement_;
   VectorXd term_weights_;
@@ -224,9 +237,10 @@ template <int kInner>
 LinearMixedProfile profile_of_width(const LinearMixedModel& model,
                                     const RelativeFactors& factors,
                                     const VectorXd& displacement,
-                                    bool with_derivatives) {
+                                    bool with_derivatives,
+                                    const HeldParameters& held) {
   const auto run = [&]<int kWidth>() {
-    return Evaluation<kInner, kWidth>(model, factors, displacement).run(with_derivatives);
+    return Evaluation<kInner, kWidth>(model, factors, displacement, held).run(with_derivatives);
   };
   switch (model.moments.width()) {
     case 3:
@@ -247,16 +261,17 @@ LinearMixedProfile profile_of_width(const LinearMixedModel& model,
 LinearMixedProfile profile(const LinearMixedModel& model,
                            const RelativeFactors& factors,
                            const VectorXd& displacement,
-                           bool with_derivatives) {
+                           bool with_derivatives,
+                           const HeldParameters& held) {
   switch (model.random.inner.size()) {
     case 1:
-      return profile_of_width<1>(model, factors, displacement, with_derivatives);
+      return profile_of_width<1>(model, factors, displacement, with_derivatives, held);
     case 2:
-      return profile_of_width<2>(model, factors, displacement, with_derivatives);
+      return profile_of_width<2>(model, factors, displacement, with_derivatives, held);
     case 3:
-      return profile_of_width<3>(model, factors, displacement, with_derivatives);
+      return profile_of_width<3>(model, factors, displacement, with_derivatives, held);
     default:
-      return Evaluation<0, 0>(model, factors, displacement).run(with_derivatives);
+      return Evaluation<0, 0>(model, factors, displacement, held).run(with_derivatives);
   }
 }
 

@@ -77,6 +77,13 @@ class GroupMoments {
   Eigen::VectorXd centre_;
 };
 
+/// Parameters of a linear mixed model that are not maximised over but have values of their own.
+struct HeldParameters {
+  Eigen::VectorXd
+      coefficients{};   ///< (p) beta; empty where it is the generalised least-squares one
+  double sigma2 = 0.0;  ///< 0 where it is S / N
+};
+
 /// A linear mixed model w = X beta + Z_1 u_cluster + Z_2 b_group + e on N observations.
 struct LinearMixedModel {
   GroupMoments moments{};
@@ -92,9 +99,9 @@ struct LinearMixedModel {
 /// The profiled model at one covariance.
 struct LinearMixedProfile {
   double minus_log_likelihood = 0.0;
-  double sum_of_squares = 0.0;        ///< S = min of weighted squares + penalty
-  double sigma2 = 0.0;                ///< S / N, restricted S / (N - p)
-  Eigen::VectorXd coefficients{};     ///< (p) generalised least-squares beta
+  double sum_of_squares = 0.0;        ///< S = weighted squares + penalty at that beta
+  double sigma2 = 0.0;                ///< S / N, restricted S / (N - p), or as held
+  Eigen::VectorXd coefficients{};     ///< (p) generalised least-squares beta, or as held
   Eigen::MatrixXd information{};      ///< (p x p) X' V^-1 X, with V relative to sigma^2
   Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v
   Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same of the clusters
@@ -102,17 +109,22 @@ struct LinearMixedProfile {
   RelativeFactors by_factor{};        ///< dF/dL, lower triangles
   RelativeFactors by_covariance{};    ///< dF/dD, symmetric, of D = L L'
   Eigen::VectorXd by_variance{};      ///< (m) dF/d displacement
+  Eigen::VectorXd by_coefficients{};  ///< (p) dF/d beta; zero but for rounding unless it is held
+  double by_log_sigma = 0.0;          ///< dF/d log sigma at L; zero unless sigma is held
 };
 
 /// F = -log-likelihood = N/2 (log(2 pi S/N) + 1) + sum log|A| / 2 + sum log g, where A = I +
 /// L'Z'V^-1 Z L of each group and then, with V holding the groups' effects, of each cluster;
 /// restricted, N becomes N - p and log|X'V^-1 X| / 2 is added. Without derivatives only the first
-/// six members are filled. \param displacement  (m) of the variance parameters from where the
-/// moments were taken Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
+/// six members and the derivatives by beta and sigma are filled. Held parameters are not maximised
+/// over: then S and sigma^2 stand in N/2 log(2 pi sigma^2) + S / (2 sigma^2) as they are. \param
+/// displacement  (m) of the variance parameters from where the moments were taken Source: Pinheiro
+/// and Bates 2000, sections 2.2 and 5.2.
 LinearMixedProfile profile(const LinearMixedModel& model,
                            const RelativeFactors& factors,
                            const Eigen::VectorXd& displacement,
-                           bool with_derivatives);
+                           bool with_derivatives,
+                           const HeldParameters& held = {});
 
 /// (G) the weighted squares that the linear model expects at given effects: those of w - X beta -
 /// Z_1 u - Z_2 b.

@@ -15,6 +15,7 @@
 #include "marginal_likelihood.hpp"
 #include "mixed_effects_evidence.hpp"
 #include "quasi_newton.hpp"
+#include "refit.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "variance_weights.hpp"
@@ -371,6 +372,20 @@ MixedEffectsFit without_modes(MixedEffectsFit linearised) {
 }
 
 }  // namespace
+
+std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
+                                              const MixedEffectsFit& start,
+                                              Integration integration,
+                                              const MarginalOptions& options) {
+  check(model, integration, options);
+  MarginalSearch search(model, integration, options, start);
+  search.try_fit(start);
+  if (!search.has_converged()) return std::nullopt;
+  MixedEffectsFit fit = search.result();
+  describe(model, fit);
+  judge(model, fit, Rounds::kEvaluations);
+  return fit;
+}
 
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const VectorXd& start,

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "degrees_of_freedom.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -195,10 +197,7 @@ void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
     fit.outer.names = specification.outer_random->coefficients;
     fit.outer.labels = model.outer_labels();
   }
-  // nlme's count: observations less groups less coefficients, the first of which the groups absorb.
-  const auto groups = specification.random ? static_cast<double>(model.group_count()) : 1.0;
-  fit.degrees_of_freedom = static_cast<double>(model.observations()) - groups -
-                           static_cast<double>(model.coefficient_count() - 1);
+  fit.degrees_of_freedom = fixed_degrees_of_freedom_at(model, fit.estimate);
 }
 
 void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <string>
 #include <unordered_map>
 
+#include "group_labels.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"
 
@@ -44,27 +44,6 @@ std::unordered_map<std::string, Index> numbered(const std::vector<std::string>& 
   }
   return number_of;
 }
-
-/// The label of a row's group; that of a nested one is `outer/inner`. Empty where it is missing.
-class GroupLabels {
- public:
-  GroupLabels(const ModelSpecification& specification, const data::Table& table)
-      : inner_(table.labels(specification.random->group)) {
-    if (specification.outer_random) outer_ = table.labels(specification.outer_random->group);
-  }
-
-  std::string outer(std::size_t row) const {
-    return !outer_ || outer_->is_missing(row) ? std::string() : std::string((*outer_)[row]);
-  }
-  std::string inner(std::size_t row) const {
-    if (inner_.is_missing(row) || (outer_ && outer_->is_missing(row))) return {};
-    return outer_ ? outer(row) + "/" + std::string(inner_[row]) : std::string(inner_[row]);
-  }
-
- private:
-  data::TextColumn inner_;
-  std::optional<data::TextColumn> outer_;
-};
 
 /// Which column of coefficients_by_group() each row has.
 struct RowGroups {

@@ -76,6 +76,9 @@ class VarianceModel {
                       const Eigen::VectorXd& parameters,
                       bool with_derivatives) const;
 
+  /// The typical |v| of a factor of the function, v0.
+  double typical_value(std::size_t factor) const { return typical_[factor]; }
+
   /// Number of observations whose |v| is so small that it had to be floored.
   Eigen::Index floored(const Eigen::VectorXd& fitted) const;
 

@@ -29,9 +29,10 @@ JsonReader JsonReader::open(const std::filesystem::path& path) {
   return parse(read_file(path), path.string());
 }
 
-JsonReader JsonReader::parse(std::string_view text, std::string file) {
+JsonReader JsonReader::parse(std::string_view text, std::string file, bool comments) {
   try {
-    auto root = std::make_shared<const nlohmann::json>(nlohmann::json::parse(text));
+    auto root = std::make_shared<const nlohmann::json>(
+        nlohmann::json::parse(text, nullptr, true, comments));
     const nlohmann::json* value = root.get();
     return {std::move(root), value, std::move(file), ""};
   } catch (const nlohmann::json::parse_error& error) {

@@ -23,7 +23,8 @@ namespace silvafit::study {
 class JsonReader {
  public:
   static JsonReader open(const std::filesystem::path& path);
-  static JsonReader parse(std::string_view text, std::string file);
+  /// \param comments  whether `//` and `/* */` may explain the values
+  static JsonReader parse(std::string_view text, std::string file, bool comments = false);
 
   /// Stops at keys that nobody reads, since they are mostly misspelled ones.
   void allow_only(std::initializer_list<std::string_view> keys) const;

@@ -74,7 +74,8 @@ void set_random_effects(const JsonReader& random, fit::FittedModel& fit) {
   fit.random_covariance.resize(q, q);
   for (Index i = 0; i < q; ++i) {
     const std::vector<double> correlations = rows[static_cast<std::size_t>(i)].numbers();
-    if (static_cast<Index>(correlations.size()) != q) random.at("correlation").fail("is not square");
+    if (static_cast<Index>(correlations.size()) != q)
+      random.at("correlation").fail("is not square");
     for (Index j = 0; j < q; ++j) {
       fit.random_covariance(i, j) =
           correlations[static_cast<std::size_t>(j)] * deviations[i] * deviations[j];
@@ -88,8 +89,7 @@ void set_statistics(const JsonReader& statistics, fit::FittedModel& fit) {
     const auto found = statistics.find(key);
     return found ? found->number() : kNaN;
   };
-  fit::FitStatistics& published =
-      fit.has_random_effects() ? fit.conditional : fit.population;
+  fit::FitStatistics& published = fit.has_random_effects() ? fit.conditional : fit.population;
   published = {.r2 = value("r2"), .mean_error = value("mean_error"), .rmse = value("rmse")};
   published.mae = value("mae");
   if (const auto n = statistics.find("n")) fit.observations = static_cast<Index>(n->count());
@@ -116,8 +116,7 @@ LibraryModel library_model(const JsonReader& model, const std::string& source) {
   fit::FittedModel& fit = result.fit;
   if (const auto base = model.find("base_model")) fit.model = base->text();
   if (const auto variance = model.find("variance")) {
-    fit.specification.variance =
-        fit::parse_variance_function(variance->at("function").text());
+    fit.specification.variance = fit::parse_variance_function(variance->at("function").text());
   }
   fit.variance = fit::VarianceEstimate::missing(fit.specification.variance);
   set_coefficients(model, fit);

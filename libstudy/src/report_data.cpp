@@ -56,8 +56,10 @@ void add_accuracy(ordered_json& row, const fit::FitStatistics& values) {
 ordered_json base_rows(const ResponseStudy& result, const Catalogue& catalogue) {
   ordered_json rows = ordered_json::array();
   for (const Candidate& candidate : result.base) {
-    const BaseModel& model = catalogue.find(candidate.fit.model);
-    ordered_json row{{"id", model.id}, {"name", model.name}, {"formula", model.formula}};
+    const std::string& id = candidate.fit.model;
+    ordered_json row{{"id", id.empty() ? "own" : id},
+                     {"name", id.empty() ? "" : catalogue.find(id).name},
+                     {"formula", candidate.fit.specification.formula.text}};
     add_criteria(row, candidate);
     add_accuracy(row, candidate.fit.population);
     rows.push_back(std::move(row));

@@ -57,7 +57,8 @@ class Sizes {
     table.set("species", species_);
     table.set("dbh", dbh_cm_);
     for (std::size_t i = 0; i < kIndices.size(); ++i) table.set(kIndices[i], indices_[i]);
-    const PredictedResponses predicted = predict_responses(library_, table_with_group(table), how());
+    const PredictedResponses predicted =
+        predict_responses(library_, table_with_group(table), how());
     std::vector<Size> sizes;
     for (std::size_t row = 0; row < dbh_cm_.size(); ++row) {
       sizes.push_back({.dbh_cm = dbh_cm_[row],
@@ -94,29 +95,30 @@ class Sizes {
     const auto found =
         std::ranges::find(predicted.responses, response, &PredictedResponse::response);
     if (found == predicted.responses.end()) {
-      throw UsageError(fmt::format(
-          "the library has no model of {}; scenes need h, hcb and cw", response));
+      throw UsageError(
+          fmt::format("the library has no model of {}; scenes need h, hcb and cw", response));
     }
     return found->value[row];
   }
 
   void check(const Size& size, std::size_t row) const {
     constexpr double kBreastHeight = 1.3;
-    const bool is_tree = size.h_m > kBreastHeight && size.hcb_m >= 0.0 && size.hcb_m < size.h_m &&
-                         size.cw_m > 0.0;
+    const bool is_tree =
+        size.h_m > kBreastHeight && size.hcb_m >= 0.0 && size.hcb_m < size.h_m && size.cw_m > 0.0;
     if (is_tree) return;
-    throw NumericalError(fmt::format(
-        "a {} of {} cm with C = {}, M = {}, U = {}, W = {} is predicted as no possible tree: height "
-        "{:.2f} m, crown base {:.2f} m, crown width {:.2f} m",
-        species_[row],
-        size.dbh_cm,
-        indices_[0][row],
-        indices_[1][row],
-        indices_[2][row],
-        indices_[3][row],
-        size.h_m,
-        size.hcb_m,
-        size.cw_m));
+    throw NumericalError(
+        fmt::format("a {} of {} cm with C = {}, M = {}, U = {}, W = {} is predicted as no possible "
+                    "tree: height "
+                    "{:.2f} m, crown base {:.2f} m, crown width {:.2f} m",
+                    species_[row],
+                    size.dbh_cm,
+                    indices_[0][row],
+                    indices_[1][row],
+                    indices_[2][row],
+                    indices_[3][row],
+                    size.h_m,
+                    size.hcb_m,
+                    size.cw_m));
   }
 
   const ModelLibrary& library_;
@@ -129,7 +131,11 @@ class Sizes {
 /// Azimuths of four neighbors of which as many angles as W says are smaller than 72 degrees.
 std::array<double, kNeighbors> azimuths_deg(double uniform_angle_index) {
   constexpr std::array<std::array<double, kNeighbors>, kNeighbors + 1> kAzimuths{
-      {{45, 135, 225, 315}, {45, 105, 205, 305}, {45, 105, 225, 285}, {45, 100, 155, 210}, {45, 65, 85, 105}}};
+      {{45, 135, 225, 315},
+       {45, 105, 205, 305},
+       {45, 105, 225, 285},
+       {45, 100, 155, 210},
+       {45, 65, 85, 105}}};
   return kAzimuths[count_of(uniform_angle_index)];
 }
 
@@ -340,8 +346,7 @@ class SceneMaker {
     constexpr double kApart = 1.2;
     const double distance =
         (is.overlaps ? kOverlapping : kApart) * 0.5 * (reference.cw_m + size.cw_m);
-    const double azimuth =
-        azimuths_deg(indices[3])[number] * std::numbers::pi / 180.0;
+    const double azimuth = azimuths_deg(indices[3])[number] * std::numbers::pi / 180.0;
     constexpr double kUnknown = data::kMissing;
     table_.add(scene,
                number + 2,

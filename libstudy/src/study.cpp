@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -13,6 +14,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/fit/cross_validation.hpp"
 #include "study_levels.hpp"
 
 namespace silvafit::study {
@@ -25,7 +27,7 @@ constexpr double kNoticeablyWorse = 0.01;
 struct Work {
   ResponseStudy result{};
   data::Table table{};
-  std::vector<const BaseModel*> candidates{};
+  std::vector<BaseCandidate> candidates{};
   std::vector<std::string> covariates{};
 };
 
@@ -54,12 +56,66 @@ fit::FitResult fit_trial(const Trial& trial, const data::Table& table) {
   }
 }
 
+/// Names in the order of the enumeration.
+constexpr std::array<std::string_view, 4> kCriterionNames{"aic", "aicc", "bic", "cv"};
+
+/// Trees of a plot left out from which level 3 predicts its others: as many as inventories often
+/// measure.
+constexpr std::size_t kCalibratingTrees = 5;
+
+/// Standard error of a root mean square error, from the mean square errors of the folds.
+double error_between_folds(const fit::CrossValidation& result) {
+  const Eigen::VectorXd& predicted = result.measured > 0 ? result.calibrated : result.predicted;
+  std::vector<double> sums(result.folds, 0.0);
+  std::vector<double> counts(result.folds, 0.0);
+  for (std::size_t i = 0; i < result.fold.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    if (std::isnan(predicted[at])) continue;
+    sums[result.fold[i]] += std::pow(result.observed[at] - predicted[at], 2);
+    counts[result.fold[i]] += 1.0;
+  }
+  std::vector<double> means;
+  for (std::size_t k = 0; k < result.folds; ++k) {
+    if (counts[k] > 0.0) means.push_back(sums[k] / counts[k]);
+  }
+  const Eigen::Map<const Eigen::ArrayXd> squares(means.data(),
+                                                 static_cast<Eigen::Index>(means.size()));
+  const auto n = static_cast<double>(means.size());
+  if (means.size() < 2) return std::numeric_limits<double>::quiet_NaN();
+  const double mean = squares.mean();
+  const double error = std::sqrt((squares - mean).square().sum() / (n - 1.0) / n);
+  return error / (2.0 * std::sqrt(mean));
+}
+
+std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
+                                              const data::Table& table,
+                                              const std::string& group) {
+  if (!fit.convergence.converged) return std::nullopt;
+  const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
+  try {
+    // The tasks of a level are parallel already.
+    const fit::CrossValidation result =
+        fit::cross_validate(fit, table, {.group = group, .measured = measured, .threads = 1});
+    return CrossValidated{
+        .rmse = measured > 0 ? result.calibrated_statistics.rmse : result.statistics.rmse,
+        .standard_error = error_between_folds(result),
+        .folds = result.folds,
+        .failed = result.failed.size(),
+        .measured = measured};
+  } catch (const Error&) {
+    // One plot alone cannot be left out.
+    return std::nullopt;
+  }
+}
+
 /// Runs the fits of one level for all species and responses at once, so that no thread waits for a
 /// single one.
 class Level {
  public:
-  Level(std::string name, std::vector<Work>& works) : name_(std::move(name)), works_(works) {
+  Level(std::string name, std::vector<Work>& works, Criterion criterion, const std::string& group)
+      : name_(std::move(name)), works_(works), criterion_(criterion), group_(group) {
     results_.resize(works.size());
+    cross_validated_.resize(works.size());
   }
 
   void add(std::size_t work, std::vector<Trial> trials) {
@@ -68,6 +124,7 @@ class Level {
           {.trial = std::move(trial), .work = work, .position = results_[work].size()});
       results_[work].emplace_back(
           fit::FitResult{.fit = {.specification = tasks_.back().trial.specification}});
+      cross_validated_[work].emplace_back();
     }
   }
 
@@ -76,7 +133,12 @@ class Level {
     std::atomic<std::size_t> done{0};
     parallel_for(tasks_.size(), threads, [&](std::size_t i) {
       const Task& task = tasks_[i];
-      results_[task.work][task.position] = fit_trial(task.trial, works_[task.work].table);
+      const data::Table& table = works_[task.work].table;
+      fit::FitResult& result = results_[task.work][task.position];
+      result = fit_trial(task.trial, table);
+      if (criterion_ == Criterion::kCrossValidation) {
+        cross_validated_[task.work][task.position] = cross_validated(result.fit, table, group_);
+      }
       const std::size_t count = ++done;
       if (progress) progress(name_, count, tasks_.size());
     });
@@ -89,7 +151,9 @@ class Level {
     std::vector<Candidate> list;
     for (const Task& task : tasks_) {
       if (task.work != work) continue;
-      list.push_back({.terms = task.trial.terms, .fit = results_[work][task.position].fit});
+      list.push_back({.terms = task.trial.terms,
+                      .fit = results_[work][task.position].fit,
+                      .cross_validated = cross_validated_[work][task.position]});
     }
     return list;
   }
@@ -101,8 +165,11 @@ class Level {
  private:
   std::string name_;
   std::vector<Work>& works_;
+  Criterion criterion_;
+  std::string group_;
   std::vector<Task> tasks_;
   std::vector<std::vector<fit::FitResult>> results_;
+  std::vector<std::vector<std::optional<CrossValidated>>> cross_validated_;
 };
 
 bool has_numbers(const data::Table& table, const std::string& name) {
@@ -166,6 +233,35 @@ std::size_t count_groups(const data::Table& table, const std::string& group) {
   return table.labels(group).levels().size();
 }
 
+bool is_formula(const std::string& text) { return text.find('~') != std::string::npos; }
+
+/// \throws UsageError if a candidate is neither in the catalogue nor a formula, or is for another
+/// response
+std::vector<BaseCandidate> candidates_of(const std::string& response,
+                                         const Catalogue& catalogue,
+                                         const StudyOptions& options) {
+  std::vector<BaseCandidate> candidates;
+  const auto chosen = options.candidates.find(response);
+  if (chosen == options.candidates.end()) {
+    for (const BaseModel* model : catalogue.candidates(response)) {
+      candidates.push_back({.entry = model, .formula = model->formula});
+    }
+    return candidates;
+  }
+  for (const std::string& text : chosen->second) {
+    BaseCandidate candidate{.formula = text};
+    if (!is_formula(text)) {
+      candidate.entry = &catalogue.find(text);
+      candidate.formula = candidate.entry->formula;
+    }
+    if (data::parse_formula(candidate.formula).left != response) {
+      throw UsageError(fmt::format("the candidate '{}' is no model of {}", text, response));
+    }
+    candidates.push_back(std::move(candidate));
+  }
+  return candidates;
+}
+
 /// Sets up one species and response: what it may use, and the rows that all of its fits share.
 Work prepared(const data::Table& table,
               const Catalogue& catalogue,
@@ -173,10 +269,10 @@ Work prepared(const data::Table& table,
               const std::string& species,
               const std::string& response) {
   Work work{.result = {.species = species, .response = response},
-            .candidates = catalogue.candidates(response)};
-  std::vector<std::string> columns{response, "dbh"};
-  for (const BaseModel* model : work.candidates) {
-    for (const std::string& name : model->covariates) columns.push_back(name);
+            .candidates = candidates_of(response, catalogue, options)};
+  std::vector<std::string> columns{response};
+  for (const BaseCandidate& candidate : work.candidates) {
+    for (const std::string& name : candidate.columns(table)) columns.push_back(name);
   }
   if (!std::ranges::all_of(columns,
                            [&](const std::string& name) { return has_numbers(table, name); })) {
@@ -210,7 +306,7 @@ std::vector<std::string> species_of(const data::Table& table, const StudyOptions
 }
 
 void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("base models", works);
+  Level level("base models", works, study.options.criteria.base, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     level.add(i, base_trials(works[i].candidates, works[i].table));
   }
@@ -218,7 +314,8 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.base = level.candidates(i);
-    if (const auto chosen = choose_base(result.base)) result.ols = level.result(i, *chosen);
+    if (const auto chosen = choose_base(result.base, study.options))
+      result.ols = level.result(i, *chosen);
   }
 }
 
@@ -234,7 +331,7 @@ void add_tests(std::vector<Candidate>& candidates) {
 void run_without_intercept(std::vector<Work>& works,
                            Study& study,
                            const ProgressCallback& progress) {
-  Level level("covariates alone", works);
+  Level level("covariates alone", works, study.options.criteria.covariates, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     for (const Candidate& candidate : works[i].result.covariates) {
       if (!candidate.chosen) continue;
@@ -247,7 +344,7 @@ void run_without_intercept(std::vector<Work>& works,
     for (Candidate& candidate : level.candidates(i)) {
       // Not nested in level 1, so there is no likelihood-ratio test: the criterion alone decides.
       result.covariates.push_back(std::move(candidate));
-      if (choose_covariates(result.covariates) == result.covariates.size() - 1) {
+      if (choose_covariates(result.covariates, study.options) == result.covariates.size() - 1) {
         result.with_covariates = level.result(i, 0);
       }
     }
@@ -255,10 +352,15 @@ void run_without_intercept(std::vector<Work>& works,
 }
 
 void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("structural covariates", works);
+  Level level(
+      "structural covariates", works, study.options.criteria.covariates, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     if (!works[i].result.ols || works[i].covariates.empty()) continue;
-    level.add(i, covariate_trials(works[i].result.ols->fit, works[i].covariates, works[i].table));
+    level.add(i,
+              covariate_trials(works[i].result.ols->fit,
+                               works[i].covariates,
+                               study.options.covariate_parameters,
+                               works[i].table));
   }
   level.run(study.options.threads, progress, study.stages);
   for (std::size_t i = 0; i < works.size(); ++i) {
@@ -266,7 +368,7 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
     result.covariates = level.candidates(i);
     result.with_covariates = result.ols;
     add_tests(result.covariates);
-    if (const auto chosen = choose_covariates(result.covariates)) {
+    if (const auto chosen = choose_covariates(result.covariates, study.options)) {
       result.with_covariates = level.result(i, *chosen);
     }
   }
@@ -283,7 +385,7 @@ void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
 }
 
 void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("random effects", works);
+  Level level("random effects", works, study.options.criteria.random, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     const ResponseStudy& result = works[i].result;
     if (!result.with_covariates || result.plots < 2) continue;
@@ -296,7 +398,7 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
-    if (const auto chosen = choose_random_effects(result.random)) {
+    if (const auto chosen = choose_random_effects(result.random, study.options)) {
       result.nlme = level.result(i, *chosen);
       note_edge(result.nlme->fit, result.notes);
     }
@@ -304,10 +406,11 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
 }
 
 void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("variance functions", works);
+  Level level("variance functions", works, study.options.criteria.variance, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     for (const Candidate& candidate : works[i].result.random) {
-      if (candidate.chosen) level.add(i, variance_trials(candidate));
+      if (candidate.chosen)
+        level.add(i, variance_trials(candidate, study.options.variance_functions));
     }
   }
   level.run(study.options.threads, progress, study.stages);
@@ -315,7 +418,7 @@ void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback
     ResponseStudy& result = works[i].result;
     result.variance = level.candidates(i);
     add_tests(result.variance);
-    if (const auto chosen = choose_variance(result.variance)) {
+    if (const auto chosen = choose_variance(result.variance, study.options)) {
       result.nlme = level.result(i, *chosen);
     }
   }
@@ -337,15 +440,27 @@ void note_worse_populations(std::vector<Work>& works) {
   }
 }
 
-void check_responses(const Catalogue& catalogue, const StudyOptions& options) {
+void check_options(const Catalogue& catalogue, const StudyOptions& options) {
   std::set<std::string> known;
   for (const BaseModel& model : catalogue.models()) known.insert(model.response);
   for (const std::string& response : options.responses) {
-    if (known.contains(response)) continue;
-    throw UsageError(fmt::format("the catalogue has no models of '{}'; it has models of {}",
-                                 response,
-                                 fmt::join(known, ", ")));
+    if (known.contains(response) || options.candidates.contains(response)) continue;
+    throw UsageError(
+        fmt::format("the catalogue has no models of '{}'; it has models of {}. Candidates of your "
+                    "own can be given in a study.json",
+                    response,
+                    fmt::join(known, ", ")));
   }
+  if (options.covariate_parameters < 1 || options.covariate_parameters > 2) {
+    throw UsageError("covariates can be on one parameter at once, or on two");
+  }
+  if (!(options.significance > 0.0 && options.significance < 1.0)) {
+    throw UsageError("a level of significance lies between 0 and 1");
+  }
+  if (!(options.equally_good >= 0.0)) {
+    throw UsageError("models are equally good within a distance of 0 or more");
+  }
+  for (const std::string& text : options.variance_functions) fit::parse_variance_function(text);
 }
 
 void note_what_is_left_out(const data::Table& table, Study& study) {
@@ -384,6 +499,19 @@ std::size_t Study::fit_count() const {
   return count;
 }
 
+std::string criterion_text(Criterion criterion) {
+  return std::string(kCriterionNames[static_cast<std::size_t>(criterion)]);
+}
+
+Criterion parse_criterion(std::string_view text) {
+  const auto* const found = std::ranges::find(kCriterionNames, text);
+  if (found == kCriterionNames.end()) {
+    throw UsageError(
+        fmt::format("'{}' is no criterion; there are {}", text, fmt::join(kCriterionNames, ", ")));
+  }
+  return static_cast<Criterion>(found - kCriterionNames.begin());
+}
+
 std::string unit_of(const std::string& response) {
   return response == "h" || response == "hcb" || response == "cw" ? "m" : "";
 }
@@ -392,7 +520,7 @@ Study run_study(const data::Table& table,
                 const Catalogue& catalogue,
                 const StudyOptions& options,
                 const ProgressCallback& progress) {
-  check_responses(catalogue, options);
+  check_options(catalogue, options);
   Study study{.options = options};
   note_what_is_left_out(table, study);
   std::vector<std::string> small;

@@ -19,12 +19,23 @@ struct Trial {
   fit::FitModelOptions options{};
 };
 
-std::vector<Trial> base_trials(const std::vector<const BaseModel*>& candidates,
+/// A candidate of level 1: an entry of the catalogue, or a formula of the user's own.
+struct BaseCandidate {
+  const BaseModel* entry = nullptr;
+  std::string formula{};
+
+  /// The columns of the table that its mean reads, whether the table has them or not.
+  std::vector<std::string> columns(const data::Table& table) const;
+};
+
+std::vector<Trial> base_trials(const std::vector<BaseCandidate>& candidates,
                                const data::Table& table);
 
-/// Subsets of the covariates on each parameter of a base model, the base model itself first.
+/// Subsets of the covariates on each parameter of a base model, or with two parameters at once also
+/// on each pair; the base model itself first.
 std::vector<Trial> covariate_trials(const fit::FittedModel& base,
                                     const std::vector<std::string>& covariates,
+                                    std::size_t parameters_at_once,
                                     const data::Table& table);
 
 /// The chosen model of level 2 with the intercept of its sub-model left out, if it has one to lose.
@@ -36,14 +47,19 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
                                         std::size_t largest);
 
 /// The chosen mixed model with each variance function, none first.
-std::vector<Trial> variance_trials(const Candidate& mixed);
+std::vector<Trial> variance_trials(const Candidate& mixed,
+                                   const std::vector<std::string>& functions);
 
 /// The choices of the levels (run_study has the rules). Each ranks its candidates, marks the chosen
 /// one and gives its index; nothing if none converged.
-std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates);
-std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates);
-std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates);
-std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates);
+std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates,
+                                       const StudyOptions& options);
+std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates,
+                                             const StudyOptions& options);
+std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates,
+                                                 const StudyOptions& options);
+std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
+                                           const StudyOptions& options);
 
 /// Twice the gain in log-likelihood against chi-squared with the difference in parameters.
 LikelihoodRatioTest likelihood_ratio_test(const fit::FittedModel& larger,

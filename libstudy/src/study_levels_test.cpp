@@ -86,7 +86,7 @@ TEST_CASE("level 1 takes the fewest parameters within 2 AIC of the best") {
   // AIC: 208, 208.5 (fewer parameters), 211 (fewest, too far), none.
   std::vector<Candidate> candidates{
       candidate(-100.0, 4), candidate(-101.25, 3), candidate(-103.5, 2), failed()};
-  CHECK(choose_base(candidates) == 1U);
+  CHECK(choose_base(candidates, {}) == 1U);
   CHECK(candidates[1].chosen);
   CHECK_FALSE(candidates[0].chosen);
   CHECK(ranks_of(candidates) == std::vector<int>{1, 2, 3, 0});
@@ -95,22 +95,22 @@ TEST_CASE("level 1 takes the fewest parameters within 2 AIC of the best") {
 TEST_CASE("level 1 keeps the likeliest of those with as few parameters") {
   std::vector<Candidate> candidates{
       candidate(-101.0, 3), candidate(-100.5, 3), candidate(-100.0, 4)};
-  CHECK(choose_base(candidates) == 1U);
+  CHECK(choose_base(candidates, {}) == 1U);
 }
 
 TEST_CASE("exactly 2 AIC is still within 2 AIC") {
   std::vector<Candidate> candidates{candidate(-100.0, 4), candidate(-102.0, 3)};
-  CHECK(choose_base(candidates) == 1U);
+  CHECK(choose_base(candidates, {}) == 1U);
 }
 
 TEST_CASE("nothing is chosen where nothing converged") {
   std::vector<Candidate> candidates{failed(), failed()};
   candidates[1].fit.convergence.converged = true;
   candidates[1].fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
-  CHECK_FALSE(choose_base(candidates));
-  CHECK_FALSE(choose_covariates(candidates));
-  CHECK_FALSE(choose_random_effects(candidates));
-  CHECK_FALSE(choose_variance(candidates));
+  CHECK_FALSE(choose_base(candidates, {}));
+  CHECK_FALSE(choose_covariates(candidates, {}));
+  CHECK_FALSE(choose_random_effects(candidates, {}));
+  CHECK_FALSE(choose_variance(candidates, {}));
   CHECK(ranks_of(candidates) == std::vector<int>{0, 0});
 }
 
@@ -119,7 +119,7 @@ TEST_CASE("level 2 takes the lowest BIC among those that are significantly bette
   // log n = 6.9: one parameter for 5 units of likelihood is worth it, a third for 1 is not.
   std::vector<Candidate> candidates{
       base, tested(-95.0, 4, base), tested(-94.0, 5, base), tested(-90.0, 4, base)};
-  CHECK(choose_covariates(candidates) == 3U);
+  CHECK(choose_covariates(candidates, {}) == 3U);
   CHECK(candidates[1].rank == 2);
   CHECK(candidates[2].rank == 4);
 }
@@ -131,36 +131,36 @@ TEST_CASE("level 2 stays with the base where no covariate is significant") {
   base.fit.observations = better.fit.observations = 20;
   REQUIRE(better.fit.bic() < base.fit.bic());
   std::vector<Candidate> candidates{base, better};
-  CHECK(choose_covariates(candidates) == 0U);
+  CHECK(choose_covariates(candidates, {}) == 0U);
 }
 
 TEST_CASE("level 3 takes the lowest BIC away from the edge") {
   std::vector<Candidate> candidates{
       candidate(-100.0, 4), on_edge(-60.0, 6), candidate(-80.0, 6), failed()};
-  CHECK(choose_random_effects(candidates) == 2U);
+  CHECK(choose_random_effects(candidates, {}) == 2U);
   CHECK(ranks_of(candidates) == std::vector<int>{3, 1, 2, 0});
 }
 
 TEST_CASE("level 3 takes a model on the edge only where there is no other") {
   std::vector<Candidate> candidates{on_edge(-100.0, 4), on_edge(-60.0, 6)};
-  CHECK(choose_random_effects(candidates) == 1U);
+  CHECK(choose_random_effects(candidates, {}) == 1U);
 }
 
 TEST_CASE("a variance function needs the lowest AIC and a significant test") {
   const Candidate none = candidate(-100.0, 5);
   std::vector<Candidate> weak{none, tested(-98.5, 6, none)};
   REQUIRE(weak[1].fit.aic() < none.fit.aic());
-  CHECK(choose_variance(weak) == 0U);  // 2 * 1.5 = 3 < 3.84
+  CHECK(choose_variance(weak, {}) == 0U);  // 2 * 1.5 = 3 < 3.84
   std::vector<Candidate> strong{
       none, tested(-95.0, 6, none), tested(-96.0, 6, none), tested(-94.5, 7, none)};
-  CHECK(choose_variance(strong) == 1U);
+  CHECK(choose_variance(strong, {}) == 1U);
 }
 
 TEST_CASE("a choice forgets the ranks and marks of an earlier one") {
   std::vector<Candidate> candidates{candidate(-100.0, 3), candidate(-90.0, 3)};
-  choose_base(candidates);
+  choose_base(candidates, {});
   candidates[1].fit.convergence.converged = false;
-  CHECK(choose_base(candidates) == 0U);
+  CHECK(choose_base(candidates, {}) == 0U);
   CHECK_FALSE(candidates[1].chosen);
   CHECK(candidates[1].rank == 0);
 }
@@ -169,7 +169,7 @@ TEST_CASE("level 2 tries 16 subsets of four covariates on each parameter, the ba
   const fit::FittedModel base = fitted("h ~ 1.3 + a*dbh^b");
   data::Table table = trees();
   for (const char* name : {"M", "C", "U"}) table.set(name, std::vector<double>(5, 0.5));
-  const std::vector<Trial> trials = covariate_trials(base, {"W", "M", "C", "U"}, table);
+  const std::vector<Trial> trials = covariate_trials(base, {"W", "M", "C", "U"}, 1, table);
   REQUIRE(trials.size() == 1 + 2 * (16 - 1));
   CHECK(trials.front().terms.empty());
   CHECK(trials[1].terms == std::vector<std::string>{"a ~ 1 + W"});
@@ -177,6 +177,26 @@ TEST_CASE("level 2 tries 16 subsets of four covariates on each parameter, the ba
   // Each starts at the base, which it contains.
   CHECK(trials.back().options.start.at("a") == base.estimate[0]);
   CHECK(trials.back().options.start.at("b:C") == 0.0);
+}
+
+TEST_CASE("on request, pairs of parameters have covariates") {
+  const fit::FittedModel base = fitted("h ~ 1.3 + a*(1 - exp(-b*dbh))");
+  const std::vector<Trial> trials = covariate_trials(base, {"W", "M"}, 2, trees());
+  // The base model, 3 subsets on each of two parameters, and 3 x 3 on both.
+  REQUIRE(trials.size() == 1 + 2 * 3 + 9);
+  CHECK(trials.back().terms == std::vector<std::string>{"a ~ 1 + W + M", "b ~ 1 + W + M"});
+  CHECK(trials.back().specification.coefficient_names() ==
+        std::vector<std::string>{"a", "a:W", "a:M", "b", "b:W", "b:M"});
+}
+
+TEST_CASE("a parsimonious choice takes fewer parameters within two of the best") {
+  std::vector<Candidate> candidates{candidate(-100.0, 4), candidate(-98.5, 5), candidate(-90.0, 9)};
+  // AIC 208, 207, 198: the last is best by far.
+  CHECK(choose_random_effects(candidates, {.criteria = {.random = Criterion::kAic}}) == 2U);
+  candidates.pop_back();
+  CHECK(choose_random_effects(candidates, {.criteria = {.random = Criterion::kAic}}) == 1U);
+  CHECK(choose_random_effects(
+            candidates, {.criteria = {.random = Criterion::kAic}, .parsimonious = true}) == 0U);
 }
 
 TEST_CASE("the intercept is left out of the sub-model with covariates only") {
@@ -210,7 +230,7 @@ TEST_CASE("the four variance functions are tried on the chosen random effects, n
   mixed.terms = {"a"};
   mixed.fit.coefficient_names = {"a", "b"};
   mixed.fit.estimate = Eigen::Vector2d(1.0, 0.5);
-  const std::vector<Trial> trials = variance_trials(mixed);
+  const std::vector<Trial> trials = variance_trials(mixed, StudyOptions{}.variance_functions);
   REQUIRE(trials.size() == 4);
   CHECK(trials[0].specification.variance.text() == "none");
   CHECK(trials[3].specification.variance.text() == "constant-plus-power");

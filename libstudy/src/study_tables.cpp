@@ -1,145 +1,170 @@
 // SPDX-License-Identifier: MIT
-// The tables of a study as CSV files.
+#include "study_tables.hpp"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <initializer_list>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "letter_groups.hpp"
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/data/csv.hpp"
-#include "silvafit/study/study_files.hpp"
+#include "silvafit/stand/species_table.hpp"
+#include "silvafit/stand/stand_summary.hpp"
+#include "study_levels.hpp"
 
 namespace silvafit::study {
 namespace {
 
-std::string field(const std::string& text) { return data::csv_field(text); }
-std::string field(double value) { return std::isfinite(value) ? data::shortest(value) : ""; }
-std::string field(int value) { return std::to_string(value); }
-std::string rank_field(int rank) { return rank > 0 ? std::to_string(rank) : ""; }
-std::string yes_or_no(bool value) { return value ? "yes" : "no"; }
+using Columns = std::vector<TableColumn>;
 
-/// A CSV file that grows line by line.
-class Lines {
- public:
-  explicit Lines(const std::vector<std::string>& header) { add(header); }
-
-  void add(const std::vector<std::string>& fields) {
-    text_ += fmt::format("{}\n", fmt::join(fields, ","));
-  }
-  void write(const std::filesystem::path& path) const { write_file(path, text_); }
-
- private:
-  std::string text_;
-};
-
-using Fields = std::vector<std::string>;
-
-Fields joined(Fields first, const Fields& second) {
+template <typename List>
+List joined(List first, const List& second) {
   first.insert(first.end(), second.begin(), second.end());
   return first;
 }
 
-Fields subject(const ResponseStudy& result) {
-  return {field(result.species), field(result.response)};
+TableCell number(double value) { return value; }
+TableCell count(std::size_t value) { return static_cast<double>(value); }
+TableCell rank_cell(int rank) {
+  return rank > 0 ? TableCell(static_cast<double>(rank)) : TableCell();
 }
+TableCell yes_or_no(bool value) { return std::string(value ? "yes" : "no"); }
 
-const Fields kCriteriaHeader{
-    "k", "log_likelihood", "aic", "bic", "rank", "chosen", "converged", "verdict"};
+const Columns kSubject{{"species", "Species"}, {"response", "Response"}};
 
-Fields criteria(const Candidate& candidate) {
+TableRow subject(const ResponseStudy& result) { return {result.species, result.response}; }
+
+const Columns kCriteria{{"k", "k", ColumnKind::kCount},
+                        {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                        {"aic", "AIC", ColumnKind::kCriterion},
+                        {"bic", "BIC", ColumnKind::kCriterion},
+                        {"cv_rmse", "RMSE, left out", ColumnKind::kShare},
+                        {"cv_failed_folds", "Failed folds", ColumnKind::kCount},
+                        {"rank", "Rank", ColumnKind::kCount},
+                        {"chosen", "Chosen"},
+                        {"converged", "Converged"},
+                        {"verdict", "Verdict"}};
+
+TableRow criteria(const Candidate& candidate) {
   const fit::FittedModel& fit = candidate.fit;
-  return {field(fit.parameter_count),
-          field(fit.log_likelihood),
-          field(fit.aic()),
-          field(fit.bic()),
-          rank_field(candidate.rank),
+  const auto& validated = candidate.cross_validated;
+  return {number(fit.parameter_count),
+          fit.log_likelihood,
+          fit.aic(),
+          fit.bic(),
+          validated ? number(validated->rmse) : TableCell(),
+          validated ? count(validated->failed) : TableCell(),
+          rank_cell(candidate.rank),
           yes_or_no(candidate.chosen),
           yes_or_no(fit.convergence.converged),
-          field(fit.convergence.verdict)};
+          fit.convergence.verdict};
 }
 
-const Fields kStatisticsHeader{"r2", "mean_error", "rmse", "mae"};
+const Columns kStatistics{{"r2", "R2", ColumnKind::kShare},
+                          {"mean_error", "Mean error", ColumnKind::kShare},
+                          {"rmse", "RMSE", ColumnKind::kShare},
+                          {"mae", "MAE", ColumnKind::kShare}};
 
-Fields statistics(const fit::FitStatistics& values) {
-  return {field(values.r2), field(values.mean_error), field(values.rmse), field(values.mae)};
+TableRow statistics(const fit::FitStatistics& values) {
+  return {values.r2, values.mean_error, values.rmse, values.mae};
 }
 
-const Fields kTestHeader{"likelihood_ratio", "df", "p"};
+const Columns kTest{{"likelihood_ratio", "Likelihood ratio", ColumnKind::kCriterion},
+                    {"df", "df", ColumnKind::kCount},
+                    {"p", "p", ColumnKind::kP}};
 
-Fields test(const Candidate& candidate) {
-  if (!candidate.test) return {"", "", ""};
-  return {field(candidate.test->statistic),
-          field(candidate.test->degrees_of_freedom),
-          field(candidate.test->p)};
+TableRow test_cells(const std::optional<LikelihoodRatioTest>& test) {
+  if (!test) return {TableCell(), TableCell(), TableCell()};
+  return {test->statistic, number(test->degrees_of_freedom), test->p};
 }
 
-void write_candidates(const Study& study,
-                      const Catalogue& catalogue,
-                      const std::filesystem::path& folder) {
-  Lines lines(joined(joined({"species", "response", "model", "name", "formula"}, kStatisticsHeader),
-                     kCriteriaHeader));
+std::string joined_terms(const Candidate& candidate, const char* joint) {
+  return fmt::format("{}", fmt::join(candidate.terms, joint));
+}
+
+StudyTable candidates_table(const Study& study, const Catalogue& catalogue) {
+  StudyTable table{
+      .name = "candidates",
+      .caption = "Level 1: base models by least squares",
+      .columns = joined(
+          joined(joined(kSubject, {{"model", "Model"}, {"name", "Name"}, {"formula", "Formula"}}),
+                 kStatistics),
+          kCriteria)};
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.base) {
-      const BaseModel& model = catalogue.find(candidate.fit.model);
-      lines.add(joined(joined(joined(subject(result),
-                                     {field(model.id), field(model.name), field(model.formula)}),
-                              statistics(candidate.fit.population)),
-                       criteria(candidate)));
+      const std::string& id = candidate.fit.model;
+      const std::string name = id.empty() ? std::string() : catalogue.find(id).name;
+      const std::string& formula = candidate.fit.specification.formula.text;
+      table.rows.push_back(joined(joined(joined(subject(result), {id, name, formula}),
+                                         statistics(candidate.fit.population)),
+                                  criteria(candidate)));
     }
   }
-  lines.write(folder / "candidates.csv");
+  return table;
 }
 
-void write_covariates(const Study& study, const std::filesystem::path& folder) {
-  Lines lines(
-      joined(joined(joined({"species", "response", "sub_models"}, kStatisticsHeader), kTestHeader),
-             kCriteriaHeader));
+StudyTable covariates_table(const Study& study) {
+  StudyTable table{
+      .name = "covariates",
+      .caption = "Level 2: covariates on parameters of the base model",
+      .columns = joined(
+          joined(joined(joined(kSubject, {{"sub_models", "Sub-models"}}), kStatistics), kTest),
+          kCriteria)};
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.covariates) {
-      const std::string terms = fmt::format("{}", fmt::join(candidate.terms, "; "));
-      lines.add(joined(joined(joined(joined(subject(result), {field(terms)}),
-                                     statistics(candidate.fit.population)),
-                              test(candidate)),
-                       criteria(candidate)));
+      table.rows.push_back(
+          joined(joined(joined(joined(subject(result), {joined_terms(candidate, "; ")}),
+                               statistics(candidate.fit.population)),
+                        test_cells(candidate.test)),
+                 criteria(candidate)));
     }
   }
-  lines.write(folder / "covariates.csv");
+  return table;
 }
 
-void write_random_effects(const Study& study, const std::filesystem::path& folder) {
-  Lines lines(joined({"species", "response", "random_effects", "covariance"}, kCriteriaHeader));
+StudyTable random_effects_table(const Study& study) {
+  StudyTable table{
+      .name = "random_effects",
+      .caption = "Level 3: random effects",
+      .columns = joined(
+          joined(kSubject, {{"random_effects", "Random effects"}, {"covariance", "Covariance"}}),
+          kCriteria)};
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.random) {
-      const std::string terms = fmt::format("{}", fmt::join(candidate.terms, " + "));
-      lines.add(joined(
-          joined(
-              subject(result),
-              {field(terms), fit::covariance_text(candidate.fit.specification.random->covariance)}),
+      const fit::Covariance form = candidate.fit.specification.random->covariance;
+      table.rows.push_back(joined(
+          joined(subject(result), {joined_terms(candidate, " + "), fit::covariance_text(form)}),
           criteria(candidate)));
     }
   }
-  lines.write(folder / "random_effects.csv");
+  return table;
 }
 
-void write_variance_functions(const Study& study, const std::filesystem::path& folder) {
-  Lines lines(joined(joined({"species", "response", "function", "delta", "constant"}, kTestHeader),
-                     kCriteriaHeader));
+StudyTable variance_functions_table(const Study& study) {
+  StudyTable table{
+      .name = "variance_functions",
+      .caption = "Level 3: variance functions",
+      .columns = joined(joined(joined(kSubject,
+                                      {{"function", "Function"},
+                                       {"delta", "delta", ColumnKind::kEstimate},
+                                       {"constant", "constant", ColumnKind::kEstimate}}),
+                               kTest),
+                        kCriteria)};
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.variance) {
       const fit::VarianceEstimate& variance = candidate.fit.variance;
       const fit::VarianceFunction function = variance.function();
-      const int count = function.parameter_count();
-      lines.add(joined(joined(joined(subject(result),
-                                     {field(function.text()),
-                                      count > 0 ? field(variance.delta()) : "",
-                                      count > 1 ? field(variance.constant()) : ""}),
-                              test(candidate)),
-                       criteria(candidate)));
+      table.rows.push_back(joined(
+          joined(joined(subject(result), {function.text(), variance.delta(), variance.constant()}),
+                 test_cells(candidate.test)),
+          criteria(candidate)));
     }
   }
-  lines.write(folder / "variance_functions.csv");
+  return table;
 }
 
 /// The chosen fits of a result under the names of their levels.
@@ -152,31 +177,41 @@ std::vector<std::pair<std::string, const fit::FittedModel*>> chosen_fits(
   return fits;
 }
 
-void write_estimates(const Study& study, const std::filesystem::path& folder) {
-  Lines lines({"species", "response", "level", "coefficient", "estimate", "se", "df", "t", "p"});
+StudyTable estimates_table(const Study& study) {
+  StudyTable table{.name = "estimates",
+                   .caption = "Coefficients of the chosen models",
+                   .columns = joined(kSubject,
+                                     {{"level", "Level"},
+                                      {"coefficient", "Coefficient"},
+                                      {"estimate", "Estimate", ColumnKind::kEstimate},
+                                      {"se", "Standard error", ColumnKind::kEstimate},
+                                      {"df", "df", ColumnKind::kCount},
+                                      {"t", "t", ColumnKind::kCriterion},
+                                      {"p", "p", ColumnKind::kP}})};
   for (const ResponseStudy& result : study.results) {
     for (const auto& [level, fit] : chosen_fits(result)) {
       const Eigen::VectorXd errors = fit->standard_errors();
       const Eigen::VectorXd t = fit->t_values();
       const Eigen::VectorXd p = fit->p_values();
       for (Eigen::Index k = 0; k < fit->estimate.size(); ++k) {
-        lines.add(joined(subject(result),
-                         {level,
-                          field(fit->coefficient_names[static_cast<std::size_t>(k)]),
-                          field(fit->estimate[k]),
-                          field(errors[k]),
-                          field(fit->degrees_of_freedom),
-                          field(t[k]),
-                          field(p[k])}));
+        table.rows.push_back(
+            joined(subject(result),
+                   {level,
+                    fit->coefficient_names[static_cast<std::size_t>(k)],
+                    fit->estimate[k],
+                    errors[k],
+                    k < fit->degrees_of_freedom.size() ? fit->degrees_of_freedom[k] : NAN,
+                    t[k],
+                    p[k]}));
       }
     }
   }
-  lines.write(folder / "estimates.csv");
+  return table;
 }
 
-void add_components(const ResponseStudy& result, const fit::FittedModel& fit, Lines& lines) {
+void add_components(const ResponseStudy& result, const fit::FittedModel& fit, StudyTable& table) {
   const auto add = [&](const std::string& component, double value) {
-    lines.add(joined(subject(result), {field(component), field(value)}));
+    table.rows.push_back(joined(subject(result), {component, value}));
   };
   const Eigen::VectorXd deviations = fit.random_sd();
   const Eigen::MatrixXd correlation = fit.random_correlation();
@@ -190,58 +225,210 @@ void add_components(const ResponseStudy& result, const fit::FittedModel& fit, Li
     }
   }
   add("sigma", fit.sigma);
-  const int count = fit.variance.function().parameter_count();
-  if (count > 0) add("delta", fit.variance.delta());
-  if (count > 1) add("constant", fit.variance.constant());
+  const int parameters = fit.variance.function().parameter_count();
+  if (parameters > 0) add("delta", fit.variance.delta());
+  if (parameters > 1) add("constant", fit.variance.constant());
 }
 
-void write_variance_components(const Study& study, const std::filesystem::path& folder) {
-  Lines lines({"species", "response", "component", "value"});
+StudyTable variance_components_table(const Study& study) {
+  StudyTable table{
+      .name = "variance_components",
+      .caption = "Variance components of the chosen mixed models",
+      .columns = joined(kSubject,
+                        {{"component", "Component"}, {"value", "Value", ColumnKind::kEstimate}})};
   for (const ResponseStudy& result : study.results) {
-    if (result.nlme) add_components(result, result.nlme->fit, lines);
+    if (result.nlme) add_components(result, result.nlme->fit, table);
   }
-  lines.write(folder / "variance_components.csv");
+  return table;
 }
 
-void write_statistics(const Study& study, const std::filesystem::path& folder) {
-  Lines lines(joined(
-      joined({"species", "response", "level", "prediction", "formula", "n"}, kStatisticsHeader),
-      {"k", "log_likelihood", "aic", "bic", "converged"}));
+StudyTable statistics_table(const Study& study) {
+  StudyTable table{.name = "statistics",
+                   .caption = "Fit statistics of the chosen models",
+                   .columns = joined(joined(joined(kSubject,
+                                                   {{"level", "Level"},
+                                                    {"prediction", "Prediction"},
+                                                    {"formula", "Formula"},
+                                                    {"n", "n", ColumnKind::kCount}}),
+                                            kStatistics),
+                                     {{"k", "k", ColumnKind::kCount},
+                                      {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                                      {"aic", "AIC", ColumnKind::kCriterion},
+                                      {"bic", "BIC", ColumnKind::kCriterion},
+                                      {"converged", "Converged"}})};
   for (const ResponseStudy& result : study.results) {
     for (const auto& [level, fit] : chosen_fits(result)) {
       const auto add = [&, &name = level, &model = fit](const std::string& prediction,
                                                         const fit::FitStatistics& values) {
-        lines.add(joined(joined(joined(subject(result),
-                                       {name,
-                                        prediction,
-                                        field(model->specification.formula.text),
-                                        std::to_string(model->observations)}),
-                                statistics(values)),
-                         {field(model->parameter_count),
-                          field(model->log_likelihood),
-                          field(model->aic()),
-                          field(model->bic()),
-                          yes_or_no(model->convergence.converged)}));
+        table.rows.push_back(
+            joined(joined(joined(subject(result),
+                                 {name,
+                                  prediction,
+                                  model->specification.formula.text,
+                                  number(static_cast<double>(model->observations))}),
+                          statistics(values)),
+                   {number(model->parameter_count),
+                    model->log_likelihood,
+                    model->aic(),
+                    model->bic(),
+                    yes_or_no(model->convergence.converged)}));
       };
       add("population", fit->population);
       if (fit->has_random_effects()) add("conditional", fit->conditional);
     }
   }
-  lines.write(folder / "statistics.csv");
+  return table;
+}
+
+StudyTable gains_table(const Study& study) {
+  StudyTable table{.name = "gains",
+                   .caption = "What the mixed model gains over ordinary least squares",
+                   .columns = joined(kSubject,
+                                     {{"r2_ols", "R2 OLS", ColumnKind::kShare},
+                                      {"r2_nlme", "R2 NLME", ColumnKind::kShare},
+                                      {"gain", "Gain (%)", ColumnKind::kPercent},
+                                      {"rmse_ols", "RMSE OLS", ColumnKind::kShare},
+                                      {"rmse_nlme", "RMSE NLME", ColumnKind::kShare},
+                                      {"rmse_reduction", "RMSE lower by (%)", ColumnKind::kPercent},
+                                      {"aic_ols", "AIC OLS", ColumnKind::kCriterion},
+                                      {"aic_nlme", "AIC NLME", ColumnKind::kCriterion},
+                                      {"r2_population", "R2 NLME, b = 0", ColumnKind::kShare}})};
+  for (const ResponseStudy& result : study.results) {
+    if (!result.ols || !result.nlme) continue;
+    const fit::FitStatistics& ols = result.ols->fit.population;
+    const fit::FitStatistics& nlme = result.nlme->fit.conditional;
+    table.rows.push_back(joined(subject(result),
+                                {ols.r2,
+                                 nlme.r2,
+                                 100.0 * (nlme.r2 - ols.r2),
+                                 ols.rmse,
+                                 nlme.rmse,
+                                 100.0 * (1.0 - nlme.rmse / ols.rmse),
+                                 result.ols->fit.aic(),
+                                 result.nlme->fit.aic(),
+                                 result.nlme->fit.population.r2}));
+  }
+  return table;
+}
+
+bool has_all(const std::vector<std::string>& names, const std::vector<std::string>& wanted) {
+  return std::ranges::all_of(wanted, [&](const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  });
+}
+
+/// The test of a larger model against one that it contains; nothing if it does not.
+std::optional<LikelihoodRatioTest> test_of(const fit::FittedModel& larger,
+                                           const fit::FittedModel& smaller) {
+  const bool is_nested = has_all(larger.coefficient_names, smaller.coefficient_names) &&
+                         larger.parameter_count > smaller.parameter_count;
+  if (!is_nested) return std::nullopt;
+  return likelihood_ratio_test(larger, smaller);
+}
+
+/// Models that are not nested count as different where their AIC are apart.
+bool differ(const fit::FittedModel& larger,
+            const fit::FittedModel& smaller,
+            const StudyOptions& options) {
+  if (const auto test = test_of(larger, smaller)) return test->p < options.significance;
+  return std::abs(larger.aic() - smaller.aic()) > options.equally_good;
+}
+
+void add_level_tests(const ResponseStudy& result, const StudyOptions& options, StudyTable& table) {
+  const auto fits = chosen_fits(result);
+  std::vector<std::vector<bool>> differs(fits.size(), std::vector<bool>(fits.size(), false));
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      differs[i][j] = differs[j][i] = differ(*fits[i].second, *fits[j].second, options);
+    }
+  }
+  const std::vector<std::string> letters = letter_groups(differs);
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const std::optional<LikelihoodRatioTest> against_before =
+        i == 0 ? std::nullopt : test_of(*fits[i].second, *fits[i - 1].second);
+    table.rows.push_back(joined(joined(joined(subject(result), {fits[i].first, letters[i]}),
+                                       {fits[i].second->log_likelihood, fits[i].second->aic()}),
+                                test_cells(against_before)));
+  }
+}
+
+StudyTable level_tests_table(const Study& study) {
+  StudyTable table{
+      .name = "level_tests",
+      .caption =
+          "Chosen models of the levels, each tested against the one before; "
+          "models that share a letter do not differ",
+      .columns = joined(joined(kSubject,
+                               {{"level", "Level"},
+                                {"letters", "Letters"},
+                                {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                                {"aic", "AIC", ColumnKind::kCriterion}}),
+                        kTest)};
+  for (const ResponseStudy& result : study.results) {
+    add_level_tests(result, study.options, table);
+  }
+  return table;
+}
+
+/// Table 1 of Wang and others 2023. Areas, and what is by hectare, need windows.
+StudyTable species_table_of(const StudyRecord& record) {
+  StudyTable table{
+      .name = "species",
+      .caption = "Species by importance value",
+      .columns = {{"species", "Species"},
+                  {"trees", "Trees", ColumnKind::kCount},
+                  {"stems_per_ha", "Stems per ha", ColumnKind::kPercent},
+                  {"basal_area_per_ha", "Basal area (m2/ha)", ColumnKind::kCriterion},
+                  {"mean_dbh", "Mean DBH (cm)", ColumnKind::kCriterion},
+                  {"mean_height", "Mean height (m)", ColumnKind::kCriterion},
+                  {"dominant_height", "Dominant height (m)", ColumnKind::kCriterion},
+                  {"relative_density", "Relative density (%)", ColumnKind::kPercent},
+                  {"relative_frequency", "Relative frequency (%)", ColumnKind::kPercent},
+                  {"relative_dominance", "Relative dominance (%)", ColumnKind::kPercent},
+                  {"importance", "Importance value (%)", ColumnKind::kPercent}}};
+  if (!record.units) return table;
+  const stand::Inventory& inventory = record.inventory.inventory;
+  const auto areas = stand::sampled_areas(inventory, record.units->windows, {});
+  for (const stand::SpeciesRow& row : stand::species_table(inventory, areas)) {
+    table.rows.push_back({row.species,
+                          count(row.figures.trees),
+                          row.figures.stems_per_ha,
+                          row.figures.basal_area_m2_per_ha,
+                          row.figures.mean_dbh_cm,
+                          row.figures.mean_height_m,
+                          row.figures.dominant_height_m,
+                          row.all.relative_density,
+                          row.all.relative_frequency,
+                          row.all.relative_dominance,
+                          row.all.value});
+  }
+  return table;
 }
 
 }  // namespace
 
+std::vector<StudyTable> study_tables(const StudyRecord& record, const Catalogue& catalogue) {
+  const Study& study = record.study;
+  return {species_table_of(record),
+          candidates_table(study, catalogue),
+          covariates_table(study),
+          random_effects_table(study),
+          variance_functions_table(study),
+          estimates_table(study),
+          variance_components_table(study),
+          statistics_table(study),
+          gains_table(study),
+          level_tests_table(study)};
+}
+
 void write_study_tables(const StudyRecord& record,
                         const Catalogue& catalogue,
                         const std::filesystem::path& folder) {
-  write_candidates(record.study, catalogue, folder);
-  write_covariates(record.study, folder);
-  write_random_effects(record.study, folder);
-  write_variance_functions(record.study, folder);
-  write_estimates(record.study, folder);
-  write_variance_components(record.study, folder);
-  write_statistics(record.study, folder);
+  for (const StudyTable& table : study_tables(record, catalogue)) {
+    write_file(folder / (table.name + ".csv"), to_csv(table));
+    write_file(folder / (table.name + ".md"), to_markdown(table));
+    write_file(folder / (table.name + ".tex"), to_latex(table));
+  }
 }
 
 }  // namespace silvafit::study

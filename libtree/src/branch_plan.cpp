@@ -1,55 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "branch_plan.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+
+#include "drawn_angle.hpp"
+#include "whorls.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kRadian = kPi / 180.0;
-
-int branches_by_spacing(const TreeShape& shape, const Branching& branching) {
-  const double rounds = std::round((shape.h_m - shape.hcb_m) / branching.spacing_m);
-  return static_cast<int>(rounds) * branching.per_whorl;
-}
-
-int branches_by_age(double age_years, const BranchCount& equations, std::vector<Note>& notes) {
-  const BranchCount::Count count = equations.at(age_years);
-  if (count.clamped) {
-    notes.push_back({"branch_count",
-                     fmt::format("age {} is outside the {} to {} years of {}; age {} is used",
-                                 age_years,
-                                 equations.youngest_years(),
-                                 equations.oldest_years(),
-                                 equations.name(),
-                                 count.age_years)});
-  }
-  return static_cast<int>(std::lround(count.live()));
-}
-
-int number_of_branches(const TreeShape& shape, const Preset& preset, std::vector<Note>& notes) {
-  const Branching& branching = preset.branching;
-  if (!preset.branch_count || !shape.age_years) {
-    return std::clamp(branches_by_spacing(shape, branching), branching.least, branching.most);
-  }
-  const int wanted = branches_by_age(*shape.age_years, *preset.branch_count, notes);
-  const int number = std::clamp(wanted, branching.least, branching.most);
-  if (number != wanted) {
-    notes.push_back({"branch_count",
-                     fmt::format("{} living branches by age; the preset {} draws {} to {}",
-                                 wanted,
-                                 preset.name,
-                                 branching.least,
-                                 branching.most)});
-  }
-  return number;
-}
 
 class Planner {
  public:
@@ -78,6 +42,21 @@ class Planner {
     return branch;
   }
 
+  /// One of the limbs into which the stem divides; they stand all round.
+  PlannedBranch limb(int number, double turn) {
+    const Fork& fork = branching_.fork;
+    const double azimuth = turn + 2.0 * kPi * number / fork.limbs +
+                           random_.normal(0.0, branching_.azimuth_sd_deg * kRadian);
+    const double length = crown_.h_m() - crown_.hcb_m();
+    PlannedBranch branch{.base_m = crown_.hcb_m() + length * random_.uniform(fork.from, fork.to),
+                         .outward = {std::sin(azimuth), std::cos(azimuth), 0.0},
+                         .is_limb = true};
+    aim(branch,
+        kRadian * random_.uniform(fork.low_deg, fork.high_deg),
+        crown_.radius_m(branch.outward.x, branch.outward.y));
+    return branch;
+  }
+
   /// The branch that ends on the crown's widest point in one of the four measured directions. It is
   /// flatter than its layer has it where it would otherwise start below the crown base.
   PlannedBranch widest(Point outward) {
@@ -102,9 +81,7 @@ class Planner {
   }
 
   double draw_angle(const AngleLayer& layer) {
-    const double middle = 0.5 * (layer.low_deg + layer.high_deg);
-    const double sd = 0.25 * (layer.high_deg - layer.low_deg);
-    return kRadian * random_.truncated_normal(middle, sd, layer.low_deg, layer.high_deg);
+    return drawn_angle(random_, layer.low_deg, layer.high_deg);
   }
 
   void aim(PlannedBranch& branch, double angle_rad, double radius_m) const {
@@ -132,29 +109,28 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
                                          const Preset& preset,
                                          Random& random,
                                          std::vector<Note>& notes) {
+  // East, west, south, north, and the limbs.
+  constexpr int kMeasured = 4;
   const Branching& branching = preset.branching;
-  const int number = number_of_branches(shape, preset, notes);
-  const int rounds = (number + branching.per_whorl - 1) / branching.per_whorl;
-  const double crown_length = shape.h_m - shape.hcb_m;
-  const bool spiral = branching.arrangement == Arrangement::kSpiral;
+  const std::vector<Whorl> whorls =
+      plan_whorls(shape, preset, kMeasured + branching.fork.limbs, random, notes);
 
   Planner planner(crown, branching, random);
   std::vector<PlannedBranch> branches;
-  branches.reserve(static_cast<std::size_t>(rounds * branching.per_whorl) + 4);
+  branches.reserve(static_cast<std::size_t>(branching.most) + kMeasured + 8);
   double turn = random.uniform(0.0, 2.0 * kPi);
-  for (int round = 0; round < rounds; ++round) {
-    // The lowest round stays at the crown base, which is measured.
-    const double jitter = round == 0 ? 0.0 : random.uniform(-0.2, 0.2);
-    const double from_tip = 1.0 - (round + jitter) / rounds;
-    const double base =
-        shape.hcb_m + crown_length * (1.0 - std::pow(from_tip, branching.tip_density));
+  int direction = 0;
+  for (const Whorl& whorl : whorls) {
+    const bool spiral = branching.arrangement == Arrangement::kSpiral;
     turn += spiral ? branching.divergence_deg * kRadian : random.uniform(0.0, 2.0 * kPi);
-    for (int i = 0; i < branching.per_whorl; ++i) {
-      const double azimuth = turn + 2.0 * kPi * i / branching.per_whorl +
+    const int directions = std::max(whorl.branches, branching.per_whorl);
+    for (int i = 0; i < whorl.branches; ++i, ++direction) {
+      const double azimuth = turn + 2.0 * kPi * (direction % directions) / directions +
                              random.normal(0.0, branching.azimuth_sd_deg * kRadian);
-      branches.push_back(planner.branch(base, azimuth));
+      branches.push_back(planner.branch(whorl.base_m, azimuth));
     }
   }
+  for (int i = 0; i < branching.fork.limbs; ++i) branches.push_back(planner.limb(i, turn));
   for (const Point outward : {Point{1, 0, 0}, Point{-1, 0, 0}, Point{0, -1, 0}, Point{0, 1, 0}}) {
     branches.push_back(planner.widest(outward));
   }

@@ -14,6 +14,7 @@ struct PlannedBranch {
   double angle_rad = 0.0;   ///< from the upward vertical, in (0, pi/2]
   Point outward{};          ///< level, of length 1
   double distance_m = 0.0;  ///< of the tip from the axis
+  bool is_limb = false;     ///< the stem divides into this one and others
 
   double length_m() const;
   Point tip() const;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "foliage.hpp"
+#include "level_of_detail.hpp"
 #include "silvafit/base/error.hpp"
 #include "tube.hpp"
 
@@ -13,18 +14,37 @@ namespace silvafit::tree {
 namespace {
 
 void check_options(const MeshOptions& options) {
-  if (options.stem_sides < 3 || options.branch_sides < 3) {
+  if (options.stem_sides < 3 || options.branch_sides < 3 || options.twig_sides < 3) {
     throw UsageError("a stem or branch needs at least 3 sides");
   }
-  if (!(options.stem_tolerance_m >= 0.0)) {
-    throw UsageError("the tolerance of stem sections must not be negative");
+  if (!(options.stem_tolerance_m >= 0.0 && options.branch_tolerance_m >= 0.0)) {
+    throw UsageError("the tolerance of stem sections and branches must not be negative");
+  }
+  if (options.foliage_per < 1) throw UsageError("foliage_per must be at least 1");
+  if (options.wood_order < 1) {
+    throw UsageError("first-order branches are always drawn: wood_order must be at least 1");
   }
 }
 
+/// Without colors of the vertices, the material has what they are on the whole.
+Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
+  constexpr double kInner = 0.25;
+  Color color = foliage.outer;
+  if (options.vertex_colors) return color;
+  for (std::size_t i = 0; i < color.size(); ++i) {
+    color[i] += kInner * (foliage.inner[i] - color[i]);
+  }
+  return color;
+}
+
 void check_finite(const MeshPart& part) {
-  const auto is_finite = [](float value) { return std::isfinite(value); };
-  if (!std::all_of(part.positions.begin(), part.positions.end(), is_finite) ||
-      !std::all_of(part.normals.begin(), part.normals.end(), is_finite)) {
+  // A number times 0 is 0 unless the number is not finite: a sum that the compiler may vectorize.
+  const auto is_finite = [](const std::vector<float>& values) {
+    float sum = 0.0F;
+    for (const float value : values) sum += 0.0F * value;
+    return sum == 0.0F;
+  };
+  if (!is_finite(part.positions) || !is_finite(part.normals)) {
     throw GeometryError(std::string("the mesh has a coordinate that is not finite in its ") +
                         part_name(part.kind));
   }
@@ -42,6 +62,14 @@ const char* part_name(PartKind kind) {
       return "foliage";
   }
   return "";
+}
+
+MaterialKind material_of(PartKind kind) {
+  return kind == PartKind::kFoliage ? MaterialKind::kLeaf : MaterialKind::kBark;
+}
+
+const char* material_name(MaterialKind kind) {
+  return kind == MaterialKind::kBark ? "bark" : "leaf";
 }
 
 std::size_t Mesh::vertex_count() const {
@@ -64,18 +92,31 @@ Mesh build_mesh(const Skeleton& skeleton,
   check_options(options);
   MeshPart stem{.kind = PartKind::kStem, .color = preset.bark};
   MeshPart branches{.kind = PartKind::kBranches, .color = preset.bark};
-  MeshPart foliage{.kind = PartKind::kFoliage, .color = preset.foliage.outer, .double_sided = true};
-  for (const Axis& axis : skeleton.axes) {
-    const auto points = skeleton.points_of(axis);
-    if (axis.order == 0) {
-      add_stem(points, options, stem);
-    } else if (points.front().radius_m > 0.0) {
-      add_branch(points, axis.order == 1 ? options.branch_sides : 3, crown, branches);
+  MeshPart foliage{.kind = PartKind::kFoliage,
+                   .color = foliage_color(preset.foliage, options),
+                   .double_sided = true};
+  {
+    PartBuilder stem_builder(stem);
+    PartBuilder branch_builder(branches);
+    BranchTubes tubes(crown, options, branch_builder);
+    tubes.reserve(skeleton);
+    for (const Axis& axis : skeleton.axes) {
+      const auto points = skeleton.points_of(axis);
+      if (axis.order == 0) {
+        add_stem(points, options, stem_builder);
+      } else if (is_drawn(axis, points.front(), options)) {
+        tubes.add(points);
+      }
+    }
+    PartBuilder foliage_builder(foliage);
+    add_foliage(skeleton, crown, preset.foliage, random, options, foliage_builder);
+    for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
+      builder->finish();
     }
   }
-  add_foliage(skeleton, crown, preset.foliage, random, foliage);
 
-  Mesh mesh;
+  Mesh mesh{.surface_error_m = surface_error_m(skeleton, crown, options)};
+  mesh.parts.reserve(3);
   for (MeshPart* part : {&stem, &branches, &foliage}) {
     check_finite(*part);
     if (!part->indices.empty()) mesh.parts.push_back(std::move(*part));

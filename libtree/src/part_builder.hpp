@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "silvafit/tree/mesh.hpp"
 
@@ -13,46 +14,80 @@ namespace silvafit::tree {
 
 using Bytes4 = std::array<std::uint8_t, 4>;
 
-/// Turns the tree's frame (z up) into the mesh's (y up) while it fills a part.
+/// What a vertex may have besides its place and its normal.
+struct Texturing {
+  double u = 0.0;
+  double v = 0.0;
+  Point tangent{};  ///< direction of growing u
+  float sign = 1.0F;
+};
+
+/// Turns the tree's frame (z up) into the mesh's (y up) while it fills a part. Buffers are grown by
+/// whole blocks and cut to size by finish(), since a vertex takes fewer instructions than a call to
+/// push_back.
 class PartBuilder {
  public:
   explicit PartBuilder(MeshPart& part) : part_(part) {}
 
-  /// Makes room, so that a part's buffers do not move while it grows.
-  void reserve(std::size_t vertices, std::size_t triangles, bool colored) {
-    part_.positions.reserve(3 * vertices);
-    part_.normals.reserve(3 * vertices);
-    if (colored) part_.colors.reserve(4 * vertices);
-    part_.indices.reserve(3 * triangles);
+  /// Makes room for this many more; more than that must not be added before the next call.
+  void reserve(std::size_t vertices, std::size_t triangles) {
+    grow(part_.positions, 3 * (vertices_ + vertices));
+    grow(part_.normals, 3 * (vertices_ + vertices));
+    grow(part_.indices, indices_ + 3 * triangles);
   }
+
+  /// Cuts the buffers to what was added.
+  void finish() {
+    part_.positions.resize(3 * vertices_);
+    part_.normals.resize(3 * vertices_);
+    part_.indices.resize(indices_);
+  }
+
+  std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(vertices_); }
 
   std::uint32_t vertex(Point at, Point normal) {
-    const auto index = static_cast<std::uint32_t>(part_.vertex_count());
-    push(part_.positions, at);
-    push(part_.normals, normal);
-    return index;
+    write(part_.positions.data() + 3 * vertices_, at);
+    write(part_.normals.data() + 3 * vertices_, normal);
+    return static_cast<std::uint32_t>(vertices_++);
   }
 
-  std::uint32_t vertex(Point at, Point normal, Bytes4 color) {
-    part_.colors.insert(part_.colors.end(), color.begin(), color.end());
-    return vertex(at, normal);
+  void texture(const Texturing& texturing) {
+    part_.uvs.insert(part_.uvs.end(),
+                     {static_cast<float>(texturing.u), static_cast<float>(texturing.v)});
+    std::array<float, 3> tangent{};
+    write(tangent.data(), texturing.tangent);
+    part_.tangents.insert(part_.tangents.end(),
+                          {tangent[0], tangent[1], tangent[2], texturing.sign});
   }
+
+  void color(Bytes4 color) { part_.colors.insert(part_.colors.end(), color.begin(), color.end()); }
 
   void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    part_.indices.insert(part_.indices.end(), {a, b, c});
+    std::uint32_t* to = part_.indices.data() + indices_;
+    to[0] = a;
+    to[1] = b;
+    to[2] = c;
+    indices_ += 3;
   }
 
  private:
-  static void push(std::vector<float>& to, Point p) {
+  template <typename T>
+  static void grow(std::vector<T>& buffer, std::size_t size) {
+    if (size <= buffer.size()) return;
+    if (size > buffer.capacity()) buffer.reserve(std::max(size, 2 * buffer.capacity()));
+    buffer.resize(size);
+  }
+
+  static void write(float* to, Point p) {
     // Adding zero turns -0 into 0, so that equal places have equal bytes.
-    const std::size_t size = to.size();
-    to.resize(size + 3);
-    to[size] = static_cast<float>(p.x) + 0.0F;
-    to[size + 1] = static_cast<float>(p.z) + 0.0F;
-    to[size + 2] = static_cast<float>(-p.y) + 0.0F;
+    to[0] = static_cast<float>(p.x) + 0.0F;
+    to[1] = static_cast<float>(p.z) + 0.0F;
+    to[2] = static_cast<float>(-p.y) + 0.0F;
   }
 
   MeshPart& part_;
+  std::size_t vertices_ = 0;
+  std::size_t indices_ = 0;
 };
 
 /// Linear 0 .. 1 as a byte.

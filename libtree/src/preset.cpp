@@ -52,6 +52,25 @@ std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
   return layers;
 }
 
+YearlyWhorls yearly_whorls_of(const JsonEntry& entry) {
+  YearlyWhorls yearly;
+  yearly.low = whole(entry, "low", 1, 20);
+  yearly.high = whole(entry, "high", yearly.low, 20);
+  yearly.spacing_m = entry.number("spacing_m", 0.001, 1.0);
+  return yearly;
+}
+
+Fork fork_of(const JsonEntry& entry) {
+  Fork fork;
+  fork.limbs = whole(entry, "limbs", 1, 6);
+  fork.from = entry.number("from", 0.0, 0.9);
+  fork.to = entry.number("to", fork.from, 0.95);
+  fork.low_deg = entry.number("low_deg", 1.0, 89.0);
+  fork.high_deg = entry.number("high_deg", fork.low_deg, 90.0);
+  fork.thickness = entry.number("thickness", 0.1, 1.0);
+  return fork;
+}
+
 Branching branching_of(const JsonEntry& entry) {
   Branching branching;
   const auto arrangement = entry.get<std::string>("arrangement");
@@ -72,22 +91,36 @@ Branching branching_of(const JsonEntry& entry) {
   branching.most = whole(entry, "most", branching.least, 1000);
   branching.azimuth_sd_deg = entry.number("azimuth_sd_deg", 0.0, 90.0);
   branching.sag = entry.number("sag", -0.5, 0.5);
-  branching.thickness = entry.number("thickness", 0.001, 0.2);
+  branching.crookedness = entry.number("crookedness", 0.0, 0.3);
+  branching.thickness = entry.number("thickness", 0.001, 0.4);
+  branching.thickest = entry.number("thickest", 0.01, 1.0);
+  branching.stem_bend = entry.number("stem_bend", 0.0, 0.5);
+  branching.segments = whole(entry, "segments", 1, 12);
   branching.layers = layers_of(entry);
+  if (entry.has("yearly_whorls")) branching.yearly = yearly_whorls_of(entry.child("yearly_whorls"));
+  if (entry.has("fork")) branching.fork = fork_of(entry.child("fork"));
   return branching;
 }
 
 Twigs twigs_of(const JsonEntry& entry) {
   Twigs twigs;
+  const auto arrangement = entry.get<std::string>("arrangement");
+  if (arrangement != "pairs" && arrangement != "spiral") {
+    throw InputError("must be pairs or spiral", entry.place_of("arrangement"));
+  }
+  twigs.arrangement = arrangement == "pairs" ? TwigArrangement::kPairs : TwigArrangement::kSpiral;
   twigs.spacing_m = entry.number("spacing_m", 0.01, 10.0);
   twigs.least = whole(entry, "least", 0, 100);
   twigs.most = whole(entry, "most", twigs.least, 100);
   twigs.angle_low_deg = entry.number("angle_low_deg", 1.0, 120.0);
   twigs.angle_high_deg = entry.number("angle_high_deg", twigs.angle_low_deg + 1.0, 130.0);
   twigs.from = entry.number("from", 0.0, 0.95);
-  twigs.relative_length = entry.number("relative_length", 0.01, 1.0);
+  twigs.relative_length = entry.number("relative_length", 0.01, 1.5);
+  twigs.tip_length = entry.number("tip_length", 0.01, 1.0);
   twigs.spread_deg = entry.number("spread_deg", 0.0, 90.0);
+  twigs.lift = entry.number("lift", -1.0, 2.0);
   twigs.has_wood = entry.get<bool>("has_wood");
+  twigs.segments = whole(entry, "segments", 1, 12);
   return twigs;
 }
 
@@ -99,13 +132,16 @@ Foliage foliage_of(const JsonEntry& entry) {
   }
   if (kind == "needles") {
     foliage.kind = FoliageKind::kNeedles;
-    foliage.width = entry.number("width", 0.01, 2.0);
+    foliage.fullness = entry.number("fullness", 0.05, 1.0);
+    foliage.lift = entry.number("lift", 0.0, 2.0);
     foliage.droop = entry.number("droop", 0.0, 2.0);
   } else {
     foliage.kind = FoliageKind::kLeaves;
-    foliage.leaves_per_twig = whole(entry, "leaves_per_twig", 1, 100);
+    foliage.tufts_per_shoot = whole(entry, "tufts_per_shoot", 0, 20);
+    foliage.leaves_per_tuft = whole(entry, "leaves_per_tuft", 2, 60);
     foliage.leaf_length_m = entry.number("leaf_length_m", 0.01, 2.0);
     foliage.leaf_aspect = entry.number("leaf_aspect", 0.05, 2.0);
+    foliage.tuft = Tuft::of(foliage.leaves_per_tuft, foliage.leaf_aspect);
   }
   foliage.inner = color_of(entry, "inner_color");
   foliage.outer = color_of(entry, "outer_color");
@@ -130,6 +166,7 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
   preset.relative_hc = crown.number("relative_hc", 0.0, 1.0);
   preset.branching = branching_of(entry.child("branching"));
   preset.twigs = twigs_of(entry.child("twigs"));
+  if (entry.has("shoots")) preset.shoots = twigs_of(entry.child("shoots"));
   preset.foliage = foliage_of(entry.child("foliage"));
   preset.bark = color_of(entry, "bark_color");
   preset.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));

@@ -65,7 +65,9 @@ TEST_CASE("a preset with a wrong field is refused with file and field") {
   CHECK(with_value("arrangement", "\"random\"") == "branching.arrangement");
   CHECK(with_value("angle_layers", "[[0, 80, 50]]") == "branching.angle_layers");
   CHECK(with_value("angle_layers", "[[0.1, 50, 80]]") == "branching.angle_layers");
-  CHECK(with_value("leaves_per_twig", "2.5") == "foliage.leaves_per_twig");
+  CHECK(with_value("leaves_per_tuft", "2.5") == "foliage.leaves_per_tuft");
+  CHECK(with_value("limbs", "0") == "branching.fork.limbs");
+  CHECK(with_value("segments", "0") == "branching.segments");
   CHECK(with_value("outer_color", "[0, 0, 2]") == "foliage.outer_color");
   CHECK(with_value("outer_color", "[0, 1, 1]") == "foliage.outer_color");
   CHECK(with_value("taper", "\"none\"").empty());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/scene.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,24 +11,13 @@
 
 namespace silvafit::tree {
 
-SceneTree grow_tree(const Morphology& morphology,
-                    const Preset& preset,
-                    const GrowOptions& options) {
+namespace {
+
+/// Runs a stage of one tree's growth; what goes wrong is said with the tree's name.
+template <typename Stage>
+auto named(const Morphology& morphology, Stage stage) {
   try {
-    const TreeShape shape = complete(morphology, preset.relative_hc, "preset " + preset.name);
-    const Crown crown(shape, preset.crown_index);
-    Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
-    Skeleton skeleton = grow_skeleton(shape, crown, preset, random);
-    SceneTree tree{.plot = morphology.plot,
-                   .tree = morphology.tree,
-                   .species = morphology.species,
-                   .preset = preset.name,
-                   .position = morphology.position,
-                   .mesh = build_mesh(skeleton, crown, preset, random, options.mesh),
-                   .notes = shape.notes};
-    tree.measured = measure(tree.mesh);
-    tree.notes.insert(tree.notes.end(), skeleton.notes.begin(), skeleton.notes.end());
-    return tree;
+    return stage();
   } catch (const GeometryError& error) {
     throw GeometryError(error.message(), {.plot = morphology.plot, .tree = morphology.tree});
   } catch (const NumericalError& error) {
@@ -34,6 +25,72 @@ SceneTree grow_tree(const Morphology& morphology,
         error.message(),
         {.plot = morphology.plot, .tree = morphology.tree, .model = error.place().model});
   }
+}
+
+/// A tree up to its skeleton.
+struct Grown {
+  TreeShape shape;
+  Crown crown;
+  Random random;
+  Skeleton skeleton;
+};
+
+Grown grow_to_skeleton(const Morphology& morphology,
+                       const Preset& preset,
+                       const GrowOptions& options) {
+  TreeShape shape = complete(morphology, preset.relative_hc, "preset " + preset.name);
+  Crown crown(shape, preset.crown_index);
+  Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
+  Skeleton skeleton = grow_skeleton(shape, crown, preset, random);
+  return {std::move(shape), std::move(crown), random, std::move(skeleton)};
+}
+
+std::string crossing_note(std::size_t crossing) {
+  return fmt::format(
+      "{} branches that reach measured radii cross a neighbour's stem or branch; the stems stand "
+      "too "
+      "close for another course",
+      crossing);
+}
+
+}  // namespace
+
+SceneTree grow_tree(const Morphology& morphology,
+                    const Preset& preset,
+                    const GrowOptions& options,
+                    const TreeOverlap* overlap) {
+  return named(morphology, [&] {
+    Grown grown = grow_to_skeleton(morphology, preset, options);
+    SceneTree tree{.plot = morphology.plot,
+                   .tree = morphology.tree,
+                   .species = morphology.species,
+                   .preset = preset.name,
+                   .position = morphology.position,
+                   .notes = grown.shape.notes};
+    if (overlap != nullptr) {
+      PrunedSkeleton pruned = prune(grown.skeleton, grown.crown, *overlap);
+      tree.removed_share = pruned.removed_share();
+      grown.skeleton = std::move(pruned.skeleton);
+    }
+    tree.mesh = build_mesh(grown.skeleton, grown.crown, preset, grown.random, options.mesh);
+    if (overlap != nullptr) keep_within(overlap->territory, tree.mesh);
+    tree.measured = measure(tree.mesh);
+    const std::vector<Note>& notes = grown.skeleton.notes;
+    tree.notes.insert(tree.notes.end(), notes.begin(), notes.end());
+    if (overlap != nullptr && overlap->crossing > 0) {
+      tree.notes.push_back({"overlap", crossing_note(overlap->crossing)});
+    }
+    return tree;
+  });
+}
+
+StandTree grow_for_stand(const Morphology& morphology,
+                         const Preset& preset,
+                         const GrowOptions& options) {
+  return named(morphology, [&] {
+    const Grown grown = grow_to_skeleton(morphology, preset, options);
+    return stand_tree(morphology, grown.crown, grown.skeleton);
+  });
 }
 
 Position scene_origin(const std::vector<Morphology>& morphologies) {

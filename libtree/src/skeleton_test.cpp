@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/skeleton.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "tree_test_support.hpp"
@@ -73,6 +75,85 @@ TEST_CASE("branch angles of Chinese fir keep to the published interval of their 
     const double angle = angle_from_vertical_deg(skeleton, axis);
     CHECK(angle >= low - 1e-6);
     CHECK(angle <= low + 20 + 1e-6);
+  }
+}
+
+TEST_CASE("second-order branches of Chinese fir make flat sprays within the published angles") {
+  const Preset& preset = test::shipped_presets().named("cunninghamia-lanceolata");
+  const auto [shape, crown, skeleton] = test::stages_of(test::paper_tree_1(), preset);
+  int twigs = 0;
+  int to_the_left = 0;
+  for (const Axis& axis : skeleton.axes) {
+    if (axis.order != 2) continue;
+    const auto branch = skeleton.points_of(skeleton.axes[axis.parent]);
+    const auto twig = skeleton.points_of(axis);
+    const Point along = direction(branch.back().at - branch.front().at);
+    const Point side = direction(cross({0.0, 0.0, 1.0}, along));
+    const Point over = cross(along, side);
+    const Point chord = direction(twig.back().at - twig.front().at);
+    const double angle = std::acos(dot(chord, along)) * 180.0 / std::numbers::pi;
+    CHECK(angle >= 50.0 - 1e-6);
+    CHECK(angle <= 100.0 + 1e-6);
+    // 135-225 and 315-45 degrees: at most 45 degrees out of the spray's plane on either side.
+    CHECK(std::abs(dot(chord, over)) <= std::abs(dot(chord, side)) + 1e-9);
+    ++twigs;
+    to_the_left += dot(chord, side) > 0.0 ? 1 : 0;
+  }
+  CHECK(twigs > 300);
+  // Pairs, but for those that the crown's surface cuts off.
+  CHECK(to_the_left == Approx(0.5 * twigs).epsilon(0.05));
+}
+
+TEST_CASE("whorls of Chinese fir point in four directions") {
+  const Preset& preset = test::shipped_presets().named("cunninghamia-lanceolata");
+  const auto [shape, crown, skeleton] = test::stages_of(test::paper_tree_1(), preset);
+  std::map<double, std::vector<double>> azimuths;
+  for (const Axis& axis : skeleton.axes) {
+    if (axis.order != 1) continue;
+    const auto points = skeleton.points_of(axis);
+    const Point chord = points.back().at - points.front().at;
+    azimuths[points.front().at.z].push_back(std::atan2(chord.x, chord.y));
+  }
+  int whorls = 0;
+  for (auto& [base, whorl] : azimuths) {
+    if (whorl.size() != 4) continue;  // the branches at the measured radii stand alone
+    ++whorls;
+    std::sort(whorl.begin(), whorl.end());
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double next = i < 3 ? whorl[i + 1] : whorl[0] + 2.0 * std::numbers::pi;
+      // A right angle, give or take what two azimuths of 10 degrees' standard deviation may differ.
+      CHECK(next - whorl[i] ==
+            Approx(0.5 * std::numbers::pi).margin(60.0 * std::numbers::pi / 180));
+    }
+  }
+  CHECK(whorls >= 15);
+}
+
+TEST_CASE("a broadleaf's stem divides into limbs that bear two more orders") {
+  for (const char* name : {"generic-broadleaf", "machilus-pauhoi", "schima-superba"}) {
+    const Preset& preset = test::shipped_presets().named(name);
+    const auto [shape, crown, skeleton] = test::stages_of(test::paper_tree_1(), preset);
+    const auto stem = skeleton.points_of(skeleton.axes.front());
+    int limbs = 0;
+    std::map<std::uint32_t, int> of_order;
+    for (const Axis& axis : skeleton.axes) {
+      ++of_order[axis.order];
+      if (axis.order != 1) continue;
+      const SkeletonPoint& base = skeleton.points_of(axis).front();
+      const auto above = std::find_if(stem.begin(), stem.end(), [&](const SkeletonPoint& point) {
+        return point.at.z >= base.at.z;
+      });
+      if (base.radius_m > 0.95 * preset.branching.fork.thickness * above->radius_m) {
+        const double share = (base.at.z - shape.hcb_m) / (shape.h_m - shape.hcb_m);
+        const bool in_zone =
+            share > preset.branching.fork.from - 0.01 && share < preset.branching.fork.to + 0.01;
+        limbs += in_zone ? 1 : 0;
+      }
+    }
+    INFO(name);
+    CHECK(limbs >= preset.branching.fork.limbs);
+    CHECK(of_order[2] > of_order[1]);
+    CHECK(of_order[3] > of_order[2]);
   }
 }
 

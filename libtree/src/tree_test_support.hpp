@@ -15,12 +15,12 @@ inline const tree::PresetCatalogue& shipped_presets() {
   return catalogue;
 }
 
-/// Tree 1 of the Chinese fir plot in the segment-model paper; its DBH is not printed.
+/// Tree 1 of the Chinese fir plot in the segment-model paper (its Table II).
 inline tree::Morphology paper_tree_1() {
   return {.plot = "1",
           .tree = "1",
           .species = "Cunninghamia lanceolata",
-          .dbh_cm = 20.0,
+          .dbh_cm = 28.1,
           .h_m = 20.2,
           .hcb_m = 5.8,
           .hc_m = 8.8,

@@ -1,147 +1,304 @@
 // SPDX-License-Identifier: MIT
 #include "tube.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
-#include "part_builder.hpp"
+#include "level_of_detail.hpp"
+#include "polygon.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kBreastHeight = 1.3;
 
-/// Directions of a regular polygon's corners in the plane (x, y).
-std::vector<Point> corners(int sides) {
-  std::vector<Point> result;
-  for (int i = 0; i < sides; ++i) {
-    const double angle = kTwoPi * i / sides;
-    result.push_back({std::cos(angle), std::sin(angle), 0.0});
-  }
-  return result;
+/// How far the surface is off at a point that is left out between two others: its radius and its
+/// middle together.
+///
+/// \param bend  weight of the middle's error
+double error_between(const SkeletonPoint& a,
+                     const SkeletonPoint& b,
+                     const SkeletonPoint& at,
+                     double bend) {
+  const Point chord = b.at - a.at;
+  const double squared = dot(chord, chord);
+  const double part = squared > 0.0 ? dot(at.at - a.at, chord) / squared : 0.0;
+  return std::abs(at.radius_m - (a.radius_m + part * (b.radius_m - a.radius_m))) +
+         bend * length(at.at - (a.at + part * chord));
 }
 
-/// Marks the points between `first` and `last` without which the radius, linear between the marked
+/// Marks the points between `first` and `last` without which the tube, straight between the marked
 /// ones, would be off by more than the tolerance (Douglas and Peucker 1973).
 void mark_needed(std::span<const SkeletonPoint> axis,
                  std::size_t first,
                  std::size_t last,
                  double tolerance,
+                 double bend,
                  std::vector<bool>& needed) {
-  const SkeletonPoint& a = axis[first];
-  const SkeletonPoint& b = axis[last];
   double worst = tolerance;
   std::size_t at = first;
   for (std::size_t i = first + 1; i < last; ++i) {
-    const double part = (axis[i].at.z - a.at.z) / (b.at.z - a.at.z);
-    const double error =
-        std::abs(axis[i].radius_m - (a.radius_m + part * (b.radius_m - a.radius_m)));
-    if (error > worst || tolerance == 0.0) {
+    const double error = error_between(axis[first], axis[last], axis[i], bend);
+    if (error > worst) {
       worst = error;
       at = i;
-      if (tolerance == 0.0) break;
     }
   }
   if (at == first) return;
   needed[at] = true;
-  mark_needed(axis, first, at, tolerance, needed);
-  mark_needed(axis, at, last, tolerance, needed);
+  mark_needed(axis, first, at, tolerance, bend, needed);
+  mark_needed(axis, at, last, tolerance, bend, needed);
 }
 
-std::vector<SkeletonPoint> needed_sections(std::span<const SkeletonPoint> axis, double tolerance) {
-  constexpr double kBreastHeight = 1.3;
-  std::vector<bool> needed(axis.size(), false);
-  std::size_t from = 0;
-  needed.front() = needed.back() = true;
-  for (std::size_t i = 1; i + 1 < axis.size(); ++i) {
-    if (axis[i].at.z != kBreastHeight) continue;
-    needed[i] = true;
-    mark_needed(axis, 0, i, tolerance, needed);
-    from = i;
-  }
-  mark_needed(axis, from, axis.size() - 1, tolerance, needed);
-  std::vector<SkeletonPoint> sections;
+void take_marked(std::span<const SkeletonPoint> axis,
+                 const std::vector<bool>& needed,
+                 std::vector<SkeletonPoint>& taken) {
+  taken.clear();
   for (std::size_t i = 0; i < axis.size(); ++i) {
-    if (needed[i]) sections.push_back(axis[i]);
+    if (needed[i]) taken.push_back(axis[i]);
   }
-  return sections;
 }
 
-/// Joins a ring with the one before it; both have `sides` vertices one after the other.
-void join_rings(PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides) {
+/// Joins a ring with the one before it; both have `count` vertices, one after the other, and where
+/// `seam` is set the last ones stand where the first ones do.
+void join_rings(
+    PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
   for (std::uint32_t i = 0; i < sides; ++i) {
-    const std::uint32_t j = (i + 1) % sides;
+    const std::uint32_t j = seam ? i + 1 : (i + 1) % sides;
     build.triangle(lower + i, lower + j, upper + j);
     build.triangle(lower + i, upper + j, upper + i);
   }
 }
 
-void close_with_tip(PartBuilder& build,
-                    std::uint32_t ring,
-                    std::uint32_t tip,
-                    std::uint32_t sides) {
-  for (std::uint32_t i = 0; i < sides; ++i) build.triangle(ring + i, ring + (i + 1) % sides, tip);
+/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
+/// fits; half a millimeter is let pass, so that it never becomes a point.
+SkeletonPoint fitted(SkeletonPoint ring,
+                     const TubeFrame& frame,
+                     const std::vector<Point>& polygon,
+                     const Crown& crown) {
+  constexpr double kLetPass = 0.00045;
+  const auto fits = [&] {
+    return std::all_of(polygon.begin(), polygon.end(), [&](const Point& corner) {
+      return crown.contains(ring.at + ring.radius_m * frame.across(corner));
+    });
+  };
+  if (fits()) return ring;
+  double lowest = 0.0;
+  for (const Point& corner : polygon) lowest = std::min(lowest, frame.across(corner).z);
+  const double missing = crown.hcb_m() - (ring.at.z + ring.radius_m * lowest);
+  if (missing > 0.0) ring.at.z += missing;
+  ring.at = crown.confine(ring.at);
+  constexpr double kShrink = 0.75;
+  while (!fits() && ring.radius_m > kLetPass) {
+    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
+    if (missing > 0.0) {
+      ring.at.z += (ring.radius_m - smaller) * lowest;
+      ring.at = crown.confine(ring.at);
+    }
+    ring.radius_m = smaller;
+  }
+  return ring;
 }
 
 }  // namespace
 
-void add_stem(std::span<const SkeletonPoint> axis, const MeshOptions& options, MeshPart& part) {
-  PartBuilder build(part);
-  const std::vector<Point> polygon = corners(options.stem_sides);
-  const auto sides = static_cast<std::uint32_t>(options.stem_sides);
-  // The regular polygon with the area of the circle has corners a little outside it.
-  const double enlarged = std::sqrt(kTwoPi / (sides * std::sin(kTwoPi / sides)));
-  const std::vector<SkeletonPoint> sections = needed_sections(axis, options.stem_tolerance_m);
-  std::uint32_t ring = 0;
-  for (std::size_t i = 0; i + 1 < sections.size(); ++i) {
-    const SkeletonPoint& here = sections[i];
-    const SkeletonPoint& next = sections[i + 1];
-    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
-    const auto first = static_cast<std::uint32_t>(part.vertex_count());
-    for (const Point& corner : polygon) {
-      build.vertex(here.at + enlarged * here.radius_m * corner,
-                   direction({corner.x, corner.y, slope}));
+TubeFrame frame_of(std::span<const SkeletonPoint> branch) {
+  // Branches bow so little that one frame serves along the whole of one.
+  const Point tangent = direction(branch.back().at - branch.front().at);
+  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
+  return {tangent, sideways, cross(tangent, sideways)};
+}
+
+void branch_rings(std::span<const SkeletonPoint> branch,
+                  double tolerance_m,
+                  const TubeFrame& frame,
+                  const std::vector<Point>& polygon,
+                  const Crown& crown,
+                  std::vector<SkeletonPoint>& rings) {
+  needed_points(branch, tolerance_m, rings);
+  // Where a crown is flat or thin, rings may end up beside each other; floats could not tell them
+  // apart.
+  const SkeletonPoint tip = rings.back();
+  const double apart = 0.0002 * (1.0 + 0.05 * tip.at.z);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i + 1 < rings.size(); ++i) {
+    const SkeletonPoint ring = fitted(rings[i], frame, polygon, crown);
+    if (dot(tip.at - ring.at, frame.tangent) < apart) continue;
+    if (kept > 0 && dot(ring.at - rings[kept - 1].at, frame.tangent) < apart) continue;
+    rings[kept++] = ring;
+  }
+  rings[kept++] = tip;
+  rings.resize(kept);
+}
+
+void needed_sections(std::span<const SkeletonPoint> stem,
+                     double tolerance_m,
+                     std::vector<SkeletonPoint>& sections) {
+  std::vector<bool> needed(stem.size(), tolerance_m == 0.0);
+  constexpr double bend = 1.0 / kBendTolerance;
+  std::size_t from = 0;
+  needed.front() = needed.back() = true;
+  if (tolerance_m > 0.0) {
+    for (std::size_t i = 1; i + 1 < stem.size(); ++i) {
+      if (stem[i].at.z != kBreastHeight) continue;
+      needed[i] = true;
+      mark_needed(stem, 0, i, tolerance_m, bend, needed);
+      from = i;
     }
-    if (i > 0) join_rings(build, ring, first, sides);
+    mark_needed(stem, from, stem.size() - 1, tolerance_m, bend, needed);
+  }
+  // Sections that floats could not tell from the tip.
+  constexpr double kThinnest = 0.00005;
+  constexpr double kNearest = 0.001;
+  const double tip = stem.back().at.z;
+  for (std::size_t i = 1; i + 1 < stem.size(); ++i) {
+    const bool is_tip = stem[i].radius_m < kThinnest || tip - stem[i].at.z < kNearest;
+    if (is_tip && stem[i].at.z != kBreastHeight) needed[i] = false;
+  }
+  take_marked(stem, needed, sections);
+}
+
+void needed_points(std::span<const SkeletonPoint> branch,
+                   double tolerance_m,
+                   std::vector<SkeletonPoint>& needed) {
+  if (tolerance_m == 0.0 || branch.size() == 2) {
+    needed.assign(branch.begin(), branch.end());
+    return;
+  }
+  std::vector<bool> marks(branch.size(), false);
+  marks.front() = marks.back() = true;
+  mark_needed(branch, 0, branch.size() - 1, tolerance_m, 1.0, marks);
+  take_marked(branch, marks, needed);
+}
+
+void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build) {
+  const auto sides = static_cast<std::uint32_t>(options.stem_sides);
+  const bool seam = options.textured;
+  const std::uint32_t around = seam ? sides + 1 : sides;
+  const std::vector<Point> polygon = corners(options.stem_sides);
+  const double enlarged = equal_area_corner(options.stem_sides);
+  std::vector<SkeletonPoint> sections;
+  needed_sections(stem, options.stem_tolerance_m, sections);
+  build.reserve((sections.size() + 2) * (around + 1), (2 * sections.size() + 1) * sides);
+
+  const double girth = kTwoPi * sections.front().radius_m;
+  const auto textured = [&](std::uint32_t i, double height) {
+    if (!seam) return;
+    const Point& corner = polygon[i % sides];
+    build.texture({.u = static_cast<double>(i) / sides,
+                   .v = -height / girth,
+                   .tangent = {-corner.y, corner.x, 0.0}});
+  };
+  std::uint32_t ring = 0;
+  for (std::size_t k = 0; k + 1 < sections.size(); ++k) {
+    const SkeletonPoint& here = sections[k];
+    const SkeletonPoint& next = sections[k + 1];
+    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
+    const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
+    const std::uint32_t first = build.vertex_count();
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const Point& corner = polygon[i % sides];
+      build.vertex(here.at + enlarged * here.radius_m * corner,
+                   {scale * corner.x, scale * corner.y, scale * slope});
+      textured(i, here.at.z);
+    }
+    if (k > 0) join_rings(build, ring, first, sides, seam);
     ring = first;
   }
   const std::uint32_t tip = build.vertex(sections.back().at, {0.0, 0.0, 1.0});
-  close_with_tip(build, ring, tip, sides);
+  textured(0, sections.back().at.z);
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    build.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);
+  }
 
   const SkeletonPoint& foot = sections.front();
-  const Point down = {0.0, 0.0, -1.0};
-  const std::uint32_t center = build.vertex(foot.at, down);
-  for (const Point& corner : polygon) {
-    build.vertex(foot.at + enlarged * foot.radius_m * corner, down);
-  }
+  const std::uint32_t base = build.vertex_count();
   for (std::uint32_t i = 0; i < sides; ++i) {
-    build.triangle(center, center + 1 + (i + 1) % sides, center + 1 + i);
+    const Point& corner = polygon[i];
+    build.vertex(foot.at + enlarged * foot.radius_m * corner, {0.0, 0.0, -1.0});
+    if (seam) {
+      build.texture(
+          {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
+    }
+  }
+  for (std::uint32_t i = 1; i + 1 < sides; ++i) build.triangle(base, base + i + 1, base + i);
+}
+
+BranchTubes::BranchTubes(const Crown& crown, const MeshOptions& options, PartBuilder& build)
+    : crown_(crown),
+      options_(options),
+      build_(build),
+      branch_polygon_(corners(options.branch_sides)),
+      twig_polygon_(corners(options.twig_sides)) {}
+
+void BranchTubes::reserve(const Skeleton& skeleton) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const Axis& axis : skeleton.axes) {
+    const SkeletonPoint& base = skeleton.points[axis.first];
+    if (axis.order == 0 || !is_drawn(axis, base, options_)) continue;
+    const auto around = static_cast<std::size_t>(sides_of(base, options_));
+    vertices += axis.count * (around + 1) + 1;
+    triangles += (2 * axis.count + 1) * around;
+  }
+  build_.reserve(vertices, triangles);
+}
+
+void BranchTubes::add_ring(const SkeletonPoint& ring,
+                           const TubeFrame& frame,
+                           const std::vector<Point>& polygon,
+                           double v,
+                           double lean) {
+  const std::size_t around = polygon.size() + (options_.textured ? 1 : 0);
+  const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
+  for (std::size_t i = 0; i < around; ++i) {
+    const Point& corner = polygon[i % polygon.size()];
+    const Point outward = frame.across(corner);
+    build_.vertex(ring.at + ring.radius_m * outward, scale * (outward + lean * frame.tangent));
+    if (options_.textured) {
+      build_.texture({.u = static_cast<double>(i) / static_cast<double>(polygon.size()),
+                      .v = v,
+                      .tangent = corner.x * frame.upward - corner.y * frame.sideways});
+    }
   }
 }
 
-void add_branch(std::span<const SkeletonPoint> axis,
-                int sides,
-                const Crown& crown,
-                MeshPart& part) {
-  PartBuilder build(part);
-  const auto count = static_cast<std::uint32_t>(sides);
-  // Branches bow so little that one frame serves along the whole of one.
-  const Point tangent = direction(axis.back().at - axis.front().at);
-  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
-  const Point upward = cross(tangent, sideways);
-  const std::vector<Point> polygon = corners(sides);
+void BranchTubes::add(std::span<const SkeletonPoint> branch) {
+  const bool is_thick = sides_of(branch.front(), options_) == options_.branch_sides;
+  const std::vector<Point>& polygon = is_thick ? branch_polygon_ : twig_polygon_;
+  const auto sides = static_cast<std::uint32_t>(polygon.size());
+  const bool seam = options_.textured;
+  const TubeFrame frame = frame_of(branch);
+  branch_rings(branch, options_.branch_tolerance_m, frame, polygon, crown_, points_);
+  if (points_.size() < 2) return;
+  const double reach = length(points_.back().at - points_.front().at);
+  build_.reserve(points_.size() * (sides + 1) + 1, (2 * points_.size() + 1) * sides);
+
+  const double lean = points_.front().radius_m / reach;
+  const double per_girth = 1.0 / (kTwoPi * points_.front().radius_m);
   std::uint32_t ring = 0;
-  for (std::size_t i = 0; i + 1 < axis.size(); ++i) {
-    const auto first = static_cast<std::uint32_t>(part.vertex_count());
-    for (const Point& corner : polygon) {
-      const Point normal = corner.x * sideways + corner.y * upward;
-      build.vertex(crown.confine(axis[i].at + axis[i].radius_m * normal), normal);
+  for (std::size_t k = 0; k + 1 < points_.size(); ++k) {
+    const std::uint32_t first = build_.vertex_count();
+    const double v = -dot(points_[k].at - points_.front().at, frame.tangent) * per_girth;
+    add_ring(points_[k], frame, polygon, v, lean);
+    if (k > 0) {
+      join_rings(build_, ring, first, sides, seam);
+    } else if (options_.closed_branches) {
+      for (std::uint32_t i = 1; i + 1 < sides; ++i) {
+        build_.triangle(first, first + i + 1, first + i);
+      }
     }
-    if (i > 0) join_rings(build, ring, first, count);
     ring = first;
   }
-  close_with_tip(build, ring, build.vertex(axis.back().at, tangent), count);
+  const std::uint32_t tip = build_.vertex(points_.back().at, frame.tangent);
+  if (seam) {
+    build_.texture({.u = 0.5, .v = -reach * per_girth, .tangent = frame.sideways});
+  }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    build_.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);
+  }
 }
 
 }  // namespace silvafit::tree

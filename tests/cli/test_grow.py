@@ -5,8 +5,11 @@ import json
 import math
 import struct
 import unittest
+from pathlib import Path
 
 from silvafit_program import ProgramTest
+
+PAPER = Path(__file__).resolve().parents[2] / "examples" / "segment-trees"
 
 INVENTORY = """plot,tree,species,x,y,z,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n
 01,1,SM,10,20,100,24,20.2,5.8,4.25,2.1,2.5,1.5,2.4
@@ -26,10 +29,10 @@ def read_glb(path):
 
 
 def vertices_of(gltf, binary, mesh):
-    """Vertices of a mesh by the part that the material's name ends with."""
+    """Vertices of a mesh by part."""
     parts = {}
     for primitive in mesh["primitives"]:
-        part = gltf["materials"][primitive["material"]]["name"].rsplit("-", 1)[1]
+        part = primitive["extras"]["part"]
         accessor = gltf["accessors"][primitive["attributes"]["POSITION"]]
         view = gltf["bufferViews"][accessor["bufferView"]]
         at = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
@@ -63,7 +66,7 @@ class Grow(ProgramTest):
         self.assertEqual([(t["plot"], t["tree"]) for t in result["trees"]],
                          [("01", "1"), ("01", "2"), ("02", "1")])
         gltf, binary = read_glb(self.folder / "out.glb")
-        self.assertEqual([n["name"] for n in gltf["nodes"]], ["01-1", "01-2", "02-1"])
+        self.assertEqual([n["name"] for n in gltf["nodes"]], ["01-1", "01-2", "02-1", "ground"])
         self.assertEqual(gltf["nodes"][1]["translation"], [14, 101, -23])
         wanted = [(20.2, 5.8, 24, 2.1, 2.4), (12.4, 3.1, 18.5, 2.5, 2.5), (15, 2.5, 30.2, 3, 4)]
         for node, tree, (h, hcb, dbh, east, north) in zip(gltf["nodes"], result["trees"], wanted):
@@ -131,13 +134,123 @@ class Grow(ProgramTest):
         self.write("in.csv", INVENTORY)
         for arguments in (["in.csv"],
                           ["in.csv", "--out", "d", "--scene", "s.glb"],
-                          ["in.csv", "--out", "d", "--format", "obj"],
+                          ["in.csv", "--out", "d", "--format", "fbx"],
+                          ["in.csv", "--scene", "s.xyz"],
+                          ["in.csv", "--out", "d", "--lod", "9"],
+                          ["in.csv", "--out", "d", "--share"],
+                          ["in.csv", "--scene", "s.glb", "--instancing"],
+                          ["in.csv", "--scene", "s.obj", "--compress"],
+                          ["in.csv", "--scene", "s.glb", "--share", "--resolve-overlaps"],
+                          ["in.csv", "--scene", "s.glb", "--share", "--models", "0"],
                           ["in.csv", "--out", "d", "--use", "best"],
                           ["in.csv", "--out", "d", "--preset", "oak"],
                           ["in.csv", "--out", "d", "--columns", "h"]):
             self.run_program("grow", *arguments, status=2)
         self.run_program("grow", "in.csv", "--out", "d", "--plot", "7", status=3)
         self.run_program("grow", "missing.csv", "--out", "d", status=3)
+
+    def test_overlaps_are_resolved_in_scenes_and_single_files(self):
+        stand = str(PAPER / "trees-10-and-13.csv")
+        result = self.run_json("grow", stand, "--scene", "stand.glb", "--resolve-overlaps")
+        pair, = result["overlaps"]
+        self.assertEqual((pair["weaker"]["tree"], pair["stronger"]["tree"]), ("10", "13"))
+        # The paper's figures; its radii are those of the compass, ours those of the line between.
+        self.assertAlmostEqual(pair["distance"], 2.69, delta=0.005)
+        self.assertAlmostEqual(pair["facing_radii"], 3.4, delta=0.005)
+        self.assertAlmostEqual(pair["ct"], 0.940, delta=0.002)
+        self.assertAlmostEqual(pair["removed"]["stronger"], pair["ct"] * pair["removed"]["weaker"], delta=1)
+        gltf, binary = read_glb(self.folder / "stand.glb")
+        wanted = {"10": (19.1, 8, 24, 1.6, 1.4), "13": (21, 5.2, 25, 1.4, 1.7)}
+        for tree, node in zip(result["trees"], gltf["nodes"]):
+            self.assertTrue(0 < tree["removed_share"] < 0.5)
+            self.assertAlmostEqual(node["extras"]["removed_share"], tree["removed_share"])
+            h, hcb, dbh, east, north = wanted[tree["tree"]]
+            seen = self.measure(vertices_of(gltf, binary, gltf["meshes"][node["mesh"]]))
+            for name, value, margin in (("h", h, 0.01), ("hcb", hcb, 0.01), ("dbh", dbh, 0.1),
+                                        ("e", east, 0.01), ("n", north, 0.01)):
+                self.assertAlmostEqual(seen[name], value, delta=margin)
+        single = self.run_json("grow", stand, "--out", "trees", "--resolve-overlaps")
+        self.assertEqual([t["removed_share"] for t in single["trees"]],
+                         [t["removed_share"] for t in result["trees"]])
+        whole = self.run_json("grow", stand, "--out", "whole")
+        self.assertNotIn("removed_share", whole["trees"][0])
+
+    def test_overlaps_depend_neither_on_order_nor_on_threads(self):
+        lines = (PAPER / "trees-10-and-13.csv").read_text().splitlines()
+        self.write("forwards.csv", "\n".join(lines) + "\n")
+        self.write("backwards.csv", "\n".join([lines[0]] + lines[:0:-1]) + "\n")
+        self.run_program("grow", "forwards.csv", "--out", "a", "--resolve-overlaps", "--threads", "1")
+        self.run_program("grow", "backwards.csv", "--out", "b", "--resolve-overlaps", "--threads", "4")
+        for name in ("paper-10.glb", "paper-13.glb"):
+            self.assertEqual((self.folder / "a" / name).read_bytes(),
+                             (self.folder / "b" / name).read_bytes())
+
+    def test_formats_follow_the_ending_or_the_option(self):
+        self.write("in.csv", INVENTORY)
+        for ending, begins in (("gltf", b"{"), ("obj", b"# silvafit"), ("ply", b"ply\nformat binary")):
+            result = self.run_json("grow", "in.csv", "--scene", f"s.{ending}")
+            self.assertEqual((self.folder / f"s.{ending}").read_bytes()[: len(begins)], begins)
+            self.assertGreaterEqual(result["scenes"][0]["bytes"],
+                                    (self.folder / f"s.{ending}").stat().st_size)
+        self.assertTrue((self.folder / "s.bin").exists() and (self.folder / "s.mtl").exists())
+        self.run_program("grow", "in.csv", "--scene", "t.ply", "--ascii")
+        self.assertIn(b"format ascii", (self.folder / "t.ply").read_bytes()[:40])
+        self.run_program("grow", "in.csv", "--out", "d", "--format", "obj")
+        self.assertEqual(len(list((self.folder / "d").glob("*.obj"))), 3)
+        leftovers = [p.name for p in self.folder.rglob("*") if p.suffix in (".part", ".spool")]
+        self.assertEqual(leftovers, [])
+
+    def test_ground_runs_through_the_feet_or_is_flat_or_missing(self):
+        self.write("in.csv", INVENTORY)
+        def ground_heights(option):
+            self.run_program("grow", "in.csv", "--scene", "g.glb", "--ground", option)
+            gltf, binary = read_glb(self.folder / "g.glb")
+            found = [n for n in gltf["nodes"] if n["name"] == "ground"]
+            if not found:
+                return None
+            vertices = vertices_of(gltf, binary, gltf["meshes"][found[0]["mesh"]])["ground"]
+            return {(round(x), round(-z)): y for x, y, z in vertices}
+        heights = ground_heights("stems")
+        self.assertEqual([heights[p] for p in ((10, 20), (14, 23), (50, 20))], [100, 101, 99])
+        self.assertEqual(set(ground_heights("flat").values()), {99})
+        self.assertIsNone(ground_heights("none"))
+
+    def test_levels_of_detail_are_files_of_their_own(self):
+        self.write("in.csv", INVENTORY)
+        result = self.run_json("grow", "in.csv", "--scene", "s.glb", "--lod", "0,2")
+        self.assertEqual([Path(f["file"]).name for f in result["scenes"]], ["s.glb", "s-lod2.glb"])
+        fine = [t for t in result["trees"] if t["level"] == 0]
+        coarse = [t for t in result["trees"] if t["level"] == 2]
+        for one, other in zip(fine, coarse):
+            self.assertEqual(one["surface_error_cm"], 0)
+            self.assertGreater(other["surface_error_cm"], 0)
+            self.assertLess(other["triangles"], one["triangles"])
+            for name in ("h", "hcb", "dbh", "cw"):
+                self.assertAlmostEqual(one[name], other[name], delta=0.1 if name == "dbh" else 0.01)
+
+    def test_shared_models_keep_height_and_width_and_say_what_is_off(self):
+        rows = [f"1,{i},SM,{3 * (i % 20)},{3 * (i // 20)},0,{10 + i % 17},{8 + i % 11},{2 + i % 4},"
+                f"{2 + 0.1 * (i % 23)}" for i in range(400)]
+        self.write("in.csv", "plot,tree,species,x,y,z,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
+        result = self.run_json("grow", "in.csv", "--scene", "s.glb", "--share", "--models", "10")
+        self.assertEqual(result["shared"]["models"], 10)
+        gltf, binary = read_glb(self.folder / "s.glb")
+        self.assertEqual(len(gltf["meshes"]), 11)
+        trees = [n for n in gltf["nodes"] if n["name"] != "ground"]
+        self.assertEqual(len(trees), 400)
+        for i in range(0, 400, 37):
+            parts = vertices_of(gltf, binary, gltf["meshes"][trees[i]["mesh"]])
+            seen = self.measure(parts)
+            stretch = trees[i].get("scale", [1, 1, 1])
+            self.assertAlmostEqual(seen["h"] * stretch[1], 8 + i % 11, delta=0.02)
+            off = abs(seen["hcb"] * stretch[1] - (2 + i % 4)) * 100
+            # Models are right to 1 cm, and stretched by up to twice.
+            self.assertAlmostEqual(off, result["trees"][i]["error_cm"]["hcb"], delta=2.5)
+        packed = self.run_json("grow", "in.csv", "--scene", "p.glb", "--share", "--models", "10",
+                               "--instancing", "--compress")
+        self.assertLess(packed["scenes"][0]["bytes"], result["scenes"][0]["bytes"] / 3)
+        self.assertEqual(sorted(read_glb(self.folder / "p.glb")[0]["extensionsRequired"]),
+                         ["EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_mesh_quantization"])
 
 
 if __name__ == "__main__":

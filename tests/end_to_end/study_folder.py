@@ -9,8 +9,8 @@ import subprocess
 from pathlib import Path
 
 EXAMPLE = Path(os.environ["SILVAFIT_EXAMPLE"])
-TABLES = ("candidates", "covariates", "random_effects", "variance_functions", "estimates",
-          "variance_components", "statistics")
+TABLES = ("species", "candidates", "covariates", "random_effects", "variance_functions", "estimates",
+          "variance_components", "statistics", "gains", "level_tests")
 # Level and prediction in statistics.csv, and the column of predictions.csv behind it.
 PREDICTIONS = {("ols", "population"): "ols",
                ("nlme", "population"): "population",

@@ -39,7 +39,8 @@ class StudyFiles(unittest.TestCase):
 
     def test_all_files_of_the_contract_are_there(self):
         wanted = {"library.json", "indices.csv", "predictions.csv", "excluded.csv", "report.html",
-                  "run.json"} | {f"tables/{name}.csv" for name in TABLES}
+                  "run.json"} | {f"tables/{name}.{kind}" for name in TABLES
+                                    for kind in ("csv", "md", "tex")}
         self.assertEqual(set(self.folder.files()), wanted)
 
     def test_run_says_what_was_done(self):
@@ -52,6 +53,34 @@ class StudyFiles(unittest.TestCase):
         self.assertIn("--window", run_record["command"])
         self.assertEqual(run_record["input"]["fingerprint"],
                          self.folder.library["inventory"]["fingerprint"])
+
+    def test_gains_follow_from_the_statistics(self):
+        statistics = {(row["response"], row["level"], row["prediction"]): row
+                      for row in self.folder.tables["statistics"]}
+        for row in self.folder.tables["gains"]:
+            ols = statistics[row["response"], "ols", "population"]
+            nlme = statistics[row["response"], "nlme", "conditional"]
+            self.assert_close(row["gain"], 100 * (float(nlme["r2"]) - float(ols["r2"])))
+            self.assert_close(row["rmse_reduction"],
+                              100 * (1 - float(nlme["rmse"]) / float(ols["rmse"])))
+            self.assert_close(row["aic_nlme"], float(nlme["aic"]))
+
+    def test_tests_of_the_levels_follow_from_the_statistics(self):
+        likelihood = {(row["response"], row["level"]): float(row["log_likelihood"])
+                      for row in self.folder.tables["statistics"]}
+        before = {"covariates": "ols", "nlme": "covariates"}
+        for row in self.folder.tables["level_tests"]:
+            key = row["response"], row["level"]
+            self.assert_close(row["log_likelihood"], likelihood[key])
+            if row["likelihood_ratio"]:
+                smaller = likelihood[row["response"], before[row["level"]]]
+                self.assert_close(row["likelihood_ratio"], 2 * (likelihood[key] - smaller))
+
+    def test_importance_values_add_up(self):
+        for column in ("relative_density", "relative_frequency", "relative_dominance",
+                       "importance"):
+            total = sum(float(row[column]) for row in self.folder.tables["species"])
+            self.assert_close(total, 100.0)
 
     def test_stdout_names_the_report_and_stderr_is_for_messages(self):
         self.assertIn("study/report.html", self.done.stdout)

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Writes GLB files for the validator: grow_samples MODELS DIR. One file a preset, with ordinary and
-// extreme trees, and one scene with all presets.
+// Writes files for other programs to read: grow_samples MODELS DIR.
+//   DIR/*.glb          one file a preset, with ordinary and extreme trees, and one with all presets
+//   DIR/scenes/*       one stand of shared models in every format and packing
+//   DIR/scenes/expected.json  what a reader should find in each of them
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -8,11 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/tree/ground.hpp"
 #include "silvafit/tree/scene.hpp"
+#include "silvafit/tree/scene_writer.hpp"
 
 namespace {
 
 using namespace silvafit::tree;
+namespace fs = std::filesystem;
 
 std::vector<Morphology> sample_trees() {
   std::vector<Morphology> trees;
@@ -33,8 +40,7 @@ std::vector<Morphology> sample_trees() {
   return trees;
 }
 
-void write_samples(const std::filesystem::path& models, const std::filesystem::path& folder) {
-  const PresetCatalogue catalogue = PresetCatalogue::load(models);
+void write_presets(const PresetCatalogue& catalogue, const fs::path& folder) {
   Scene all;
   for (const Preset& preset : catalogue.presets()) {
     Scene scene;
@@ -43,6 +49,77 @@ void write_samples(const std::filesystem::path& models, const std::filesystem::p
     all.trees.push_back(std::move(scene.trees.front()));
   }
   write_glb(all, folder / "all-presets.glb");
+  // Pictures need UVs and tangents, and colors by depth are a choice.
+  Scene textured;
+  const GrowOptions options{
+      .mesh = {.closed_branches = true, .textured = true, .vertex_colors = true}};
+  textured.trees.push_back(
+      grow_tree(sample_trees().front(), catalogue.named("schima-superba"), options));
+  write_glb(textured, folder / "textured.glb");
+}
+
+/// A row of twelve trees of one model, each 5 % higher and 5 % narrower north-south than the last.
+class Stand {
+ public:
+  explicit Stand(const PresetCatalogue& catalogue) {
+    const Preset& preset = catalogue.named("cunninghamia-lanceolata");
+    tree_ = grow_tree(sample_trees().front(), preset);
+    for (int i = 0; i < kTrees; ++i) {
+      const double size = 1.0 + 0.05 * i;
+      places_.push_back({{5.0 * i, 1.5 * i, 0.5 * i}, 1.0, size, 1.0 / size});
+      stems_.push_back(places_.back().position);
+    }
+    ground_ = ground_mesh(stems_, {});
+  }
+
+  void write(const fs::path& path, SceneFormat format, const SceneOptions& options) const {
+    const auto writer = open_scene(path, format, options);
+    const auto model = writer->add_model("fir", parts_of(tree_.mesh, tree_.preset));
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      writer->place(model, "fir-" + std::to_string(i), places_[i], i);
+    }
+    const auto ground = writer->add_model("ground", {{"ground", "ground", &ground_}});
+    writer->place(ground, "ground", {}, SceneWriter::kNoTree);
+    writer->finish();
+  }
+
+  /// From the measurements: the ground reaches 2 m beyond the stems, wider than the last crown.
+  void write_expected(const fs::path& path) const {
+    const double size = 1.0 + 0.05 * (kTrees - 1);
+    char text[256];
+    std::snprintf(text,
+                  sizeof(text),
+                  "{\"triangles\": %zu, \"top\": %.17g, \"east\": %.17g, \"west\": %.17g}\n",
+                  kTrees * tree_.measured.triangles + ground_.triangle_count(),
+                  0.5 * (kTrees - 1) + size * 20.2,
+                  5.0 * (kTrees - 1) + 2.1,
+                  -2.5);
+    silvafit::write_file(path, text);
+  }
+
+ private:
+  static constexpr int kTrees = 12;
+  SceneTree tree_;
+  std::vector<Placement> places_;
+  std::vector<Position> stems_;
+  MeshPart ground_;
+};
+
+void write_scenes(const PresetCatalogue& catalogue, const fs::path& folder) {
+  const Stand stand(catalogue);
+  stand.write(folder / "plain.glb", SceneFormat::kGlb, {});
+  stand.write(folder / "plain.gltf", SceneFormat::kGltf, {});
+  stand.write(folder / "quantized.glb", SceneFormat::kGlb, {.quantize = true});
+  stand.write(folder / "packed.glb", SceneFormat::kGlb, {.compress = true});
+  stand.write(folder / "instanced.glb", SceneFormat::kGlb, {.instancing = true});
+  stand.write(
+      folder / "instanced-packed.glb", SceneFormat::kGlb, {.instancing = true, .compress = true});
+  stand.write(
+      folder / "instanced-packed.gltf", SceneFormat::kGltf, {.instancing = true, .compress = true});
+  stand.write(folder / "scene.obj", SceneFormat::kObj, {});
+  stand.write(folder / "scene.ply", SceneFormat::kPly, {});
+  stand.write(folder / "text.ply", SceneFormat::kPly, {.ascii = true});
+  stand.write_expected(folder / "expected.json");
 }
 
 }  // namespace
@@ -50,7 +127,10 @@ void write_samples(const std::filesystem::path& models, const std::filesystem::p
 int main(int argc, char** argv) {
   try {
     if (argc != 3) throw std::invalid_argument("usage: grow_samples MODELS DIR");
-    write_samples(argv[1], argv[2]);
+    const PresetCatalogue catalogue = PresetCatalogue::load(argv[1]);
+    const fs::path folder = argv[2];
+    write_presets(catalogue, folder);
+    write_scenes(catalogue, folder / "scenes");
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Validates GLB files: node validate.mjs FILE.glb ...; any error or warning fails.
+// Validates GLB and glTF files: node validate.mjs FILE ...; any error or warning fails.
 import { readFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
 import validator from 'gltf-validator';
 
 const files = process.argv.slice(2);
@@ -11,7 +12,10 @@ if (files.length === 0) {
 
 let failed = false;
 for (const file of files) {
-  const report = await validator.validateBytes(new Uint8Array(readFileSync(file)), { uri: file });
+  const beside = async (uri) =>
+    new Uint8Array(readFileSync(join(dirname(file), decodeURIComponent(uri))));
+  const report = await validator.validateBytes(new Uint8Array(readFileSync(file)),
+                                               { uri: file, externalResourceFunction: beside });
   const { numErrors, numWarnings, messages } = report.issues;
   console.log(`${file}: ${report.info.totalTriangleCount} triangles, ` +
               `${numErrors} errors, ${numWarnings} warnings`);

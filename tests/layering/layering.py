@@ -19,6 +19,7 @@ MAY_INCLUDE = {
     "fit": {"base", "data"},
     "stand": {"base", "data"},
     "tree": {"base", "data"},
+    "render": {"base", "data", "tree"},
     "study": {"base", "data", "fit", "stand", "tree"},
 }
 

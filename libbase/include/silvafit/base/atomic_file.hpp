@@ -35,6 +35,14 @@ class AtomicFile {
 /// \throws InputError if that is not possible
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
+/// Makes sure that files can be written into a folder, which is made if it is not there.
+/// \throws InputError if not
+void require_writable_folder(const std::filesystem::path& folder);
+
+/// Removes the temporary files of all AtomicFiles that are not committed. For the end of a process
+/// that is interrupted: no file can be begun or committed after it.
+void discard_unfinished_files();
+
 /// The bytes of a file.
 /// \throws InputError if it cannot be read
 std::string read_file(const std::filesystem::path& path);

@@ -13,7 +13,9 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
+#include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
@@ -56,17 +58,22 @@ struct FittedModel {
   int quadrature_points = 0;  ///< a random effect; 0 but for agq
   Eigen::Index observations = 0;
   Eigen::Index excluded = 0;  ///< rows with missing values
+  /// Of the response in the rows used, whatever their order: fits with the same one can be compared
+  /// by their likelihoods. Empty in files of earlier versions.
+  std::string response_fingerprint{};
 
   std::vector<std::string> coefficient_names{};
-  Eigen::VectorXd estimate{};       ///< (p)
-  Eigen::MatrixXd covariance{};     ///< (p x p)
-  double degrees_of_freedom = 0.0;  ///< of the t tests
+  Eigen::VectorXd estimate{};            ///< (p)
+  Eigen::MatrixXd covariance{};          ///< (p x p)
+  Eigen::VectorXd degrees_of_freedom{};  ///< (p) of the t tests; docs/inference.md has the rule
 
   std::vector<std::string> random_names{};  ///< (q), empty without random effects
   std::vector<std::string> group_labels{};  ///< (G)
   Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
   Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs
   OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
+  EffectUncertainty uncertainty{};          ///< of random_effects; not known in older files
+  EffectUncertainty outer_uncertainty{};    ///< of outer.effects
   /// Where constant-plus-power has become a constant variance, its constant is infinite and sigma
   /// the residual standard deviation itself.
   VarianceEstimate variance{};
@@ -77,13 +84,21 @@ struct FittedModel {
   int parameter_count = 0;      ///< 0 where a fit failed
   FitStatistics population{};   ///< of f(beta)
   FitStatistics conditional{};  ///< of f(beta + b); only with random effects
+  /// Shares of the variance that fixed, and fixed and random effects explain (Nakagawa and
+  /// Schielzeth 2013, Johnson 2014; docs/mixed-effects.md); NaN without random effects.
+  double r2_marginal = std::numeric_limits<double>::quiet_NaN();
+  double r2_conditional = std::numeric_limits<double>::quiet_NaN();
   Convergence convergence{};
+  std::optional<Intervals> intervals{};  ///< where they were asked for: confidence_intervals()
   double seconds = 0.0;
 
   bool has_random_effects() const { return !random_names.empty(); }
   double aic() const;
   double aicc() const;
   double bic() const;
+  /// With the number of independent groups (of the coarser grouping, if there are two) in place of
+  /// that of observations; NaN without random effects.
+  double bic_groups() const;
   Eigen::VectorXd standard_errors() const;
   Eigen::VectorXd t_values() const;
   /// p-value of the two-sided t test of each coefficient against zero.
@@ -113,8 +128,13 @@ struct Bounds {
 };
 
 struct FitModelOptions {
-  std::optional<Method> method{};          ///< default_method unless given
-  std::map<std::string, double> start{};   ///< by coefficient, never needed
+  std::optional<Method> method{};         ///< default_method unless given
+  std::map<std::string, double> start{};  ///< by coefficient, never needed
+  /// An earlier fit of the same specification, perhaps to other data, if given: its coefficients,
+  /// covariance and variance parameters and, by the groups' labels, random effects are where the
+  /// fit starts. Searches for starts are left out if this converges; else they follow. It has to
+  /// live as long as the call.
+  const FittedModel* from = nullptr;
   std::map<std::string, double> rule{};    ///< by parameter, from the catalogue
   std::map<std::string, double> fixed{};   ///< coefficients that are held at a value
   std::map<std::string, Bounds> bounds{};  ///< by coefficient

@@ -48,7 +48,7 @@ struct MixedEffectsFit {
   double log_likelihood = 0.0;
   int parameter_count = 0;  ///< coefficients, covariance and variance parameters, sigma
   Eigen::Index observations = 0;
-  double degrees_of_freedom = 0.0;  ///< of the t tests, as nlme counts them
+  Eigen::VectorXd degrees_of_freedom{};  ///< (p) of the t tests, as nlme counts them
   Convergence convergence{};
   Eigen::VectorXd fitted_population{};   ///< (N) f(beta)
   Eigen::VectorXd fitted_conditional{};  ///< (N) f(beta + b)

@@ -12,13 +12,13 @@
 namespace silvafit::study {
 
 struct SceneOptions {
-  std::vector<std::string> species{};        ///< of the reference trees; empty: all of the library
-  std::map<std::string, double> dbh_cm{};    ///< of the reference trees, by species; else that
-                                             ///< which is commonest in the library's inventory
-  std::string role = "nlme";                 ///< which of the library's models predict
-  std::string group{};                       ///< predict with the random effects of this group
-  double uniform_angle_index = 0.5;          ///< W where no model of the species depends on it
-  double spacing_m = 25.0;                   ///< between reference trees of neighboring scenes
+  std::vector<std::string> species{};      ///< of the reference trees; empty: all of the library
+  std::map<std::string, double> dbh_cm{};  ///< of the reference trees, by species; else that
+                                           ///< which is commonest in the library's inventory
+  std::string role = "nlme";               ///< which of the library's models predict
+  std::string group{};                     ///< predict with the random effects of this group
+  double uniform_angle_index = 0.5;        ///< W where no model of the species depends on it
+  double spacing_m = 25.0;                 ///< between reference trees of neighboring scenes
 };
 
 /// What the scenes of a species are made of.
@@ -32,7 +32,8 @@ struct SpeciesScenes {
 struct Scenes {
   std::vector<SpeciesScenes> species{};
   /// Five rows a scene, the reference tree first. Columns plot (the scene: `SM-C0.25-M1`), tree
-  /// (1 to 5), species, x, y [m], dbh [cm], h, hcb, cw [m] and, for reference trees only, W, M, U, C.
+  /// (1 to 5), species, x, y [m], dbh [cm], h, hcb, cw [m] and, for reference trees only, W, M, U,
+  /// C.
   data::Table trees{};
 };
 
@@ -41,9 +42,10 @@ struct Scenes {
 ///
 /// The reference tree has the species' commonest DBH and the library's predictions for its indices.
 /// Its neighbors stand where and have the species, DBH and crown width such that these are its
-/// indices (docs/scenes.md); their own sizes are predicted for indices of 0.5. Indices that no model
-/// depends on: W as the options say, M, U, C 0.5. Scenes stand in rows, one species after another.
-/// \throws UsageError if a species has no model of h, hcb or cw of the role, or its DBH is not known;
+/// indices (docs/scenes.md); their own sizes are predicted for indices of 0.5. Indices that no
+/// model depends on: W as the options say, M, U, C 0.5. Scenes stand in rows, one species after
+/// another. \throws UsageError if a species has no model of h, hcb or cw of the role, or its DBH is
+/// not known;
 ///   NumericalError if a prediction is no possible tree, which is named; InputError as
 ///   predict_responses
 Scenes scenes_of(const ModelLibrary& library, const SceneOptions& options = {});

@@ -4,8 +4,10 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
@@ -14,11 +16,50 @@
 
 namespace silvafit::study {
 
+/// What models of a level are ranked by; low is good.
+enum class Criterion {
+  kAic,
+  kAicc,
+  kBic,
+  /// Root mean square error of predictions for groups left out, in 10 folds: with b = 0, of mixed
+  /// models calibrated with 5 trees of each group. A model with folds that failed ranks behind
+  /// those without.
+  kCrossValidation,
+};
+
+/// The criterion of that name: aic, aicc, bic, cv.
+/// \throws UsageError if there is none; the message lists those there are
+Criterion parse_criterion(std::string_view text);
+std::string criterion_text(Criterion criterion);
+
+/// The criterion of each level.
+struct LevelCriteria {
+  Criterion base = Criterion::kAic;
+  Criterion covariates = Criterion::kBic;
+  Criterion random = Criterion::kBic;
+  Criterion variance = Criterion::kAic;
+};
+
 struct StudyOptions {
   std::vector<std::string> species{};  ///< empty: all with enough trees
   std::vector<std::string> responses{"h", "hcb", "cw"};
+  /// Candidates by response: ids of the catalogue, or formulas. A response that is not named here
+  /// has all of the catalogue.
+  std::map<std::string, std::vector<std::string>> candidates{};
   std::vector<std::string> covariates{"W", "M", "C", "U"};  ///< as far as the table has them
-  std::string group = "plot";                               ///< column of the random effects
+  std::size_t covariate_parameters = 1;  ///< parameters that may have covariates at once, 1 or 2
+  std::string group = "plot";            ///< column of the random effects
+  std::vector<std::string> variance_functions{
+      "none", "exponential", "power", "constant-plus-power"};
+  LevelCriteria criteria{};
+  /// Whether covariates and variance functions need a significant likelihood-ratio test.
+  bool needs_tests = true;
+  double significance = 0.05;  ///< of likelihood-ratio tests
+  /// Level 1: of models within this distance of the best criterion, the one with the fewest
+  /// parameters. Cross-validated errors are equally good within a standard error of the best.
+  double equally_good = 2.0;
+  /// Level 3 takes the fewest parameters among those equally good, too, instead of the best.
+  bool parsimonious = false;
   std::size_t minimum_trees = 100;         ///< of a species with the response measured
   std::size_t maximum_random_effects = 3;  ///< coefficients that vary by plot at once
   unsigned threads = 0;                    ///< 0: as many as there are cores
@@ -31,11 +72,21 @@ struct LikelihoodRatioTest {
   double p = 1.0;
 };
 
+/// How a candidate predicts plots that were left out of its fit.
+struct CrossValidated {
+  double rmse = 0.0;            ///< NaN where no fold converged
+  double standard_error = 0.0;  ///< of the rmse, from its spread between folds; NaN for one fold
+  std::size_t folds = 0;
+  std::size_t failed = 0;    ///< folds without a fit, whose trees do not count in the error
+  std::size_t measured = 0;  ///< trees of each plot that calibrate the others; 0: b = 0
+};
+
 /// One model that was tried at a level.
 struct Candidate {
   std::vector<std::string> terms{};  ///< level 2: sub-models; level 3: random coefficients
   fit::FittedModel fit;
   std::optional<LikelihoodRatioTest> test{};
+  std::optional<CrossValidated> cross_validated{};
   int rank = 0;  ///< from 1 by the level's criterion; 0 if it did not converge
   bool chosen = false;
 };
@@ -81,19 +132,20 @@ using ProgressCallback =
 
 /// Runs the three levels for every species and response with enough trees.
 ///
-/// Level 1: every candidate of the catalogue by least squares; of those within 2 AIC of the best,
-/// the one with the fewest parameters. Level 2: every subset of the covariates on each parameter in
-/// turn; lowest BIC, where its likelihood-ratio test against level 1 is significant at 5 %; the
-/// chosen one also without intercept. Level 3: random effects of the plot on every subset of the
-/// coefficients (at most maximum_random_effects), lowest BIC of those that converge away from the
-/// edge; then the variance functions, lowest AIC where the test against a constant variance is
-/// significant at 5 %. All fits of a species and response use the same trees. Deterministic
-/// whatever the number of threads. A fit that fails is listed with its reason.
+/// Level 1: every candidate by least squares; of those within 2 AIC of the best, the one with the
+/// fewest parameters. Level 2: every subset of the covariates on each parameter in turn, or on
+/// pairs of them; lowest BIC, where its likelihood-ratio test against level 1 is significant at
+/// 5 %; the chosen one also without intercept. Level 3: random effects of the group on every subset
+/// of the coefficients (at most maximum_random_effects), lowest BIC of those that converge away
+/// from the edge; then the variance functions, lowest AIC where the test against a constant
+/// variance is significant at 5 %. The options change criteria and thresholds. All fits of a
+/// species and response use the same trees. Deterministic whatever the number of threads. A fit
+/// that fails is listed with its reason.
 ///
 /// \param table  an inventory with our column names, optionally W, M, U, C and `core` (only rows
 ///   with 1 count); a response that it does not have is left out with a note
-/// \throws UsageError if an asked-for species is not there, or the catalogue has no model of a
-///   response
+/// \throws UsageError if an asked-for species is not there, a response has no candidate, or an
+///   option is out of range; FormulaError if a candidate's formula cannot be read
 Study run_study(const data::Table& table,
                 const Catalogue& catalogue,
                 const StudyOptions& options,

@@ -40,9 +40,9 @@ ModelLibrary library_of(const StudyRecord& record);
 /// squares of level 1; mixed model with b = 0; mixed model with the plot's EBLUP).
 data::Table predictions_of(const StudyRecord& record, const ModelLibrary& library);
 
-/// Writes candidates.csv (level 1), covariates.csv (level 2), random_effects.csv and
-/// variance_functions.csv (level 3), estimates.csv, variance_components.csv and statistics.csv into
-/// a folder.
+/// Writes the tables of a study into a folder, each as CSV, Markdown (.md) and LaTeX (.tex):
+/// species (importance values), candidates (level 1), covariates (level 2), random_effects and
+/// variance_functions (level 3), estimates, variance_components, statistics, gains, level_tests.
 void write_study_tables(const StudyRecord& record,
                         const Catalogue& catalogue,
                         const std::filesystem::path& folder);

@@ -54,12 +54,21 @@ class Crown {
   /// less than the distance to the crown in the point's own azimuth.
   double excess_m(Point point) const;
 
+  bool contains(Point point) const;
+
+  /// How far one can go from a point inside before one leaves the crown, but no farther than
+  /// wanted; found to a sixty-fourth of that, on the side of the crown's inside.
+  /// \param along  of length 1
+  double length_inside_m(Point from, Point along, double wanted_m) const;
+
   /// The point itself if it is inside, else the point moved vertically into [hcb, h] and then
   /// horizontally towards the axis until it is inside.
   Point confine(Point point) const;
 
  private:
   double tabulated_width(double z_m) const;
+  /// The crown's radius in the point's azimuth times its squared distance from the axis.
+  double weighted_radii(Point point, double xx, double yy) const;
 
   double h_m_;
   double hcb_m_;

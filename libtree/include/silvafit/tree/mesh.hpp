@@ -15,15 +15,28 @@ enum class PartKind { kStem, kBranches, kFoliage };
 /// Name of a kind of part in files: stem, branches, foliage.
 const char* part_name(PartKind kind);
 
+/// Stem and branches share the bark's material; foliage has the leaves'.
+enum class MaterialKind { kBark, kLeaf };
+
+MaterialKind material_of(PartKind kind);
+/// Name of a material in files: bark, leaf.
+const char* material_name(MaterialKind kind);
+
 /// Triangles of one material, in a frame with y up: x east, z south, the origin where the stem's
 /// axis meets the ground.
 struct MeshPart {
   PartKind kind = PartKind::kStem;
-  Color color{};                         ///< of the material, linear RGB
-  bool double_sided = false;             ///< open surfaces that are seen from both sides
-  std::vector<float> positions{};        ///< 3 a vertex [m]
-  std::vector<float> normals{};          ///< 3 a vertex, of length 1
-  std::vector<std::uint8_t> colors{};    ///< 4 a vertex (RGBA, linear), times `color`; or none
+  Color color{};                       ///< of the material, linear RGB
+  bool double_sided = false;           ///< open surfaces that are seen from both sides
+  std::vector<float> positions{};      ///< 3 a vertex [m]
+  std::vector<float> normals{};        ///< 3 a vertex, of length 1
+  std::vector<std::uint8_t> colors{};  ///< 4 a vertex (RGBA, linear), times `color`; or none
+  /// 2 a vertex, or none: on bark u runs once around and v along, in turns as long as the girth; on
+  /// a leaf u runs across and v from its base to its tip, both in [0, 1]. The origin is the
+  /// picture's upper left corner, as in glTF.
+  std::vector<float> uvs{};
+  /// 4 a vertex, or none: the direction of growing u, of length 1, and the sign of the bitangent.
+  std::vector<float> tangents{};
   std::vector<std::uint32_t> indices{};  ///< 3 a triangle, counter-clockwise from outside
 
   std::size_t vertex_count() const { return positions.size() / 3; }
@@ -33,24 +46,61 @@ struct MeshPart {
 /// A tree: stem, branches and foliage, each one part at most. The stem is closed.
 struct Mesh {
   std::vector<MeshPart> parts{};
+  /// Largest distance between the surfaces of stem and branches of this mesh and of the finest one
+  /// of the same skeleton, in either direction, is at most this [m]; 0 for the finest.
+  double surface_error_m = 0.0;
 
   std::size_t vertex_count() const;
   std::size_t triangle_count() const;
 };
 
+/// How a skeleton becomes triangles. The defaults are the finest level of detail.
 struct MeshOptions {
   int stem_sides = 12;
-  int branch_sides = 4;
-  /// Stem sections are left out where the surface moves by less than this [m]; 0 keeps all.
+  int branch_sides = 6;  ///< of branches at least as thick at their base as thick_branch_m
+  int twig_sides = 3;    ///< of all others
+  double thick_branch_m = 0.06;
+  /// Stem sections are left out where the radius is off by less than this and the axis by less than
+  /// five times this [m]; 0 keeps all.
   double stem_tolerance_m = 0.0005;
+  /// Bends of branches are left out where the surface moves by less than this [m]; 0 keeps all.
+  double branch_tolerance_m = 0.0;
+  int wood_order = 3;   ///< highest order of branches that are drawn as wood
+  int foliage_per = 1;  ///< of so many sprays or tufts one is drawn, larger, to keep the cover
+
+  /// Each branch's tube is closed at its base, which lies inside its parent: every edge of stem and
+  /// branches is then an edge of exactly two triangles.
+  bool closed_branches = false;
+  /// UVs and tangents for pictures of bark and leaves; each leaf is a card of its own.
+  bool textured = false;
+  /// Colors of foliage that vary with its depth in the crown, on top of the material's.
+  bool vertex_colors = false;
 };
+
+/// Levels of detail are numbered from 0, the finest.
+inline constexpr int kLevelsOfDetail = 4;
+
+/// Sides, sections, twigs and foliage of a level; what the levels do not differ in is taken from
+/// `base`.
+/// \throws UsageError if there is no such level
+MeshOptions level_of_detail(int level, const MeshOptions& base = {});
+
+/// Largest distance that stem and branches of a mesh with these options can have from the finest
+/// level's surface, and the other way round [m]. An upper bound, found without a mesh.
+double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options);
+
+/// The coarsest level whose surface error is at most the tolerance.
+/// \throws UsageError if the tolerance is negative or not finite
+int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m);
 
 /// Tubes around the axes, and foliage on the branches' ends and twigs.
 ///
 /// A stem section is a regular polygon with the area of the circle whose diameter the skeleton
 /// gives, so that diameters and basal areas on the mesh are those of the tree. Nothing of branches
-/// and foliage leaves the crown curve.
-/// \throws UsageError if a number of sides is below 3 or the tolerance is negative
+/// and foliage leaves the crown curve. Height, crown base, crown radii and DBH are the same at
+/// every level of detail. Where the random numbers begin at the same place, the levels' foliage
+/// hangs at the same places.
+/// \throws UsageError if an option is out of range
 /// \throws GeometryError if a coordinate is not finite
 Mesh build_mesh(const Skeleton& skeleton,
                 const Crown& crown,

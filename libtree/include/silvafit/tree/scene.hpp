@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/morphology.hpp"
+#include "silvafit/tree/overlap.hpp"
 #include "silvafit/tree/preset.hpp"
 
 namespace silvafit::tree {
@@ -23,6 +25,9 @@ struct SceneTree {
   Mesh mesh{};
   Measurements measured{};
   std::vector<Note> notes{};
+  /// Length of branches and twigs that neighbours took, as a share; only where overlaps were
+  /// resolved.
+  std::optional<double> removed_share{};
 
   /// "plot-tree", the name of its node and mesh.
   std::string name() const { return plot + "-" + tree; }
@@ -40,26 +45,32 @@ struct GrowOptions {
 };
 
 /// Morphology -> shape -> skeleton -> mesh -> measurements. The same input and seed give the same
-/// tree. \throws DomainError, GeometryError with plot and tree
+/// tree.
+/// \param overlap  what resolve_overlaps() says of this tree, or null for a tree alone
+/// \throws DomainError, GeometryError with plot and tree
 SceneTree grow_tree(const Morphology& morphology,
                     const Preset& preset,
-                    const GrowOptions& options = {});
+                    const GrowOptions& options = {},
+                    const TreeOverlap* overlap = nullptr);
+
+/// What resolve_overlaps() needs to know of the tree that grow_tree() grows from the same input.
+/// \throws as grow_tree()
+StandTree grow_for_stand(const Morphology& morphology,
+                         const Preset& preset,
+                         const GrowOptions& options = {});
 
 /// An origin near the trees where coordinates are so large that single precision, which viewers
 /// compute with, would move trees by more than a millimeter; else the origin of the inventory.
 Position scene_origin(const std::vector<Morphology>& morphologies);
 
 /// The scene as binary glTF 2.0 (.glb): y up, meters, x east, z south, plain floats; a node and a
-/// mesh a tree, with its measurements as extras.
-/// \throws GeometryError if the file would exceed the format's 4 GB
+/// mesh a tree, with its measurements as extras. Larger scenes: scene_writer.hpp.
+/// \throws GeometryError if there is no tree, or the file would exceed the format's 4 GB
 std::string glb_bytes(const Scene& scene);
-
-/// Bytes of a mesh in such a file, without its share of the description.
-std::size_t glb_mesh_bytes(const Mesh& mesh);
 
 /// Writes the same bytes to a file, whole or not at all; folders above it are made.
 ///
-/// A scene that is moved in gives its meshes free as they are packed, which halves the memory.
+/// A scene that is moved in gives its meshes free as they are written.
 /// \throws InputError if the file cannot be written; GeometryError as glb_bytes()
 void write_glb(Scene scene, const std::filesystem::path& path);
 

@@ -62,7 +62,7 @@ TEST_CASE("trees stand where the inventory has them, y up, with their measuremen
   // Floats resolve these to about a micrometer.
   CHECK(extras["h"].get<double>() == Approx(20.2).margin(1e-5));
   CHECK(extras["hcb"].get<double>() == Approx(5.8).margin(1e-5));
-  CHECK(extras["dbh"].get<double>() == Approx(20.0).margin(1e-5));
+  CHECK(extras["dbh"].get<double>() == Approx(28.1).margin(1e-5));
   CHECK(extras["radii"]["s"].get<double>() == Approx(1.5).margin(1e-5));
   CHECK(extras["species"] == "Cunninghamia lanceolata");
   CHECK_FALSE(extras.contains("notes"));

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Intervals of `silvafit fit`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::cli {
+
+struct InferenceOptions {
+  std::string intervals{};  ///< wald, profile, or empty
+  double level = 0.95;
+  unsigned threads = 1;
+};
+
+void add_inference_options(CLI::App& command, InferenceOptions& options);
+
+/// Gives a fit the intervals that were asked for; none if it has not converged.
+void add_inference(const InferenceOptions& options,
+                   const data::Table& table,
+                   fit::FittedModel& fit);
+
+/// The intervals as a table for people; nothing without intervals.
+void print_inference(const fit::FittedModel& fit);
+
+}  // namespace silvafit::cli

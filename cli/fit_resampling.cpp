@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: MIT
+#include "fit_resampling.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/fit/residuals.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kLeaveOneOut = "leave-one-out";
+
+/// Folds of `--cross-validate`; 0 for one group at a time.
+std::size_t folds_of(const std::string& text) {
+  if (text == kLeaveOneOut) return 0;
+  double value = 0.0;
+  if (data::parse_number(text, value) && value >= 2.0 && value == std::floor(value)) {
+    return static_cast<std::size_t>(value);
+  }
+  throw UsageError(
+      fmt::format("'{}' is neither a number of folds, 2 at least, nor {}", text, kLeaveOneOut),
+      {.column = "--cross-validate"});
+}
+
+Resampling resample_one(const fit::FittedModel& fit,
+                        const fit::FitModelOptions& options,
+                        const data::Table& table,
+                        const ResamplingArguments& arguments,
+                        const CommonOptions& common,
+                        Progress& progress) {
+  Resampling result;
+  if (!fit.convergence.converged) return result;
+  if (arguments.bootstrap > 0) {
+    result.bootstrap = fit::bootstrap(fit,
+                                      table,
+                                      {.replicates = arguments.bootstrap,
+                                       .resample = fit::parse_resample(arguments.resample),
+                                       .level = arguments.level,
+                                       .seed = common.seed,
+                                       .threads = common.threads,
+                                       .group = arguments.group,
+                                       .refit = options,
+                                       .progress = [&](std::size_t done, std::size_t total) {
+                                         progress.show("bootstrap", done, total);
+                                       }});
+  }
+  if (!arguments.cross_validate.empty()) {
+    result.cross_validation =
+        fit::cross_validate(fit,
+                            table,
+                            {.folds = folds_of(arguments.cross_validate),
+                             .group = arguments.group,
+                             .measured = arguments.measured,
+                             .seed = common.seed,
+                             .threads = common.threads,
+                             .refit = options,
+                             .progress = [&](std::size_t done, std::size_t total) {
+                               progress.show("cross-validation", done, total);
+                             }});
+  }
+  return result;
+}
+
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
+
+ordered_json interval(const fit::Interval& value) {
+  return {number(value.low), number(value.high)};
+}
+
+ordered_json reasons(const std::vector<fit::CountedReason>& counted) {
+  ordered_json result = ordered_json::array();
+  for (const fit::CountedReason& one : counted) {
+    result.push_back({{"reason", one.reason}, {"replicates", one.replicates}});
+  }
+  return result;
+}
+
+ordered_json bootstrap_json(const fit::Bootstrap& bootstrap) {
+  ordered_json parameters = ordered_json::object();
+  for (const fit::BootstrapParameter& parameter : bootstrap.parameters) {
+    parameters[parameter.name] = {{"estimate", number(parameter.estimate)},
+                                  {"replicates", parameter.replicates},
+                                  {"bias", number(parameter.bias)},
+                                  {"se", number(parameter.standard_error)},
+                                  {"percentile", interval(parameter.percentile)},
+                                  {"basic", interval(parameter.basic)}};
+  }
+  return {{"resample", fit::resample_text(bootstrap.resample)},
+          {"seed", bootstrap.seed},
+          {"level", bootstrap.level},
+          {"replicates", bootstrap.replicates},
+          {"converged", bootstrap.converged},
+          {"parameters", std::move(parameters)},
+          {"failures", reasons(bootstrap.failures)},
+          {"on_edge", reasons(bootstrap.on_edge)}};
+}
+
+ordered_json statistics_json(const fit::FitStatistics& values) {
+  return {{"r2", number(values.r2)},
+          {"mean_error", number(values.mean_error)},
+          {"rmse", number(values.rmse)},
+          {"mae", number(values.mae)}};
+}
+
+ordered_json cross_validation_json(const fit::CrossValidation& result) {
+  ordered_json failed = ordered_json::array();
+  for (const fit::FailedFold& fold : result.failed) {
+    failed.push_back({{"groups", fold.groups}, {"verdict", fold.verdict}});
+  }
+  ordered_json calibrated = nullptr;
+  if (result.measured > 0) {
+    calibrated = {{"measured", result.measured},
+                  {"predicted", result.calibrated_count},
+                  {"statistics", statistics_json(result.calibrated_statistics)},
+                  {"population", statistics_json(result.uncalibrated_statistics)}};
+  }
+  return {{"group", result.group},
+          {"groups", result.groups},
+          {"folds", result.folds},
+          {"seed", result.seed},
+          {"predicted", result.predicted_count},
+          {"population", statistics_json(result.statistics)},
+          {"mean_log_density", number(result.log_density)},
+          {"calibrated", std::move(calibrated)},
+          {"failed", std::move(failed)}};
+}
+
+std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
+
+void print_reasons(const char* title, const std::vector<fit::CountedReason>& counted) {
+  for (const fit::CountedReason& one : counted) {
+    fmt::print("{} {}: {}\n", one.replicates, title, one.reason);
+  }
+}
+
+void print_bootstrap(const fit::Bootstrap& bootstrap) {
+  std::size_t width = 9;
+  for (const auto& parameter : bootstrap.parameters) width = std::max(width, parameter.name.size());
+  fmt::print("\n{} bootstrap, seed {}: {} of {} replicates converged; {:g} % intervals\n",
+             fit::resample_text(bootstrap.resample),
+             bootstrap.seed,
+             bootstrap.converged,
+             bootstrap.replicates,
+             100.0 * bootstrap.level);
+  fmt::print("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
+             "parameter",
+             width,
+             "estimate",
+             "bias",
+             "std. error",
+             "percentile",
+             "basic");
+  for (const fit::BootstrapParameter& parameter : bootstrap.parameters) {
+    const auto range = [](const fit::Interval& value) {
+      return fmt::format("{} to {}", shown(value.low), shown(value.high));
+    };
+    fmt::print("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
+               parameter.name,
+               width,
+               shown(parameter.estimate),
+               std::isnan(parameter.bias) ? "-" : fmt::format("{:.3g}", parameter.bias),
+               shown(parameter.standard_error),
+               range(parameter.percentile),
+               range(parameter.basic));
+  }
+  print_reasons("replicates on the edge", bootstrap.on_edge);
+  print_reasons("replicates failed", bootstrap.failures);
+}
+
+void print_statistics_line(const std::string& name,
+                           const fit::FitStatistics& values,
+                           std::size_t count) {
+  fmt::print("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
+             name,
+             count,
+             fmt::format("{:.4f}", values.r2),
+             shown(values.rmse),
+             fmt::format("{:.3g}", values.mean_error),
+             shown(values.mae));
+}
+
+void print_cross_validation(const fit::CrossValidation& result, const std::string& model) {
+  fmt::print("\n{}{}cross-validation, {} folds of {} {} groups, seed {}\n",
+             model,
+             model.empty() ? "" : ": ",
+             result.folds,
+             result.groups,
+             result.group,
+             result.seed);
+  fmt::print("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
+             "prediction of groups left out",
+             "rows",
+             "R2",
+             "RMSE",
+             "mean error",
+             "MAE");
+  print_statistics_line("population", result.statistics, result.predicted_count);
+  if (result.measured > 0) {
+    print_statistics_line(fmt::format("calibrated with {} measured", result.measured),
+                          result.calibrated_statistics,
+                          result.calibrated_count);
+    print_statistics_line(
+        "population, the same rows", result.uncalibrated_statistics, result.calibrated_count);
+  }
+  fmt::print("mean log predictive density {}\n", shown(result.log_density));
+  for (const fit::FailedFold& fold : result.failed) {
+    fmt::print(
+        "a fold failed ({} {}): {}\n", result.group, fmt::join(fold.groups, ", "), fold.verdict);
+  }
+}
+
+}  // namespace
+
+void add_resampling_options(CLI::App& command, ResamplingArguments& arguments) {
+  command
+      .add_option("--bootstrap",
+                  arguments.bootstrap,
+                  "Standard errors and intervals of all parameters from this many refits")
+      ->type_name("REPLICATES")
+      ->check(CLI::Range(2, 10000000));
+  command
+      .add_option("--resample",
+                  arguments.resample,
+                  "Data of the refits: parametric (drawn from the fit) or cases (groups drawn with "
+                  "replacement)")
+      ->check(CLI::IsMember({"parametric", "cases"}))
+      ->capture_default_str();
+  command.add_option("--bootstrap-level", arguments.level, "Level of the bootstrap's intervals")
+      ->capture_default_str();
+  command
+      .add_option("--cross-validate",
+                  arguments.cross_validate,
+                  "Predict groups that are left out: a number of folds, or leave-one-out")
+      ->type_name("FOLDS");
+  command.add_option(
+      "--measured-trees",
+      arguments.measured,
+      "Trees of each group left out that count as measured and calibrate the others");
+  command.add_option("--group",
+                     arguments.group,
+                     "Column of the groups to draw or leave out (default: that of the random "
+                     "effects, the coarser of two)");
+  command
+      .add_option("--residuals", arguments.residuals, "CSV file for fitted values and residuals")
+      ->type_name("FILE.csv");
+}
+
+std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
+                                 const std::vector<fit::FitModelOptions>& options,
+                                 const data::Table& table,
+                                 const ResamplingArguments& arguments,
+                                 const CommonOptions& common) {
+  if (!arguments.residuals.empty() && fits.size() != 1) {
+    throw UsageError("residuals are of one model; there are several", {.column = "--residuals"});
+  }
+  std::vector<Resampling> result;
+  Progress progress(common);
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    result.push_back(resample_one(fits[i], options[i], table, arguments, common, progress));
+  }
+  return result;
+}
+
+void write_residuals(const std::vector<fit::FittedModel>& fits,
+                     const data::Table& table,
+                     const ResamplingArguments& arguments) {
+  if (arguments.residuals.empty() || !fits.front().convergence.converged) return;
+  const fit::Residuals all = fit::residuals(fits.front(), table);
+  AtomicFile file(arguments.residuals);
+  std::ostream& stream = file.stream();
+  stream << "line,group,observed,fitted_population,fitted_conditional,residual_population,"
+            "residual_conditional,standardized_population,standardized_conditional,normalized,"
+            "marginal\n";
+  std::size_t next = 0;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    stream << (table.line(row) > 0 ? table.line(row) : row + 1);
+    const bool is_used = next < all.rows.size() && all.rows[next] == row;
+    if (!is_used) {
+      // A row with missing values: it has no residual.
+      stream << ",,,,,,,,,,\n";
+      continue;
+    }
+    stream << ',' << data::csv_field(all.group[next]);
+    const auto at = static_cast<Eigen::Index>(next++);
+    for (const Eigen::VectorXd* const values : {&all.observed,
+                                                &all.population.fitted,
+                                                &all.conditional.fitted,
+                                                &all.population.raw,
+                                                &all.conditional.raw,
+                                                &all.population.standardized,
+                                                &all.conditional.standardized,
+                                                &all.normalized,
+                                                &all.marginal}) {
+      stream << ',' << data::shortest((*values)[at]);
+    }
+    stream << '\n';
+  }
+  file.commit();
+}
+
+std::string with_resampling(const std::string& fit_json, const Resampling& resampling) {
+  if (!resampling.bootstrap && !resampling.cross_validation) return fit_json;
+  ordered_json json = ordered_json::parse(fit_json);
+  if (resampling.bootstrap) json["bootstrap"] = bootstrap_json(*resampling.bootstrap);
+  if (resampling.cross_validation) {
+    json["cross_validation"] = cross_validation_json(*resampling.cross_validation);
+  }
+  return json.dump(2);
+}
+
+void print_resampling(const std::vector<fit::FittedModel>& fits,
+                      const std::vector<Resampling>& resampling) {
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const std::string model = fits.size() > 1 ? fits[i].model : "";
+    if (resampling[i].bootstrap) {
+      if (!model.empty()) fmt::print("\n{}", model);
+      print_bootstrap(*resampling[i].bootstrap);
+    }
+    if (resampling[i].cross_validation) {
+      print_cross_validation(*resampling[i].cross_validation, model);
+    }
+  }
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// What `silvafit fit` does beside fitting: bootstrap, cross-validation, residuals.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/bootstrap.hpp"
+#include "silvafit/fit/cross_validation.hpp"
+
+namespace silvafit::cli {
+
+struct ResamplingArguments {
+  std::size_t bootstrap = 0;  ///< replicates
+  std::string resample = "parametric";
+  double level = 0.95;
+  std::string cross_validate{};  ///< folds, or leave-one-out
+  std::size_t measured = 0;
+  std::string group{};
+  std::string residuals{};  ///< file
+};
+
+void add_resampling_options(CLI::App& command, ResamplingArguments& arguments);
+
+/// What was asked for, of one fit; nothing of a fit that failed.
+struct Resampling {
+  std::optional<fit::Bootstrap> bootstrap{};
+  std::optional<fit::CrossValidation> cross_validation{};
+};
+
+/// \param options  how each model was fitted
+std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
+                                 const std::vector<fit::FitModelOptions>& options,
+                                 const data::Table& table,
+                                 const ResamplingArguments& arguments,
+                                 const CommonOptions& common);
+
+/// Writes the residuals of the only fit, if asked for.
+void write_residuals(const std::vector<fit::FittedModel>& fits,
+                     const data::Table& table,
+                     const ResamplingArguments& arguments);
+
+/// The JSON of a fit with the keys `bootstrap` and `cross_validation` for what there is.
+std::string with_resampling(const std::string& fit_json, const Resampling& resampling);
+
+/// Tables for people.
+void print_resampling(const std::vector<fit::FittedModel>& fits,
+                      const std::vector<Resampling>& resampling);
+
+}  // namespace silvafit::cli

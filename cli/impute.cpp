@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+// `silvafit impute`: an inventory with what was not measured filled in.
+#include "silvafit/study/impute.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/study/table_checks.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ImputeArguments {
+  CommonOptions common{};
+  study::ImputeOptions impute{};
+  std::string data{};
+  std::string out{};
+  std::vector<std::string> columns{};
+};
+
+std::vector<std::string> new_names(const ImputeArguments& arguments) {
+  const std::string& response = arguments.impute.response;
+  return {response + "_source", response + "_level", response + "_flag"};
+}
+
+data::Table read_data(const ImputeArguments& arguments) {
+  std::vector<std::string> labels{arguments.impute.group, arguments.impute.by};
+  if (!arguments.impute.random.empty() && arguments.impute.random != "none") {
+    for (const auto& random : fit::parse_random_effects(arguments.impute.random)) {
+      labels.push_back(random.group);
+    }
+  }
+  data::Table table = data::read_csv_table(arguments.data, {.text_columns = labels});
+  study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
+  for (const std::string& name : new_names(arguments)) {
+    if (!table.has(name)) continue;
+    throw InputError("the file has this column already; give it another name",
+                     {.file = table.file(), .column = name});
+  }
+  return table;
+}
+
+/// The file as it is, the response filled in, with the new columns behind.
+void write_inventory(const ImputeArguments& arguments,
+                     const study::Imputation& result,
+                     std::ostream& stream) {
+  data::CsvReader reader(arguments.data);
+  const auto& header = reader.header();
+  const auto place = std::ranges::find(header, arguments.impute.response) - header.begin();
+  const bool has_column = place < std::ssize(header);
+  const char* separator = "";
+  const auto write = [&](std::string_view field) {
+    stream << separator << data::csv_field(field);
+    separator = ",";
+  };
+  for (const std::string& name : header) write(name);
+  if (!has_column) write(arguments.impute.response);
+  for (const std::string& name : new_names(arguments)) write(name);
+  stream << '\n';
+  std::vector<std::string_view> fields;
+  for (std::size_t row = 0; reader.next(fields); ++row) {
+    separator = "";
+    const bool is_imputed = result.source[row] == study::ImputeSource::kImputed;
+    const std::string value =
+        std::isnan(result.value[row]) ? std::string() : data::shortest(result.value[row]);
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+      const bool is_filled = is_imputed && static_cast<std::ptrdiff_t>(k) == place;
+      write(is_filled ? std::string_view(value) : fields[k]);
+    }
+    if (!has_column) write(value);
+    write(study::source_text(result.source[row]));
+    write(study::level_text(result.level[row]));
+    write(result.flag[row]);
+    stream << '\n';
+  }
+}
+
+void write_out(const ImputeArguments& arguments, const study::Imputation& result) {
+  if (!arguments.out.empty()) {
+    AtomicFile file(arguments.out);
+    write_inventory(arguments, result, file.stream());
+    file.commit();
+  } else if (!arguments.common.json) {
+    write_inventory(arguments, result, std::cout);
+    std::cout.flush();
+    if (!std::cout) throw InputError("writing to standard output failed");
+  }
+}
+
+std::map<std::string, std::size_t> flag_counts(const study::Imputation& result) {
+  std::map<std::string, std::size_t> counts;
+  for (const std::string& flag : result.flag) {
+    if (!flag.empty()) ++counts[flag];
+  }
+  return counts;
+}
+
+void print_json(const ImputeArguments& arguments, const study::Imputation& result) {
+  using study::ImputeLevel;
+  using study::ImputeSource;
+  ordered_json models = ordered_json::array();
+  for (const study::ImputeModel& model : result.models) {
+    models.push_back(
+        {{"label", model.label.empty() ? ordered_json(nullptr) : ordered_json(model.label)},
+         {"fit", ordered_json::parse(fit::to_json(model.fit))}});
+  }
+  const ordered_json summary{
+      {"schema", "silvafit-impute/1"},
+      {"silvafit", version()},
+      {"response", arguments.impute.response},
+      {"out", arguments.out.empty() ? ordered_json(nullptr) : ordered_json(arguments.out)},
+      {"n", result.value.size()},
+      {"measured", result.count(ImputeSource::kMeasured)},
+      {"imputed",
+       {{"plot", result.count(ImputeLevel::kPlot)},
+        {"population", result.count(ImputeLevel::kPopulation)}}},
+      {"missing", result.count(ImputeSource::kMissing)},
+      {"flags", flag_counts(result)},
+      {"residual_added", arguments.impute.add_residual},
+      {"models", std::move(models)},
+      {"notes", result.notes}};
+  fmt::print("{}\n", summary.dump(2));
+}
+
+/// What a person who reads the file wants to know of it.
+void say_summary(const ImputeArguments& arguments, const study::Imputation& result) {
+  using study::ImputeLevel;
+  using study::ImputeSource;
+  for (const std::string& note : result.notes) say(arguments.common, "note: " + note);
+  for (const study::ImputeModel& model : result.models) {
+    const fit::FittedModel& fit = model.fit;
+    const auto& random = fit.specification.random;
+    say(arguments.common,
+        fmt::format("{}{}{}{}, variance {}, {} trees, conditional RMSE {:.4g}",
+                    model.label.empty() ? "" : model.label + ": ",
+                    fit.model.empty() ? "" : fit.model + " ",
+                    fit.specification.formula.text,
+                    random ? fmt::format(", random {} | {}", random->text(), random->group) : "",
+                    fit.specification.variance.text(),
+                    fit.observations,
+                    fit.conditional.rmse));
+  }
+  say(arguments.common,
+      fmt::format("{}: {} measured, {} imputed with their plot, {} with the population's curve, {} "
+                  "left empty",
+                  arguments.impute.response,
+                  result.count(ImputeSource::kMeasured),
+                  result.count(ImputeLevel::kPlot),
+                  result.count(ImputeLevel::kPopulation),
+                  result.count(ImputeSource::kMissing)));
+  for (const auto& [flag, count] : flag_counts(result)) {
+    say(arguments.common, fmt::format("{} trees: {}", count, flag));
+  }
+}
+
+void run(ImputeArguments& arguments) {
+  const data::Table table = read_data(arguments);
+  const auto catalogue = study::Catalogue::load(data_directory() / "models");
+  arguments.impute.seed = arguments.common.seed;
+  arguments.impute.threads = arguments.common.threads;
+  const study::Imputation result = study::impute(table, catalogue, arguments.impute);
+  write_out(arguments, result);
+  say_summary(arguments, result);
+  if (arguments.common.json) print_json(arguments, result);
+}
+
+void add_model_options(CLI::App& command, study::ImputeOptions& options) {
+  command
+      .add_option("--model",
+                  options.models,
+                  "Models of the catalogue, or all:h; of several the one with the lowest AIC "
+                  "(default: Naslund's curve for h, else all of the response); repeatable")
+      ->type_name("ID")
+      ->allow_extra_args(false);
+  command.add_option("--formula", options.formula, "A formula instead of a model of the catalogue")
+      ->type_name("FORMULA");
+  command
+      .add_option("--random",
+                  options.random,
+                  "Random effects such as \"a + b | plot\", or none (default: the first two "
+                  "coefficients, fewer if that does not converge)")
+      ->type_name("EFFECTS");
+  command.add_option(
+      "--variance", options.variance, "Variance function as in fit (default: power(dbh))");
+  command.add_option("--method", options.method, "Method as in fit (default: lb)");
+}
+
+}  // namespace
+
+void add_impute_command(CLI::App& program) {
+  const auto arguments = std::make_shared<ImputeArguments>();
+  CLI::App& command = *program.add_subcommand(
+      "impute", "Fill in the heights, crown bases or crown widths that were not measured");
+  command.add_option("data", arguments->data, "Trees: a CSV file with a header")
+      ->type_name("INVENTORY.csv")
+      ->required();
+  study::ImputeOptions& options = arguments->impute;
+  command.add_option("--response", options.response, "Column to fill in")->capture_default_str();
+  add_model_options(command, options);
+  command.add_option("--group", options.group, "Column of the plots")->capture_default_str();
+  command.add_option(
+      "--by", options.by, "Column whose values get models of their own, such as species");
+  command
+      .add_option("--minimum-trees",
+                  options.minimum_trees,
+                  "Fewest measured trees for a model of its own; the others share one of all trees")
+      ->capture_default_str();
+  command.add_flag("--add-residual",
+                   options.add_residual,
+                   "Add a random residual to imputed values, and a random effect to plots without "
+                   "measured trees");
+  command
+      .add_option("--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm")
+      ->type_name("NAME=COLUMN,...")
+      ->allow_extra_args(false);
+  command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
+      ->type_name("FILE.csv");
+  add_common_options(command, arguments->common);
+  add_example(command, "silvafit impute inventory.csv --response h --by species --out filled.csv");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+// `silvafit render`: pictures of models and stands, without a graphics card.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/render/models.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct RenderArguments {
+  CommonOptions common{};
+  std::vector<std::string> models{};
+  std::string out{};
+  std::string size = "1280x720";
+  std::string sun = "135,45";
+  std::string date{};
+  std::string place{};
+  std::string camera = "200,12";
+  std::size_t turntable = 0;
+  std::size_t columns = 0;
+  bool without_ground = false;
+  render::RenderOptions options{};
+};
+
+/// Two numbers of a text such as `200,12` or `1280x720`.
+std::array<double, 2> pair_of(const std::string& text, char separator, const std::string& option) {
+  const std::size_t middle = text.find(separator);
+  std::array<double, 2> values{};
+  const bool is_pair = middle != std::string::npos &&
+                       data::parse_number(text.substr(0, middle), values[0]) &&
+                       data::parse_number(text.substr(middle + 1), values[1]);
+  if (!is_pair) {
+    throw UsageError(fmt::format("{} takes two numbers, A{}B, not '{}'", option, separator, text));
+  }
+  return values;
+}
+
+std::size_t side_of(double value) {
+  return value >= 1.0 && value <= 16384.0 ? static_cast<std::size_t>(value) : 0;
+}
+
+render::SunPosition sun_of(const RenderArguments& arguments) {
+  if (arguments.date.empty()) {
+    const auto [azimuth, elevation] = pair_of(arguments.sun, ',', "--sun");
+    return {.azimuth_deg = azimuth, .elevation_deg = elevation};
+  }
+  if (arguments.place.empty()) {
+    throw UsageError("--date needs --place LATITUDE,LONGITUDE to know where the sun stands");
+  }
+  const auto [latitude, longitude] = pair_of(arguments.place, ',', "--place");
+  return render::sun_over(latitude, longitude, render::parse_moment(arguments.date));
+}
+
+render::RenderOptions options_of(const RenderArguments& arguments) {
+  render::RenderOptions options = arguments.options;
+  const auto [width, height] = pair_of(arguments.size, 'x', "--size");
+  options.width = side_of(width);
+  options.height = side_of(height);
+  const auto [azimuth, elevation] = pair_of(arguments.camera, ',', "--camera");
+  options.camera.azimuth_deg = azimuth;
+  options.camera.elevation_deg = elevation;
+  options.sun = sun_of(arguments);
+  options.seed = arguments.common.seed;
+  options.threads = arguments.common.threads;
+  return options;
+}
+
+struct Drawn {
+  std::vector<std::string> files{};
+  std::size_t triangles = 0;
+};
+
+/// picture.png as picture-007.png.
+std::string numbered(const std::string& out, std::size_t number) {
+  const std::filesystem::path path(out);
+  return (path.parent_path() /
+          fmt::format("{}-{:03}{}", path.stem().string(), number, path.extension().string()))
+      .string();
+}
+
+bool has_own_ground(const tree::ReadScene& scene) {
+  return std::ranges::any_of(scene.models, [](const tree::ReadModel& model) {
+    return std::ranges::any_of(model.parts,
+                               [](const tree::ReadPart& part) { return part.part == "ground"; });
+  });
+}
+
+Drawn draw(const RenderArguments& arguments) {
+  render::RenderOptions options = options_of(arguments);
+  Progress progress(arguments.common);
+  Drawn drawn;
+  std::vector<render::Picture> pictures;
+  const std::size_t frames = std::max<std::size_t>(1, arguments.turntable);
+  const double first_azimuth = options.camera.azimuth_deg;
+  for (const std::string& model : arguments.models) {
+    const tree::ReadScene read = tree::read_scene(model);
+    options.has_ground = !arguments.without_ground && !has_own_ground(read);
+    const render::RayTracer tracer(render::scene_of(read));
+    drawn.triangles += tracer.triangle_count();
+    options.progress = [&](std::size_t done, std::size_t total) {
+      progress.show(std::filesystem::path(model).filename().string(), done, total);
+    };
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      options.camera.azimuth_deg =
+          first_azimuth + 360.0 * static_cast<double>(frame) / static_cast<double>(frames);
+      const render::Picture picture = tracer.picture(options);
+      if (arguments.turntable > 0) {
+        drawn.files.push_back(numbered(arguments.out, frame));
+        render::write_png(picture, drawn.files.back());
+      } else {
+        pictures.push_back(picture);
+      }
+    }
+  }
+  if (pictures.empty()) return drawn;
+  const std::size_t columns = arguments.columns > 0 ? arguments.columns : pictures.size();
+  render::write_png(render::contact_sheet(pictures, columns), arguments.out);
+  drawn.files.push_back(arguments.out);
+  return drawn;
+}
+
+void run(const RenderArguments& arguments) {
+  if (arguments.turntable > 0 && arguments.models.size() > 1) {
+    throw UsageError("--turntable turns one model");
+  }
+  const Drawn drawn = draw(arguments);
+  if (arguments.common.json) {
+    fmt::print("{}\n",
+               ordered_json{{"schema", "silvafit-render/1"},
+                            {"silvafit", version()},
+                            {"files", drawn.files},
+                            {"triangles", drawn.triangles}}
+                   .dump(2));
+  } else {
+    say(arguments.common,
+        fmt::format("{} triangles: {}", drawn.triangles, fmt::join(drawn.files, ", ")));
+  }
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program) {
+  const auto arguments = std::make_shared<RenderArguments>();
+  CLI::App& command =
+      *program.add_subcommand("render", "Draw pictures of models and stands by ray tracing");
+  command
+      .add_option("models", arguments->models, "GLB or glTF files; several make a contact sheet")
+      ->type_name("MODEL.glb")
+      ->required();
+  command.add_option("--out", arguments->out, "Picture to write")
+      ->type_name("FILE.png")
+      ->required();
+  command.add_option("--size", arguments->size, "Pixels of each picture")
+      ->type_name("WIDTHxHEIGHT")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--samples", arguments->options.samples, "Rays a pixel: more are smoother, slower")
+      ->capture_default_str();
+  command
+      .add_option("--camera",
+                  arguments->camera,
+                  "Where the viewer stands: degrees from north, clockwise, and above the horizon")
+      ->type_name("AZIMUTH,ELEVATION")
+      ->capture_default_str();
+  command
+      .add_option("--view", arguments->options.camera.view_deg, "Angle of view, upright [degrees]")
+      ->capture_default_str();
+  command.add_option("--zoom", arguments->options.camera.zoom, "2: from half the distance")
+      ->capture_default_str();
+  command.add_option("--sun", arguments->sun, "Where the sun stands [degrees]")
+      ->type_name("AZIMUTH,ELEVATION")
+      ->capture_default_str();
+  command.add_option("--date", arguments->date, "The sun of a moment at --place, instead of --sun")
+      ->type_name("2023-06-21T15:00+08:00");
+  command.add_option("--place", arguments->place, "North and east [degrees]")
+      ->type_name("LATITUDE,LONGITUDE");
+  command
+      .add_option("--turntable",
+                  arguments->turntable,
+                  "So many pictures once around: FILE-000.png, FILE-001.png, ...")
+      ->type_name("N");
+  command.add_option("--columns", arguments->columns, "Of a contact sheet (default: one row)")
+      ->type_name("N");
+  command.add_flag("--no-ground",
+                   arguments->without_ground,
+                   "No plane below models without a ground of their own");
+  add_common_options(command, arguments->common);
+  add_example(command, "silvafit render stand.glb --out stand.png --sun 240,30");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace silvafit::cli

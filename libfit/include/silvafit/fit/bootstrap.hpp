@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+// Standard errors and intervals of all parameters by refitting to resampled data.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::fit {
+
+/// Where the data of a replicate come from.
+enum class Resample {
+  kParametric,  ///< random effects and residuals are drawn from the fit, on the same design
+  kCases,       ///< whole groups of the outermost grouping are drawn with replacement
+};
+std::string resample_text(Resample resample);
+/// \throws UsageError if there is no such way; the message lists those there are
+Resample parse_resample(std::string_view text);
+
+struct BootstrapOptions {
+  std::size_t replicates = 500;
+  Resample resample = Resample::kParametric;
+  double level = 0.95;  ///< of the intervals
+  std::uint64_t seed = 1;
+  unsigned threads = 0;  ///< over replicates; 0: as many as there are cores
+  /// The column of the groups that kCases draws where the model has no random effects; empty:
+  /// single observations are drawn.
+  std::string group{};
+  /// Held coefficients, bounds and iterations, as the fit had them. Method, restricted likelihood
+  /// and points of quadrature are those of the fit whatever is here.
+  FitModelOptions refit{};
+  /// Called as replicates are done, if given; may come from several threads.
+  std::function<void(std::size_t done, std::size_t total)> progress{};
+};
+
+struct Interval {
+  double low = std::numeric_limits<double>::quiet_NaN();
+  double high = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// What the replicates say of one parameter, theta* of those where it has a value.
+struct BootstrapParameter {
+  std::string name{};           ///< as parameter_values() has it
+  double estimate = 0.0;        ///< theta of the fit
+  std::size_t replicates = 0;   ///< how many have a value
+  double bias = 0.0;            ///< mean theta* - theta
+  double standard_error = 0.0;  ///< standard deviation of theta*
+  Interval percentile{};        ///< quantiles of theta*
+  Interval basic{};             ///< 2 theta - quantiles of theta*
+};
+
+/// Replicates for a reason in words, numbers in it shown as "#".
+struct CountedReason {
+  std::string reason{};
+  std::size_t replicates = 0;
+};
+
+struct Bootstrap {
+  Resample resample = Resample::kParametric;
+  std::uint64_t seed = 0;
+  double level = 0.0;
+  std::size_t replicates = 0;
+  std::size_t converged = 0;
+  std::vector<BootstrapParameter> parameters{};
+  /// (parameters x replicates) every theta*, in the order of the replicates; NaN where there is
+  /// none.
+  Eigen::MatrixXd values{};
+  /// Replicates without a converged fit, by verdict, commonest first; they count in no figure
+  /// above.
+  std::vector<CountedReason> failures{};
+  /// Converged replicates on the edge of the range, by what lies there; they count above.
+  std::vector<CountedReason> on_edge{};
+};
+
+/// Refits a model to resampled data.
+///
+/// Each replicate has a random stream of its own, so that results do not depend on the number of
+/// threads; it starts from the fit, and from scratch where that does not converge. Quantiles
+/// interpolate between order statistics at (R + 1) p, and are the extremes beyond these.
+/// \param table  the data of the fit
+/// \throws UsageError if the fit has not converged or options are out of range; as fit_model for
+/// the
+///   table
+/// Source: Davison and Hinkley 1997, Bootstrap methods and their application, chapters 2 and 5;
+/// van der Leeden, Meijer and Busing 2008, Handbook of multilevel analysis, chapter 11.
+Bootstrap bootstrap(const FittedModel& fit,
+                    const data::Table& table,
+                    const BootstrapOptions& options = {});
+
+}  // namespace silvafit::fit

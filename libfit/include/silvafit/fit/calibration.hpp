@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// Random effects of the groups of a table from the trees that were measured there, without a refit.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/effect_uncertainty.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::fit {
+
+/// What counts for a group that the fit has seen.
+enum class SeenGroups {
+  /// The fit's own random effects. Its trees in the table are taken for those that were fitted to,
+  /// and do not count a second time.
+  kFitted,
+  /// The trees of the table alone, as if the fit had not seen the group.
+  kNew,
+  /// Both: the trees of the table are further ones, and the fit's random effects with their
+  /// conditional covariance stand for the earlier trees.
+  kCombined,
+};
+
+struct CalibrationOptions {
+  SeenGroups seen_groups = SeenGroups::kFitted;
+  unsigned threads = 1;
+};
+
+/// The random effects of all groups of a table given its measured trees, at a fit's estimates.
+///
+/// G groups of the only or the finer grouping and C of the coarser one, in the order of their first
+/// appearance; N rows of the table; p coefficients, q random effects in the order of the fit's
+/// random_names, s of the coarser grouping. Values of a group whose mode was not found are NaN.
+struct Calibration {
+  std::vector<std::string>
+      group_labels{};  ///< (G) as in FittedModel: nested ones are `outer/inner`
+  std::vector<std::string> outer_labels{};   ///< (C)
+  std::vector<Eigen::Index> group_of_row{};  ///< (N) -1 where the group is missing
+  std::vector<Eigen::Index> outer_of_row{};  ///< (N) -1 without a coarser group
+  std::vector<Eigen::Index> outer_of{};      ///< (G) coarser group of each; -1 without
+  std::vector<Eigen::Index> fitted_group{};  ///< (G) its number in the fit, -1 if not seen
+  std::vector<Eigen::Index> fitted_outer{};  ///< (C)
+  std::vector<Eigen::Index> measured{};      ///< (G) trees of the table that were used
+  Eigen::MatrixXd effects{};                 ///< (q x G) EBLUPs
+  EffectUncertainty uncertainty{};           ///< of effects
+  Eigen::MatrixXd outer_effects{};           ///< (s x C)
+  EffectUncertainty outer_uncertainty{};     ///< of outer_effects
+  /// (N) whether the row's response was used.
+  std::vector<bool> is_used{};
+};
+
+/// The EBLUPs of every group of a table, from the rows whose response and predictors are there.
+///
+/// The coefficients, covariances and variance parameters stay those of the fit. Random effects are
+/// what they are for the fit's own groups: for lb the solution of penalised least squares with
+/// weights at its fitted values, for the methods of marginal likelihood the mode of the random
+/// effects' density. On the rows that were fitted to, SeenGroups::kNew returns the fit's own
+/// EBLUPs. Conditional covariances are those of the linearised model for lb and the inverse
+/// curvature of the density for the other methods. A group without a measured tree has effects
+/// zero with covariance Psi; a new group in a coarser group that the fit has seen starts from what
+/// the fit knows of that. Psi may be singular. Groups are independent tasks, so that the result
+/// does not depend on the number of threads.
+/// \throws UsageError if the fit has no random effects or no estimates, if the column of groups or
+///   one that the model needs is not there, or if SeenGroups asks for conditional covariances that
+///   the fit (of an older file) does not keep
+/// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Lappi 1991; docs/prediction.md.
+Calibration calibrate(const FittedModel& fit,
+                      const data::Table& table,
+                      const CalibrationOptions& options = {});
+
+}  // namespace silvafit::fit

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Residuals of a fit, at the levels of prediction and on the scales that plots and tests need.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::fit {
+
+/// Residuals of one level of prediction.
+struct LevelResiduals {
+  Eigen::VectorXd fitted{};        ///< (N)
+  Eigen::VectorXd raw{};           ///< (N) y - fitted
+  Eigen::VectorXd standardized{};  ///< (N) raw / (sigma g), "Pearson" in R nlme
+};
+
+/// Residuals of N observations in the order of the table's rows.
+struct Residuals {
+  std::vector<std::size_t> rows{};   ///< (N) of the table
+  std::vector<std::string> group{};  ///< (N) `stand/plot` where nested, empty without groups
+  Eigen::VectorXd observed{};        ///< (N)
+  LevelResiduals population{};       ///< of f(beta)
+  LevelResiduals conditional{};      ///< of f(beta + b), the same without random effects
+  /// (N) standardized residuals of the conditional level made independent by the Cholesky factor of
+  /// the residuals' correlation (nlme's "normalized"). Residuals are independent given b here, so
+  /// that these are the standardized ones.
+  Eigen::VectorXd normalized{};
+  /// (N) residuals of the model linear around the estimates with the random effects not taken out,
+  /// L^-1 (y - f(beta + b) + Z b) with L L' = Z Psi Z' + sigma^2 G^2 of a group, rows in the order
+  /// of its observations: independent and standard normal if the model holds.
+  Eigen::VectorXd marginal{};
+};
+
+/// The residuals of the rows of a table where all columns of the model have values.
+///
+/// g is taken at the conditional fitted values at both levels, as nlme does. Groups that the fit
+/// has not seen count with b = 0.
+/// \throws as NonlinearModel for the table
+/// Source: Pinheiro and Bates 2000, sections 4.3 and 5.3.
+Residuals residuals(const FittedModel& fit, const data::Table& table);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// Roots of covariance matrices that may be singular.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace silvafit::fit {
+
+/// R with R R' = covariance, from the eigenvectors of the correlation matrix, so that effects of
+/// very different sizes do no harm. Eigenvalues that are rounding count as zero.
+Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& covariance);
+
+/// The coefficients of the regression of some effects on others: cross * inverse(covariance), where
+/// directions without variance have none.
+/// \param cross       (q x s) covariance with the others
+/// \param covariance  (s x s) of the others
+Eigen::MatrixXd regression_on(const Eigen::MatrixXd& cross, const Eigen::MatrixXd& covariance);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Degrees of freedom of the t tests of fixed effects, as R nlme counts them.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// (p) denominator degrees of freedom of each coefficient.
+///
+/// A coefficient belongs to the finest stratum in which its column of the Jacobian varies: within
+/// the groups (of which there are G), between the groups of a coarser one (S), or between the
+/// coarsest groups only. A stratum has as many degrees of freedom as it has units more than the one
+/// above it (N - G, G - S, S; without random effects N), less one for each coefficient in it. A
+/// column that is constant in all data is an intercept: it takes one degree of freedom from the
+/// coarsest stratum and itself gets the largest number; without one, the finer strata get one more.
+/// \param jacobian  (N x p) df/d coefficient in the model's order
+/// Source: Pinheiro and Bates 2000, section 2.4.2, and what nlme 3.1 does (getFixDF).
+Eigen::VectorXd fixed_degrees_of_freedom(const NonlinearModel& model,
+                                         const Eigen::Ref<const Eigen::MatrixXd>& jacobian);
+
+/// The same with the Jacobian at given coefficients; what they are hardly matters, since it is only
+/// asked where it varies.
+Eigen::VectorXd fixed_degrees_of_freedom_at(const NonlinearModel& model,
+                                            const Eigen::VectorXd& coefficients);
+
+}  // namespace silvafit::fit

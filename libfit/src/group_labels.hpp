@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// The labels of the groups that a table's rows belong to, as fits name them.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+/// The label of a row's group; that of a nested one is `outer/inner`. Empty where it is missing.
+class GroupLabels {
+ public:
+  /// \throws UsageError if a column of groups is not there
+  GroupLabels(const ModelSpecification& specification, const data::Table& table)
+      : inner_(table.labels(specification.random->group)) {
+    if (specification.outer_random) outer_ = table.labels(specification.outer_random->group);
+  }
+
+  std::string outer(std::size_t row) const {
+    return !outer_ || outer_->is_missing(row) ? std::string() : std::string((*outer_)[row]);
+  }
+  std::string inner(std::size_t row) const {
+    if (inner_.is_missing(row) || (outer_ && outer_->is_missing(row))) return {};
+    return outer_ ? outer(row) + "/" + std::string(inner_[row]) : std::string(inner_[row]);
+  }
+
+ private:
+  data::TextColumn inner_;
+  std::optional<data::TextColumn> outer_;
+};
+
+}  // namespace silvafit::fit

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/parameter_values.hpp"
+
+#include <fmt/format.h>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+
+/// \param group  said where there are two groupings: " | stand"
+void add_covariance(const std::vector<std::string>& names,
+                    const Eigen::MatrixXd& covariance,
+                    const std::string& group,
+                    std::vector<NamedValue>& values) {
+  const MixedEffectsFit level{.random_covariance = covariance};
+  const Eigen::VectorXd deviations = level.random_sd();
+  const Eigen::MatrixXd correlation = level.random_correlation();
+  const auto count = static_cast<Index>(names.size());
+  const auto name = [&](Index k) { return names[static_cast<std::size_t>(k)]; };
+  for (Index k = 0; k < count; ++k) {
+    values.push_back({fmt::format("sd({}{})", name(k), group), deviations[k]});
+  }
+  for (Index j = 0; j < count; ++j) {
+    for (Index i = j + 1; i < count; ++i) {
+      values.push_back({fmt::format("cor({}, {}{})", name(j), name(i), group), correlation(i, j)});
+    }
+  }
+}
+
+/// Correlations that the form of the covariance holds at zero are no parameters.
+void add_level(const RandomEffects& random,
+               const Eigen::MatrixXd& covariance,
+               const std::string& group,
+               std::vector<NamedValue>& values) {
+  Index begin = 0;
+  for (const int size : random.block_sizes()) {
+    const auto first = random.coefficients.begin() + begin;
+    add_covariance(
+        {first, first + size}, covariance.block(begin, begin, size, size), group, values);
+    begin += size;
+  }
+}
+
+void add_factor(const VarianceFactorEstimate& estimate,
+                const std::string& prefix,
+                std::vector<NamedValue>& values) {
+  const auto add = [&](const char* what, const Eigen::VectorXd& numbers, bool is_held) {
+    if (is_held) return;
+    for (Index s = 0; s < numbers.size(); ++s) {
+      const std::string& stratum = estimate.strata[static_cast<std::size_t>(s)];
+      values.push_back(
+          {fmt::format("{}{}{}{}", prefix, what, stratum.empty() ? "" : " of ", stratum),
+           numbers[s]});
+    }
+  };
+  add("delta", estimate.delta, estimate.factor.delta.has_value());
+  add("constant", estimate.constant, estimate.factor.constant.has_value());
+  add("ratio", estimate.ratio, false);
+}
+
+}  // namespace
+
+std::vector<NamedValue> parameter_values(const FittedModel& fit) {
+  std::vector<NamedValue> values;
+  for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
+    values.push_back({fit.coefficient_names[k], fit.estimate[static_cast<Index>(k)]});
+  }
+  const auto& outer = fit.specification.outer_random;
+  if (outer) add_level(*outer, fit.outer.covariance, " | " + outer->group, values);
+  if (fit.has_random_effects()) {
+    const RandomEffects& random = *fit.specification.random;
+    add_level(random, fit.random_covariance, outer ? " | " + random.group : "", values);
+  }
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    const bool is_only = fit.variance.factors.size() == 1;
+    add_factor(factor, is_only ? "" : factor.factor.text() + " ", values);
+  }
+  values.push_back({"sigma", fit.sigma});
+  return values;
+}
+
+}  // namespace silvafit::fit

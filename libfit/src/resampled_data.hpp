@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// The data of a bootstrap's replicates, and where their fits start.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// Data, the model of them, and an earlier fit with effects for their groups.
+struct Resampled {
+  data::Table table{};
+  ModelSpecification specification;
+  FittedModel start;
+};
+
+/// Draws responses from a fit on its own design.
+class ParametricDraw {
+ public:
+  ParametricDraw(const FittedModel& fit, const data::Table& table);
+
+  /// \throws NumericalError if the mean is not finite with the random effects that were drawn
+  Resampled draw(Random& random) const;
+
+ private:
+  const FittedModel& fit_;
+  NonlinearModel model_;
+  data::Table table_;  ///< the rows of the fit, in the model's order
+  std::vector<Eigen::Index> inner_places_;
+  std::vector<Eigen::Index> outer_places_;
+  Eigen::MatrixXd inner_root_;  ///< (q x q) root of Psi
+  Eigen::MatrixXd outer_root_;
+};
+
+/// Draws groups of a fit's data with replacement.
+class CaseDraw {
+ public:
+  /// \param group  column of the groups where the fit has no random effects; empty: single rows
+  CaseDraw(const FittedModel& fit, const data::Table& table, const std::string& group);
+
+  Resampled draw(Random& random) const;
+
+ private:
+  void relabel(const std::vector<std::size_t>& drawn, Resampled& result) const;
+
+  const FittedModel& fit_;
+  data::Table table_;                              ///< the rows of the fit, in the model's order
+  std::vector<std::vector<std::size_t>> members_;  ///< rows of each group that is drawn
+  std::vector<std::vector<std::size_t>> inner_groups_;  ///< of each, among the fit's finer groups
+};
+
+}  // namespace silvafit::fit

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Pictures of 8 bits a channel, and PNG files of them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace silvafit::render {
+
+/// Pixels row by row from the upper left, three bytes each (sRGB).
+struct Picture {
+  std::size_t width = 0;
+  std::size_t height = 0;
+  std::vector<std::uint8_t> rgb{};
+
+  std::uint8_t* pixel(std::size_t x, std::size_t y) { return rgb.data() + 3 * (y * width + x); }
+  const std::uint8_t* pixel(std::size_t x, std::size_t y) const {
+    return rgb.data() + 3 * (y * width + x);
+  }
+};
+
+/// Pictures of one size side by side, row by row, with a white gap between.
+/// \throws UsageError if there is none, the sizes differ, or columns is 0
+Picture contact_sheet(const std::vector<Picture>& pictures,
+                      std::size_t columns,
+                      std::size_t gap = 4);
+
+/// Writes a PNG file, whole or not at all; the same picture gives the same bytes.
+/// \throws InputError if it cannot be written
+void write_png(const Picture& picture, const std::filesystem::path& path);
+
+}  // namespace silvafit::render

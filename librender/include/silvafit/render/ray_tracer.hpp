@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Whitted ray tracing of triangle meshes: sun, sky, shadows, reflection, light through leaves.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "silvafit/render/picture.hpp"
+#include "silvafit/render/sun.hpp"
+
+namespace silvafit::render {
+
+using Vector = std::array<double, 3>;
+
+/// How a surface scatters light. Colors are linear RGB.
+struct Material {
+  Vector color{0.6, 0.6, 0.6};
+  double translucency = 0.0;  ///< share of the light from behind that comes through, tinted
+  double reflectance = 0.0;   ///< at normal incidence; grows towards 1 at grazing angles (Schlick)
+  bool double_sided = false;  ///< else the back is black to light, as the inside of a stem
+};
+
+/// Triangles of one material, y up.
+struct Surface {
+  Material material{};
+  std::vector<float> positions{};        ///< 3 a vertex [m]
+  std::vector<float> normals{};          ///< 3 a vertex, or none: flat triangles
+  std::vector<std::uint8_t> colors{};    ///< 4 a vertex, linear, times the material's; or none
+  std::vector<std::uint32_t> indices{};  ///< 3 a triangle
+};
+
+struct Model {
+  std::vector<Surface> surfaces{};
+};
+
+/// A model at a place: column-major 4 x 4, affine.
+struct Instance {
+  std::size_t model = 0;
+  std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+};
+
+struct Scene {
+  std::vector<Model> models{};
+  std::vector<Instance> instances{};
+};
+
+/// The camera looks at the scene's bounding box.
+struct Camera {
+  double azimuth_deg = 200.0;   ///< where the viewer stands, clockwise from north
+  double elevation_deg = 12.0;  ///< of the viewer above the middle of the scene, in [-89, 89]
+  double view_deg = 35.0;       ///< angle of view upright, in (1, 120)
+  double zoom = 1.0;            ///< 2: half the distance
+  /// What to look at [x east, y up, z south]; else the middle of the scene.
+  std::optional<Vector> target{};
+};
+
+struct RenderOptions {
+  std::size_t width = 1280;  ///< 1 to 16384
+  std::size_t height = 720;
+  std::size_t samples = 16;  ///< rays a pixel
+  Camera camera{};
+  SunPosition sun{};
+  bool has_ground = true;  ///< a plane at the lowest point
+  std::uint64_t seed = 1;
+  unsigned threads = 0;  ///< 0: as many as there are cores
+  /// Called as rows are done, from any thread.
+  std::function<void(std::size_t done, std::size_t total)> progress{};
+};
+
+/// A scene that is ready to be looked at from all sides.
+class RayTracer {
+ public:
+  /// \throws UsageError if an instance names no model, a surface's buffers do not fit each other,
+  /// or
+  ///   the scene is empty; NumericalError if the ray tracing kernel fails
+  explicit RayTracer(const Scene& scene);
+  ~RayTracer();
+  RayTracer(RayTracer&&) noexcept;
+  RayTracer& operator=(RayTracer&&) noexcept;
+
+  /// Lowest and highest corner of the scene [m].
+  std::array<Vector, 2> bounds() const;
+  std::size_t triangle_count() const;  ///< as drawn: those of every instance
+
+  /// The same pixels for the same scene, options and seed, whatever the number of threads.
+  /// \throws UsageError if an option is out of range
+  Picture picture(const RenderOptions& options) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace silvafit::render

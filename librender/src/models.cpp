@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/render/models.hpp"
+
+namespace silvafit::render {
+namespace {
+
+Material material_of(const tree::ReadPart& part) {
+  const tree::MeshPart& mesh = part.mesh;
+  Material material{.color = {mesh.color[0], mesh.color[1], mesh.color[2]},
+                    .double_sided = mesh.double_sided};
+  // Share of green light that comes through thin leaves, and Fresnel's reflectance of wax (n
+  // = 1.4).
+  constexpr double kLeafTranslucency = 0.35;
+  constexpr double kLeafReflectance = 0.028;
+  const bool is_leaf =
+      part.material == tree::material_name(tree::MaterialKind::kLeaf) || mesh.double_sided;
+  if (is_leaf) {
+    material.translucency = kLeafTranslucency;
+    material.reflectance = kLeafReflectance;
+  }
+  return material;
+}
+
+}  // namespace
+
+Scene scene_of(const tree::ReadScene& read) {
+  Scene scene;
+  for (const tree::ReadModel& model : read.models) {
+    Model& target = scene.models.emplace_back();
+    for (const tree::ReadPart& part : model.parts) {
+      target.surfaces.push_back({.material = material_of(part),
+                                 .positions = part.mesh.positions,
+                                 .normals = part.mesh.normals,
+                                 .colors = part.mesh.colors,
+                                 .indices = part.mesh.indices});
+    }
+  }
+  for (const tree::ReadInstance& instance : read.instances) {
+    scene.instances.push_back({.model = instance.model, .transform = instance.transform});
+  }
+  return scene;
+}
+
+}  // namespace silvafit::render

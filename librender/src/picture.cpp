@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/render/picture.hpp"
+
+#include <png.h>
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::render {
+
+Picture contact_sheet(const std::vector<Picture>& pictures, std::size_t columns, std::size_t gap) {
+  if (pictures.empty() || columns == 0) {
+    throw UsageError("a contact sheet needs at least one picture and one column");
+  }
+  const std::size_t width = pictures.front().width;
+  const std::size_t height = pictures.front().height;
+  for (const Picture& picture : pictures) {
+    if (picture.width != width || picture.height != height) {
+      throw UsageError("the pictures of a contact sheet must have one size");
+    }
+  }
+  columns = std::min(columns, pictures.size());
+  const std::size_t rows = (pictures.size() + columns - 1) / columns;
+  Picture sheet{.width = columns * (width + gap) - gap, .height = rows * (height + gap) - gap};
+  sheet.rgb.assign(3 * sheet.width * sheet.height, 255);
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const std::size_t left = i % columns * (width + gap);
+    const std::size_t top = i / columns * (height + gap);
+    for (std::size_t y = 0; y < height; ++y) {
+      std::memcpy(sheet.pixel(left, top + y), pictures[i].pixel(0, y), 3 * width);
+    }
+  }
+  return sheet;
+}
+
+void write_png(const Picture& picture, const std::filesystem::path& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(picture.width);
+  image.height = static_cast<png_uint_32>(picture.height);
+  image.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = 0;
+  std::string bytes;
+  for (const bool measures : {true, false}) {
+    void* const target = measures ? nullptr : bytes.data();
+    if (png_image_write_to_memory(&image, target, &size, 0, picture.rgb.data(), 0, nullptr) == 0) {
+      throw InputError(std::string("the picture cannot be written (") + image.message + ")",
+                       {.file = path.string()});
+    }
+    if (measures) bytes.resize(size);
+  }
+  bytes.resize(size);
+  write_file(path, bytes);
+}
+
+}  // namespace silvafit::render

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/render/ray_tracer.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "silvafit/base/error.hpp"
+
+using namespace silvafit;
+using namespace silvafit::render;
+
+namespace {
+
+/// A level square of side 2 about a place, seen from above.
+Surface plate(double x, double y, double z, const Material& material) {
+  const auto f = [](double value) { return static_cast<float>(value); };
+  return {.material = material,
+          .positions = {f(x - 1),
+                        f(y),
+                        f(z - 1),
+                        f(x - 1),
+                        f(y),
+                        f(z + 1),
+                        f(x + 1),
+                        f(y),
+                        f(z + 1),
+                        f(x + 1),
+                        f(y),
+                        f(z - 1)},
+          .indices = {0, 1, 2, 0, 2, 3}};
+}
+
+Scene scene_of(std::vector<Surface> surfaces) {
+  return {.models = {{.surfaces = std::move(surfaces)}}, .instances = {{}}};
+}
+
+RenderOptions small() { return {.width = 64, .height = 64, .samples = 16, .threads = 1}; }
+
+double brightness(const Picture& picture, std::size_t x, std::size_t y) {
+  const std::uint8_t* pixel = picture.pixel(x, y);
+  return pixel[0] + pixel[1] + pixel[2];
+}
+
+/// From straight above (but for a degree), upwards in the picture being north.
+Camera from_above() { return {.azimuth_deg = 180.0, .elevation_deg = 89.0, .view_deg = 10.0}; }
+
+}  // namespace
+
+TEST_CASE("pixels depend on neither the number of threads nor the run") {
+  const RayTracer tracer(scene_of({plate(0, 1, 0, {}), plate(0.5, 2, 0.5, {.translucency = 0.4})}));
+  RenderOptions options = small();
+  const Picture one = tracer.picture(options);
+  options.threads = 3;
+  CHECK(tracer.picture(options).rgb == one.rgb);
+  options.seed = 2;
+  CHECK(tracer.picture(options).rgb != one.rgb);
+}
+
+TEST_CASE("a plate casts its shadow away from the sun, as far as the elevation says") {
+  // The plate hangs 4 m over a large level floor; sun in the west at 45 degrees: the shadow lies
+  // 4 m to the east. The floor's bounds are the picture's.
+  Surface floor = plate(0, 0, 0, {.color = {0.5, 0.5, 0.5}});
+  for (float& value : floor.positions) value *= 8.0F;
+  const RayTracer tracer(scene_of({floor, plate(0, 4, 0, {.color = {1, 1, 1}})}));
+  RenderOptions options = small();
+  options.camera = from_above();
+  options.sun = {.azimuth_deg = 270.0, .elevation_deg = 45.0};
+  options.has_ground = false;
+  const Picture picture = tracer.picture(options);
+  // 64 pixels show about 17 m; the middle is the stem of the plate.
+  const auto column = [](double east_m) {
+    return static_cast<std::size_t>(std::lround(32.0 + east_m * 64.0 / 17.4));
+  };
+  // The sky alone lights the shadow; on the curve of film that is well below three quarters.
+  CHECK(brightness(picture, column(4.0), 32) < 0.75 * brightness(picture, column(-4.0), 32));
+  CHECK(brightness(picture, column(6.5), 32) > 0.9 * brightness(picture, column(-6.5), 32));
+  CHECK(brightness(picture, column(2.2), 32) > 0.9 * brightness(picture, column(-2.2), 32));
+}
+
+TEST_CASE("light comes through a leaf from behind, and not through a board") {
+  RenderOptions options = small();
+  options.camera = {.azimuth_deg = 180.0, .elevation_deg = -60.0, .view_deg = 20.0};
+  options.sun = {.azimuth_deg = 180.0, .elevation_deg = 80.0};
+  options.has_ground = false;
+  const Material board{.color = {0.3, 0.5, 0.1}, .double_sided = true};
+  Material leaf = board;
+  leaf.translucency = 0.6;
+  const double dark =
+      brightness(RayTracer(scene_of({plate(0, 3, 0, board)})).picture(options), 32, 32);
+  const double bright =
+      brightness(RayTracer(scene_of({plate(0, 3, 0, leaf)})).picture(options), 32, 32);
+  CHECK(bright > 1.5 * dark);
+}
+
+TEST_CASE("a mirror shows what is above it") {
+  // A perfect mirror below a red plate, seen from above at an angle: by the law of reflection the
+  // ray that meets the mirror's middle 45 degrees from the south meets the plate 4 m to the north
+  // at 4 m height.
+  Scene scene = scene_of({plate(0, 0, 0, {.reflectance = 1.0}),
+                          plate(0, 4, -4, {.color = {0.9, 0.02, 0.02}, .double_sided = true})});
+  RenderOptions options = small();
+  options.camera = {.azimuth_deg = 180.0,
+                    .elevation_deg = 45.0,
+                    .view_deg = 10.0,
+                    .zoom = 1.0,
+                    .target = Vector{0, 0, 0}};
+  options.has_ground = false;
+  const Picture picture = RayTracer(scene).picture(options);
+  const std::uint8_t* middle = picture.pixel(32, 32);
+  CHECK(middle[0] > 2 * middle[2]);
+  scene.models[0].surfaces.pop_back();
+  const Picture sky = RayTracer(scene).picture(options);
+  CHECK(sky.pixel(32, 32)[2] >= sky.pixel(32, 32)[0]);
+}
+
+TEST_CASE("instances are models at their places") {
+  const Scene two{
+      .models = {{.surfaces = {plate(0, 1, 0, {})}}},
+      .instances = {{},
+                    {.model = 0, .transform = {2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0, 10, 5, 0, 1}}}};
+  const RayTracer tracer(two);
+  CHECK(tracer.triangle_count() == 4);
+  const auto bounds = tracer.bounds();
+  CHECK(bounds[0] == Vector{-1, 1, -2});
+  CHECK(bounds[1] == Vector{12, 6, 2});
+}
+
+TEST_CASE("scenes and options that make no picture are refused") {
+  CHECK_THROWS_AS(RayTracer(Scene{}), UsageError);
+  Scene scene = scene_of({plate(0, 1, 0, {})});
+  scene.instances[0].model = 3;
+  CHECK_THROWS_AS(RayTracer(scene), UsageError);
+  scene = scene_of({plate(0, 1, 0, {})});
+  scene.models[0].surfaces[0].indices[2] = 9;
+  CHECK_THROWS_AS(RayTracer(scene), UsageError);
+  const RayTracer tracer(scene_of({plate(0, 1, 0, {})}));
+  CHECK_THROWS_AS(tracer.picture({.width = 0}), UsageError);
+  CHECK_THROWS_AS(tracer.picture({.width = 8, .height = 8, .camera = {.elevation_deg = 95.0}}),
+                  UsageError);
+}

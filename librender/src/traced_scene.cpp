@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "traced_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::render {
+namespace {
+
+using Eigen::Matrix3f;
+using Eigen::Matrix4d;
+using Eigen::Vector3f;
+
+void check(const Surface& surface) {
+  const std::size_t vertices = surface.positions.size() / 3;
+  const auto fits = [vertices](std::size_t size, std::size_t each) {
+    return size == 0 || size == vertices * each;
+  };
+  const bool is_whole = surface.positions.size() == 3 * vertices &&
+                        surface.indices.size() % 3 == 0 && fits(surface.normals.size(), 3) &&
+                        fits(surface.colors.size(), 4);
+  const bool is_inside = std::ranges::all_of(
+      surface.indices, [vertices](std::uint32_t index) { return index < vertices; });
+  if (!is_whole || !is_inside) {
+    throw UsageError("the buffers of a surface do not fit each other");
+  }
+  const auto is_finite = [](float value) { return std::isfinite(value); };
+  if (!std::ranges::all_of(surface.positions, is_finite)) {
+    throw UsageError("a surface has a coordinate that is not finite");
+  }
+}
+
+void check(const Scene& scene) {
+  std::size_t triangles = 0;
+  for (const Model& model : scene.models) {
+    for (const Surface& surface : model.surfaces) check(surface);
+  }
+  for (const Instance& instance : scene.instances) {
+    if (instance.model >= scene.models.size()) {
+      throw UsageError(fmt::format(
+          "an instance is of model {}, but there are {}", instance.model, scene.models.size()));
+    }
+    for (const Surface& surface : scene.models[instance.model].surfaces) {
+      triangles += surface.indices.size() / 3;
+    }
+  }
+  if (triangles == 0) throw UsageError("the scene has no triangles");
+}
+
+Vector3f vertex(const std::vector<float>& values, std::uint32_t index) {
+  return Eigen::Map<const Vector3f>(values.data() + std::size_t{3} * index);
+}
+
+Vector3f color_of(const Surface& surface, std::uint32_t index) {
+  constexpr float kWhole = 1.0F / 255.0F;
+  const std::uint8_t* color = surface.colors.data() + std::size_t{4} * index;
+  return kWhole * Vector3f(color[0], color[1], color[2]);
+}
+
+Vector3f to_float(const Vector& value) {
+  return Eigen::Map<const Eigen::Vector3d>(value.data()).cast<float>();
+}
+
+RTCRay to_embree(const Ray& ray) {
+  RTCRay result{};
+  result.org_x = ray.origin.x();
+  result.org_y = ray.origin.y();
+  result.org_z = ray.origin.z();
+  result.dir_x = ray.direction.x();
+  result.dir_y = ray.direction.y();
+  result.dir_z = ray.direction.z();
+  result.tfar = std::numeric_limits<float>::infinity();
+  result.mask = static_cast<unsigned>(-1);
+  return result;
+}
+
+}  // namespace
+
+TracedScene::TracedScene(const Scene& scene)
+    : models_(scene.models), device_(rtcNewDevice(nullptr)) {
+  check(scene);
+  if (!device_) throw NumericalError("the ray tracing kernel (Embree) does not start");
+  for (const Model& model : models_) model_scenes_.push_back(build(model));
+  scene_.reset(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  for (const Instance& instance : scene.instances) add(instance, scene_.get());
+  rtcCommitScene(scene_.get());
+  check_device();
+  RTCBounds bounds{};
+  rtcGetSceneBounds(scene_.get(), &bounds);
+  bounds_ = {Vector3f(bounds.lower_x, bounds.lower_y, bounds.lower_z),
+             Vector3f(bounds.upper_x, bounds.upper_y, bounds.upper_z)};
+}
+
+void TracedScene::check_device() const {
+  const RTCError error = rtcGetDeviceError(device_.get());
+  if (error == RTC_ERROR_NONE) return;
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  throw NumericalError(
+      fmt::format("the ray tracing kernel (Embree) failed with error {}", static_cast<int>(error)));
+}
+
+TracedScene::Geometry TracedScene::build(const Model& model) const {
+  Geometry scene(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  for (const Surface& surface : model.surfaces) {
+    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    const auto copy = [geometry](RTCBufferType type, RTCFormat format, const auto& values) {
+      if (values.empty()) return;
+      void* const target = rtcSetNewGeometryBuffer(
+          geometry, type, 0, format, 3 * sizeof(values.front()), values.size() / 3);
+      if (target != nullptr) {
+        std::memcpy(target, values.data(), values.size() * sizeof(values.front()));
+      }
+    };
+    copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, surface.positions);
+    copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, surface.indices);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene.get(), geometry);
+    rtcReleaseGeometry(geometry);
+  }
+  rtcCommitScene(scene.get());
+  check_device();
+  return scene;
+}
+
+void TracedScene::add(const Instance& instance, RTCScene scene) {
+  const Matrix4d transform = Eigen::Map<const Matrix4d>(instance.transform.data());
+  const Eigen::Matrix4f rounded = transform.cast<float>();
+  const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, model_scenes_[instance.model].get());
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, rounded.data());
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);
+  const Matrix3f linear = rounded.topLeftCorner<3, 3>();
+  if (std::abs(linear.determinant()) < std::numeric_limits<float>::min()) {
+    throw UsageError("an instance is flattened to nothing");
+  }
+  normal_transforms_.emplace_back(linear.inverse().transpose());
+  model_of_.push_back(instance.model);
+  for (const Surface& surface : models_[instance.model].surfaces) {
+    triangles_ += surface.indices.size() / 3;
+  }
+}
+
+std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
+  RTCRayHit query{};
+  query.ray = to_embree(ray);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene_.get(), &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+
+  const std::size_t number = query.hit.instID[0];
+  const Surface& surface = models_[model_of_[number]].surfaces[query.hit.geomID];
+  const Matrix3f& turn = normal_transforms_[number];
+  const std::uint32_t* corners = surface.indices.data() + std::size_t{3} * query.hit.primID;
+  const Vector3f weights(1.0F - query.hit.u - query.hit.v, query.hit.u, query.hit.v);
+  Hit hit{.distance = query.ray.tfar, .material = &surface.material};
+  hit.at = ray.origin + hit.distance * ray.direction;
+  hit.flat_normal = (turn * Vector3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z)).normalized();
+  hit.normal = hit.flat_normal;
+  hit.color = to_float(surface.material.color);
+  if (!surface.normals.empty()) {
+    Vector3f sum = Vector3f::Zero();
+    for (int k = 0; k < 3; ++k) sum += weights[k] * vertex(surface.normals, corners[k]);
+    const Vector3f turned = turn * sum;
+    if (turned.squaredNorm() > 0.0F) hit.normal = turned.normalized();
+  }
+  if (!surface.colors.empty()) {
+    Vector3f sum = Vector3f::Zero();
+    for (int k = 0; k < 3; ++k) sum += weights[k] * color_of(surface, corners[k]);
+    hit.color = hit.color.cwiseProduct(sum);
+  }
+  return hit;
+}
+
+bool TracedScene::is_blocked(const Ray& ray) const {
+  RTCRay query = to_embree(ray);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene_.get(), &context, &query);
+  return query.tfar < 0.0F;
+}
+
+}  // namespace silvafit::render

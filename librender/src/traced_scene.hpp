@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// A scene in Embree's hands: where rays hit it.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <Eigen/Core>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "silvafit/render/ray_tracer.hpp"
+
+namespace silvafit::render {
+
+struct Ray {
+  Eigen::Vector3f origin;
+  Eigen::Vector3f direction;  ///< of length 1
+};
+
+/// Where a ray meets a surface.
+struct Hit {
+  float distance = std::numeric_limits<float>::infinity();
+  Eigen::Vector3f at{0, 0, 0};
+  Eigen::Vector3f flat_normal{0, 1, 0};  ///< of the triangle, as it is wound; of length 1
+  Eigen::Vector3f normal{0, 1, 0};       ///< between those of its corners; of length 1
+  Eigen::Vector3f color{1, 1, 1};
+  const Material* material = nullptr;
+};
+
+class TracedScene {
+ public:
+  /// \throws as RayTracer
+  explicit TracedScene(const Scene& scene);
+
+  std::optional<Hit> nearest(const Ray& ray) const;
+  bool is_blocked(const Ray& ray) const;
+  const std::array<Eigen::Vector3f, 2>& bounds() const { return bounds_; }
+  std::size_t triangle_count() const { return triangles_; }
+
+ private:
+  struct DeviceRelease {
+    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+  };
+  struct SceneRelease {
+    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+  };
+  using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
+  using Geometry = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
+
+  Geometry build(const Model& model) const;
+  void add(const Instance& instance, RTCScene scene);
+  void check_device() const;
+
+  std::vector<Model> models_;
+  std::vector<std::size_t> model_of_;               ///< by instance
+  std::vector<Eigen::Matrix3f> normal_transforms_;  ///< by instance
+  Device device_;
+  std::vector<Geometry> model_scenes_;
+  Geometry scene_;
+  std::array<Eigen::Vector3f, 2> bounds_;
+  std::size_t triangles_ = 0;
+};
+
+}  // namespace silvafit::render

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// Fills in what was measured on some trees of an inventory only: heights above all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/catalogue.hpp"
+
+namespace silvafit::study {
+
+struct ImputeOptions {
+  std::string response = "h";
+  std::string group = "plot";  ///< column of the plots
+  /// Column whose values get models of their own where enough trees are measured, such as species;
+  /// empty: one model for all.
+  std::string by{};
+  std::size_t minimum_trees = 30;  ///< measured trees for a model of its own
+  /// Formula, or models of the catalogue of which the one with the lowest AIC is taken; with
+  /// neither, Naslund's curve for h, and the candidates of the catalogue for other responses.
+  std::string formula{};
+  std::vector<std::string> models{};
+  /// Random effects as in `a + b | plot`, "none" for none; empty: the first two coefficients, or
+  /// fewer if that does not converge.
+  std::string random{};
+  std::string variance{};  ///< empty: power(dbh)
+  std::string method{};    ///< empty: lb, or gnls without random effects
+  /// Adds a random residual to each imputed value, and one random effect drawn for each plot
+  /// without measured trees, so that imputed values vary as measured ones do.
+  bool add_residual = false;
+  std::uint64_t seed = 1;
+  unsigned threads = 0;
+};
+
+enum class ImputeSource {
+  kMeasured,
+  kImputed,
+  kMissing,  ///< neither measured nor imputed
+};
+enum class ImputeLevel {
+  kNone,        ///< of a measured tree, or one that could not be imputed
+  kPlot,        ///< with the random effects of its plot
+  kPopulation,  ///< with random effects zero: nothing was measured on the plot
+};
+std::string source_text(ImputeSource source);
+std::string level_text(ImputeLevel level);
+
+/// The model of some of the trees.
+struct ImputeModel {
+  std::string label{};  ///< value of the column `by`; empty: of all others
+  fit::FittedModel fit;
+};
+
+/// N rows of the table.
+struct Imputation {
+  std::vector<ImputeModel> models{};
+  std::vector<double> value{};         ///< (N) measured or imputed; NaN where missing
+  std::vector<ImputeSource> source{};  ///< (N)
+  std::vector<ImputeLevel> level{};    ///< (N)
+  /// (N) why a tree was not imputed, or what is doubtful: "dbh is missing", "dbh is outside the
+  /// fitted range"; empty where there is nothing to say.
+  std::vector<std::string> flag{};
+  std::vector<std::string> notes{};
+
+  std::size_t count(ImputeSource which) const;
+  std::size_t count(ImputeLevel which) const;
+};
+
+/// Fits a model to the trees whose response was measured and predicts that of the others, with the
+/// random effects of their plot where it has measured trees. Measured values stay as they are.
+///
+/// Deterministic whatever the number of threads.
+/// \throws UsageError for options that do not fit together or columns that are not there;
+///   InputError if no tree is measured; NumericalError if no model converges
+/// Source: Mehtatalo, de-Miguel and Gregoire 2015, Canadian Journal of Forest Research 45, 826-837.
+Imputation impute(const data::Table& table,
+                  const Catalogue& catalogue,
+                  const ImputeOptions& options = {});
+
+}  // namespace silvafit::study

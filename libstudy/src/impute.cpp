@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/impute.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "covariance_root.hpp"
+#include "impute_models.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/calibrated_fit.hpp"
+#include "silvafit/fit/calibration.hpp"
+#include "silvafit/fit/prediction.hpp"
+#include "silvafit/study/table_checks.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool is_measured(double value) { return std::isfinite(value); }
+
+void check(const data::Table& table, const ImputeOptions& options) {
+  for (const std::string& name : {options.response, options.by}) {
+    if (name.empty() || table.has(name)) continue;
+    throw UsageError(fmt::format(
+        "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")));
+  }
+  require_numbers(table, {options.response});
+}
+
+/// The trees that one model is for: their rows, and those it is fitted to.
+struct Part {
+  std::string label{};
+  std::vector<std::size_t> rows{};
+  std::vector<std::size_t> measured{};
+};
+
+/// Values of the column `by` with enough measured trees have a part of their own. All others share
+/// the last part, whose model is fitted to the measured trees of all.
+std::vector<Part> parts_of(const data::Table& table, const ImputeOptions& options) {
+  const auto response = table.numbers(options.response);
+  std::vector<Part> parts;
+  std::vector<std::size_t> part_of_level;
+  std::optional<data::TextColumn> labels;
+  if (!options.by.empty()) {
+    labels = table.labels(options.by);
+    std::vector<std::size_t> counts(labels->levels().size(), 0);
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (!labels->is_missing(row) && is_measured(response[row])) ++counts[labels->code(row)];
+    }
+    for (std::size_t level = 0; level < counts.size(); ++level) {
+      const bool is_own = counts[level] >= options.minimum_trees;
+      part_of_level.push_back(is_own ? parts.size() : std::string::npos);
+      if (is_own) parts.push_back({.label = labels->levels()[level]});
+    }
+  }
+  Part others;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (is_measured(response[row])) others.measured.push_back(row);
+    const bool has_label = labels && !labels->is_missing(row);
+    const std::size_t part = has_label ? part_of_level[labels->code(row)] : std::string::npos;
+    if (part == std::string::npos) {
+      others.rows.push_back(row);
+      continue;
+    }
+    parts[part].rows.push_back(row);
+    if (is_measured(response[row])) parts[part].measured.push_back(row);
+  }
+  if (others.measured.empty()) {
+    throw InputError(fmt::format("no tree has a measured {}, so that there is nothing to fit to",
+                                 options.response),
+                     {.file = table.file(), .column = options.response});
+  }
+  if (!others.rows.empty()) parts.push_back(std::move(others));
+  return parts;
+}
+
+/// Why the model has no value for a row, or what is doubtful of it.
+std::string flag_of(const fit::FittedModel& fit, const data::Table& table, std::size_t row) {
+  for (const fit::ColumnRange& range : fit.ranges) {
+    const double value = table.numbers(range.column)[row];
+    if (std::isnan(value)) return range.column + " is missing";
+    if (value < range.low || value > range.high) {
+      return range.column + " is outside the fitted range";
+    }
+  }
+  return {};
+}
+
+/// One random effect for each group that the fit does not know, drawn from its distribution.
+void draw_new_groups(fit::FittedModel& fit, const data::Table& table, Random& random) {
+  const data::TextColumn labels = table.labels(fit.specification.random->group);
+  const std::set<std::string> known(fit.group_labels.begin(), fit.group_labels.end());
+  const std::optional<Eigen::MatrixXd> root = covariance_root(fit.random_covariance);
+  if (!root) throw NumericalError("the covariance of the random effects has no root");
+  for (const std::string& label : labels.levels()) {
+    if (known.contains(label)) continue;
+    Eigen::VectorXd normal(fit.random_covariance.rows());
+    for (double& value : normal) value = random.normal();
+    fit.group_labels.push_back(label);
+    fit.random_effects.conservativeResize(Eigen::NoChange, fit.random_effects.cols() + 1);
+    fit.random_effects.rightCols(1) = *root * normal;
+  }
+}
+
+/// Fills in the rows of one part.
+class Filling {
+ public:
+  Filling(const data::Table& table, const ImputeOptions& options, Imputation& result)
+      : table_(table), options_(options), result_(result) {}
+
+  /// \param stream  of random numbers, one a part
+  void fill(const Part& part, const fit::FittedModel& fit, std::uint64_t stream) {
+    const data::Table rows = table_.select(part.rows);
+    const std::set<std::string> plots = measured_plots(fit, rows);
+    fit::FittedModel known = fit;
+    if (fit.has_random_effects()) known = with_groups(fit, fit::calibrate(fit, rows));
+    Random random(options_.seed, stream);
+    if (options_.add_residual && can_draw(fit)) draw_new_groups(known, rows, random);
+    const fit::Prediction prediction = fit::predict(known, rows, fit::Level::kConditional);
+    const data::TextColumn labels = labels_of(fit, rows);
+    for (std::size_t i = 0; i < part.rows.size(); ++i) {
+      const std::size_t row = part.rows[i];
+      // Drawn for all trees, so that one more measurement does not change the others.
+      const double noise = options_.add_residual ? random.normal() : 0.0;
+      if (is_measured(result_.value[row])) continue;
+      result_.flag[row] = flag_of(fit, rows, i);
+      const auto at = static_cast<Index>(i);
+      const double value =
+          prediction.value[at] + (options_.add_residual ? noise * prediction.residual_sd[at] : 0.0);
+      if (!std::isfinite(value)) {
+        if (result_.flag[row].empty()) result_.flag[row] = "outside the model's domain";
+        continue;
+      }
+      result_.value[row] = value;
+      result_.source[row] = ImputeSource::kImputed;
+      const bool has_plot =
+          labels.size() > 0 && !labels.is_missing(i) && plots.contains(std::string(labels[i]));
+      result_.level[row] = has_plot ? ImputeLevel::kPlot : ImputeLevel::kPopulation;
+    }
+  }
+
+ private:
+  static bool can_draw(const fit::FittedModel& fit) {
+    return fit.has_random_effects() && !fit.specification.outer_random;
+  }
+
+  static data::TextColumn labels_of(const fit::FittedModel& fit, const data::Table& rows) {
+    return fit.has_random_effects() ? rows.labels(fit.specification.random->group)
+                                    : data::TextColumn();
+  }
+
+  /// Plots whose random effects come from trees: of the fit, or of these rows.
+  std::set<std::string> measured_plots(const fit::FittedModel& fit, const data::Table& rows) const {
+    std::set<std::string> plots;
+    if (!fit.has_random_effects()) return plots;
+    for (const std::string& label : fit.group_labels) {
+      // Nested ones are `outer/inner`.
+      const std::size_t slash = fit.specification.outer_random ? label.rfind('/') + 1 : 0;
+      plots.insert(label.substr(slash));
+    }
+    const data::TextColumn labels = labels_of(fit, rows);
+    const auto response = rows.numbers(options_.response);
+    for (std::size_t row = 0; row < rows.rows(); ++row) {
+      if (is_measured(response[row]) && !labels.is_missing(row)) {
+        plots.insert(std::string(labels[row]));
+      }
+    }
+    return plots;
+  }
+
+  const data::Table& table_;
+  const ImputeOptions& options_;
+  Imputation& result_;
+};
+
+}  // namespace
+
+std::string source_text(ImputeSource source) {
+  switch (source) {
+    case ImputeSource::kMeasured:
+      return "measured";
+    case ImputeSource::kImputed:
+      return "imputed";
+    default:
+      return "missing";
+  }
+}
+
+std::string level_text(ImputeLevel level) {
+  switch (level) {
+    case ImputeLevel::kPlot:
+      return "plot";
+    case ImputeLevel::kPopulation:
+      return "population";
+    default:
+      return "";
+  }
+}
+
+std::size_t Imputation::count(ImputeSource which) const {
+  return static_cast<std::size_t>(std::ranges::count(source, which));
+}
+
+std::size_t Imputation::count(ImputeLevel which) const {
+  return static_cast<std::size_t>(std::ranges::count(level, which));
+}
+
+Imputation impute(const data::Table& table,
+                  const Catalogue& catalogue,
+                  const ImputeOptions& options) {
+  check(table, options);
+  const auto response = table.numbers(options.response);
+  Imputation result{.value = std::vector<double>(table.rows(), kNaN),
+                    .source = std::vector<ImputeSource>(table.rows(), ImputeSource::kMissing),
+                    .level = std::vector<ImputeLevel>(table.rows(), ImputeLevel::kNone),
+                    .flag = std::vector<std::string>(table.rows())};
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (!is_measured(response[row])) continue;
+    result.value[row] = response[row];
+    result.source[row] = ImputeSource::kMeasured;
+  }
+  Filling filling(table, options, result);
+  std::uint64_t stream = 0;
+  for (const Part& part : parts_of(table, options)) {
+    std::vector<std::string> notes;
+    const fit::FittedModel fit =
+        imputation_model(table.select(part.measured), catalogue, options, notes);
+    for (const std::string& note : notes) {
+      result.notes.push_back(part.label.empty() ? note : part.label + ": " + note);
+    }
+    filling.fill(part, fit, ++stream);
+    result.models.push_back({.label = part.label, .fit = fit});
+  }
+  return result;
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// The ground of a stand: a surface through the feet of its stems.
+#pragma once
+
+#include <span>
+
+#include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/morphology.hpp"
+
+namespace silvafit::tree {
+
+struct GroundOptions {
+  double margin_m = 2.0;  ///< how far it reaches beyond the outermost stems
+};
+
+/// Triangles through all stem bases (Delaunay in plan), in a frame with y up around `origin`.
+///
+/// Stems nearer than a centimeter to each other share a point. Beyond the outermost stems the
+/// ground is as high as the nearest stem's foot. The place of trees whose height above sea is
+/// unknown is taken as it stands in `z_m`, that is level. \throws GeometryError if there is no
+/// stem, or the stems lie more than 20,000 km apart
+MeshPart ground_mesh(std::span<const Position> stems,
+                     const Position& origin,
+                     const GroundOptions& options = {});
+
+}  // namespace silvafit::tree

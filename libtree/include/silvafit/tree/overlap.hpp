@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// Stands whose crowns grow into each other: which branches go, which are turned, and where the
+// crowns meet.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "silvafit/tree/crown_meeting.hpp"
+#include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/territory.hpp"
+
+namespace silvafit::tree {
+
+/// A branch of a tree in its own frame.
+struct BranchLine {
+  std::uint32_t axis = 0;  ///< in the skeleton
+  std::vector<SkeletonPoint> points{};
+  bool bears = false;  ///< it bears a radius branch, and stays where it is
+};
+
+/// What resolving overlaps needs of a tree: some 10 kB, not its whole skeleton.
+struct StandTree {
+  std::string plot{};
+  std::string tree{};
+  Position position{};
+  std::shared_ptr<const Crown> crown{};
+  Lane stem{{}};                       ///< with the stem's own radius
+  std::vector<BranchLine> branches{};  ///< those that may be removed
+  std::vector<BranchLine>
+      radius_branches{};  ///< those that end at a measured radius, and what bears them
+};
+
+/// \param skeleton  of the same tree, grown in the crown
+StandTree stand_tree(const Morphology& morphology, const Crown& crown, const Skeleton& skeleton);
+
+/// Two trees whose crowns overlap. The first is the weaker one.
+struct PairOverlap {
+  std::size_t weaker = 0;  ///< index of the tree
+  std::size_t stronger = 0;
+  double distance_m = 0.0;
+  double facing_radii_m = 0.0;  ///< lc, the sum of both
+  Competition competition{};    ///< of the weaker against the stronger
+  std::optional<CrownMeeting> meeting{};
+  std::size_t overlapping_weaker = 0;  ///< branches of the weaker that enter the stronger's crown
+  std::size_t overlapping_stronger = 0;
+  std::size_t removed_weaker = 0;  ///< of these, removed alternately in the proportion Ct
+  std::size_t removed_stronger = 0;
+  double log_share = 0.0;  ///< ln l: the meeting surface is where s_weaker = l s_stronger
+};
+
+/// What happens to one tree.
+struct TreeOverlap {
+  std::vector<std::uint32_t> removed{};  ///< axes of removed branches, rising
+  std::vector<BranchLine> turned{};      ///< radius branches with a new course
+  std::vector<std::uint32_t> lanes{};    ///< axes of all radius branches
+  std::size_t crossing = 0;              ///< radius branches for which no free course was found
+  Territory territory{};
+};
+
+struct StandOverlap {
+  std::vector<PairOverlap> pairs{};  ///< by plot and tree of the weaker, then of the stronger
+  std::vector<TreeOverlap> trees{};  ///< in the order of the trees given
+};
+
+/// Resolves the overlaps of all neighbours.
+///
+/// For each pair whose facing radii add up to more than its distance, the branches that enter the
+/// neighbour's crown are removed alternately, those that reach farthest beyond first, one of the
+/// weaker tree for each Ct of the stronger, until a meeting surface (see Territory) parts the rest.
+/// Radius branches stay: the stronger tree's as it is, the weaker tree's turned in azimuth and
+/// angle within what its measured radius leaves open, until it clears the stronger tree's radius
+/// branches and all stems. Round them and round stems is a lane that other branches leave free.
+///
+/// Each pair is resolved by itself from the whole trees, so that neither order nor threads matter.
+/// \param threads  0 means as many as there are cores
+/// \throws UsageError if two trees have the same plot and name
+StandOverlap resolve_overlaps(std::span<const StandTree> trees, unsigned threads = 0);
+
+/// A skeleton after its overlaps were resolved.
+struct PrunedSkeleton {
+  Skeleton skeleton{};
+  double length_before_m = 0.0;  ///< of branches and twigs
+  double length_after_m = 0.0;
+
+  double removed_share() const {
+    return length_before_m > 0.0 ? 1.0 - length_after_m / length_before_m : 0.0;
+  }
+};
+
+/// Takes removed branches out, gives turned ones their new course, and cuts limbs and twigs back to
+/// the tree's territory. If nothing were left at the crown base, one branch is cut back there
+/// instead of removed, so that height to crown base stays as measured.
+PrunedSkeleton prune(const Skeleton& skeleton, const Crown& crown, const TreeOverlap& overlap);
+
+/// Draws foliage that hangs over the meeting surface in, towards where it grows; what does not fit
+/// then is left out.
+void keep_within(const Territory& territory, Mesh& mesh);
+
+}  // namespace silvafit::tree

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// Reads GLB and glTF scenes, packed or not.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/morphology.hpp"
+
+namespace silvafit::tree {
+
+/// Triangles of one material as floats, whatever the file holds.
+struct ReadPart {
+  std::string part{};      ///< "stem", "branches", ... where the file says so
+  std::string material{};  ///< name
+  MeshPart mesh{};
+};
+
+struct ReadModel {
+  std::string name{};
+  std::vector<ReadPart> parts{};
+};
+
+/// A model at its place.
+struct ReadInstance {
+  std::string name{};  ///< of its node
+  std::size_t model = 0;
+  std::array<double, 16> transform{};  ///< column by column, as in glTF
+  double tree = -1.0;                  ///< number of the tree in its table, where the file has it
+
+  /// A point of the model, x y z with y up, in the scene.
+  std::array<double, 3> moved(std::array<double, 3> point) const;
+};
+
+struct ReadScene {
+  Position origin{};
+  std::vector<ReadModel> models{};
+  std::vector<ReadInstance> instances{};
+
+  std::size_t triangle_count() const;  ///< as drawn: those of every instance
+};
+
+/// Reads the default scene: plain and quantized attributes (KHR_mesh_quantization), buffers packed
+/// by meshoptimizer (EXT_meshopt_compression), shared meshes and instances
+/// (EXT_mesh_gpu_instancing). Everything is checked before it is used: sizes, indices, references.
+/// \throws InputError naming the file and what is wrong with it
+ReadScene read_scene(const std::filesystem::path& path);
+
+/// A GLB file in memory. \throws InputError
+ReadScene read_glb(std::string_view bytes);
+
+}  // namespace silvafit::tree

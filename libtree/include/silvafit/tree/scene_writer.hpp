@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+// Scenes as files, one model and one place at a time: GLB, glTF, OBJ, PLY.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/morphology.hpp"
+#include "silvafit/tree/scene.hpp"
+
+namespace silvafit::tree {
+
+enum class SceneFormat { kGlb, kGltf, kObj, kPly };
+
+/// \throws UsageError if the text is none of glb, gltf, obj, ply
+SceneFormat scene_format_from_text(const std::string& text);
+/// Ending of file names, without the dot.
+const char* file_ending(SceneFormat format);
+
+struct SceneOptions {
+  Position origin{};  ///< positions in the file are relative to it
+  /// GLB and glTF: one node for all places of a model (EXT_mesh_gpu_instancing), 24 to 28 bytes a
+  /// place. three.js reads it; Blender and assimp do not.
+  bool instancing = false;
+  /// GLB and glTF: positions in 16 bits, normals in 8 (KHR_mesh_quantization). A vertex moves by at
+  /// most 1/65534 of the model's largest extent from its stem's base, in each direction.
+  bool quantize = false;
+  /// GLB and glTF: buffers packed by meshoptimizer (EXT_meshopt_compression); implies quantize.
+  bool compress = false;
+  bool ascii = false;  ///< PLY as text
+};
+
+/// Where a model stands, and by how much it is stretched from the foot of its stem.
+struct Placement {
+  Position position{};
+  double stretch_east = 1.0;
+  double stretch_up = 1.0;
+  double stretch_north = 1.0;
+};
+
+/// Triangles of one material. Ground and tree parts are handed over alike.
+struct ModelPart {
+  std::string part{};      ///< "stem", "branches", "foliage", "ground"
+  std::string material{};  ///< parts with one material name share the material of the first
+  const MeshPart* mesh = nullptr;
+};
+
+/// The parts of a tree of a preset: materials PRESET-bark and PRESET-leaf.
+std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset);
+
+/// A file under construction. Meshes are written as they come and are not kept, so that memory does
+/// not grow with the number of trees (OBJ and PLY, which have no shared meshes, keep the models
+/// that are placed more than once). Without finish() nothing is left behind.
+class SceneWriter {
+ public:
+  using Model = std::size_t;
+
+  virtual ~SceneWriter() = default;
+  SceneWriter() = default;
+  SceneWriter(const SceneWriter&) = delete;
+  SceneWriter& operator=(const SceneWriter&) = delete;
+
+  /// A model to be placed any number of times.
+  /// \throws GeometryError naming the model if it has no triangles
+  virtual Model add_model(const std::string& name, const std::vector<ModelPart>& parts) = 0;
+
+  /// A number of a tree that is none.
+  static constexpr std::size_t kNoTree = std::numeric_limits<std::size_t>::max();
+
+  /// \param number  of the tree in its table, for files that cannot name each tree; what is no tree
+  ///                gets a node of its own
+  virtual void place(Model model,
+                     const std::string& name,
+                     const Placement& placement,
+                     std::size_t number) = 0;
+
+  /// A tree with a model of its own and its measurements as extras.
+  virtual void add_tree(const SceneTree& tree) = 0;
+
+  /// Writes the file, whole or not at all; nothing may be added then.
+  /// \return bytes of all files written
+  /// \throws InputError if it cannot be written; GeometryError if nothing was added, or the
+  /// format's size is exceeded
+  virtual std::size_t finish() = 0;
+};
+
+/// \param path  file to write; glTF puts its buffer, OBJ its materials beside it under the same
+/// name
+std::unique_ptr<SceneWriter> open_scene(const std::filesystem::path& path,
+                                        SceneFormat format,
+                                        const SceneOptions& options = {});
+
+}  // namespace silvafit::tree

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/ground.hpp"
+
+#include <algorithm>
+#include <boost/polygon/voronoi.hpp>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/point.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+/// A foot in whole centimeters, as the diagram wants it.
+struct Foot {
+  std::int32_t east = 0;
+  std::int32_t north = 0;
+  double z_m = 0.0;
+};
+
+constexpr double kPerMeter = 100.0;
+
+std::int32_t centimeters(double meters) {
+  const double value = std::round(kPerMeter * meters);
+  // The diagram's arithmetic holds 32 bits.
+  if (!(std::abs(value) < std::numeric_limits<std::int32_t>::max())) {
+    throw GeometryError("the stems lie too far apart for one ground");
+  }
+  return static_cast<std::int32_t>(value);
+}
+
+std::vector<Foot> feet_of(std::span<const Position> stems, const Position& origin) {
+  std::vector<Foot> feet;
+  feet.reserve(stems.size() + 4);
+  for (const Position& stem : stems) {
+    feet.push_back({centimeters(stem.x_m - origin.x_m),
+                    centimeters(stem.y_m - origin.y_m),
+                    stem.z_m - origin.z_m});
+  }
+  return feet;
+}
+
+/// The corners of the box round all stems, each as high as the stem next to it.
+void add_corners(std::vector<Foot>& feet, double margin_m) {
+  Foot least = feet.front();
+  Foot most = feet.front();
+  for (const Foot& foot : feet) {
+    least.east = std::min(least.east, foot.east);
+    least.north = std::min(least.north, foot.north);
+    most.east = std::max(most.east, foot.east);
+    most.north = std::max(most.north, foot.north);
+  }
+  const std::int32_t margin = std::max(centimeters(margin_m), 1);
+  const std::size_t stems = feet.size();
+  for (const std::int32_t east : {least.east - margin, most.east + margin}) {
+    for (const std::int32_t north : {least.north - margin, most.north + margin}) {
+      const auto squared = [&](const Foot& foot) {
+        const double dx = static_cast<double>(foot.east) - east;
+        const double dy = static_cast<double>(foot.north) - north;
+        return dx * dx + dy * dy;
+      };
+      const auto nearest =
+          std::min_element(feet.begin(),
+                           feet.begin() + static_cast<std::ptrdiff_t>(stems),
+                           [&](const Foot& a, const Foot& b) { return squared(a) < squared(b); });
+      feet.push_back({east, north, nearest->z_m});
+    }
+  }
+}
+
+/// In a fixed order, one foot a place: the lowest of those that share it.
+void make_unique(std::vector<Foot>& feet) {
+  const auto key = [](const Foot& foot) { return std::tie(foot.east, foot.north, foot.z_m); };
+  std::sort(
+      feet.begin(), feet.end(), [&](const Foot& a, const Foot& b) { return key(a) < key(b); });
+  feet.erase(std::unique(feet.begin(),
+                         feet.end(),
+                         [](const Foot& a, const Foot& b) {
+                           return a.east == b.east && a.north == b.north;
+                         }),
+             feet.end());
+}
+
+/// Triangles of the dual of the Voronoi diagram; cells round a corner with more than three make a
+/// fan.
+std::vector<std::uint32_t> triangles_of(const std::vector<Foot>& feet) {
+  std::vector<boost::polygon::point_data<std::int32_t>> points;
+  points.reserve(feet.size());
+  for (const Foot& foot : feet) points.emplace_back(foot.east, foot.north);
+  boost::polygon::voronoi_diagram<double> diagram;
+  boost::polygon::construct_voronoi(points.begin(), points.end(), &diagram);
+  std::vector<std::uint32_t> indices;
+  for (const auto& corner : diagram.vertices()) {
+    std::vector<std::uint32_t> around;
+    const auto* edge = corner.incident_edge();
+    do {
+      around.push_back(static_cast<std::uint32_t>(edge->cell()->source_index()));
+      edge = edge->rot_next();
+    } while (edge != corner.incident_edge());
+    for (std::size_t i = 2; i < around.size(); ++i) {
+      std::uint32_t a = around[0];
+      std::uint32_t b = around[i - 1];
+      std::uint32_t c = around[i];
+      const double area = (static_cast<double>(feet[b].east) - feet[a].east) *
+                              (static_cast<double>(feet[c].north) - feet[a].north) -
+                          (static_cast<double>(feet[c].east) - feet[a].east) *
+                              (static_cast<double>(feet[b].north) - feet[a].north);
+      if (area == 0.0) continue;
+      // Counter-clockwise as seen from above.
+      if (area < 0.0) std::swap(b, c);
+      indices.insert(indices.end(), {a, b, c});
+    }
+  }
+  return indices;
+}
+
+void add_normals(MeshPart& part) {
+  const std::size_t vertices = part.vertex_count();
+  std::vector<Point> sums(vertices);
+  const auto at = [&part](std::uint32_t i) {
+    const float* p = part.positions.data() + 3 * std::size_t{i};
+    return Point{p[0], p[1], p[2]};
+  };
+  for (std::size_t i = 0; i < part.indices.size(); i += 3) {
+    const Point a = at(part.indices[i]);
+    const Point face = cross(at(part.indices[i + 1]) - a, at(part.indices[i + 2]) - a);
+    for (std::size_t k = 0; k < 3; ++k) {
+      Point& sum = sums[part.indices[i + k]];
+      sum = sum + face;
+    }
+  }
+  for (const Point& sum : sums) {
+    const Point normal = direction(sum, {0.0, 1.0, 0.0});
+    part.normals.push_back(static_cast<float>(normal.x));
+    part.normals.push_back(static_cast<float>(normal.y));
+    part.normals.push_back(static_cast<float>(normal.z));
+  }
+}
+
+}  // namespace
+
+MeshPart ground_mesh(std::span<const Position> stems,
+                     const Position& origin,
+                     const GroundOptions& options) {
+  if (stems.empty()) throw GeometryError("a ground needs at least one stem");
+  std::vector<Foot> feet = feet_of(stems, origin);
+  make_unique(feet);
+  add_corners(feet, options.margin_m);
+  make_unique(feet);
+  MeshPart part{.kind = PartKind::kStem, .color = {0.07, 0.055, 0.035}, .double_sided = true};
+  for (const Foot& foot : feet) {
+    part.positions.push_back(static_cast<float>(foot.east / kPerMeter));
+    part.positions.push_back(static_cast<float>(foot.z_m));
+    part.positions.push_back(static_cast<float>(-foot.north / kPerMeter) + 0.0F);
+  }
+  part.indices = triangles_of(feet);
+  add_normals(part);
+  return part;
+}
+
+}  // namespace silvafit::tree

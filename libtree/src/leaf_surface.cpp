@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "leaf_surface.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace silvafit::tree {
+namespace {
+
+/// Whether a triangle is so small or so narrow that floats could not tell its sides apart.
+bool is_sliver(Point ab, Point ac, Point face) {
+  constexpr double kSmallest = 1e-8;  // m2
+  constexpr double kNarrowest = 2e-5;
+  const double least = std::max(kSmallest, kNarrowest * (dot(ab, ab) + dot(ac, ac)));
+  return dot(face, face) < least * least;
+}
+
+}  // namespace
+
+LeafSurface::LeafSurface(const Crown& crown,
+                         const Foliage& foliage,
+                         const MeshOptions& options,
+                         PartBuilder& build)
+    : crown_(crown), foliage_(foliage), options_(options), build_(build) {
+  const double length = crown.h_m() - crown.hcb_m();
+  center_ = {0.0, 0.0, crown.hcb_m() + 0.35 * length};
+  across_ = 2.0 / crown.radii().width_m();
+  along_ = 2.0 / length;
+}
+
+void LeafSurface::begin(std::size_t points,
+                        std::size_t leaves,
+                        std::size_t fillings,
+                        double shade) {
+  points_.clear();
+  shade_ = shade;
+  build_.reserve(options_.textured ? 4 * leaves : points, 2 * leaves + fillings);
+}
+
+Point LeafSurface::outward_of(Point at) const { return direction(stretched(at)); }
+
+std::size_t LeafSurface::point(Point at, Point lean) {
+  const Point inside = crown_.confine(at);
+  // Leaves lit by the crown's own shape read as foliage; lit one by one they flicker. Light comes
+  // from above, and leaves turn to it.
+  const Point up = {0.0, 0.0, 0.35};
+  const Point normal = direction(stretched(inside) + up + lean);
+  LeafPoint added{inside, normal};
+  if (!options_.textured) {
+    added.vertex = build_.vertex(inside, normal);
+    if (options_.vertex_colors) build_.color(color_at(inside));
+  }
+  points_.push_back(added);
+  return points_.size() - 1;
+}
+
+void LeafSurface::leaf(std::size_t base, std::size_t right, std::size_t tip, std::size_t left) {
+  if (options_.textured) {
+    card(base, right, tip, left);
+  } else {
+    triangle(base, right, tip);
+    triangle(base, tip, left);
+  }
+}
+
+void LeafSurface::fill(std::size_t a, std::size_t b, std::size_t c) {
+  if (!options_.textured) triangle(a, b, c);
+}
+
+/// Counter-clockwise as seen from where the normals point, so that viewers light the right side.
+void LeafSurface::triangle(std::size_t a, std::size_t b, std::size_t c) {
+  const LeafPoint& p = points_[a];
+  const LeafPoint& q = points_[b];
+  const LeafPoint& r = points_[c];
+  const Point face = cross(q.at - p.at, r.at - p.at);
+  if (is_sliver(q.at - p.at, r.at - p.at, face)) return;
+  if (dot(face, p.normal + q.normal + r.normal) >= 0.0) {
+    build_.triangle(p.vertex, q.vertex, r.vertex);
+  } else {
+    build_.triangle(p.vertex, r.vertex, q.vertex);
+  }
+}
+
+void LeafSurface::card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left) {
+  std::array<LeafPoint, 4> corners{points_[base], points_[right], points_[tip], points_[left]};
+  std::array<double, 4> across{0.5, 1.0, 0.5, 0.0};
+  const Point axis = corners[2].at - corners[0].at;
+  const double squared = dot(axis, axis);
+  Point sum{};
+  for (const LeafPoint& corner : corners) sum = sum + corner.normal;
+  const Point face =
+      cross(corners[1].at - corners[0].at, axis) + cross(axis, corners[3].at - corners[0].at);
+  if (dot(face, sum) < 0.0) std::swap(corners[1], corners[3]);
+  const Point sideways = corners[1].at - corners[3].at;
+  std::array<std::uint32_t, 4> vertices{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const LeafPoint& corner = corners[i];
+    vertices[i] = build_.vertex(corner.at, corner.normal);
+    corners[i].vertex = vertices[i];
+    const double rise = squared > 0.0 ? dot(corner.at - corners[0].at, axis) / squared : 0.5;
+    // Level with the surface that the normal stands on.
+    const Point flat = sideways - dot(sideways, corner.normal) * corner.normal;
+    const Point other = cross(corner.normal, {0.0, 0.0, 1.0});
+    const Point tangent = direction(flat, direction(other, {1.0, 0.0, 0.0}));
+    // glTF's bitangent points up in the picture, where v falls.
+    const float sign = dot(cross(corner.normal, tangent), axis) >= 0.0 ? 1.0F : -1.0F;
+    build_.texture(
+        {.u = across[i], .v = 1.0 - std::clamp(rise, 0.0, 1.0), .tangent = tangent, .sign = sign});
+    if (options_.vertex_colors) build_.color(color_at(corner.at));
+  }
+  const auto add = [&](std::size_t b, std::size_t c) {
+    const Point first = corners[b].at - corners[0].at;
+    const Point second = corners[c].at - corners[0].at;
+    const Point normal = cross(first, second);
+    if (is_sliver(first, second, normal)) return;
+    // Folded leaves may have a half that turns away; each half faces its own normals.
+    const Point facing = corners[0].normal + corners[b].normal + corners[c].normal;
+    if (dot(normal, facing) >= 0.0) {
+      build_.triangle(vertices[0], vertices[b], vertices[c]);
+    } else {
+      build_.triangle(vertices[0], vertices[c], vertices[b]);
+    }
+  };
+  add(1, 2);
+  add(2, 3);
+}
+
+Bytes4 LeafSurface::color_at(Point at) const {
+  const Point from = at - center_;
+  const double reach = std::sqrt(across_ * across_ * (from.x * from.x + from.y * from.y) +
+                                 along_ * along_ * from.z * from.z);
+  const double light = std::clamp(reach, 0.0, 1.0);
+  const double mix = light * light;
+  Bytes4 color{0, 0, 0, 255};
+  for (std::size_t i = 0; i < 3; ++i) {
+    // The material holds the outer color; vertices hold their share of it.
+    const double value = foliage_.inner[i] + mix * (foliage_.outer[i] - foliage_.inner[i]);
+    color[i] = to_byte(shade_ * value / foliage_.outer[i]);
+  }
+  return color;
+}
+
+}  // namespace silvafit::tree

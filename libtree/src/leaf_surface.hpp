@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Leaves as they are added to the foliage of a mesh.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "part_builder.hpp"
+#include "silvafit/tree/mesh.hpp"
+
+namespace silvafit::tree {
+
+/// Points of one spray or tuft and the leaves between them.
+///
+/// Neighboring leaves share their points, which halves the size of a mesh. Where a picture of a
+/// leaf is to be laid over each, they cannot: then every leaf becomes a card of its own.
+class LeafSurface {
+ public:
+  LeafSurface(const Crown& crown,
+              const Foliage& foliage,
+              const MeshOptions& options,
+              PartBuilder& build);
+
+  /// Begins a spray: what it may have at most, and how bright it is.
+  void begin(std::size_t points, std::size_t leaves, std::size_t fillings, double shade);
+
+  /// A point, moved into the crown where it is outside.
+  /// \param lean  how the surface leans away there from the crown's; much shorter than 1
+  /// \returns its number in the spray
+  std::size_t point(Point at, Point lean = {});
+  Point at(std::size_t number) const { return points_[number].at; }
+
+  /// A leaf folded along its middle, counter-clockwise from its base.
+  void leaf(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
+  /// A triangle between leaves; cards have none.
+  void fill(std::size_t a, std::size_t b, std::size_t c);
+
+  /// Away from the crown's inside, as on an ellipsoid with the crown's width and length.
+  Point outward_of(Point at) const;
+
+ private:
+  struct LeafPoint {
+    Point at{};
+    Point normal{};
+    std::uint32_t vertex = 0;
+  };
+
+  /// In a frame where the crown's ellipsoid is the sphere of radius 1.
+  Point stretched(Point at) const {
+    return {
+        (at.x - center_.x) * across_, (at.y - center_.y) * across_, (at.z - center_.z) * along_};
+  }
+  void triangle(std::size_t a, std::size_t b, std::size_t c);
+  void card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
+  Bytes4 color_at(Point at) const;
+
+  const Crown& crown_;
+  const Foliage& foliage_;
+  const MeshOptions& options_;
+  PartBuilder& build_;
+  std::vector<LeafPoint> points_;
+  double shade_ = 1.0;
+  Point center_{};
+  double across_ = 1.0;
+  double along_ = 1.0;
+};
+
+}  // namespace silvafit::tree

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// Which axes a level of detail draws.
+#pragma once
+
+#include "silvafit/tree/mesh.hpp"
+
+namespace silvafit::tree {
+
+/// Whether an axis that is not the stem is drawn as wood.
+inline bool is_drawn(const Axis& axis, const SkeletonPoint& base, const MeshOptions& options) {
+  return base.radius_m > 0.0 && static_cast<int>(axis.order) <= options.wood_order;
+}
+
+/// Number of sides of a branch's tube.
+inline int sides_of(const SkeletonPoint& base, const MeshOptions& options) {
+  return 2.0 * base.radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/shared_models.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <queue>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+/// Measures of a shape; sizes as logarithms, so that the middle of a class is the middle of
+/// factors.
+enum Measure : std::size_t {
+  kHeight,    ///< ln h
+  kEastWest,  ///< ln of the crown's diameter
+  kSouthNorth,
+  kBase,    ///< hcb / h
+  kWidest,  ///< (hc - hcb) / (h - hcb)
+  kEast,    ///< share of the diameter on the eastern side
+  kSouth,
+  kStem,  ///< ln of dbh by the mean crown diameter
+  kMeasures,
+};
+using Shape = std::array<double, kMeasures>;
+
+Shape shape_of(const TreeShape& tree) {
+  const double east_west = tree.radii.east_m + tree.radii.west_m;
+  const double south_north = tree.radii.south_m + tree.radii.north_m;
+  Shape shape{};
+  shape[kHeight] = std::log(tree.h_m);
+  shape[kEastWest] = std::log(east_west);
+  shape[kSouthNorth] = std::log(south_north);
+  shape[kBase] = tree.hcb_m / tree.h_m;
+  shape[kWidest] = (tree.hc_m - tree.hcb_m) / (tree.h_m - tree.hcb_m);
+  shape[kEast] = tree.radii.east_m / east_west;
+  shape[kSouth] = tree.radii.south_m / south_north;
+  shape[kStem] = std::log(tree.dbh_cm / std::sqrt(east_west * south_north));
+  return shape;
+}
+
+/// Centimeters that a tree of this size is off for each unit of a measure; a stem counts tenfold,
+/// being measured to the millimeter, and stretching a tree by a tenth counts as 5 cm.
+Shape weights_of(const TreeShape& tree) {
+  constexpr double kPerMeter = 100.0;
+  constexpr double kStretch = 50.0;
+  Shape weights{};
+  weights[kHeight] = weights[kEastWest] = weights[kSouthNorth] = kStretch;
+  weights[kBase] = kPerMeter * tree.h_m;
+  weights[kWidest] = kPerMeter * (tree.h_m - tree.hcb_m);
+  weights[kEast] = kPerMeter * (tree.radii.east_m + tree.radii.west_m);
+  weights[kSouth] = kPerMeter * (tree.radii.south_m + tree.radii.north_m);
+  weights[kStem] = 10.0 * tree.dbh_cm;
+  return weights;
+}
+
+struct ShapeClass {
+  std::vector<std::size_t> trees{};
+  std::size_t measure = 0;  ///< in which they differ most
+  double spread_cm = 0.0;
+  Shape middle{};
+};
+
+class Divider {
+ public:
+  explicit Divider(const std::vector<TreeShape>& shapes) {
+    for (const TreeShape& tree : shapes) {
+      shapes_.push_back(shape_of(tree));
+      weights_.push_back(weights_of(tree));
+    }
+  }
+
+  std::vector<ShapeClass> divide(std::vector<std::size_t> trees, std::size_t wanted) const {
+    const auto narrower = [](const ShapeClass& a, const ShapeClass& b) {
+      return a.spread_cm < b.spread_cm;
+    };
+    std::vector<ShapeClass> classes{class_of(std::move(trees))};
+    while (classes.size() < wanted) {
+      std::pop_heap(classes.begin(), classes.end(), narrower);
+      if (classes.back().spread_cm <= 0.0) break;
+      auto [low, high] = halved(classes.back());
+      classes.back() = std::move(low);
+      std::push_heap(classes.begin(), classes.end(), narrower);
+      classes.push_back(std::move(high));
+      std::push_heap(classes.begin(), classes.end(), narrower);
+    }
+    return classes;
+  }
+
+ private:
+  ShapeClass class_of(std::vector<std::size_t> trees) const {
+    ShapeClass result{.trees = std::move(trees)};
+    for (std::size_t m = 0; m < kMeasures; ++m) {
+      double low = shapes_[result.trees.front()][m];
+      double high = low;
+      double weight = 0.0;
+      for (const std::size_t i : result.trees) {
+        low = std::min(low, shapes_[i][m]);
+        high = std::max(high, shapes_[i][m]);
+        weight = std::max(weight, weights_[i][m]);
+      }
+      result.middle[m] = 0.5 * (low + high);
+      if ((high - low) * weight > result.spread_cm) {
+        result.spread_cm = (high - low) * weight;
+        result.measure = m;
+      }
+    }
+    return result;
+  }
+
+  std::pair<ShapeClass, ShapeClass> halved(const ShapeClass& whole) const {
+    std::vector<std::size_t> low;
+    std::vector<std::size_t> high;
+    const std::size_t m = whole.measure;
+    for (const std::size_t i : whole.trees) {
+      (shapes_[i][m] <= whole.middle[m] ? low : high).push_back(i);
+    }
+    return {class_of(std::move(low)), class_of(std::move(high))};
+  }
+
+  std::vector<Shape> shapes_{};
+  std::vector<Shape> weights_{};
+};
+
+Morphology model_of(const Shape& middle, const std::string& name) {
+  const double h = std::exp(middle[kHeight]);
+  const double east_west = std::exp(middle[kEastWest]);
+  const double south_north = std::exp(middle[kSouthNorth]);
+  const double hcb = middle[kBase] * h;
+  Morphology model{.plot = "model", .tree = name};
+  model.h_m = h;
+  model.hcb_m = hcb;
+  model.hc_m = hcb + middle[kWidest] * (h - hcb);
+  model.radii = CrownRadii{middle[kEast] * east_west,
+                           (1.0 - middle[kEast]) * east_west,
+                           middle[kSouth] * south_north,
+                           (1.0 - middle[kSouth]) * south_north};
+  model.dbh_cm = std::exp(middle[kStem]) * std::sqrt(east_west * south_north);
+  return model;
+}
+
+SharedTree shared(const TreeShape& tree, const SharedModel& model, std::size_t index) {
+  const Morphology& like = model.morphology;
+  const CrownRadii& own = tree.radii;
+  const CrownRadii& theirs = *like.radii;
+  SharedTree result{.model = index};
+  result.stretch_up = tree.h_m / like.h_m;
+  result.stretch_east = (own.east_m + own.west_m) / (theirs.east_m + theirs.west_m);
+  result.stretch_north = (own.south_m + own.north_m) / (theirs.south_m + theirs.north_m);
+  constexpr double kPerMeter = 100.0;
+  constexpr double kBreastHeight = 1.3;
+  ShapeError& error = result.error;
+  error.hcb_cm = kPerMeter * std::abs(result.stretch_up * like.hcb_m - tree.hcb_m);
+  error.hc_cm = kPerMeter * std::abs(result.stretch_up * *like.hc_m - tree.hc_m);
+  // What stands at 1.3 m was elsewhere on the model's stem; of its section's area the square root
+  // of both stretches is the factor of the diameter.
+  const double on_model = std::min(kBreastHeight / result.stretch_up, like.h_m);
+  const double diameter = model.preset->taper.diameter_cm(on_model, like.h_m, like.dbh_cm) *
+                          std::sqrt(result.stretch_east * result.stretch_north);
+  error.dbh_cm = std::abs(diameter - tree.dbh_cm);
+  error.radius_cm =
+      kPerMeter * std::max(std::abs(result.stretch_east * theirs.east_m - own.east_m),
+                           std::abs(result.stretch_north * theirs.south_m - own.south_m));
+  return result;
+}
+
+}  // namespace
+
+SharedModels share_models(std::span<const Morphology> trees,
+                          std::span<const Preset* const> presets,
+                          std::size_t per_preset) {
+  if (trees.size() != presets.size()) throw UsageError("each tree needs a preset");
+  if (per_preset == 0) throw UsageError("a preset needs at least one model");
+  std::vector<TreeShape> shapes;
+  shapes.reserve(trees.size());
+  std::map<std::string, std::vector<std::size_t>> by_preset;
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    shapes.push_back(complete(trees[i], presets[i]->relative_hc, presets[i]->name));
+    shapes.back().notes = {};  // a million trees' notes are a lot
+    by_preset[presets[i]->name].push_back(i);
+  }
+  const Divider divider(shapes);
+  SharedModels result;
+  result.trees.resize(trees.size());
+  for (const auto& [name, members] : by_preset) {
+    std::size_t number = 0;
+    for (const ShapeClass& one : divider.divide(members, per_preset)) {
+      SharedModel model{.morphology = model_of(one.middle, fmt::format("{}-{}", name, ++number)),
+                        .preset = presets[one.trees.front()],
+                        .trees = one.trees.size()};
+      for (const std::size_t i : one.trees) {
+        result.trees[i] = shared(shapes[i], model, result.models.size());
+      }
+      result.models.push_back(std::move(model));
+    }
+  }
+  return result;
+}
+
+}  // namespace silvafit::tree

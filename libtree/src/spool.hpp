@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Bytes that wait for their place in a file: the first few in memory, more on disk.
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+namespace silvafit::tree {
+
+/// Grows at its end and is read once, whole. What does not fit into memory goes to a nameless file
+/// beside the target, so that nothing stays behind when the program is stopped.
+class Spool {
+ public:
+  /// \param beside  the file that will take the bytes; empty keeps all in memory
+  explicit Spool(std::filesystem::path beside = {});
+
+  void append(std::string_view bytes);
+  void append(const void* data, std::size_t size);
+  std::size_t size() const { return size_; }
+
+  /// \throws InputError if the disk fails
+  void copy_to(std::ostream& to);
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  void spill();
+
+  std::filesystem::path beside_;
+  std::string memory_;
+  std::unique_ptr<std::FILE, Closer> file_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace silvafit::tree

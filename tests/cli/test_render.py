@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""Pictures: what the program draws, of which size, and what it refuses."""
+
+import struct
+import unittest
+
+from silvafit_program import ProgramTest
+
+TREES = "plot,tree,species,x,y,dbh,h,hcb,cw\n1,1,SM,0,0,25.9,18.5,7.5,4.2\n1,2,MH,5,3,18,13,4,4\n"
+
+
+class Pictures(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        if "not in this build" in self.run_program("--help").stdout:
+            self.skipTest("built without Embree or libpng")
+        self.write("trees.csv", TREES)
+        self.run_program("grow", "trees.csv", "--scene", "stand.glb", "--quiet")
+
+    def render(self, *arguments, status=0):
+        return self.run_program("render", *arguments, "--size", "60x40", "--samples", "2",
+                                "--quiet", status=status)
+
+    def size(self, name):
+        header = (self.folder / name).read_bytes()[:24]
+        self.assertEqual(header[:8], b"\x89PNG\r\n\x1a\n")
+        return struct.unpack(">II", header[16:24])
+
+    def test_a_picture_has_the_size_and_the_same_bytes_for_any_number_of_threads(self):
+        self.render("stand.glb", "--out", "one.png", "--threads", "1")
+        self.render("stand.glb", "--out", "two.png", "--threads", "2")
+        self.assertEqual(self.size("one.png"), (60, 40))
+        self.assertEqual((self.folder / "one.png").read_bytes(),
+                         (self.folder / "two.png").read_bytes())
+
+    def test_several_models_make_a_contact_sheet(self):
+        self.render("stand.glb", "stand.glb", "stand.glb", "--columns", "2", "--out", "sheet.png")
+        self.assertEqual(self.size("sheet.png"), (2 * 60 + 4, 2 * 40 + 4))
+
+    def test_a_turntable_numbers_its_pictures(self):
+        self.render("stand.glb", "--turntable", "3", "--out", "turn.png")
+        frames = [(self.folder / f"turn-00{i}.png").read_bytes() for i in range(3)]
+        self.assertEqual(len(set(frames)), 3)
+
+    def test_the_sun_of_a_moment_needs_a_place(self):
+        error = self.render("stand.glb", "--out", "x.png", "--date", "2023-06-21T15:00+08:00",
+                            status=2).stderr
+        self.assertIn("--place", error)
+        self.render("stand.glb", "--out", "x.png", "--date", "2023-06-21T15:00+08:00",
+                    "--place", "27.5,114.6")
+
+    def test_what_cannot_be_drawn_is_refused(self):
+        self.write("broken.glb", "glTF but not really")
+        error = self.render("broken.glb", "--out", "x.png", status=3).stderr
+        self.assertIn("broken.glb", error)
+        self.run_program("render", "stand.glb", "--out", "x.png", "--size", "0x10", status=2)
+        self.run_program("render", "stand.glb", "--out", "x.png", "--sun", "south", status=2)
+        self.assertFalse((self.folder / "x.png").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
