@@ -13,8 +13,10 @@ namespace silvafit::study::report {
 nlohmann::ordered_json number(double value);
 nlohmann::ordered_json numbers(const std::vector<double>& values);
 
-/// What `silvafit fit --json` prints of a fit, without the time that it took: that would make two
-/// pages of the same study differ.
+/// What `silvafit fit --json` prints of a fit, without the time that it took, which would make two
+/// pages of the same study differ. Where the uncertainty of the random effects is known, it has
+/// `random.eblup_se` instead of matrices for each group: the standard errors of their prediction,
+/// sqrt(diag(V + S Var(beta) S')) with the symbols of EffectUncertainty.
 nlohmann::ordered_json fit_object(const fit::FittedModel& fit);
 
 }  // namespace silvafit::study::report

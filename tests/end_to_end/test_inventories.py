@@ -64,6 +64,23 @@ class Inventories(ProgramTest):
         self.assertIn("4 of 240 rows left out", self.done.stderr)
         self.assertNotIn("left out", self.done.stdout)
 
+    def test_names_that_look_like_markup_stay_names(self):
+        name = "<script>alert('x')</script> & \"b\""
+        rows = rows_of(name)
+        for row in rows:
+            row[0] = f"<b>{row[0]}\""
+            row[1] = f"{row[1]}\"><img src=x onerror=alert(1)>"
+        self.write_rows(rows)
+        folder = self.study("--responses", "h")
+        result, = folder.report["results"]
+        self.assertEqual(result["species"], name)
+        self.assertIn("<b>1\"", result["observations"]["plot"])
+        page = (self.folder / "out" / "report.html").read_text(encoding="utf-8")
+        self.assertNotIn("<img", page)
+        self.assertNotIn("<script>alert", page)
+        # It opens without an error, and what it saves is what the program wrote.
+        self.assert_report_opens()
+
     def test_names_in_chinese_with_commas_and_quotes_stay_as_they_are(self):
         names = ["杉木", '木荷, "实生"']
         self.write_rows(rows_of(names[0]) + rows_of(names[1], seed=6))

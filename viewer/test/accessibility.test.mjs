@@ -7,26 +7,32 @@ import { inBrowser } from "./in-browser.mjs";
 import { comparison, example } from "./template.mjs";
 
 const { skip, withPage } = inBrowser();
-const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
+const ALL = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
+/** What a theme can spoil. */
+const CONTRAST = { type: "rule", values: ["color-contrast", "link-in-text-block"] };
 
-async function violations(page) {
+async function violations(page, runOnly) {
   await page.evaluate(axe.source);
-  const found = await page.evaluate((tags) => window.axe.run(document, { runOnly: tags }), TAGS);
+  const found = await page.evaluate((rules) => window.axe.run(document, { runOnly: rules, resultTypes: ["violations"] }), runOnly);
   return found.violations.map(({ id, nodes }) => `${id}: ${nodes.slice(0, 3).map(({ html }) => html.slice(0, 160)).join(" | ")}`);
 }
 
 const DRESSES = [
-  ["light", { colorScheme: "light" }],
-  ["dark", { colorScheme: "dark" }],
-  ["small", { viewport: { width: 320, height: 640 } }],
+  ["light", { colorScheme: "light" }, ALL],
+  ["dark", { colorScheme: "dark" }, CONTRAST],
+  ["small", { viewport: { width: 320, height: 640 } }, ALL],
 ];
 
-for (const [name, data] of [["report", example], ["comparison", comparison]]) {
-  for (const [dress, options] of DRESSES) {
+/* One of a kind is enough: axe takes long over hundreds of tables. */
+const report = () => ({ ...example(), results: example().results.slice(1) });
+const ofOnePair = () => ({ ...comparison(), pairs: comparison().pairs.slice(1) });
+
+for (const [name, data] of [["report", report], ["comparison", ofOnePair]]) {
+  for (const [dress, options, rules] of DRESSES) {
     test(`the ${name}, ${dress}, has no barrier that axe knows`, { skip }, () =>
       withPage(data(), options, async (page) => {
         await page.locator("details > summary").evaluateAll((all) => all.forEach((summary) => summary.click()));
-        assert.deepEqual(await violations(page), []);
+        assert.deepEqual(await violations(page, rules), []);
       }),
     );
   }
