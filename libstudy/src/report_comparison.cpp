@@ -52,6 +52,25 @@ const LibraryModel* model_of(const ModelLibrary& library, const Subject& subject
   return found;
 }
 
+/// Why two fits are not of the same trees, as far as one can know; empty if they are.
+std::string different_data(const fit::FittedModel& first,
+                           const LibraryInventory& first_data,
+                           const fit::FittedModel& other,
+                           const LibraryInventory& other_data) {
+  if (first.observations != other.observations) {
+    return fmt::format("fitted to {} and {} trees", first.observations, other.observations);
+  }
+  if (!first.response_fingerprint.empty() && !other.response_fingerprint.empty()) {
+    return first.response_fingerprint == other.response_fingerprint ? ""
+                                                                    : "fitted to different values";
+  }
+  // Published and older fits do not say which values they were fitted to; their files may.
+  if (first_data.fingerprint.empty() || other_data.fingerprint.empty()) {
+    return "a fit does not say which data it was fitted to";
+  }
+  return first_data.fingerprint == other_data.fingerprint ? "" : "fitted to different files";
+}
+
 /// Why AIC and BIC of two fits say nothing about each other; empty if they do.
 std::string not_comparable(const LibraryModel& first,
                            const LibraryInventory& first_data,
@@ -60,13 +79,6 @@ std::string not_comparable(const LibraryModel& first,
   if (!first.fit.convergence.converged || !other.fit.convergence.converged) {
     return "a fit has not converged";
   }
-  if (first_data.fingerprint.empty() || other_data.fingerprint.empty()) {
-    return "a library does not say which data it was fitted to";
-  }
-  if (first_data.fingerprint != other_data.fingerprint) return "fitted to different files";
-  if (first.fit.observations != other.fit.observations) {
-    return fmt::format("fitted to {} and {} trees", first.fit.observations, other.fit.observations);
-  }
   if (first.fit.specification.formula.left != other.fit.specification.formula.left) {
     return "the responses differ";
   }
@@ -74,7 +86,7 @@ std::string not_comparable(const LibraryModel& first,
   if (first.fit.reml && first.fit.coefficient_names != other.fit.coefficient_names) {
     return "REML likelihoods of different fixed effects";
   }
-  return "";
+  return different_data(first.fit, first_data, other.fit, other_data);
 }
 
 /// As good as the fit's own data show: conditional with random effects, else population.

@@ -79,10 +79,14 @@ TEST_CASE("likelihoods of other data, of fewer trees or by REML are not compared
     return difference["reason"].get<std::string>();
   };
   ModelLibrary other = library();
+  other.inventory.fingerprint = "";
+  CHECK(pair_of(compared(library(), other), "nlme")["differences"][0]["reason"].is_null());
+  other.models.back().fit.response_fingerprint = "other";
+  CHECK(reason_of(other) == "fitted to different values");
+  other.models.back().fit.response_fingerprint = "";
+  CHECK(reason_of(other) == "a fit does not say which data it was fitted to");
   other.inventory.fingerprint = "fnv1a64:0000000000000000";
   CHECK(reason_of(other) == "fitted to different files");
-  other.inventory.fingerprint = "";
-  CHECK(reason_of(other) == "a library does not say which data it was fitted to");
   other = library();
   other.models.back().fit.observations -= 1;
   CHECK(reason_of(other) == "fitted to 240 and 239 trees");

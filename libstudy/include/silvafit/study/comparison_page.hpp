@@ -15,13 +15,14 @@ namespace silvafit::study {
 /// by side, the differences of AIC, BIC, RMSE and R2 from the first library, and the curves over
 /// DBH.
 ///
-/// AIC and BIC are compared only between fits of the same response to the same number of trees of
-/// files with the same fingerprint by the same likelihood (ML or REML); otherwise their difference
-/// is null and a sentence says why. Curves are population predictions (b = 0) over the union of
-/// the fitted DBH ranges, each within its own range; other columns are held at the middle of the
-/// range that the fits have in common, height comes from the library's own height model.
-/// \param names  how the libraries are called on the page, one each: their files
-/// \throws UsageError if there are fewer than two libraries, or not a name for each
+/// AIC and BIC are compared only between converged fits of the same response to the same values
+/// (response_fingerprint; without it, as many trees of files with the same fingerprint) by the same
+/// likelihood (ML or REML); otherwise their difference is null and a sentence says why. Curves are
+/// population predictions (b = 0) over the union of the fitted DBH ranges, each within its own
+/// range; other columns are held at the middle of the range that the fits have in common, height
+/// comes from the library's own height model. \param names  how the libraries are called on the
+/// page, one each: their files \throws UsageError if there are fewer than two libraries, or not a
+/// name for each
 std::string comparison_data(const std::vector<ModelLibrary>& libraries,
                             const std::vector<std::string>& names);
 
