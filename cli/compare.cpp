@@ -4,15 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/likelihood_ratio.hpp"
+#include "silvafit/study/comparison_page.hpp"
 #include "silvafit/study/model_library.hpp"
 
 namespace silvafit::cli {
@@ -23,6 +26,7 @@ using nlohmann::ordered_json;
 struct CompareArguments {
   CommonOptions common{};
   std::vector<std::string> files{};
+  std::string html{};
 };
 
 /// The fits of one species and response, and how people tell them apart.
@@ -58,7 +62,8 @@ Subject& subject_of(const study::LibraryModel& model, std::vector<Subject>& subj
 
 NamedFits read_fits(const std::vector<std::string>& files) {
   NamedFits result;
-  for (const std::string& file : files) result.libraries.push_back(study::read_library(file));
+  for (const std::string& file : files)
+    result.libraries.push_back(study::find_library(file, data_directory() / "models"));
   for (std::size_t f = 0; f < files.size(); ++f) {
     const study::ModelLibrary& library = result.libraries[f];
     for (std::size_t i = 0; i < library.models.size(); ++i) {
@@ -208,11 +213,26 @@ void print_table(const Subject& subject, const NamedFits& named) {
   for (const fit::ComparedPair& pair : comparison.pairs) print_pair(pair, comparison, named);
 }
 
+/// The libraries side by side as a page.
+void write_page(const CompareArguments& arguments,
+                const std::vector<study::ModelLibrary>& libraries) {
+  std::vector<std::string> names;
+  for (const std::string& file : arguments.files) {
+    names.push_back(std::filesystem::path(file).filename().string());
+  }
+  // Two files of one name are told apart by their folders.
+  if (std::set<std::string>(names.begin(), names.end()).size() < names.size()) {
+    names = arguments.files;
+  }
+  study::write_comparison_page(
+      libraries, names, data_directory() / "viewer" / "report.html", arguments.html);
+}
+
 void run(const CompareArguments& arguments) {
   const NamedFits named = read_fits(arguments.files);
+  if (!arguments.html.empty()) write_page(arguments, named.libraries);
   if (arguments.common.json) {
-    ordered_json result{{"schema", "silvafit-comparison/1"},
-                        {"comparisons", ordered_json::array()}};
+    ordered_json result{{"schema", "silvafit-compare/1"}, {"comparisons", ordered_json::array()}};
     for (const Subject& subject : named.subjects) {
       result["comparisons"].push_back(json_of(subject, named));
     }
@@ -233,9 +253,14 @@ void add_compare_command(CLI::App& program) {
   const auto arguments = std::make_shared<CompareArguments>();
   CLI::App& command = *program.add_subcommand(
       "compare", "Compare fits by information criteria and likelihood-ratio tests");
-  command.add_option("fits", arguments->files, "What fit --json printed, or model libraries")
+  command
+      .add_option(
+          "fits", arguments->files, "What fit --json printed, model libraries, or published ones")
       ->type_name("FIT.json")
       ->required();
+  command
+      .add_option("--html", arguments->html, "Page with the libraries side by side, to be written")
+      ->type_name("FILE.html");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit compare one-effect.json two-effects.json");
   command.callback([arguments] { run(*arguments); });

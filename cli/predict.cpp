@@ -15,6 +15,7 @@
 
 #include "command.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -26,6 +27,7 @@ using nlohmann::ordered_json;
 
 struct PredictArguments {
   CommonOptions common{};
+  std::vector<std::string> files{};
   std::string library{};
   std::string data{};
   std::string level = "population";
@@ -163,8 +165,21 @@ void refuse_known_columns(const PredictArguments& arguments,
   }
 }
 
-void run(const PredictArguments& arguments) {
-  const study::ModelLibrary library = study::read_library(arguments.library);
+/// Tells the library from the trees.
+void sort_files(PredictArguments& arguments) {
+  const std::size_t wanted = arguments.library.empty() ? 2 : 1;
+  if (arguments.files.size() != wanted) {
+    throw UsageError(wanted == 2 ? "give a library and the trees, such as library.json new.csv"
+                                 : "with --library, give the trees alone");
+  }
+  if (wanted == 2) arguments.library = arguments.files.front();
+  arguments.data = arguments.files.back();
+}
+
+void run(PredictArguments arguments) {
+  sort_files(arguments);
+  const study::ModelLibrary library =
+      study::find_library(arguments.library, data_directory() / "models");
   data::Table table =
       data::read_csv_table(arguments.data, {.text_columns = study::text_columns(library)});
   study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
@@ -193,14 +208,17 @@ void add_predict_command(CLI::App& program) {
   CLI::App& command =
       *program.add_subcommand("predict", "Predict heights, crown bases and crown widths of trees");
   command
-      .add_option("library",
-                  arguments->library,
-                  "library.json of a study, or what `silvafit fit --json` printed")
-      ->type_name("LIBRARY.json")
+      .add_option(
+          "files",
+          arguments->files,
+          "The library (library.json of a study, what `silvafit fit --json` printed, or a "
+          "published one such as shanxia-2023) and the trees, a CSV file with a header; with "
+          "--library the trees alone")
+      ->type_name("LIBRARY.json NEW.csv")
+      ->expected(1, 2)
       ->required();
-  command.add_option("data", arguments->data, "Trees: a CSV file with a header")
-      ->type_name("NEW.csv")
-      ->required();
+  command.add_option("--library", arguments->library, "The library, instead of the first file")
+      ->type_name("LIBRARY");
   command
       .add_option("--level",
                   arguments->level,

@@ -374,13 +374,6 @@ void add_study_command(CLI::App& program) {
   command->add_option("--group", arguments->study.group, "Column of the random effects")
       ->capture_default_str();
   command
-      ->add_option("--criterion",
-                   arguments->criterion,
-                   "What the levels choose by: aic, aicc, bic, cv (cross-validated error), or each "
-                   "level's own with its tests")
-      ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
-      ->capture_default_str();
-  command
       ->add_option(
           "--criterion",
           arguments->criterion,

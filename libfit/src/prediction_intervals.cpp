@@ -51,6 +51,16 @@ class Satterthwaite {
   double squares_ = 0.0;
 };
 
+/// Degrees of freedom of the residual variance: those of the t tests within the finest groups.
+/// Coefficients that are held have none.
+double residual_freedom(const FittedModel& fit) {
+  double freedom = 1.0;
+  for (const double value : fit.degrees_of_freedom) {
+    if (std::isfinite(value)) freedom = std::max(freedom, value);
+  }
+  return freedom;
+}
+
 /// Degrees of freedom of the parts of a fit's variance.
 struct Freedom {
   double residual = 1.0;
@@ -58,7 +68,7 @@ struct Freedom {
   double outer = 1.0;
 
   explicit Freedom(const FittedModel& fit) {
-    residual = std::max(1.0, fit.degrees_of_freedom);
+    residual = residual_freedom(fit);
     const auto groups = static_cast<double>(fit.group_labels.size());
     const auto clusters = static_cast<double>(fit.outer.labels.size());
     inner = std::max(1.0, groups - (clusters > 0.0 ? clusters : 1.0));

@@ -53,7 +53,7 @@ FittedModel model(const std::string& formula,
     fit.outer.names = effects.front().coefficients;
     fit.outer.effects.resize(static_cast<Index>(fit.outer.names.size()), 0);
   }
-  fit.degrees_of_freedom = 100.0;
+  fit.degrees_of_freedom = Eigen::VectorXd::Constant(1, 100.0);
   fit.sigma = 1.0;
   return fit;
 }
@@ -80,7 +80,7 @@ FittedModel curve() {
   fit.sigma = 0.3;
   fit.variance = VarianceEstimate::missing(parse_variance_function("power"));
   fit.variance.factors[0].delta[0] = 0.6;
-  fit.degrees_of_freedom = 1e6;
+  fit.degrees_of_freedom = Eigen::VectorXd::Constant(1, 1e6);
   fit.group_labels.assign(100001, "");
   for (std::size_t g = 0; g < fit.group_labels.size(); ++g)
     fit.group_labels[g] = fmt::format("{}", g);

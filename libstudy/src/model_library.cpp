@@ -156,9 +156,9 @@ ModelLibrary find_library(const std::string& name_or_file,
   if (std::ranges::find(names, name_or_file) != names.end()) {
     return read_library(models_directory / "published" / (name_or_file + ".json"));
   }
-  throw UsageError(fmt::format("'{}' is neither a file nor a published library; there are {}",
-                               name_or_file,
-                               fmt::join(names, ", ")));
+  throw InputError(fmt::format("is neither a file nor a published library; there are {}",
+                               fmt::join(names, ", ")),
+                   {.file = name_or_file});
 }
 
 }  // namespace silvafit::study

@@ -57,6 +57,15 @@ std::vector<int> ranks_of(const std::vector<Candidate>& candidates) {
   return ranks;
 }
 
+/// One criterion for all levels, without tests.
+StudyOptions by_one(Criterion criterion) {
+  return {.criteria = {.base = criterion,
+                       .covariates = criterion,
+                       .random = criterion,
+                       .variance = criterion},
+          .needs_tests = false};
+}
+
 fit::FittedModel fitted(const std::string& formula) {
   return fit::fit_model(fit::specify_model(formula, {}, trees()), trees()).fit;
 }
@@ -249,12 +258,30 @@ TEST_CASE("cross-validation takes the lowest error of all folds, whatever the li
                                     with_error(-100.0, 1.5, 0),
                                     with_error(-95.0, 1.0, 1),
                                     candidate(-50.0, 3)};
-  const Criterion criterion = Criterion::kCrossValidation;
-  CHECK(choose_base(candidates, criterion) == 1U);
+  const StudyOptions options = by_one(Criterion::kCrossValidation);
+  CHECK(choose_base(candidates, options) == 1U);
   CHECK(ranks_of(candidates) == std::vector<int>{2, 1, 3, 4});
-  CHECK(choose_covariates(candidates, criterion) == 1U);
-  CHECK(choose_random_effects(candidates, criterion) == 1U);
-  CHECK(choose_variance(candidates, criterion) == 1U);
+  CHECK(choose_covariates(candidates, options) == 1U);
+  CHECK(choose_random_effects(candidates, options) == 1U);
+  CHECK(choose_variance(candidates, options) == 1U);
+}
+
+TEST_CASE("errors within one standard error of the best are equally good") {
+  const auto with_error = [](int parameters, double rmse, double standard_error) {
+    Candidate result = candidate(-100.0, parameters);
+    result.cross_validated =
+        CrossValidated{.rmse = rmse, .standard_error = standard_error, .folds = 10};
+    return result;
+  };
+  // The best has 1.5 with an error of 0.2, so that 1.65 is as good, and 1.75 is not.
+  std::vector<Candidate> candidates{
+      with_error(6, 1.5, 0.2), with_error(4, 1.65, 0.1), with_error(3, 1.75, 0.5)};
+  StudyOptions options = by_one(Criterion::kCrossValidation);
+  CHECK(choose_base(candidates, options) == 1U);
+  CHECK(choose_random_effects(candidates, options) == 0U);
+  options.parsimonious = true;
+  CHECK(choose_random_effects(candidates, options) == 1U);
+  CHECK(choose_variance(candidates, options) == 1U);
 }
 
 TEST_CASE("a criterion that is asked for decides without tests") {
@@ -262,9 +289,9 @@ TEST_CASE("a criterion that is asked for decides without tests") {
   Candidate better = tested(-98.2, 4, base);
   base.fit.observations = better.fit.observations = 20;
   std::vector<Candidate> candidates{base, better};
-  REQUIRE(choose_covariates(candidates) == 0U);  // 2 * 1.8 = 3.6 < 3.84
-  CHECK(choose_covariates(candidates, Criterion::kBic) == 1U);
-  CHECK(choose_variance(candidates, Criterion::kAic) == 1U);
+  REQUIRE(choose_covariates(candidates, {}) == 0U);  // 2 * 1.8 = 3.6 < 3.84
+  CHECK(choose_covariates(candidates, by_one(Criterion::kBic)) == 1U);
+  CHECK(choose_variance(candidates, by_one(Criterion::kAic)) == 1U);
   CHECK(criterion_text(parse_criterion("aicc")) == "aicc");
   CHECK_THROWS_AS(parse_criterion("mse"), UsageError);
 }

@@ -30,7 +30,7 @@ class Compare(ProgramTest):
         none = self.save("none.json")
         one = self.save("one.json", "--random", "a | plot")
         comparison = self.run_json("compare", "one.json", "none.json")
-        self.assertEqual(comparison["schema"], "silvafit-comparison/1")
+        self.assertEqual(comparison["schema"], "silvafit-compare/1")
         result = comparison["comparisons"][0]
         self.assertEqual([fit["name"] for fit in result["fits"]], ["none.json", "one.json"])
         test = result["tests"][0]

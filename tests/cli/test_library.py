@@ -4,6 +4,7 @@
 import csv
 import io
 import json
+import math
 import unittest
 from pathlib import Path
 
@@ -106,8 +107,19 @@ class Libraries(ProgramTest):
         error = self.run_program("library", "scenes", "fit.json", "--dbh", "=20", status=2).stderr
         self.assertIn("no model of hcb", error)
 
+    def test_a_published_library_predicts_without_a_fit(self):
+        self.write("new.csv", "tree,species,dbh,C,M,U\n1,SM,25.9,0.5,0,0.25\n2,XX,10,0,0,0\n")
+        rows = list(csv.DictReader(io.StringIO(
+            self.run_program("predict", "--library", "shanxia-2023", "new.csv").stdout)))
+        height = 1.3 + 36.7543 * (1 - math.exp((-0.0236 - 0.0045 * 0.5) * 25.9))
+        self.assertAlmostEqual(float(rows[0]["h_pred"]), height, 9)
+        self.assertIn("no model of h for species XX", rows[1]["flag"])
+        same = self.run_program("predict", "shanxia-2023", "new.csv").stdout
+        self.assertEqual(list(csv.DictReader(io.StringIO(same))), rows)
+        self.run_program("predict", "new.csv", status=2)
+
     def test_bad_requests_say_what_to_do(self):
-        error = self.run_program("library", "scenes", "nowhere.json", status=2).stderr
+        error = self.run_program("library", "scenes", "nowhere.json", status=3).stderr
         self.assertIn("shanxia-2023", error)
         error = self.run_program("library", "scenes", "shanxia-2023", "--dbh", "SM", status=2).stderr
         self.assertIn("SM=25.9", error)

@@ -50,7 +50,7 @@ ModelLibrary read_library(const std::filesystem::path& path);
 std::vector<std::string> published_libraries(const std::filesystem::path& models_directory);
 
 /// Reads a file, or the published library of that name: `shanxia-2023`.
-/// \throws UsageError that lists the published ones if it is neither; as read_library
+/// \throws InputError that lists the published ones if it is neither; as read_library
 ModelLibrary find_library(const std::string& name_or_file,
                           const std::filesystem::path& models_directory);
 
