@@ -19,31 +19,6 @@ ordered_json numbers(const std::vector<double>& values) {
   return array;
 }
 
-namespace {
-
-/// Standard errors of a group's random effects, those of the coefficients included.
-Eigen::VectorXd prediction_errors(const fit::FittedModel& fit, Eigen::Index group) {
-  const Eigen::Index q = fit.random_effects.rows();
-  const Eigen::MatrixXd sensitivity = fit.uncertainty.sensitivity(group, q, fit.estimate.size());
-  const Eigen::MatrixXd variance =
-      fit.uncertainty.covariance(group, q) + sensitivity * fit.covariance * sensitivity.transpose();
-  return variance.diagonal().cwiseMax(0.0).cwiseSqrt();
-}
-
-ordered_json effect_errors(const fit::FittedModel& fit) {
-  ordered_json errors = ordered_json::object();
-  for (std::size_t group = 0; group < fit.group_labels.size(); ++group) {
-    const Eigen::VectorXd values = prediction_errors(fit, static_cast<Eigen::Index>(group));
-    ordered_json& entry = errors[fit.group_labels[group]] = ordered_json::object();
-    for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
-      entry[fit.random_names[k]] = number(values[static_cast<Eigen::Index>(k)]);
-    }
-  }
-  return errors;
-}
-
-}  // namespace
-
 ordered_json fit_object(const fit::FittedModel& fit) {
   ordered_json object = ordered_json::parse(fit::to_json(fit));
   object.erase("seconds");
@@ -53,7 +28,6 @@ ordered_json fit_object(const fit::FittedModel& fit) {
   for (const char* key : {"eblup_covariance", "eblup_by_fixed", "eblup_outer_covariance"}) {
     random.erase(key);
   }
-  random["eblup_se"] = effect_errors(fit);
   return object;
 }
 

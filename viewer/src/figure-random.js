@@ -25,7 +25,7 @@ export function randomFigure({ fits: { nlme } }) {
     title: `Random effects by ${random.group}`,
     legend: [["dot-nlme", `EBLUP of each ${random.group}`], ...(hasErrors ? [["nlme", "95 % interval"]] : []), ["limit", "two standard deviations of the random effect"]],
     note: hasErrors
-      ? `What each ${random.group} adds to the coefficient. The intervals have the uncertainty of the coefficients in them.`
+      ? `What each ${random.group} adds to the coefficient. The intervals are conditional: given the estimates.`
       : `What each ${random.group} adds to the coefficient. Intervals need standard errors of the random effects, which this fit does not have.`,
     charts: panels.map(({ chart, effect }) => titled(`On ${effect}`, chart)),
     behind: () => [randomTable(random, groups)],
