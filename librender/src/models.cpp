@@ -12,8 +12,11 @@ Material material_of(const tree::ReadPart& part) {
   // = 1.4).
   constexpr double kLeafTranslucency = 0.35;
   constexpr double kLeafReflectance = 0.028;
-  const bool is_leaf =
-      part.material == tree::material_name(tree::MaterialKind::kLeaf) || mesh.double_sided;
+  // Ours are named after their presets, such as generic-conifer-leaf. Files of others say nothing.
+  const bool is_ours = !part.part.empty();
+  const bool is_leaf = is_ours
+                           ? part.material.ends_with(tree::material_name(tree::MaterialKind::kLeaf))
+                           : mesh.double_sided;
   if (is_leaf) {
     material.translucency = kLeafTranslucency;
     material.reflectance = kLeafReflectance;
