@@ -6,14 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "command.hpp"
-#include "silvafit/base/atomic_file.hpp"
+#include "csv_with_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -53,51 +52,31 @@ data::Table read_data(const ImputeArguments& arguments) {
   return table;
 }
 
-/// The file as it is, the response filled in, with the new columns behind.
-void write_inventory(const ImputeArguments& arguments,
-                     const study::Imputation& result,
-                     std::ostream& stream) {
-  data::CsvReader reader(arguments.data);
-  const auto& header = reader.header();
-  const auto place = std::ranges::find(header, arguments.impute.response) - header.begin();
-  const bool has_column = place < std::ssize(header);
-  const char* separator = "";
-  const auto write = [&](std::string_view field) {
-    stream << separator << data::csv_field(field);
-    separator = ",";
-  };
-  for (const std::string& name : header) write(name);
-  if (!has_column) write(arguments.impute.response);
-  for (const std::string& name : new_names(arguments)) write(name);
-  stream << '\n';
-  std::vector<std::string_view> fields;
-  for (std::size_t row = 0; reader.next(fields); ++row) {
-    separator = "";
-    const bool is_imputed = result.source[row] == study::ImputeSource::kImputed;
-    const std::string value =
-        std::isnan(result.value[row]) ? std::string() : data::shortest(result.value[row]);
-    for (std::size_t k = 0; k < fields.size(); ++k) {
-      const bool is_filled = is_imputed && static_cast<std::ptrdiff_t>(k) == place;
-      write(is_filled ? std::string_view(value) : fields[k]);
-    }
-    if (!has_column) write(value);
-    write(study::source_text(result.source[row]));
-    write(study::level_text(result.level[row]));
-    write(result.flag[row]);
-    stream << '\n';
-  }
-}
-
 void write_out(const ImputeArguments& arguments, const study::Imputation& result) {
-  if (!arguments.out.empty()) {
-    AtomicFile file(arguments.out);
-    write_inventory(arguments, result, file.stream());
-    file.commit();
-  } else if (!arguments.common.json) {
-    write_inventory(arguments, result, std::cout);
-    std::cout.flush();
-    if (!std::cout) throw InputError("writing to standard output failed");
-  }
+  const std::string& response = arguments.impute.response;
+  const data::CsvReader reader(arguments.data);
+  // With --columns, the response may have another name in the file, and gets a column of its own.
+  const bool has_column = std::ranges::find(reader.header(), response) != reader.header().end();
+  const auto value = [&](std::size_t row) {
+    return std::isnan(result.value[row]) ? std::string() : data::shortest(result.value[row]);
+  };
+  std::vector<std::string> names = new_names(arguments);
+  if (!has_column) names.insert(names.begin(), response);
+  const auto fields = [&](std::size_t row) {
+    std::vector<std::string> texts{study::source_text(result.source[row]),
+                                   study::level_text(result.level[row]),
+                                   result.flag[row]};
+    if (!has_column) texts.insert(texts.begin(), value(row));
+    return texts;
+  };
+  const auto imputed = [&](std::size_t row) {
+    return result.source[row] == study::ImputeSource::kImputed ? value(row) : std::string();
+  };
+  write_with_columns(
+      arguments.data,
+      arguments.out,
+      {.names = names, .fields = fields, .replaced = response, .replacement = imputed},
+      arguments.common);
 }
 
 std::map<std::string, std::size_t> flag_counts(const study::Imputation& result) {

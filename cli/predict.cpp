@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,7 +13,7 @@
 #include <vector>
 
 #include "command.hpp"
-#include "silvafit/base/atomic_file.hpp"
+#include "csv_with_columns.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
@@ -88,43 +87,21 @@ std::string field_of(const std::vector<double>& values,
   return is_fitted ? "fitted" : data::shortest(value);
 }
 
-/// The file as it is, byte for byte a field, with the new columns behind.
-void write_predictions(const PredictArguments& arguments,
-                       const study::PredictedResponses& predictions,
-                       std::ostream& stream) {
-  data::CsvReader reader(arguments.data);
-  const char* separator = "";
-  const auto write = [&](std::string_view field) {
-    stream << separator << data::csv_field(field);
-    separator = ",";
-  };
-  for (const std::string& name : reader.header()) write(name);
-  for (const std::string& name : names_of(arguments, predictions)) write(name);
-  stream << '\n';
-  std::vector<std::string_view> fields;
-  for (std::size_t row = 0; reader.next(fields); ++row) {
-    separator = "";
-    for (const std::string_view field : fields) write(field);
+void write_out(const PredictArguments& arguments, const study::PredictedResponses& predictions) {
+  const auto fields = [&](std::size_t row) {
+    std::vector<std::string> result;
     for (const auto& prediction : predictions.responses) {
       for (const auto& [name, values] : columns_of(prediction, arguments.standard_errors)) {
-        write(field_of(*values, row, prediction));
+        result.push_back(field_of(*values, row, prediction));
       }
     }
-    write(predictions.flags[row]);
-    stream << '\n';
-  }
-}
-
-void write_out(const PredictArguments& arguments, const study::PredictedResponses& predictions) {
-  if (!arguments.out.empty()) {
-    AtomicFile file(arguments.out);
-    write_predictions(arguments, predictions, file.stream());
-    file.commit();
-  } else if (!arguments.common.json) {
-    write_predictions(arguments, predictions, std::cout);
-    std::cout.flush();
-    if (!std::cout) throw InputError("writing to standard output failed");
-  }
+    result.push_back(predictions.flags[row]);
+    return result;
+  };
+  write_with_columns(arguments.data,
+                     arguments.out,
+                     {.names = names_of(arguments, predictions), .fields = fields},
+                     arguments.common);
 }
 
 void print_summary(const PredictArguments& arguments,

@@ -5,18 +5,15 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <utility>
 
+#include "level_fits.hpp"
 #include "nested_tests.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/base/parallel.hpp"
-#include "silvafit/fit/cross_validation.hpp"
 #include "study_levels.hpp"
+#include "study_work.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -24,291 +21,11 @@ namespace {
 // A loss of R2 that changes which model to use for plots without measured trees.
 constexpr double kNoticeablyWorse = 0.01;
 
-/// A species and response in work: its trees and what it may use.
-struct Work {
-  ResponseStudy result{};
-  data::Table table{};
-  std::vector<BaseCandidate> candidates{};
-  std::vector<std::string> covariates{};
-};
-
-/// One fit to be done, and where its result goes.
-struct Task {
-  Trial trial;
-  std::size_t work = 0;
-  std::size_t position = 0;
-};
-
-fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
-  fit::FitResult result{.fit = {.model = trial.model, .specification = trial.specification}};
-  if (trial.options.method) result.fit.method = *trial.options.method;
-  result.fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
-  result.fit.convergence.verdict = reason;
-  return result;
-}
-
-fit::FitResult fit_trial(const Trial& trial, const data::Table& table) {
-  try {
-    fit::FitResult result = fit::fit_model(trial.specification, table, trial.options);
-    result.fit.model = trial.model;
-    return result;
-  } catch (const Error& error) {
-    return failed_fit(trial, error.message());
-  }
-}
-
 /// Names in the order of the enumeration.
 constexpr std::array<std::string_view, 4> kCriterionNames{"aic", "aicc", "bic", "cv"};
 
-/// Trees of a plot left out from which level 3 predicts its others: as many as inventories often
-/// measure.
-constexpr std::size_t kCalibratingTrees = 5;
-
-/// Standard error of a root mean square error, from the mean square errors of the folds.
-double error_between_folds(const fit::CrossValidation& result) {
-  const Eigen::VectorXd& predicted = result.measured > 0 ? result.calibrated : result.predicted;
-  std::vector<double> sums(result.folds, 0.0);
-  std::vector<double> counts(result.folds, 0.0);
-  for (std::size_t i = 0; i < result.fold.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    if (std::isnan(predicted[at])) continue;
-    sums[result.fold[i]] += std::pow(result.observed[at] - predicted[at], 2);
-    counts[result.fold[i]] += 1.0;
-  }
-  std::vector<double> means;
-  for (std::size_t k = 0; k < result.folds; ++k) {
-    if (counts[k] > 0.0) means.push_back(sums[k] / counts[k]);
-  }
-  const Eigen::Map<const Eigen::ArrayXd> squares(means.data(),
-                                                 static_cast<Eigen::Index>(means.size()));
-  const auto n = static_cast<double>(means.size());
-  if (means.size() < 2) return std::numeric_limits<double>::quiet_NaN();
-  const double mean = squares.mean();
-  const double error = std::sqrt((squares - mean).square().sum() / (n - 1.0) / n);
-  return error / (2.0 * std::sqrt(mean));
-}
-
-std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
-                                              const data::Table& table,
-                                              const std::string& group) {
-  // Models on the edge are passed over; where all are, the simplest is taken.
-  if (!fit.convergence.converged || !fit.convergence.boundary.empty()) return std::nullopt;
-  const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
-  try {
-    // The tasks of a level are parallel already.
-    const fit::CrossValidation result =
-        fit::cross_validate(fit, table, {.group = group, .measured = measured, .threads = 1});
-    return CrossValidated{
-        .rmse = measured > 0 ? result.calibrated_statistics.rmse : result.statistics.rmse,
-        .standard_error = error_between_folds(result),
-        .folds = result.folds,
-        .failed = result.failed.size(),
-        .measured = measured};
-  } catch (const Error&) {
-    // One plot alone cannot be left out.
-    return std::nullopt;
-  }
-}
-
-/// Runs the fits of one level for all species and responses at once, so that no thread waits for a
-/// single one.
-class Level {
- public:
-  Level(std::string name, std::vector<Work>& works, Criterion criterion, const std::string& group)
-      : name_(std::move(name)), works_(works), criterion_(criterion), group_(group) {
-    results_.resize(works.size());
-    cross_validated_.resize(works.size());
-  }
-
-  void add(std::size_t work, std::vector<Trial> trials) {
-    for (Trial& trial : trials) {
-      tasks_.push_back(
-          {.trial = std::move(trial), .work = work, .position = results_[work].size()});
-      results_[work].emplace_back(
-          fit::FitResult{.fit = {.specification = tasks_.back().trial.specification}});
-      cross_validated_[work].emplace_back();
-    }
-  }
-
-  void run(unsigned threads, const ProgressCallback& progress, std::vector<StageTime>& stages) {
-    const auto start = std::chrono::steady_clock::now();
-    std::atomic<std::size_t> done{0};
-    parallel_for(tasks_.size(), threads, [&](std::size_t i) {
-      const Task& task = tasks_[i];
-      const data::Table& table = works_[task.work].table;
-      fit::FitResult& result = results_[task.work][task.position];
-      result = fit_trial(task.trial, table);
-      if (criterion_ == Criterion::kCrossValidation) {
-        cross_validated_[task.work][task.position] = cross_validated(result.fit, table, group_);
-      }
-      const std::size_t count = ++done;
-      if (progress) progress(name_, count, tasks_.size());
-    });
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    stages.push_back({.name = name_, .seconds = seconds.count(), .fits = tasks_.size()});
-  }
-
-  /// The fits of one work as candidates, in the order in which they were added.
-  std::vector<Candidate> candidates(std::size_t work) const {
-    std::vector<Candidate> list;
-    for (const Task& task : tasks_) {
-      if (task.work != work) continue;
-      list.push_back({.terms = task.trial.terms,
-                      .fit = results_[work][task.position].fit,
-                      .cross_validated = cross_validated_[work][task.position]});
-    }
-    return list;
-  }
-
-  const fit::FitResult& result(std::size_t work, std::size_t position) const {
-    return results_[work][position];
-  }
-
- private:
-  std::string name_;
-  std::vector<Work>& works_;
-  Criterion criterion_;
-  std::string group_;
-  std::vector<Task> tasks_;
-  std::vector<std::vector<fit::FitResult>> results_;
-  std::vector<std::vector<std::optional<CrossValidated>>> cross_validated_;
-};
-
-bool has_numbers(const data::Table& table, const std::string& name) {
-  return table.has(name) && table.is_numeric(name);
-}
-
-bool all_present(const data::Table& table,
-                 const std::vector<std::string>& columns,
-                 std::size_t row) {
-  return std::ranges::none_of(
-      columns, [&](const std::string& name) { return std::isnan(table.numbers(name)[row]); });
-}
-
-/// Columns among those wanted that the table has with values that differ.
-std::vector<std::string> varying_columns(const data::Table& table,
-                                         const std::vector<std::string>& wanted,
-                                         const std::vector<std::size_t>& rows,
-                                         std::vector<std::string>& notes) {
-  std::vector<std::string> result;
-  for (const std::string& name : wanted) {
-    if (!has_numbers(table, name)) continue;
-    std::set<double> values;
-    for (const std::size_t row : rows) {
-      const double value = table.numbers(name)[row];
-      if (!std::isnan(value)) values.insert(value);
-      if (values.size() > 1) break;
-    }
-    if (values.size() > 1) {
-      result.push_back(name);
-    } else {
-      notes.push_back(
-          fmt::format("{} is {} for all of these trees: left out as a covariate.",
-                      name,
-                      values.empty() ? std::string("missing") : data::shortest(*values.begin())));
-    }
-  }
-  return result;
-}
-
-std::vector<std::size_t> rows_of_species(const data::Table& table, const std::string& species) {
-  std::vector<std::size_t> rows;
-  const data::TextColumn column = table.labels("species");
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const bool counts = !has_numbers(table, "core") || table.numbers("core")[row] == 1.0;
-    if (counts && !column.is_missing(row) && column[row] == species) rows.push_back(row);
-  }
-  return rows;
-}
-
-std::vector<std::size_t> complete_rows(const data::Table& table,
-                                       const std::vector<std::size_t>& rows,
-                                       const std::vector<std::string>& columns) {
-  std::vector<std::size_t> complete;
-  for (const std::size_t row : rows) {
-    if (all_present(table, columns, row)) complete.push_back(row);
-  }
-  return complete;
-}
-
-std::size_t count_groups(const data::Table& table, const std::string& group) {
-  return table.labels(group).levels().size();
-}
-
-bool is_formula(const std::string& text) { return text.find('~') != std::string::npos; }
-
-/// \throws UsageError if a candidate is neither in the catalogue nor a formula, or is for another
-/// response
-std::vector<BaseCandidate> candidates_of(const std::string& response,
-                                         const Catalogue& catalogue,
-                                         const StudyOptions& options) {
-  std::vector<BaseCandidate> candidates;
-  const auto chosen = options.candidates.find(response);
-  if (chosen == options.candidates.end()) {
-    for (const BaseModel* model : catalogue.candidates(response)) {
-      candidates.push_back({.entry = model, .formula = model->formula});
-    }
-    return candidates;
-  }
-  for (const std::string& text : chosen->second) {
-    BaseCandidate candidate{.formula = text};
-    if (!is_formula(text)) {
-      candidate.entry = &catalogue.find(text);
-      candidate.formula = candidate.entry->formula;
-    }
-    if (data::parse_formula(candidate.formula).left != response) {
-      throw UsageError(fmt::format("the candidate '{}' is no model of {}", text, response));
-    }
-    candidates.push_back(std::move(candidate));
-  }
-  return candidates;
-}
-
-/// Sets up one species and response: what it may use, and the rows that all of its fits share.
-Work prepared(const data::Table& table,
-              const Catalogue& catalogue,
-              const StudyOptions& options,
-              const std::string& species,
-              const std::string& response) {
-  Work work{.result = {.species = species, .response = response},
-            .candidates = candidates_of(response, catalogue, options)};
-  std::vector<std::string> columns{response};
-  for (const BaseCandidate& candidate : work.candidates) {
-    for (const std::string& name : candidate.columns(table)) columns.push_back(name);
-  }
-  if (!std::ranges::all_of(columns,
-                           [&](const std::string& name) { return has_numbers(table, name); })) {
-    return work;
-  }
-  const auto rows = complete_rows(table, rows_of_species(table, species), columns);
-  work.covariates = varying_columns(table, options.covariates, rows, work.result.notes);
-  columns.insert(columns.end(), work.covariates.begin(), work.covariates.end());
-  work.result.rows = complete_rows(table, rows, columns);
-  if (work.result.rows.size() < rows.size()) {
-    work.result.notes.push_back(fmt::format("{} trees without structural unit were left out.",
-                                            rows.size() - work.result.rows.size()));
-  }
-  work.table = table.select(work.result.rows);
-  work.result.plots = count_groups(work.table, options.group);
-  return work;
-}
-
-std::vector<std::string> species_of(const data::Table& table, const StudyOptions& options) {
-  const data::TextColumn column = table.labels("species");
-  if (options.species.empty()) return column.levels();
-  for (const std::string& species : options.species) {
-    if (column.code_of(species) == data::TextColumn::kMissingCode) {
-      throw UsageError(fmt::format("there is no species '{}'; the species are {}",
-                                   species,
-                                   fmt::join(column.levels(), ", ")),
-                       {.file = table.file()});
-    }
-  }
-  return options.species;
-}
-
 void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("base models", works, study.options.criteria.base, study.options.group);
+  LevelFits level("base models", works, study.options.criteria.base, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     level.add(i, base_trials(works[i].candidates, works[i].table));
   }
@@ -333,7 +50,8 @@ void add_tests(std::vector<Candidate>& candidates) {
 void run_without_intercept(std::vector<Work>& works,
                            Study& study,
                            const ProgressCallback& progress) {
-  Level level("covariates alone", works, study.options.criteria.covariates, study.options.group);
+  LevelFits level(
+      "covariates alone", works, study.options.criteria.covariates, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     for (const Candidate& candidate : works[i].result.covariates) {
       if (!candidate.chosen) continue;
@@ -354,7 +72,7 @@ void run_without_intercept(std::vector<Work>& works,
 }
 
 void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level(
+  LevelFits level(
       "structural covariates", works, study.options.criteria.covariates, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     if (!works[i].result.ols || works[i].covariates.empty()) continue;
@@ -387,7 +105,7 @@ void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
 }
 
 void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("random effects", works, study.options.criteria.random, study.options.group);
+  LevelFits level("random effects", works, study.options.criteria.random, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     const ResponseStudy& result = works[i].result;
     if (!result.with_covariates || result.plots < 2) continue;
@@ -411,7 +129,8 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
 }
 
 void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  Level level("variance functions", works, study.options.criteria.variance, study.options.group);
+  LevelFits level(
+      "variance functions", works, study.options.criteria.variance, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     for (const Candidate& candidate : works[i].result.random) {
       if (candidate.chosen)
