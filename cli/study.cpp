@@ -115,7 +115,8 @@ void add_level_decisions(const study::StudyRecord& record, Decisions& decisions)
                                 options.covariate_parameters > 1 ? "one or two parameters"
                                                                  : "one parameter",
                                 test)
-                  : "left out: no covariates; structural units need positions");
+                  : "left out: no model got so far, or there are no covariates (structural units "
+                    "need positions)");
   decisions.emplace_back(
       "Level 3",
       fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "
@@ -326,7 +327,8 @@ void run_whole_study(Arguments& arguments) {
   for (const study::ResponseStudy& result : record.study.results) {
     if (result.converged()) return;
   }
-  throw NoConvergedFit("no model converged; the report says why");
+  throw NoConvergedFit(record.study.fit_count() == 0 ? "there was nothing to fit; the notes say why"
+                                                     : "no model converged; the report says why");
 }
 
 void run(const CLI::App& command, Arguments& arguments) {

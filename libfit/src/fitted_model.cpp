@@ -194,14 +194,19 @@ Method default_method(const ModelSpecification& specification) {
   return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralised;
 }
 
-double FittedModel::aic() const { return fit::aic(log_likelihood, parameter_count); }
-double FittedModel::aicc() const {
-  return fit::aicc(log_likelihood, parameter_count, observations);
+// Published fits may not say how many parameters they count; without them there are no criteria.
+double FittedModel::aic() const {
+  return parameter_count > 0 ? fit::aic(log_likelihood, parameter_count) : kNaN;
 }
-double FittedModel::bic() const { return fit::bic(log_likelihood, parameter_count, observations); }
+double FittedModel::aicc() const {
+  return parameter_count > 0 ? fit::aicc(log_likelihood, parameter_count, observations) : kNaN;
+}
+double FittedModel::bic() const {
+  return parameter_count > 0 ? fit::bic(log_likelihood, parameter_count, observations) : kNaN;
+}
 
 double FittedModel::bic_groups() const {
-  if (!has_random_effects()) return kNaN;
+  if (!has_random_effects() || parameter_count == 0) return kNaN;
   const std::size_t groups = outer.names.empty() ? group_labels.size() : outer.labels.size();
   return fit::bic(log_likelihood, parameter_count, static_cast<Index>(groups));
 }

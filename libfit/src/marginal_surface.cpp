@@ -55,12 +55,10 @@ class MarginalSurface : public LikelihoodSurface {
   double value(const VectorXd& x, VectorXd* gradient) override {
     if (!x.allFinite()) return std::numeric_limits<double>::infinity();
     const MarginalPoint point = coordinates_.point(x);
-    MarginalValue value = likelihood_.evaluate(point, gradient != nullptr);
-    if (!std::isfinite(value.minus_log_likelihood)) {
-      // Modes far from here may have been no place to start from.
-      likelihood_.set_modes(outer_modes_, inner_modes_);
-      value = likelihood_.evaluate(point, gradient != nullptr);
-    }
+    // Always from the modes of the estimates, so that a value depends on x alone: where a group has
+    // several modes, the last search may have left it in another one.
+    likelihood_.set_modes(outer_modes_, inner_modes_);
+    const MarginalValue value = likelihood_.evaluate(point, gradient != nullptr);
     if (gradient != nullptr) *gradient = coordinates_.gradient(value);
     return value.minus_log_likelihood;
   }

@@ -25,6 +25,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Squared distance to the constrained maximum, in standard errors, at which it is good enough: the
 // deviance is then right to as much.
 constexpr double kDecrement = 1e-9;
+// The largest that still counts as a minimum: the deviance is off by as much.
+constexpr double kGoodDecrement = 1e-6;
 // Limits are exact to this share of the signed root of the deviance.
 constexpr double kRootTolerance = 1e-6;
 // A deviance that small is that of the estimate itself.
@@ -95,7 +97,8 @@ struct SearchScale {
 /// A constrained maximum.
 struct ProfilePoint {
   double t = 0.0;
-  double root = 0.0;  ///< root of the deviance, on either side of the estimate
+  double root = 0.0;      ///< root of the deviance, on either side of the estimate
+  bool is_above = false;  ///< the likelihood is higher than at the estimate
   VectorXd free{};
   MatrixXd hessian{};  ///< as the search for it left it; empty at the estimate
 };
@@ -105,7 +108,7 @@ struct Limit {
   double value = kNaN;
   bool is_end = false;      ///< of the parameter's range
   bool is_open = false;     ///< the likelihood never falls enough
-  bool is_cut_off = false;  ///< the search met points where the likelihood does not exist
+  bool is_cut_off = false;  ///< the search met points without a constrained maximum
 };
 
 class ProfileSearch {
@@ -136,7 +139,7 @@ class ProfileSearch {
     ProfilePoint inside{.t = scale_.to(estimate_), .free = surface_.optimum()};
     std::optional<ProfilePoint> before;
     std::optional<ProfilePoint> outside;
-    std::optional<double> wall;
+    bool is_at_wall = false;
     double t = inside.t + sign * first_step(target);
     constexpr int kTrials = 60;
     for (int trial = 0; trial < kTrials; ++trial) {
@@ -144,10 +147,15 @@ class ProfileSearch {
       if (is_at_end) t = end;
       if (t == inside.t) break;
       const ProfilePoint point = constrained(t, inside, before);
-      if (!std::isfinite(point.root)) {
-        wall = t;
-        constexpr double kAtWall = 1e-4;
-        if (std::abs(t - inside.t) <= kAtWall * std::max(span_, std::abs(t - origin()))) break;
+      const bool is_close =
+          std::abs(t - inside.t) <= kClose * std::max(span_, std::abs(t - origin()));
+      const bool is_usable = std::isfinite(point.root) && !point.is_above &&
+                             (is_close || is_plausible(point, inside, before));
+      if (!is_usable) {
+        if (is_close) {
+          is_at_wall = true;
+          break;
+        }
         t = 0.5 * (inside.t + t);
         continue;
       }
@@ -165,15 +173,17 @@ class ProfileSearch {
         t = between(inside, *outside, before, target);
       } else {
         if (std::abs(inside.t - origin()) > kFarthest * span_) return open(sign);
-        t = beyond(inside, before, wall, sign, target);
+        t = beyond(inside, before, sign, target);
       }
     }
     if (outside) return at(outside->t);
-    if (wall) return {.is_cut_off = true};
+    if (is_at_wall) return {.is_cut_off = true};
     return open(sign);
   }
 
  private:
+  // Steps that are shorter than this share of the way or of a typical step find nothing new.
+  static constexpr double kClose = 1e-4;
   // A limit that is this many first steps away counts as none.
   static constexpr double kFarthest = 1e4;
 
@@ -191,6 +201,22 @@ class ProfileSearch {
     const bool is_deviation =
         parameter_.form == Form::kDeviation || parameter_.form == Form::kIdentity;
     return is_deviation ? std::abs(parameter_.scale) : 1.0;
+  }
+
+  /// Whether a point may be on the profile that leads through those inside it, rather than in
+  /// another valley of the likelihood: there, the deviance jumps.
+  bool is_plausible(const ProfilePoint& point,
+                    const ProfilePoint& inside,
+                    const std::optional<ProfilePoint>& before) const {
+    if (point.is_above) return false;
+    constexpr double kSteeper = 3.0;
+    constexpr double kSlack = 0.5;
+    double slope = error_ > 0.0 ? 1.0 / error_ : 0.0;
+    if (before && before->t != inside.t) {
+      slope = std::max(slope, (inside.root - before->root) / std::abs(inside.t - before->t));
+    }
+    if (slope <= 0.0) return true;
+    return point.root <= inside.root + kSteeper * slope * std::abs(point.t - inside.t) + kSlack;
   }
 
   static Limit open(int sign) { return {.value = sign * kInfinity, .is_open = true}; }
@@ -237,17 +263,28 @@ class ProfileSearch {
     return inside.free;
   }
 
+  /// The constrained maximum at t; infinitely far down where none was found.
   ProfilePoint constrained(double t,
                            const ProfilePoint& inside,
                            const std::optional<ProfilePoint>& before) {
     const double value = scale_.from(t);
-    ProfilePoint point = minimised(t, value, guess(t, inside, before), inside.hessian);
+    const std::optional<ProfilePoint> point =
+        minimised(t, value, guess(t, inside, before), inside.hessian);
+    if (point && is_plausible(*point, inside, before)) return *point;
     // A guess may lie where there is no likelihood, or in another valley.
-    if (!std::isfinite(point.root)) point = minimised(t, value, inside.free, inside.hessian);
-    return point;
+    const std::optional<ProfilePoint> again = minimised(t, value, inside.free, inside.hessian);
+    if (again && !again->is_above && (!point || point->is_above || again->root < point->root)) {
+      return *again;
+    }
+    return point.value_or(ProfilePoint{.t = t, .root = kInfinity, .free = inside.free});
   }
 
-  ProfilePoint minimised(double t, double value, const VectorXd& free, const MatrixXd& hessian) {
+  /// Nothing where the search ends before a minimum: such a point would look like a steep fall of
+  /// the likelihood.
+  std::optional<ProfilePoint> minimised(double t,
+                                        double value,
+                                        const VectorXd& free,
+                                        const MatrixXd& hessian) {
     const SurfaceLayout& layout = surface_.layout();
     const SmoothFunction objective = [&](const VectorXd& at, VectorXd* gradient) {
       const VectorXd x = parameter_.hold(layout, variance_, at, value);
@@ -260,14 +297,26 @@ class ProfileSearch {
       return result;
     };
     const MatrixXd begin = hessian.size() > 0 ? hessian : constrained_hessian(free, value);
-    const QuasiNewtonResult found =
+    QuasiNewtonResult found =
         minimise(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
-    ProfilePoint point{.t = t, .root = kInfinity, .free = found.x, .hessian = found.hessian};
-    if (!std::isfinite(found.value)) return point;
+    // A Hessian from far away may be stale beyond repair by updates.
+    constexpr int kFreshStarts = 3;
+    for (int i = 0; i < kFreshStarts && std::isfinite(found.value) && !is_minimum(found); ++i) {
+      found = minimise(objective, found.x, {}, {.decrement = kDecrement, .maximum_steps = 60});
+    }
+    if (!std::isfinite(found.value) || !is_minimum(found)) return std::nullopt;
+    ProfilePoint point{.t = t, .free = found.x, .hessian = found.hessian};
     const double deviance = 2.0 * (found.value - start_.value);
     gain_ = std::max(gain_, -0.5 * deviance);
     point.root = std::sqrt(std::max(0.0, deviance));
+    point.is_above = deviance < -kNoDeviance;
     return point;
+  }
+
+  /// Rounding of the likelihood may hide the last of the descent.
+  bool is_minimum(const QuasiNewtonResult& found) const {
+    const double rounding = 1e-13 * std::max(1.0, std::abs(found.value));
+    return found.decrement <= kGoodDecrement + rounding;
   }
 
   /// J'HJ at the estimates' H, with J the derivative of x by the free vector.
@@ -307,7 +356,6 @@ class ProfileSearch {
   /// The next trial further out.
   double beyond(const ProfilePoint& inside,
                 const std::optional<ProfilePoint>& before,
-                const std::optional<double>& wall,
                 int sign,
                 double target) const {
     const double done = std::abs(inside.t - origin());
@@ -318,9 +366,7 @@ class ProfileSearch {
       // A little further, so that the limit lies between.
       step = std::min(step, 1.02 * secant);
     }
-    double t = inside.t + sign * step;
-    if (wall && sign * (t - *wall) >= 0.0) t = 0.5 * (inside.t + *wall);
-    return t;
+    return inside.t + sign * step;
   }
 
   LikelihoodSurface& surface_;
@@ -359,7 +405,7 @@ void take(const Limit& limit,
     add_note(interval.note, fmt::format("the data do not exclude {:g}", limit.value));
   } else if (limit.is_cut_off) {
     add_note(interval.note,
-             fmt::format("{} limit not known: the likelihood does not hold so far out", side));
+             fmt::format("{} limit not known: no constrained maximum was found so far out", side));
   }
 }
 

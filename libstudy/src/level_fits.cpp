@@ -97,15 +97,16 @@ LevelFits::LevelFits(std::string name,
 
 void LevelFits::add(std::size_t work, std::vector<Trial> trials) {
   for (Trial& trial : trials) {
-    tasks_.push_back(
-        {.trial = std::move(trial), .work = work, .position = results_[work].size()});
+    tasks_.push_back({.trial = std::move(trial), .work = work, .position = results_[work].size()});
     results_[work].emplace_back(
         fit::FitResult{.fit = {.specification = tasks_.back().trial.specification}});
     cross_validated_[work].emplace_back();
   }
 }
 
-void LevelFits::run(unsigned threads, const ProgressCallback& progress, std::vector<StageTime>& stages) {
+void LevelFits::run(unsigned threads,
+                    const ProgressCallback& progress,
+                    std::vector<StageTime>& stages) {
   const auto start = std::chrono::steady_clock::now();
   std::atomic<std::size_t> done{0};
   parallel_for(tasks_.size(), threads, [&](std::size_t i) {

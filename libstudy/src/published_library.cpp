@@ -125,6 +125,10 @@ LibraryModel library_model(const JsonReader& model, const std::string& source) {
   if (const auto statistics = model.find("statistics")) set_statistics(*statistics, fit);
   fit.method = fit::default_method(fit.specification);
   fit.sigma = sigma_of(fit);
+  // Of mixed models, sources count variously.
+  if (fit.method == fit::Method::kOrdinary) {
+    fit.parameter_count = static_cast<int>(fit.estimate.size()) + 1;
+  }
   fit.convergence.converged = true;
   fit.convergence.verdict =
       fmt::format("Published, not fitted here: {}; {}.", source, model.at("source").text());

@@ -35,6 +35,9 @@ void add_criteria(ordered_json& row, const Candidate& candidate) {
   row["log_likelihood"] = number(fit.log_likelihood);
   row["aic"] = number(fit.aic());
   row["bic"] = number(fit.bic());
+  const auto& validated = candidate.cross_validated;
+  row["cv_rmse"] = validated ? number(validated->rmse) : ordered_json(nullptr);
+  row["cv_failed_folds"] = validated ? ordered_json(validated->failed) : ordered_json(nullptr);
   row["rank"] = candidate.rank > 0 ? ordered_json(candidate.rank) : ordered_json(nullptr);
   row["chosen"] = candidate.chosen;
 }
@@ -85,6 +88,7 @@ ordered_json random_rows(const ResponseStudy& result) {
     ordered_json row{
         {"effects", candidate.terms},
         {"covariance", fit::covariance_text(candidate.fit.specification.random->covariance)}};
+    add_test(row, candidate);
     add_criteria(row, candidate);
     rows.push_back(std::move(row));
   }

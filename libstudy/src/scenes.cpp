@@ -204,6 +204,10 @@ class SceneMaker {
 
   Scenes make() {
     Scenes result;
+    if (all_species_.empty()) {
+      throw UsageError(fmt::format("the library has no models with the role {}", options_.role));
+    }
+    for (const auto& [species, dbh] : options_.dbh_cm) check_species(species);
     const std::vector<std::string>& chosen =
         options_.species.empty() ? all_species_ : options_.species;
     for (const std::string& species : chosen) result.species.push_back(add_species(species));

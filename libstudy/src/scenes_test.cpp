@@ -73,6 +73,10 @@ TEST_CASE("what a publication does not say is missing from its library") {
   // Of a base model sigma^2 = SSE / (n - p); RMSE^2 = SSE / n but for the mean error of 0.02 m and
   // n - 1, which are below a thousandth.
   const fit::FittedModel& base = fit_of(library, "SM", "h", "ols");
+  // Table 4 prints an AIC of 4686.538 for three parameters, sigma among them, with a log-likelihood
+  // of two decimals.
+  CHECK(base.aic() == Approx(4686.538).margin(0.01));
+  CHECK(std::isnan(mixed.aic()));
   CHECK(base.sigma == Approx(2.7644 * std::sqrt(961.0 / 959.0)).epsilon(1e-12));
 }
 
@@ -135,6 +139,8 @@ TEST_CASE("scenes need models of all responses, a DBH and possible trees") {
   // At the limit of no diameter, the height is breast height.
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"SM"}, .dbh_cm = {{"SM", 1e-300}}}),
                     Contains("no possible tree"));
+  CHECK_THROWS_WITH(scenes_of(library, {.dbh_cm = {{"XX", 20.0}}}), Contains("no models of XX"));
+  CHECK_THROWS_WITH(scenes_of({}), Contains("no models with the role nlme"));
   library.inventory.commonest_dbh_cm.clear();
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"SM"}}), Contains("SM=20"));
   std::erase_if(library.models, [](const LibraryModel& model) { return model.response == "cw"; });

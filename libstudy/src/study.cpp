@@ -175,6 +175,7 @@ void check_options(const Catalogue& catalogue, const StudyOptions& options) {
                     response,
                     fmt::join(known, ", ")));
   }
+  if (options.responses.empty()) throw UsageError("there is no response to model");
   if (options.covariate_parameters < 1 || options.covariate_parameters > 2) {
     throw UsageError("covariates can be on one parameter at once, or on two");
   }
@@ -187,17 +188,47 @@ void check_options(const Catalogue& catalogue, const StudyOptions& options) {
   for (const std::string& text : options.variance_functions) fit::parse_variance_function(text);
 }
 
-void note_what_is_left_out(const data::Table& table, Study& study) {
+std::vector<std::string> without_repeats(const std::vector<std::string>& names) {
+  std::vector<std::string> result;
+  for (const std::string& name : names) {
+    if (std::ranges::find(result, name) == result.end()) result.push_back(name);
+  }
+  return result;
+}
+
+/// Covariates that were asked for and are no numbers; the structural indices go together.
+void note_covariates(const data::Table& table, Study& study) {
+  const std::vector<std::string>& covariates = study.options.covariates;
+  if (covariates.empty()) {
+    study.notes.emplace_back("No covariates were asked for: level 2 was left out.");
+    return;
+  }
   const bool has_any = std::ranges::any_of(
-      study.options.covariates, [&](const std::string& name) { return has_numbers(table, name); });
-  if (!has_any) {
+      covariates, [&](const std::string& name) { return has_numbers(table, name); });
+  if (!has_any && covariates == StudyOptions{}.covariates) {
     study.notes.emplace_back(
         "The inventory has no positions, so there are no structural units: level 2 was left out.");
+    return;
   }
+  const bool has_units = table.has("W") || table.has("M");
+  for (const std::string& name : covariates) {
+    if (has_numbers(table, name)) continue;
+    if (table.has(name)) {
+      study.notes.push_back(fmt::format("{} holds text: left out as a covariate.", name));
+    } else if (has_units || covariates != StudyOptions{}.covariates) {
+      study.notes.push_back(fmt::format("The inventory has no {}: left out as a covariate.", name));
+    }
+  }
+}
+
+void note_what_is_left_out(const data::Table& table, Study& study) {
+  note_covariates(table, study);
   for (const std::string& response : study.options.responses) {
     if (!has_numbers(table, response)) {
       study.notes.push_back(
-          fmt::format("The inventory has no {}: its models were left out.", response));
+          table.has(response)
+              ? fmt::format("{} holds text: its models were left out.", response)
+              : fmt::format("The inventory has no {}: its models were left out.", response));
     }
   }
 }
@@ -246,11 +277,13 @@ Study run_study(const data::Table& table,
                 const ProgressCallback& progress) {
   check_options(catalogue, options);
   Study study{.options = options};
+  study.options.species = without_repeats(options.species);
+  study.options.responses = without_repeats(options.responses);
   note_what_is_left_out(table, study);
   std::vector<std::string> small;
   std::vector<Work> works;
-  for (const std::string& species : species_of(table, options)) {
-    for (const std::string& response : options.responses) {
+  for (const std::string& species : species_of(table, study.options)) {
+    for (const std::string& response : study.options.responses) {
       Work work = prepared(table, catalogue, options, species, response);
       const std::size_t trees = work.result.rows.size();
       if (trees >= options.minimum_trees) {

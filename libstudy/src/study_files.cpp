@@ -149,6 +149,10 @@ void write_study(const StudyRecord& record,
     std::ostringstream units;
     stand::write_structural_units(record.inventory.inventory, *record.units, units);
     write_file(folder / "indices.csv", units.str());
+  } else {
+    // Those of an earlier study would be of other trees.
+    std::error_code ignored;
+    std::filesystem::remove(folder / "indices.csv", ignored);
   }
   data::write_csv_table(predictions_of(record, library), folder / "predictions.csv");
   stand::write_excluded(record.inventory.excluded, folder / "excluded.csv");

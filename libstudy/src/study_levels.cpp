@@ -151,7 +151,10 @@ LikelihoodRatioTest likelihood_ratio_test(const fit::FittedModel& larger,
   LikelihoodRatioTest test;
   test.statistic = 2.0 * (larger.log_likelihood - smaller.log_likelihood);
   test.degrees_of_freedom = larger.parameter_count - smaller.parameter_count;
-  if (test.degrees_of_freedom > 0 && test.statistic > 0.0) {
+  // Where the larger model goes through all observations, no chance explains the gain.
+  if (test.degrees_of_freedom > 0 && std::isinf(test.statistic) && test.statistic > 0.0) {
+    test.p = 0.0;
+  } else if (test.degrees_of_freedom > 0 && test.statistic > 0.0) {
     const boost::math::chi_squared distribution(test.degrees_of_freedom);
     test.p = boost::math::cdf(boost::math::complement(distribution, test.statistic));
   }

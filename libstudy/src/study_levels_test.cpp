@@ -87,6 +87,11 @@ TEST_CASE("the p-value of a likelihood ratio is the upper tail of chi-squared") 
   CHECK(p_of(200.0, 2) == Approx(std::exp(-100.0)).epsilon(1e-12));
 }
 
+TEST_CASE("a larger model that fits exactly has p = 0") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  CHECK(likelihood_ratio_test(candidate(infinity, 4).fit, candidate(-10.0, 3).fit).p == 0.0);
+}
+
 TEST_CASE("a larger model that is not more likely has p = 1") {
   CHECK(likelihood_ratio_test(candidate(-10.0, 4).fit, candidate(-10.0, 3).fit).p == 1.0);
   CHECK(likelihood_ratio_test(candidate(-11.0, 4).fit, candidate(-10.0, 3).fit).p == 1.0);

@@ -11,6 +11,11 @@ const CRITERIA = [
   numeric("AIC", ({ aic }) => aic, criterion),
   numeric("BIC", ({ bic }) => bic, criterion),
 ];
+/** Errors of predictions for plots left out, where the study chose by them. */
+const crossValidated = (rows) =>
+  rows.some(({ cv_rmse }) => cv_rmse !== null && cv_rmse !== undefined)
+    ? [numeric("RMSE, left out", ({ cv_rmse }) => cv_rmse, (value) => decimals(value, 3))]
+    : [];
 const LIKELIHOOD_RATIO = [
   numeric("Likelihood ratio", ({ likelihood_ratio }) => likelihood_ratio, criterion),
   numeric("df", ({ df }) => df, count),
@@ -56,18 +61,22 @@ export function levels(result) {
       numeric("R²", (row) => row.r2, r2),
       ...[["RMSE", "rmse"], ["MAE", "mae"], ["Mean error", "mean_error"]].map(length),
       ...CRITERIA,
+      ...crossValidated(result.base),
       { title: "Formula", text: true, value: ({ formula }) => element("code", {}, formula) },
     ]),
     level("Level 2, covariates (test against the base model)", result.covariates, parameters, [
       { title: "Parameters", text: true, value: (row) => element("code", {}, parameters(row)) },
       RANK,
       ...CRITERIA,
+      ...crossValidated(result.covariates),
       ...LIKELIHOOD_RATIO,
     ]),
-    level("Level 3, random effects by plot", result.random, effects, [
+    level("Level 3, random effects by plot (test against none)", result.random, effects, [
       { title: "Random effects on", text: true, value: (row) => element("code", {}, effects(row)) },
       RANK,
       ...CRITERIA,
+      ...crossValidated(result.random),
+      ...LIKELIHOOD_RATIO,
     ]),
     level("Level 3, variance function (test against none)", result.variance, varianceText, [
       { title: "Function", text: true, value: varianceText },
@@ -75,6 +84,7 @@ export function levels(result) {
       numeric("Delta", ({ delta }) => delta, significant),
       numeric("Constant", ({ constant }) => constant, significant),
       ...CRITERIA,
+      ...crossValidated(result.variance),
       ...LIKELIHOOD_RATIO,
     ]),
   ];

@@ -9,7 +9,7 @@ import { plural } from "./format.js";
 const LEVELS = ["ols", "covariates", "nlme"];
 const ACCURACY = ["r2", "mean_error", "rmse", "mae"];
 const TEST = ["likelihood_ratio", "df", "p"];
-const CRITERIA = ["k", "log_likelihood", "aic", "bic", "rank", "chosen", "converged", "verdict"];
+const CRITERIA = ["k", "log_likelihood", "aic", "bic", "cv_rmse", "cv_failed_folds", "rank", "chosen", "converged", "verdict"];
 
 const rowsOf = (results, level) => results.flatMap((result) => result[level].map((row) => ({ ...row, species: result.species, response: result.response })));
 const fitsOf = (results) => results.flatMap(({ species, response, fits }) => LEVELS.filter((level) => fits[level] !== null).map((level) => ({ species, response, level, fit: fits[level] })));
@@ -44,7 +44,7 @@ const statistics = (results) =>
 const TABLES = [
   { file: "candidates.csv", what: "Level 1: every base model with its rank", columns: ["species", "response", "model", "name", "formula", ...ACCURACY, ...CRITERIA], rows: candidates },
   { file: "covariates.csv", what: "Level 2: every covariate subset, likelihood-ratio tests", columns: ["species", "response", "sub_models", ...ACCURACY, ...TEST, ...CRITERIA], rows: covariates },
-  { file: "random_effects.csv", what: "Level 3: every subset of random effects", columns: ["species", "response", "random_effects", "covariance", ...CRITERIA], rows: randomEffects },
+  { file: "random_effects.csv", what: "Level 3: every subset of random effects, tests against none", columns: ["species", "response", "random_effects", "covariance", ...TEST, ...CRITERIA], rows: randomEffects },
   { file: "variance_functions.csv", what: "Level 3: variance functions, likelihood-ratio tests", columns: ["species", "response", "function", "delta", "constant", ...TEST, ...CRITERIA], rows: (results) => rowsOf(results, "variance") },
   { file: "estimates.csv", what: "Coefficients of the chosen models", columns: ["species", "response", "level", "coefficient", "estimate", "se", "df", "t", "p"], rows: estimates },
   { file: "variance_components.csv", what: "Variance components of the mixed models", columns: ["species", "response", "component", "value"], rows: (results) => results.flatMap(components) },

@@ -3,7 +3,7 @@
 
 /**
  * @typedef {{converged: boolean, verdict: string, k: number|null, log_likelihood: number|null, aic: number|null,
- *   bic: number|null, rank: number|null, chosen: boolean}} Criteria
+ *   bic: number|null, cv_rmse?: number|null, cv_failed_folds?: number|null, rank: number|null, chosen: boolean}} Criteria
  * @typedef {{r2: number|null, mean_error: number|null, rmse: number|null, mae: number|null}} Accuracy
  * @typedef {{likelihood_ratio: number|null, df: number|null, p: number|null}} LikelihoodRatio
  * @typedef {Criteria & Accuracy & {id: string, name: string, formula: string}} BaseCandidate
