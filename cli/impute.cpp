@@ -36,7 +36,8 @@ std::vector<std::string> new_names(const ImputeArguments& arguments) {
 }
 
 data::Table read_data(const ImputeArguments& arguments) {
-  std::vector<std::string> labels{arguments.impute.group, arguments.impute.by};
+  const std::string& group = arguments.impute.group;
+  std::vector<std::string> labels{group.empty() ? "plot" : group, arguments.impute.by};
   if (!arguments.impute.random.empty() && arguments.impute.random != "none") {
     for (const auto& random : fit::parse_random_effects(arguments.impute.random)) {
       labels.push_back(random.group);
@@ -105,6 +106,7 @@ void print_json(const ImputeArguments& arguments, const study::Imputation& resul
       {"measured", result.count(ImputeSource::kMeasured)},
       {"imputed",
        {{"plot", result.count(ImputeLevel::kPlot)},
+        {"stand", result.count(ImputeLevel::kStand)},
         {"population", result.count(ImputeLevel::kPopulation)}}},
       {"missing", result.count(ImputeSource::kMissing)},
       {"flags", flag_counts(result)},
@@ -114,6 +116,17 @@ void print_json(const ImputeArguments& arguments, const study::Imputation& resul
   fmt::print("{}\n", summary.dump(2));
 }
 
+/// Such as ", random a | stand; a + b | plot"; empty without.
+std::string random_text(const fit::ModelSpecification& specification) {
+  if (!specification.random) return {};
+  const auto text = [](const fit::RandomEffects& random) {
+    return fmt::format("{} | {}", random.text(), random.group);
+  };
+  const auto& outer = specification.outer_random;
+  return fmt::format(
+      ", random {}{}", outer ? text(*outer) + "; " : "", text(*specification.random));
+}
+
 /// What a person who reads the file wants to know of it.
 void say_summary(const ImputeArguments& arguments, const study::Imputation& result) {
   using study::ImputeLevel;
@@ -121,23 +134,24 @@ void say_summary(const ImputeArguments& arguments, const study::Imputation& resu
   for (const std::string& note : result.notes) say(arguments.common, "note: " + note);
   for (const study::ImputeModel& model : result.models) {
     const fit::FittedModel& fit = model.fit;
-    const auto& random = fit.specification.random;
     say(arguments.common,
         fmt::format("{}{}{}{}, variance {}, {} trees, conditional RMSE {:.4g}",
                     model.label.empty() ? "" : model.label + ": ",
                     fit.model.empty() ? "" : fit.model + " ",
                     fit.specification.formula.text,
-                    random ? fmt::format(", random {} | {}", random->text(), random->group) : "",
+                    random_text(fit.specification),
                     fit.specification.variance.text(),
                     fit.observations,
                     fit.conditional.rmse));
   }
+  const std::size_t stand = result.count(ImputeLevel::kStand);
   say(arguments.common,
-      fmt::format("{}: {} measured, {} imputed with their plot, {} with the population's curve, {} "
-                  "left empty",
+      fmt::format("{}: {} measured, {} imputed with their plot, {}{} with the population's curve, "
+                  "{} left empty",
                   arguments.impute.response,
                   result.count(ImputeSource::kMeasured),
                   result.count(ImputeLevel::kPlot),
+                  stand > 0 ? fmt::format("{} with their stand, ", stand) : "",
                   result.count(ImputeLevel::kPopulation),
                   result.count(ImputeSource::kMissing)));
   for (const auto& [flag, count] : flag_counts(result)) {
@@ -189,7 +203,7 @@ void add_impute_command(CLI::App& program) {
   study::ImputeOptions& options = arguments->impute;
   command.add_option("--response", options.response, "Column to fill in")->capture_default_str();
   add_model_options(command, options);
-  command.add_option("--group", options.group, "Column of the plots")->capture_default_str();
+  command.add_option("--group", options.group, "Column of the plots (default: plot)");
   command.add_option(
       "--by", options.by, "Column whose values get models of their own, such as species");
   command
@@ -199,7 +213,7 @@ void add_impute_command(CLI::App& program) {
       ->capture_default_str();
   command.add_flag("--add-residual",
                    options.add_residual,
-                   "Add a random residual to imputed values, and a random effect to plots without "
+                   "Add a random residual to imputed values, and random effects to plots without "
                    "measured trees");
   command
       .add_option("--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm")

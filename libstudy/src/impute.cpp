@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "covariance_root.hpp"
@@ -29,10 +28,13 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 bool is_measured(double value) { return std::isfinite(value); }
 
 void check(const data::Table& table, const ImputeOptions& options) {
-  for (const std::string& name : {options.response, options.by}) {
+  for (const std::string& name : {options.response, options.by, options.group}) {
     if (name.empty() || table.has(name)) continue;
     throw UsageError(fmt::format(
         "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")));
+  }
+  if (!options.formula.empty() && !options.models.empty()) {
+    throw UsageError("give either --formula or --model, not both");
   }
   require_numbers(table, {options.response});
 }
@@ -96,21 +98,71 @@ std::string flag_of(const fit::FittedModel& fit, const data::Table& table, std::
   return {};
 }
 
-/// One random effect for each group that the fit does not know, drawn from its distribution.
-void draw_new_groups(fit::FittedModel& fit, const data::Table& table, Random& random) {
-  const data::TextColumn labels = table.labels(fit.specification.random->group);
-  const std::set<std::string> known(fit.group_labels.begin(), fit.group_labels.end());
-  const std::optional<Eigen::MatrixXd> root = covariance_root(fit.random_covariance);
-  if (!root) throw NumericalError("the covariance of the random effects has no root");
-  for (const std::string& label : labels.levels()) {
-    if (known.contains(label)) continue;
-    Eigen::VectorXd normal(fit.random_covariance.rows());
-    for (double& value : normal) value = random.normal();
-    fit.group_labels.push_back(label);
-    fit.random_effects.conservativeResize(Eigen::NoChange, fit.random_effects.cols() + 1);
-    fit.random_effects.rightCols(1) = *root * normal;
+/// What measured trees say of the groups of some rows.
+class Groups {
+ public:
+  Groups(const fit::FittedModel& fit, const data::Table& rows)
+      : fit_(fit), found_(fit::calibrate(fit, rows)) {
+    const std::size_t groups = found_.group_labels.size();
+    is_measured_.resize(groups);
+    is_outer_measured_.resize(found_.outer_labels.size());
+    for (std::size_t c = 0; c < found_.outer_labels.size(); ++c) {
+      is_outer_measured_[c] = found_.fitted_outer[c] >= 0;
+    }
+    for (std::size_t g = 0; g < groups; ++g) {
+      is_measured_[g] = found_.fitted_group[g] >= 0 || found_.measured[g] > 0;
+      if (is_measured_[g] && found_.outer_of[g] >= 0) {
+        is_outer_measured_[static_cast<std::size_t>(found_.outer_of[g])] = true;
+      }
+    }
   }
-}
+
+  /// Random effects of the groups without measured trees, from their distribution.
+  void draw(Random& random) {
+    draw(is_outer_measured_, fit_.outer.covariance, random, found_.outer_effects);
+    draw(is_measured_, fit_.random_covariance, random, found_.effects);
+  }
+
+  /// The fit with the random effects of these groups.
+  fit::FittedModel known() const { return with_groups(fit_, found_); }
+
+  ImputeLevel level(std::size_t row) const {
+    if (is_known(found_.group_of_row[row], is_measured_, found_.effects)) return ImputeLevel::kPlot;
+    if (is_known(found_.outer_of_row[row], is_outer_measured_, found_.outer_effects)) {
+      return ImputeLevel::kStand;
+    }
+    return ImputeLevel::kPopulation;
+  }
+
+ private:
+  static void draw(const std::vector<bool>& is_measured,
+                   const Eigen::MatrixXd& covariance,
+                   Random& random,
+                   Eigen::MatrixXd& effects) {
+    if (is_measured.empty()) return;
+    const std::optional<Eigen::MatrixXd> root = covariance_root(covariance);
+    if (!root) throw NumericalError("the covariance of the random effects has no root");
+    Eigen::VectorXd normal(covariance.rows());
+    for (std::size_t g = 0; g < is_measured.size(); ++g) {
+      // Drawn for all groups, so that one more measurement does not change the others.
+      for (double& value : normal) value = random.normal();
+      if (!is_measured[g]) effects.col(static_cast<Index>(g)) = *root * normal;
+    }
+  }
+
+  /// Whether effects of a group come from trees; they are NaN if they were not found.
+  static bool is_known(Index group,
+                       const std::vector<bool>& is_measured,
+                       const Eigen::MatrixXd& effects) {
+    return group >= 0 && is_measured[static_cast<std::size_t>(group)] &&
+           effects.col(group).allFinite();
+  }
+
+  const fit::FittedModel& fit_;
+  fit::Calibration found_;
+  std::vector<bool> is_measured_{};        ///< (G) in the fit or these rows
+  std::vector<bool> is_outer_measured_{};  ///< (C)
+};
 
 /// Fills in the rows of one part.
 class Filling {
@@ -121,13 +173,12 @@ class Filling {
   /// \param stream  of random numbers, one a part
   void fill(const Part& part, const fit::FittedModel& fit, std::uint64_t stream) {
     const data::Table rows = table_.select(part.rows);
-    const std::set<std::string> plots = measured_plots(fit, rows);
-    fit::FittedModel known = fit;
-    if (fit.has_random_effects()) known = with_groups(fit, fit::calibrate(fit, rows));
     Random random(options_.seed, stream);
-    if (options_.add_residual && can_draw(fit)) draw_new_groups(known, rows, random);
-    const fit::Prediction prediction = fit::predict(known, rows, fit::Level::kConditional);
-    const data::TextColumn labels = labels_of(fit, rows);
+    std::optional<Groups> groups;
+    if (fit.has_random_effects()) groups.emplace(fit, rows);
+    if (groups && options_.add_residual) groups->draw(random);
+    const fit::Prediction prediction =
+        fit::predict(groups ? groups->known() : fit, rows, fit::Level::kConditional);
     for (std::size_t i = 0; i < part.rows.size(); ++i) {
       const std::size_t row = part.rows[i];
       // Drawn for all trees, so that one more measurement does not change the others.
@@ -143,41 +194,11 @@ class Filling {
       }
       result_.value[row] = value;
       result_.source[row] = ImputeSource::kImputed;
-      const bool has_plot =
-          labels.size() > 0 && !labels.is_missing(i) && plots.contains(std::string(labels[i]));
-      result_.level[row] = has_plot ? ImputeLevel::kPlot : ImputeLevel::kPopulation;
+      result_.level[row] = groups ? groups->level(i) : ImputeLevel::kPopulation;
     }
   }
 
  private:
-  static bool can_draw(const fit::FittedModel& fit) {
-    return fit.has_random_effects() && !fit.specification.outer_random;
-  }
-
-  static data::TextColumn labels_of(const fit::FittedModel& fit, const data::Table& rows) {
-    return fit.has_random_effects() ? rows.labels(fit.specification.random->group)
-                                    : data::TextColumn();
-  }
-
-  /// Plots whose random effects come from trees: of the fit, or of these rows.
-  std::set<std::string> measured_plots(const fit::FittedModel& fit, const data::Table& rows) const {
-    std::set<std::string> plots;
-    if (!fit.has_random_effects()) return plots;
-    for (const std::string& label : fit.group_labels) {
-      // Nested ones are `outer/inner`.
-      const std::size_t slash = fit.specification.outer_random ? label.rfind('/') + 1 : 0;
-      plots.insert(label.substr(slash));
-    }
-    const data::TextColumn labels = labels_of(fit, rows);
-    const auto response = rows.numbers(options_.response);
-    for (std::size_t row = 0; row < rows.rows(); ++row) {
-      if (is_measured(response[row]) && !labels.is_missing(row)) {
-        plots.insert(std::string(labels[row]));
-      }
-    }
-    return plots;
-  }
-
   const data::Table& table_;
   const ImputeOptions& options_;
   Imputation& result_;
@@ -200,6 +221,8 @@ std::string level_text(ImputeLevel level) {
   switch (level) {
     case ImputeLevel::kPlot:
       return "plot";
+    case ImputeLevel::kStand:
+      return "stand";
     case ImputeLevel::kPopulation:
       return "population";
     default:
@@ -219,6 +242,7 @@ Imputation impute(const data::Table& table,
                   const Catalogue& catalogue,
                   const ImputeOptions& options) {
   check(table, options);
+  require_model_numbers(table, catalogue, options);
   const auto response = table.numbers(options.response);
   Imputation result{.value = std::vector<double>(table.rows(), kNaN),
                     .source = std::vector<ImputeSource>(table.rows(), ImputeSource::kMissing),
@@ -228,6 +252,11 @@ Imputation impute(const data::Table& table,
     if (!is_measured(response[row])) continue;
     result.value[row] = response[row];
     result.source[row] = ImputeSource::kMeasured;
+  }
+  if (options.random.empty() && plot_column(table, options).empty()) {
+    result.notes.emplace_back(
+        "there is no column 'plot' (--group names another), so that the model has no random "
+        "effects");
   }
   Filling filling(table, options, result);
   std::uint64_t stream = 0;

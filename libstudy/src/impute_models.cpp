@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -18,6 +19,7 @@ namespace {
 /// rising everywhere, and hardly correlated with the plots' differences in shape.
 constexpr const char* kHeightModel = "M1";
 constexpr const char* kAll = "all:";
+constexpr const char* kPlot = "plot";
 
 /// A mean function to try.
 struct Mean {
@@ -62,20 +64,41 @@ std::vector<Mean> means_of(const data::Table& table,
   return means;
 }
 
+/// Groups of a table that may have been selected from one with more.
+std::size_t group_count(const data::Table& table, const std::string& column) {
+  const data::TextColumn labels = table.labels(column);
+  std::set<std::string_view> groups;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (!labels.is_missing(row)) groups.insert(labels[row]);
+  }
+  return groups.size();
+}
+
+/// Says so if there are too few plots for the random effects that are otherwise taken.
+void note_few_plots(const data::Table& measured,
+                    const ImputeOptions& options,
+                    std::vector<std::string>& notes) {
+  const std::string group = plot_column(measured, options);
+  if (!options.random.empty() || group.empty() || group_count(measured, group) > 1) return;
+  notes.push_back(fmt::format(
+      "fewer than two values of '{}' have a measured {}, so that the model has no random effects",
+      group,
+      options.response));
+}
+
 /// Random effects to try in turn: what was asked for, or two, one and none.
 std::vector<std::string> random_texts(const fit::ModelSpecification& specification,
                                       const data::Table& table,
                                       const ImputeOptions& options) {
   if (!options.random.empty()) return {options.random};
-  if (!table.has(options.group) || table.labels(options.group).levels().size() < 2) {
-    return {"none"};
-  }
+  const std::string group = plot_column(table, options);
+  if (group.empty() || group_count(table, group) < 2) return {"none"};
   const std::vector<std::string> names = specification.coefficient_names();
   std::vector<std::string> texts;
   if (names.size() > 1) {
-    texts.push_back(fmt::format("{} + {} | {}", names[0], names[1], options.group));
+    texts.push_back(fmt::format("{} + {} | {}", names[0], names[1], group));
   }
-  texts.push_back(fmt::format("{} | {}", names[0], options.group));
+  texts.push_back(fmt::format("{} | {}", names[0], group));
   texts.emplace_back("none");
   return texts;
 }
@@ -118,6 +141,30 @@ Attempt fitted(const Mean& mean, const data::Table& table, const ImputeOptions& 
 
 }  // namespace
 
+std::string plot_column(const data::Table& table, const ImputeOptions& options) {
+  if (!options.group.empty()) return options.group;
+  return table.has(kPlot) ? kPlot : "";
+}
+
+void require_model_numbers(const data::Table& table,
+                           const Catalogue& catalogue,
+                           const ImputeOptions& options) {
+  std::vector<std::string> columns;
+  if (!options.formula.empty()) {
+    columns = fit::specify_model(options.formula, {}, table).predictors();
+  } else {
+    for (const BaseModel* model : chosen_models(catalogue, options)) {
+      columns.insert(columns.end(), model->covariates.begin(), model->covariates.end());
+    }
+  }
+  const fit::VarianceFunction variance =
+      fit::parse_variance_function(variance_text(table, options));
+  for (const fit::VarianceFactor& factor : variance.factors) {
+    if (!factor.column.empty()) columns.push_back(factor.column);
+  }
+  require_numbers(table, columns);
+}
+
 fit::FittedModel imputation_model(const data::Table& measured,
                                   const Catalogue& catalogue,
                                   const ImputeOptions& options,
@@ -134,6 +181,7 @@ fit::FittedModel imputation_model(const data::Table& measured,
                                  mean.specification.formula.left,
                                  options.response));
   }
+  note_few_plots(measured, options, notes);
   std::vector<Attempt> attempts(means.size());
   parallel_for(means.size(), options.threads, [&](std::size_t i) {
     attempts[i] = fitted(means[i], measured, options);

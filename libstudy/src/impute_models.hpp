@@ -6,8 +6,17 @@
 
 namespace silvafit::study {
 
+/// The column of the plots: the one asked for, or `plot`; empty if the table has none.
+std::string plot_column(const data::Table& table, const ImputeOptions& options);
+
+/// Makes sure that the columns which the models to try read as numbers hold numbers.
+/// \throws InputError at the first value that is no number, or if there is no such column
+void require_model_numbers(const data::Table& table,
+                           const Catalogue& catalogue,
+                           const ImputeOptions& options);
+
 /// The model of some trees.
-/// \param notes  gets what was tried in vain
+/// \param notes  gets what was tried in vain, and why there are no random effects
 /// \throws NumericalError if none converges
 fit::FittedModel imputation_model(const data::Table& measured,
                                   const Catalogue& catalogue,

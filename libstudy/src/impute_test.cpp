@@ -53,6 +53,71 @@ Catalogue catalogue() {
   return Catalogue::load(std::filesystem::path(SILVAFIT_DATA_DIR) / "models");
 }
 
+constexpr int kMeasuredStands = 50;
+constexpr int kFewTrees = 8;
+
+/// 50 stands S1... with heights of half of their trees, but none on the last of several plots, and
+/// some stands S5... without heights, which are a line with effects of stand and plot.
+/// With several plots a stand these are numbered from 1 in each, else they have the stand's name.
+data::Table linear_inventory(int unmeasured_stands, int plots_a_stand) {
+  Random random(23);
+  data::Table table;
+  data::TextColumn stand;
+  data::TextColumn plot;
+  std::vector<double> dbh;
+  std::vector<double> h;
+  for (int i = 0; i < kMeasuredStands + unmeasured_stands; ++i) {
+    const bool is_measured = i < kMeasuredStands;
+    const std::string name = (is_measured ? "S1" : "S5") + std::to_string(1000 + i);
+    const double of_stand = random.normal(0.0, 2.0);
+    for (int j = 1; j <= plots_a_stand; ++j) {
+      const double of_plot = plots_a_stand > 1 ? random.normal(0.0, 1.5) : 0.0;
+      const bool has_heights = is_measured && (j < plots_a_stand || plots_a_stand == 1);
+      for (int k = 0; k < kFewTrees; ++k) {
+        stand.append(name);
+        plot.append(plots_a_stand > 1 ? std::to_string(j) : name);
+        dbh.push_back(random.uniform(6.0, 40.0));
+        const double height = 5.0 + 0.5 * dbh.back() + of_stand + of_plot + random.normal(0.0, 1.0);
+        h.push_back(has_heights && k % 2 == 0 ? height : kNaN);
+      }
+    }
+  }
+  table.set("stand", stand);
+  table.set("plot", plot);
+  table.set("dbh", dbh);
+  table.set("h", h);
+  return table;
+}
+
+/// Mean difference of the imputed values of two imputations by the values of a column.
+std::map<std::string, double> mean_differences(const data::Table& table,
+                                               const std::string& column,
+                                               const Imputation& first,
+                                               const Imputation& second) {
+  const data::TextColumn labels = table.labels(column);
+  std::map<std::string, double> sums;
+  std::map<std::string, int> counts;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (first.source[row] != ImputeSource::kImputed) continue;
+    sums[std::string(labels[row])] += second.value[row] - first.value[row];
+    ++counts[std::string(labels[row])];
+  }
+  for (auto& [label, sum] : sums) sum /= counts[label];
+  return sums;
+}
+
+template <typename Choice>
+double mean_square(const std::map<std::string, double>& values, const Choice& is_chosen) {
+  double sum = 0.0;
+  int count = 0;
+  for (const auto& [label, value] : values) {
+    if (!is_chosen(label)) continue;
+    sum += value * value;
+    ++count;
+  }
+  return sum / count;
+}
+
 /// The fit's curve with effects of a plot added, written out.
 double curve(const fit::FittedModel& fit, const std::string& plot, double dbh) {
   Eigen::VectorXd coefficients = fit.estimate;
@@ -128,6 +193,94 @@ TEST_CASE("residuals that are added have the fit's standard deviation and follow
   CHECK(squares / count == Approx(1.0).margin(4.0 * std::sqrt(2.0 / count)));
 }
 
+TEST_CASE("plots without measured trees get random effects drawn from their distribution") {
+  constexpr int kUnmeasured = 400;
+  const data::Table table = linear_inventory(kUnmeasured, 1);
+  ImputeOptions options{
+      .formula = "h ~ p + q*dbh", .random = "p | plot", .variance = "none", .seed = 5};
+  const Imputation plain = impute(table, catalogue(), options);
+  options.add_residual = true;
+  const Imputation drawn = impute(table, catalogue(), options);
+  const fit::FittedModel& fit = plain.models[0].fit;
+  REQUIRE(fit.random_covariance(0, 0) > 1.0);
+  const double residual = fit.sigma * fit.sigma / kFewTrees;
+  // The mean square of n normal numbers has a relative standard deviation of sqrt(2/n).
+  const auto by_plot = mean_differences(table, "plot", plain, drawn);
+  const double unmeasured = mean_square(by_plot, [](const auto& plot) { return plot >= "S5"; });
+  CHECK(unmeasured ==
+        Approx(fit.random_covariance(0, 0) + residual).epsilon(4.0 * std::sqrt(2.0 / kUnmeasured)));
+  CHECK(drawn.count(ImputeLevel::kPopulation) == kUnmeasured * kFewTrees);
+  // Those of measured plots are not drawn; half of their trees are imputed.
+  const double measured = mean_square(by_plot, [](const auto& plot) { return plot < "S5"; });
+  CHECK(
+      measured ==
+      Approx(2.0 * residual).epsilon(4.0 * std::sqrt(2.0 / static_cast<double>(kMeasuredStands))));
+}
+
+TEST_CASE("nested groupings take the plot's effects, the stand's, or the population's") {
+  constexpr int kUnmeasured = 400;
+  const data::Table table = linear_inventory(kUnmeasured, 3);
+  ImputeOptions options{
+      .formula = "h ~ p + q*dbh", .random = "p | stand/plot", .variance = "none", .seed = 5};
+  const Imputation plain = impute(table, catalogue(), options);
+  const fit::FittedModel& fit = plain.models[0].fit;
+  const data::TextColumn stands = table.labels("stand");
+  const data::TextColumn plots = table.labels("plot");
+  std::map<std::string, double> stand_effect;
+  for (std::size_t c = 0; c < fit.outer.labels.size(); ++c) {
+    stand_effect[fit.outer.labels[c]] = fit.outer.effects(0, static_cast<Eigen::Index>(c));
+  }
+  REQUIRE(stand_effect.size() == kMeasuredStands);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (plain.source[row] == ImputeSource::kMeasured) continue;
+    const std::string stand(stands[row]);
+    const bool has_stand = stand < "S5";
+    const bool has_plot = has_stand && plots[row] != "3";
+    CHECK(level_text(plain.level[row]) == (has_plot ? "plot" : has_stand ? "stand" : "population"));
+    if (has_plot) continue;
+    const double mean = fit.estimate[0] + fit.estimate[1] * table.numbers("dbh")[row];
+    // Only rounding is between the two.
+    CHECK(plain.value[row] ==
+          Approx(mean + (has_stand ? stand_effect[stand] : 0.0)).epsilon(1e-12));
+  }
+
+  options.add_residual = true;
+  const Imputation drawn = impute(table, catalogue(), options);
+  const double residual = fit.sigma * fit.sigma / kFewTrees;
+  const double expected =
+      fit.outer.covariance(0, 0) + (fit.random_covariance(0, 0) + residual) / 3.0;
+  const double found = mean_square(mean_differences(table, "stand", plain, drawn),
+                                   [](const auto& stand) { return stand >= "S5"; });
+  CHECK(found == Approx(expected).epsilon(4.0 * std::sqrt(2.0 / kUnmeasured)));
+}
+
+TEST_CASE("a model without random effects for want of plots is noted") {
+  data::Table table = inventory();
+  const Imputation with_plots = impute(table, catalogue());
+  CHECK(with_plots.notes.empty());
+  // Two plots, trees measured on one of them.
+  std::vector<std::size_t> rows;
+  const data::TextColumn plots = table.labels("plot");
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (plots[row] == "P3" || plots[row] == "P12") rows.push_back(row);
+  }
+  const Imputation one = impute(table.select(rows), catalogue());
+  REQUIRE(one.notes.size() == 1);
+  CHECK_THAT(one.notes[0], Contains("fewer than two values of 'plot'"));
+  CHECK(one.count(ImputeLevel::kPlot) == 0);
+
+  data::Table without;
+  for (const std::string name : {"dbh", "h"}) {
+    const auto values = table.numbers(name);
+    without.set(name, std::vector<double>(values.begin(), values.end()));
+  }
+  const Imputation none = impute(without, catalogue());
+  REQUIRE(none.notes.size() == 1);
+  CHECK_THAT(none.notes[0], Contains("no column 'plot'"));
+  CHECK(none.count(ImputeLevel::kPlot) == 0);
+  CHECK_THROWS_AS(impute(table, catalogue(), {.group = "plt"}), UsageError);
+}
+
 TEST_CASE("several models are tried, and the one with the lowest AIC is taken") {
   const data::Table table = inventory();
   const Imputation m1 = impute(table, catalogue(), {.models = {"M1"}});
@@ -143,6 +296,10 @@ TEST_CASE("imputation says what it lacks") {
                     Contains("there is no column 'volume'"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.by = "kind"}), Contains("no column 'kind'"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "dbh ~ p + q*h"}), Contains("not of h"));
+  CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "h ~ p + q*dbh", .models = {"M1"}}),
+                    Contains("either --formula or --model"));
+  CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "h ~ p + q*species"}),
+                    Contains("'pine' is not a number"));
   table.set("h", std::vector<double>(table.rows(), kNaN));
   CHECK_THROWS_AS(impute(table, catalogue()), InputError);
 }

@@ -58,7 +58,7 @@ class Impute(ProgramTest):
         self.assertEqual(summary["schema"], "silvafit-impute/1")
         self.assertEqual(summary["n"], 120)
         self.assertEqual((summary["measured"], summary["missing"]), (34, 1))
-        self.assertEqual(summary["imputed"], {"plot": 65, "population": 20})
+        self.assertEqual(summary["imputed"], {"plot": 65, "stand": 0, "population": 20})
         self.assertEqual(summary["models"][0]["fit"]["model"], "M1")
         self.assertTrue((self.folder / "filled.csv").exists())
 
@@ -70,7 +70,60 @@ class Impute(ProgramTest):
         self.assertEqual(summary["models"][0]["fit"]["random"]["effects"], ["a"])
         plain = self.run_json("impute", "inventory.csv", "--formula", "h ~ p + q*log(dbh)",
                               "--random", "none")
-        self.assertEqual(plain["imputed"], {"plot": 0, "population": 85})
+        self.assertEqual(plain["imputed"], {"plot": 0, "stand": 0, "population": 85})
+
+    def test_columns_that_are_not_there_and_plots_that_are_too_few(self):
+        done = self.run_program("impute", "inventory.csv", "--group", "plt", status=2)
+        self.assertIn("there is no column 'plt'", done.stderr)
+        self.write("other.csv", self.text.replace("plot", "place", 1))
+        done = self.run_program("impute", "other.csv")
+        self.assertIn("note: there is no column 'plot'", done.stderr)
+        self.assertIn("85 with the population's curve", done.stderr)
+        lines = self.text.splitlines()
+        one = [line for line in lines[1:] if line.split(",")[0] == lines[1].split(",")[0]]
+        self.write("one.csv", "\n".join([lines[0], *one]) + "\n")
+        done = self.run_program("impute", "one.csv")
+        self.assertIn("note: fewer than two values of 'plot' have a measured h", done.stderr)
+
+    def test_nested_groupings_say_whose_effects_apply(self):
+        """Plots are numbered within stands; of stand 3 none is measured, of stand 2 not plot 4."""
+        lines = ["stand,plot,dbh,h"]
+        for stand in range(1, 9):
+            for plot in range(1, 5):
+                for tree in range(6):
+                    dbh = 8 + 5 * tree + plot
+                    # Deterministic differences between stands, plots and trees.
+                    h = (3 + 0.5 * dbh + (stand * 5 % 8) * 0.7 + (stand * 3 + plot * 5) % 7 * 0.4
+                         + (stand * 7 + plot * 11 + tree * 13) % 10 * 0.1)
+                    has_h = tree % 3 and stand != 3 and (stand, plot) != (2, 4)
+                    lines.append(f"{stand},{plot},{dbh},{h if has_h else ''}")
+        self.write("nested.csv", "\n".join(lines) + "\n")
+        done = self.run_program("impute", "nested.csv", "--formula", "h ~ a + b*dbh",
+                                "--random", "a | stand/plot", "--variance", "none")
+        self.assertIn("random a | stand; a | plot", done.stderr)
+        self.assertIn("6 with their stand, 24 with the population's curve", done.stderr)
+        for row in self.rows(done.stdout):
+            if row["h_source"] == "measured":
+                continue
+            level = "population" if row["stand"] == "3" else "plot"
+            if (row["stand"], row["plot"]) == ("2", "4"):
+                level = "stand"
+            self.assertEqual(row["h_level"], level)
+
+    def test_what_is_refused(self):
+        done = self.run_program("impute", "inventory.csv", "--model", "M2",
+                                "--formula", "h ~ p + q*dbh", status=2)
+        self.assertIn("either --formula or --model", done.stderr)
+        lines = self.text.splitlines()
+        # An unmeasured tree, so that it is not among those that are fitted to.
+        fields = lines[3].split('"')
+        self.assertTrue(fields[2].split(",")[2] == "")
+        lines[3] = '"'.join([fields[0], fields[1], ",thick,,"])
+        lines[3] += self.text.splitlines()[3].rsplit(",", 1)[1]
+        self.write("text.csv", "\n".join(lines) + "\n")
+        for options in ([], ["--formula", "h ~ p + q*dbh"], ["--by", "species"]):
+            done = self.run_program("impute", "text.csv", *options, status=3)
+            self.assertIn("text.csv:4: dbh: 'thick' is not a number", done.stderr)
 
     def test_exit_statuses(self):
         self.write("empty.csv", "plot,dbh,h\n1,10,\n1,20,\n")

@@ -16,7 +16,8 @@ namespace silvafit::study {
 
 struct ImputeOptions {
   std::string response = "h";
-  std::string group = "plot";  ///< column of the plots
+  /// Column of the plots; empty: `plot` if there is one, else no random effects.
+  std::string group{};
   /// Column whose values get models of their own where enough trees are measured, such as species;
   /// empty: one model for all.
   std::string by{};
@@ -30,8 +31,9 @@ struct ImputeOptions {
   std::string random{};
   std::string variance{};  ///< empty: power(dbh)
   std::string method{};    ///< empty: lb, or gnls without random effects
-  /// Adds a random residual to each imputed value, and one random effect drawn for each plot
-  /// without measured trees, so that imputed values vary as measured ones do.
+  /// Adds a random residual to each imputed value, and random effects drawn for each plot (and
+  /// stand, of nested groupings) without measured trees, so that imputed values vary as measured
+  /// ones do.
   bool add_residual = false;
   std::uint64_t seed = 1;
   unsigned threads = 0;
@@ -45,7 +47,8 @@ enum class ImputeSource {
 enum class ImputeLevel {
   kNone,        ///< of a measured tree, or one that could not be imputed
   kPlot,        ///< with the random effects of its plot
-  kPopulation,  ///< with random effects zero: nothing was measured on the plot
+  kStand,       ///< nested groupings: with those of the coarser group, none measured on the plot
+  kPopulation,  ///< without random effects from measured trees: they are zero, drawn, or not there
 };
 std::string source_text(ImputeSource source);
 std::string level_text(ImputeLevel level);
