@@ -82,6 +82,10 @@ void check(const FittedModel& fit, const BootstrapOptions& options) {
   if (!fit.convergence.converged) {
     throw UsageError("a fit that has not converged cannot be bootstrapped");
   }
+  if (!(fit.sigma > 0.0)) {
+    throw UsageError(
+        "the fit goes through all observations, so that there is no spread to draw from");
+  }
   if (options.replicates < 2) throw UsageError("a bootstrap needs 2 replicates at least");
   if (!(options.level > 0.0 && options.level < 1.0)) {
     throw UsageError(

@@ -24,6 +24,10 @@ ModelSpecification free_specification(const FittedModel& fit) {
   if (!fit.convergence.converged) {
     throw UsageError("a fit that has not converged has no intervals: " + fit.convergence.verdict);
   }
+  if (!(fit.sigma > 0.0)) {
+    throw UsageError(
+        "the fit goes through all observations, so that nothing tells how sure its parameters are");
+  }
   std::map<std::string, double> held;
   for (Index j = 0; j < fit.estimate.size(); ++j) {
     if (!std::isnan(fit.covariance(j, j))) continue;
