@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 namespace silvafit::fit {
 namespace {
@@ -18,42 +19,61 @@ struct Distribution {
   double density = 0.0;
 };
 
+/// The components that count, by their inverse standard deviations.
+struct Components {
+  std::vector<double> means{};
+  std::vector<double> inverses{};
+  std::vector<double> weights{};  // add up to 1
+
+  Distribution at(double y) const {
+    constexpr double kBeyond = 8.5;  // standard deviations with less than 1e-16 behind them
+    Distribution result;
+    for (std::size_t k = 0; k < means.size(); ++k) {
+      const double z = (y - means[k]) * inverses[k];
+      if (std::abs(z) > kBeyond) {
+        if (z > 0.0) result.probability += weights[k];
+        continue;
+      }
+      result.probability += weights[k] * 0.5 * std::erfc(-z / std::numbers::sqrt2);
+      result.density += weights[k] * std::exp(-0.5 * z * z) * inverses[k];
+    }
+    result.density /= std::sqrt(2.0 * std::numbers::pi);
+    return result;
+  }
+};
+
 }  // namespace
 
 double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
                         const Eigen::Ref<const Eigen::VectorXd>& deviations,
                         const Eigen::Ref<const Eigen::VectorXd>& weights,
                         double probability) {
-  const auto is_used = [&](Index k) {
-    return std::isfinite(means[k]) && std::isfinite(deviations[k]) && deviations[k] > 0.0;
-  };
+  // Components of a product rule whose weights together do not change a tail by one part in 10^6.
+  constexpr double kNegligible = 1e-6;
+  const double tail = std::min(probability, 1.0 - probability);
+  const double least = kNegligible * tail * weights.sum() / static_cast<double>(weights.size());
   constexpr double kFar = 40.0;  // standard deviations, beyond any probability of a double
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   double total = 0.0;
   double centre = 0.0;
   double squares = 0.0;
+  Components used;
   for (Index k = 0; k < means.size(); ++k) {
-    if (!is_used(k)) continue;
+    const bool is_used =
+        std::isfinite(means[k]) && std::isfinite(deviations[k]) && deviations[k] > 0.0;
+    if (!is_used || weights[k] < least) continue;
     low = std::min(low, means[k] - kFar * deviations[k]);
     high = std::max(high, means[k] + kFar * deviations[k]);
     total += weights[k];
     centre += weights[k] * means[k];
     squares += weights[k] * (means[k] * means[k] + deviations[k] * deviations[k]);
+    used.means.push_back(means[k]);
+    used.inverses.push_back(1.0 / deviations[k]);
+    used.weights.push_back(weights[k]);
   }
   if (!(total > 0.0)) return std::numeric_limits<double>::quiet_NaN();
-  const auto at = [&](double y) {
-    Distribution result;
-    for (Index k = 0; k < means.size(); ++k) {
-      if (!is_used(k)) continue;
-      const double z = (y - means[k]) / deviations[k];
-      result.probability += weights[k] * 0.5 * std::erfc(-z / std::numbers::sqrt2);
-      result.density += weights[k] * std::exp(-0.5 * z * z) / deviations[k];
-    }
-    result.probability /= total;
-    result.density /= total * std::sqrt(2.0 * std::numbers::pi);
-    return result;
-  };
+  for (double& weight : used.weights) weight /= total;
   // Newton's method from where one normal distribution would have it, kept inside a bracket that
   // shrinks.
   const double deviation =
@@ -63,7 +83,7 @@ double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
   constexpr double kAccuracy = 1e-10;
   double y = centre / total + deviation * boost::math::quantile(normal, probability);
   for (int step = 0; step < kSteps; ++step) {
-    const Distribution here = at(y);
+    const Distribution here = used.at(y);
     const double excess = here.probability - probability;
     (excess > 0.0 ? high : low) = y;
     double next = y - excess / here.density;
