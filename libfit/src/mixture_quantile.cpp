@@ -2,6 +2,7 @@
 #include "mixture_quantile.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
@@ -19,6 +20,41 @@ struct Distribution {
   double density = 0.0;
 };
 
+/// The standard normal distribution function and density by Taylor series around tabulated points,
+/// to 1e-12: mixtures need them for hundreds of components at each step.
+class NormalTable {
+ public:
+  static constexpr double kEnd = 8.5;  // less than 1e-16 is behind it
+
+  NormalTable() {
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      const double z = place(k);
+      points_[k] = {.probability = 0.5 * std::erfc(-z / std::numbers::sqrt2),
+                    .density = std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi)};
+    }
+  }
+  /// \param z  between -kEnd and kEnd
+  Distribution at(double z) const {
+    const auto k = static_cast<std::size_t>((z + kEnd) * kPerUnit + 0.5);
+    const Distribution& near = points_[k];
+    const double z0 = place(k);
+    const double step = z - z0;
+    // Derivatives of the density over the density are Hermite polynomials.
+    const double second = z0 * z0 - 1.0;
+    const double third = -z0 * (z0 * z0 - 3.0);
+    const double integral = 1.0 + step * (-z0 / 2.0 + step * (second / 6.0 + step * third / 24.0));
+    const double ratio = 1.0 + step * (-z0 + step * (second / 2.0 + step * third / 6.0));
+    return {.probability = near.probability + near.density * step * integral,
+            .density = near.density * ratio};
+  }
+
+ private:
+  static constexpr double kPerUnit = 128.0;
+  static double place(std::size_t k) { return static_cast<double>(k) / kPerUnit - kEnd; }
+
+  std::array<Distribution, static_cast<std::size_t>(2.0 * kEnd * kPerUnit) + 1> points_{};
+};
+
 /// The components that count, by their inverse standard deviations.
 struct Components {
   std::vector<double> means{};
@@ -26,18 +62,18 @@ struct Components {
   std::vector<double> weights{};  // add up to 1
 
   Distribution at(double y) const {
-    constexpr double kBeyond = 8.5;  // standard deviations with less than 1e-16 behind them
+    static const NormalTable normal;
     Distribution result;
     for (std::size_t k = 0; k < means.size(); ++k) {
       const double z = (y - means[k]) * inverses[k];
-      if (std::abs(z) > kBeyond) {
+      if (std::abs(z) >= NormalTable::kEnd) {
         if (z > 0.0) result.probability += weights[k];
         continue;
       }
-      result.probability += weights[k] * 0.5 * std::erfc(-z / std::numbers::sqrt2);
-      result.density += weights[k] * std::exp(-0.5 * z * z) * inverses[k];
+      const Distribution here = normal.at(z);
+      result.probability += weights[k] * here.probability;
+      result.density += weights[k] * here.density * inverses[k];
     }
-    result.density /= std::sqrt(2.0 * std::numbers::pi);
     return result;
   }
 };
