@@ -43,8 +43,13 @@ void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.has_random_effects()) {
     throw UsageError("the fit has no random effects, so that there is nothing to calibrate");
   }
-  if (!fit.random_covariance.allFinite() || !fit.estimate.allFinite() ||
-      !std::isfinite(fit.sigma)) {
+  const bool has_variances = fit.random_covariance.allFinite() && std::isfinite(fit.sigma);
+  if (fit.estimate.allFinite() && fit.convergence.converged && !has_variances) {
+    throw UsageError(
+        "the publication does not give what calibration needs, the covariance matrix of the random "
+        "effects and the residual standard deviation: choose another level, or fit the model");
+  }
+  if (!fit.estimate.allFinite() || !has_variances) {
     throw UsageError("the fit failed, so that nothing can be calibrated with it");
   }
   if (seen == SeenGroups::kCombined && !fit.uncertainty.is_known()) {

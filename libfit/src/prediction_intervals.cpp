@@ -14,6 +14,7 @@
 #include "mixture_quantile.hpp"
 #include "quadrature_rule.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "smooth_mixture.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -26,7 +27,8 @@ using Open = CoefficientSets::Open;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Rows at a time, so that the nodes of their quadrature stay in memory.
 constexpr std::size_t kChunk = 4096;
-// Points in the direction in which the mean changes most, and in each other direction.
+// Points in the direction in which the mean changes most where the residual is wide enough to close
+// the gaps between them, and in each other direction.
 constexpr int kMainPoints = 15;
 constexpr int kFewPoints = 3;
 // Many points, by the number of directions: a product of many would take too long.
@@ -34,6 +36,11 @@ constexpr std::array kManyPoints{1, 1, 11, 7, 5};
 // If the outer of three points move the mean by less, in standard deviations of the prediction,
 // three points do.
 constexpr double kSmallMove = 0.15;
+// How much the mean may change, in residual standard deviations per standard deviation of the main
+// direction, before the main points show as steps of the distribution function, and before dense
+// points do.
+constexpr double kSteepForFew = 0.5;
+constexpr double kSteepForDense = 4.0;
 
 /// Degrees of freedom of a sum of variances that were estimated independently (Satterthwaite).
 class Satterthwaite {
@@ -76,6 +83,15 @@ struct Freedom {
     if (clusters == 0.0) outer = inner;
     if (!fit.has_random_effects()) inner = outer = residual;
   }
+};
+
+/// Points in the main direction, by how much the mean changes in it against the residual.
+enum class MainPoints { kFew, kDense, kGapless };
+
+/// Points to integrate over what is not known.
+struct Rule {
+  QuadratureRule points{};
+  Index stride = 0;  ///< of close_gaps, which the components then need; else 0
 };
 
 /// Some rows of the table.
@@ -296,17 +312,68 @@ class Chunk {
     }
     for (const auto& [width, rows] : rows_of_width) {
       const std::vector<bool> is_bent = bent(rows, roots, width);
-      for (const bool many : {false, true}) {
-        std::vector<std::size_t> chosen;
-        for (std::size_t k = 0; k < rows.size(); ++k) {
-          if (is_bent[k] == many) chosen.push_back(rows[k]);
+      const std::vector<MainPoints> needed = main_points(rows, roots, width);
+      for (const MainPoints points : {MainPoints::kFew, MainPoints::kDense, MainPoints::kGapless}) {
+        for (const bool many : {false, true}) {
+          std::vector<std::size_t> chosen;
+          for (std::size_t k = 0; k < rows.size(); ++k) {
+            if (is_bent[k] == many && needed[k] == points) chosen.push_back(rows[k]);
+          }
+          if (chosen.empty()) continue;
+          const auto at = static_cast<std::size_t>(width);
+          const bool has_many = many && at < kManyPoints.size();
+          integrate(chosen, roots, rule_of(width, has_many ? kManyPoints[at] : kFewPoints, points));
         }
-        if (chosen.empty()) continue;
-        const auto at = static_cast<std::size_t>(width);
-        const bool has_many = many && at < kManyPoints.size();
-        integrate(chosen, roots, rule_of(width, has_many ? kManyPoints[at] : kFewPoints));
       }
     }
+  }
+
+  /// The points in the main direction that each of some rows needs.
+  std::vector<MainPoints> main_points(const std::vector<std::size_t>& rows,
+                                      const std::vector<MatrixXd>& roots,
+                                      Index width) const {
+    if (width < 1) return std::vector<MainPoints>(rows.size(), MainPoints::kFew);
+    const VectorXd found = steepness(rows, roots);
+    std::vector<MainPoints> result;
+    for (const double value : found) {
+      if (value <= kSteepForFew) {
+        result.push_back(MainPoints::kFew);
+      } else {
+        result.push_back(value <= kSteepForDense ? MainPoints::kDense : MainPoints::kGapless);
+      }
+    }
+    return result;
+  }
+
+  /// (rows) largest change of the mean per standard deviation of the main direction, in residual
+  /// standard deviations; infinite where the mean is not finite everywhere.
+  VectorXd steepness(const std::vector<std::size_t>& rows,
+                     const std::vector<MatrixXd>& roots) const {
+    const data::Table part = part_.select(rows);
+    const RowMean mean(fit_.specification, part, uncertain_names(options_));
+    const MatrixXd centre = arguments_(rows, Eigen::all);
+    constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
+    constexpr double kStep = 1.5;
+    VectorXd result = VectorXd::Zero(centre.rows());
+    VectorXd last_mean;
+    VectorXd last_sd;
+    for (const double place : kPlaces) {
+      MatrixXd at = centre;
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        at.row(static_cast<Index>(k)) += place * roots[rows[k]].col(0).transpose();
+      }
+      const VectorXd here = mean.mean(at);
+      const VectorXd sd = fit_.residual_sd(here, part);
+      for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
+        const double change =
+            std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
+        result[k] = std::max(
+            result[k], std::isfinite(change) ? change : std::numeric_limits<double>::infinity());
+      }
+      last_mean = here;
+      last_sd = sd;
+    }
+    return result;
   }
 
   /// Whether each of some rows needs many points in the directions in which its mean does not
@@ -338,7 +405,8 @@ class Chunk {
   /// Finds the ends of some rows' intervals by a rule.
   void integrate(const std::vector<std::size_t>& rows,
                  const std::vector<MatrixXd>& roots,
-                 const QuadratureRule& rule) {
+                 const Rule& chosen) {
+    const QuadratureRule& rule = chosen.points;
     const data::Table part = part_.select(rows);
     const RowMean mean(fit_.specification, part, uncertain_names(options_));
     const MatrixXd centre = arguments_(rows, Eigen::all);
@@ -354,6 +422,9 @@ class Chunk {
       const VectorXd value = mean.mean(at);
       means.row(k) = value;
       deviations.row(k) = fit_.residual_sd(value, part);
+    }
+    for (Index i = 0; i < count && chosen.stride > 0; ++i) {
+      close_gaps(means.col(i), deviations.col(i), chosen.stride);
     }
     const double tail = 0.5 - 0.5 * *options_.interval;
     const double z = boost::math::quantile(boost::math::normal_distribution<double>(), 1.0 - tail);
@@ -389,21 +460,19 @@ class Chunk {
   }
 
   /// Many points in the first direction, `points` in each other one.
-  static QuadratureRule rule_of(Index width, int points) {
-    if (width == 0) return {.nodes = MatrixXd(0, 1), .weights = VectorXd::Ones(1)};
-    const QuadratureRule main = gauss_hermite(kMainPoints, 1);
-    if (width == 1) return main;
-    const QuadratureRule others = gauss_hermite(points, width - 1);
-    const Index count = main.weights.size() * others.weights.size();
-    QuadratureRule rule{.nodes = MatrixXd(width, count), .weights = VectorXd(count)};
-    for (Index i = 0, k = 0; i < main.weights.size(); ++i) {
-      for (Index j = 0; j < others.weights.size(); ++j, ++k) {
-        rule.nodes(0, k) = main.nodes(0, i);
-        rule.nodes.col(k).tail(width - 1) = others.nodes.col(j);
-        rule.weights[k] = main.weights[i] * others.weights[j];
-      }
+  static Rule rule_of(Index width, int points, MainPoints main) {
+    const QuadratureRule nothing{.nodes = MatrixXd(0, 1), .weights = VectorXd::Ones(1)};
+    if (width == 0) return {.points = nothing};
+    const QuadratureRule others = width == 1 ? nothing : gauss_hermite(points, width - 1);
+    switch (main) {
+      case MainPoints::kFew:
+        return {.points = product_rule(gauss_hermite(kMainPoints, 1), others)};
+      case MainPoints::kDense:
+        return {.points = dense_rule(others)};
+      case MainPoints::kGapless:
+        break;
     }
-    return rule;
+    return {.points = gapless_rule(others), .stride = others.weights.size()};
   }
 
   const FittedModel& fit_;

@@ -337,3 +337,108 @@ TEST_CASE("quantiles of a mixture are where its distribution function says") {
                          Eigen::Vector2d(0.5, 0.5),
                          0.5) == Approx(2.0));
 }
+
+namespace {
+
+/// y = mu + b + e with Var e = 1, mu known.
+FittedModel separated(double between) {
+  FittedModel fit = model("y ~ mu + 0*x", {"mu"}, "mu | plot");
+  fit.estimate = VectorXd::Constant(1, 100.0);
+  fit.random_covariance = MatrixXd::Constant(1, 1, between * between);
+  fit.group_labels.assign(40, "");
+  return fit;
+}
+
+/// Naslund's height curve with the estimates from the pines of spati, taken as known: plots differ
+/// ten times as much as trees do, and the curve is bent.
+FittedModel naslund() {
+  FittedModel fit = curve();
+  const FittedModel shape = model("h ~ 1.3 + dbh^2/(a + b*dbh)^2", {"a", "b"}, "a + b | plot");
+  fit.specification.formula = shape.specification.formula;
+  fit.estimate = Eigen::Vector2d(1.0752270, 0.2331406);
+  fit.covariance.setZero();
+  const double joint = -0.45603 * 0.27553578 * 0.05962333;
+  fit.random_covariance = Eigen::Matrix2d{{0.075919966, joint}, {joint, 0.003554941}};
+  fit.sigma = 0.3983975;
+  fit.variance = VarianceEstimate::missing(parse_variance_function("power(dbh)"));
+  fit.variance.factors[0].delta[0] = 0.386452;
+  return fit;
+}
+
+/// P(value < each limit) over both random effects, by the trapezoid rule with steps of 1/50.
+VectorXd probabilities_below(const FittedModel& fit, double dbh, const VectorXd& limits) {
+  const MatrixXd root = fit.random_covariance.llt().matrixL();
+  constexpr int kSide = 300;
+  constexpr double kStep = 0.02;
+  VectorXd below = VectorXd::Zero(limits.size());
+  double total = 0.0;
+  for (int i = -kSide; i <= kSide; ++i) {
+    for (int j = -kSide; j <= kSide; ++j) {
+      const Eigen::Vector2d u(kStep * i, kStep * j);
+      const double weight = std::exp(-0.5 * u.squaredNorm());
+      const VectorXd at = fit.estimate + root * u;
+      const double mean = 1.3 + std::pow(dbh / (at[0] + at[1] * dbh), 2);
+      const double sd = fit.sigma * std::pow(dbh, 0.386452);
+      total += weight;
+      for (Index k = 0; k < limits.size(); ++k) {
+        below[k] += weight * 0.5 * std::erfc((mean - limits[k]) / sd / std::sqrt(2.0));
+      }
+    }
+  }
+  return below / total;
+}
+
+}  // namespace
+
+TEST_CASE("predicted intervals of unseen groups are normal ones however far groups are apart") {
+  const double between = GENERATE(0.0, 0.1, 0.4, 1.0, 5.0, 20.0, 1000.0);
+  const FittedModel fit = separated(between);
+  Table table;
+  table.set("x", std::vector<double>{0.0});
+  for (const double coverage : {0.5, 0.8, 0.9, 0.95, 0.99}) {
+    const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = coverage});
+    const double deviation = std::hypot(between, 1.0);
+    const double freedom = std::pow(deviation, 4) / (std::pow(between, 4) / 39.0 + 1.0 / 100.0);
+    const double margin = t_quantile(freedom, coverage) * deviation;
+    // The distribution function of the rule is within 1e-6 of the normal one's.
+    INFO(between << " " << coverage);
+    CHECK(prediction.upper[0] - 100.0 == Approx(margin).epsilon(2e-5));
+    CHECK(100.0 - prediction.lower[0] == Approx(margin).epsilon(2e-5));
+  }
+}
+
+TEST_CASE("predicted intervals of a bent curve hold what a very fine quadrature says") {
+  FittedModel fit = naslund();
+  fit.sigma *= GENERATE(0.01, 0.3, 1.0, 3.0);
+  const double dbh = GENERATE(5.0, 20.3, 40.0);
+  Table table;
+  table.set("dbh", std::vector<double>{dbh});
+  for (const double coverage : {0.5, 0.8, 0.95, 0.99}) {
+    const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = coverage});
+    const VectorXd below =
+        probabilities_below(fit, dbh, Eigen::Vector2d(prediction.lower[0], prediction.upper[0]));
+    const double tail = 0.5 - 0.5 * coverage;
+    INFO(fit.sigma << " " << dbh << " " << coverage);
+    // Components have the mean and variance of their neighbourhood, but not its skewness, and
+    // across the main direction there are few points.
+    CHECK(below[0] == Approx(tail).epsilon(0.015));
+    CHECK(1.0 - below[1] == Approx(tail).epsilon(0.015));
+  }
+}
+
+TEST_CASE("predicted intervals of unseen plots end where simulated pines do") {
+  Table table;
+  table.set("dbh", std::vector<double>{20.3});
+  // Of 2,000,000 trees simulated in R, with the standard errors of these quantiles.
+  struct End {
+    double coverage;
+    double upper;
+    double error;
+  };
+  for (const End& end :
+       {End{0.8, 22.91, 0.013}, End{0.95, 32.77, 0.036}, End{0.97, 37.28, 0.053}}) {
+    const Prediction prediction =
+        predict(naslund(), table, Level::kPopulation, {.interval = end.coverage});
+    CHECK(prediction.upper[0] == Approx(end.upper).margin(4.0 * end.error));
+  }
+}

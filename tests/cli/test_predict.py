@@ -237,6 +237,12 @@ class Libraries(ProgramTest):
         error = self.predict("species,dbh\nSM,20\n", status=3)
         self.assertIn("library.json: schema: silvafit-library/2 is from a newer silvafit", error)
 
+    def test_published_models_say_what_calibration_lacks(self):
+        self.write("new.csv", "plot,species,dbh,h,C,M,U\nA,SM,20,15,0.5,0.5,0.5\n")
+        done = self.run_program("predict", "shanxia-2023", "new.csv", "--role", "nlme", "--level",
+                                "calibrated", status=2)
+        self.assertIn("the publication does not give what calibration needs", done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()
