@@ -215,7 +215,7 @@ class SkeletonGrower {
         std::sin(angle) * (std::cos(azimuth) * frame.sideways + std::sin(azimuth) * frame.upward);
     if (twigs.lift != 0.0) along = direction(along + Point{0.0, 0.0, twigs.lift});
     const double length = crown_.length_inside_m(base.at, along, wanted_m);
-    // A stub that the crown curve cuts off bears nothing.
+    // What the crown curve cuts off bears nothing.
     constexpr double kShortest = 0.05;
     if (length < kShortest * wanted_m) return;
     const std::uint32_t axis = begin_axis(skeleton_.axes[bearer].order + 1, bearer);
