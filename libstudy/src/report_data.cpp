@@ -16,6 +16,7 @@
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "study_curves.hpp"
+#include "study_tables.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -280,6 +281,58 @@ ordered_json inventory_object(const StudyRecord& record) {
           {"species", species_rows(record)}};
 }
 
+const char* kind_text(ColumnKind kind) {
+  switch (kind) {
+    case ColumnKind::kText:
+      return "text";
+    case ColumnKind::kCount:
+      return "count";
+    case ColumnKind::kEstimate:
+      return "estimate";
+    case ColumnKind::kCriterion:
+      return "criterion";
+    case ColumnKind::kShare:
+      return "share";
+    case ColumnKind::kPercent:
+      return "percent";
+    case ColumnKind::kP:
+      return "p";
+  }
+  return "text";
+}
+
+ordered_json cell_value(const TableCell& cell) {
+  if (const auto* text = std::get_if<std::string>(&cell)) return *text;
+  const auto* value = std::get_if<double>(&cell);
+  return value != nullptr ? number(*value) : ordered_json(nullptr);
+}
+
+/// The tables that sum up the whole study, as its folder has them.
+ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogue) {
+  ordered_json tables = ordered_json::array();
+  for (const StudyTable& table : study_tables(record, catalogue)) {
+    const bool is_summary =
+        table.name == "species" || table.name == "gains" || table.name == "level_tests";
+    if (!is_summary || table.rows.empty()) continue;
+    ordered_json columns = ordered_json::array();
+    for (const TableColumn& column : table.columns) {
+      columns.push_back(
+          {{"name", column.name}, {"title", column.title}, {"kind", kind_text(column.kind)}});
+    }
+    ordered_json rows = ordered_json::array();
+    for (const TableRow& row : table.rows) {
+      ordered_json cells = ordered_json::array();
+      for (const TableCell& cell : row) cells.push_back(cell_value(cell));
+      rows.push_back(std::move(cells));
+    }
+    tables.push_back({{"name", table.name},
+                      {"caption", table.caption},
+                      {"columns", std::move(columns)},
+                      {"rows", std::move(rows)}});
+  }
+  return tables;
+}
+
 }  // namespace
 
 std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
@@ -307,6 +360,7 @@ std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
   for (const ResponseStudy& result : record.study.results) {
     report["results"].push_back(result_object(result, record, catalogue));
   }
+  report["tables"] = summary_tables(record, catalogue);
   if (auto map = report_map(record)) report["map"] = std::move(*map);
   return report.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }

@@ -18,7 +18,6 @@
 namespace silvafit::tree {
 namespace {
 
-
 using nlohmann::json;
 using Matrix = std::array<double, 16>;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
@@ -91,7 +90,8 @@ std::array<double, N> numbers(const json& in, const char* name, std::array<doubl
   if (!found->is_array() || found->size() != N)
     refuse_gltf(fmt::format("{} has not {} numbers", name, N));
   for (std::size_t i = 0; i < N; ++i) {
-    if (!(*found)[i].is_number()) refuse_gltf(std::string(name) + " has something else than numbers");
+    if (!(*found)[i].is_number())
+      refuse_gltf(std::string(name) + " has something else than numbers");
     otherwise[i] = (*found)[i].template get<double>();
   }
   return otherwise;
@@ -178,7 +178,8 @@ class Reader {
     const std::size_t stride = number(packed, "byteStride");
     const std::size_t count = number(packed, "count");
     const std::string mode = gltf_text(packed, "mode");
-    if (stride == 0 || stride > 256 || count > kMostElements) refuse_gltf("a packed view is too large");
+    if (stride == 0 || stride > 256 || count > kMostElements)
+      refuse_gltf("a packed view is too large");
     std::string bytes(stride * count, '\0');
     const auto* from = reinterpret_cast<const unsigned char*>(source.data());
     int failed = 0;
@@ -420,8 +421,10 @@ class Reader {
       const Matrix at = placed(row(translation, std::array<double, 3>{0, 0, 0}),
                                row(rotation, std::array<double, 4>{0, 0, 0, 1}),
                                row(scale, std::array<double, 3>{1, 1, 1}));
-      scene_.instances.push_back(
-          {gltf_text(node, "name"), mesh, product(own, at), tree.rows() > 0 ? tree.numbers[i] : -1.0});
+      scene_.instances.push_back({gltf_text(node, "name"),
+                                  mesh,
+                                  product(own, at),
+                                  tree.rows() > 0 ? tree.numbers[i] : -1.0});
     }
   }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The tables of the whole study as files, with the names and columns of those in its folder `tables`.
 import { csvText, downloadButton } from "./csv.js";
-import { element } from "./dom.js";
-import { plural } from "./format.js";
+import { disclosure, element } from "./dom.js";
+import { count, criterion, decimals, plural, probability, significant } from "./format.js";
+import { numeric, table } from "./table.js";
 
 /** @typedef {import("./types.js").Result} Result */
 
@@ -56,8 +57,18 @@ const TABLES = [
   },
 ];
 
+const FORMATS = { count, estimate: significant, criterion, share: (value) => decimals(value, 4), percent: (value) => decimals(value, 1), p: probability };
+
+/** A table of the whole study, behind its caption. */
+function summary({ caption, columns, rows }) {
+  const shown = columns.map(({ title, kind }, index) =>
+    kind === "text" ? { title, text: true, value: (row) => row[index] ?? "" } : numeric(title, (row) => row[index], FORMATS[kind]),
+  );
+  return disclosure([element("span", { class: "level" }, caption)], () => [table(caption, shown, rows)]);
+}
+
 /** @param {import("./types.js").Report} report */
-export function studyTables({ results }) {
+export function studyTables({ results, tables = [] }) {
   const entry = ({ file, what, columns, rows }) => {
     const content = () => csvText(columns, rows(results).map((row) => columns.map((column) => row[column])));
     return element("li", {}, downloadButton(file, file, content), ` ${what}: ${plural(rows(results).length, "row")}`);
@@ -66,6 +77,7 @@ export function studyTables({ results }) {
     "section",
     { id: "tables", "aria-labelledby": "tables-title" },
     element("h2", { id: "tables-title" }, "Tables of the study"),
+    ...tables.map(summary),
     element("p", {}, "All species and responses in one file each, with all digits, to be saved as CSV."),
     element("ul", { class: "downloads" }, ...TABLES.map(entry)),
   );

@@ -36,7 +36,8 @@
  *   repeat: {fingerprint: string, versions: Version[]}, options: {name: string, value: string}[],
  *   inventory: {file: string, trees: number, plots: number, excluded: number,
  *     species: {code: string, name: string|null, trees: number, core: number|null, studied: boolean}[]},
- *   notes: string[], results: Result[], map?: PlotMap}} Report
+ *   notes: string[], results: Result[], tables?: SummaryTable[], map?: PlotMap}} Report
+ * @typedef {{name: string, caption: string, columns: {name: string, title: string, kind: string}[], rows: (string|number|null)[][]}} SummaryTable
  * @typedef {{log_likelihood: number|null, aic: number|null, bic: number|null, rmse: number|null, r2: number|null, reason: string|null}} Difference
  * @typedef {{species: string, response: string, role: string, unit: string, fits: (Fit|null)[], differences: (Difference|null)[],
  *   curves: {held_at: Record<string, number>, own_heights: boolean, dbh: number[], values: ((number|null)[]|null)[]}|null}} ComparedModels
