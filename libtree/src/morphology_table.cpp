@@ -3,16 +3,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 using Numbers = std::vector<double>;
+
+/// A cell with text where a number belongs.
+struct Unreadable {
+  std::string column{};
+  std::string value{};
+};
+using UnreadableCells = std::map<std::size_t, Unreadable>;  ///< by row, the first of each
 
 std::string suffix_of(Use use) {
   switch (use) {
@@ -30,8 +39,11 @@ std::string suffix_of(Use use) {
 
 class Columns {
  public:
-  Columns(const data::Table& table, const MorphologyTableOptions& options)
-      : table_(table), options_(options) {
+  /// \param unreadable  gets the rows whose cells cannot be read
+  Columns(const data::Table& table,
+          const MorphologyTableOptions& options,
+          UnreadableCells& unreadable)
+      : table_(table), options_(options), unreadable_(unreadable) {
     static const std::set<std::string> known{"plot",
                                              "tree",
                                              "species",
@@ -68,10 +80,7 @@ class Columns {
       return data::evaluate(data::Expression::parse(*expression), table_);
     }
     const std::string column = required(name + suffix);
-    if (!table_.is_numeric(column)) {
-      throw InputError("holds text where numbers are needed",
-                       {.file = table_.file(), .column = column});
-    }
+    if (!table_.is_numeric(column)) return parsed(column);
     const auto values = table_.numbers(column);
     return {values.begin(), values.end()};
   }
@@ -95,8 +104,29 @@ class Columns {
                      {.file = table_.file(), .line = 1, .column = column});
   }
 
+  /// The numbers of a column of which some cells hold text; their rows cannot be used.
+  Numbers parsed(const std::string& column) const {
+    const data::TextColumn& texts = table_.text(column);
+    Numbers values(texts.size(), data::kMissing);
+    std::size_t found = 0;
+    for (std::size_t row = 0; row < texts.size(); ++row) {
+      if (texts.is_missing(row)) continue;
+      if (data::parse_number(texts[row], values[row])) {
+        ++found;
+      } else {
+        unreadable_.emplace(row, Unreadable{column, std::string(texts[row])});
+      }
+    }
+    if (found == 0) {
+      throw InputError("holds text where numbers are needed",
+                       {.file = table_.file(), .column = column});
+    }
+    return values;
+  }
+
   const data::Table& table_;
   const MorphologyTableOptions& options_;
+  UnreadableCells& unreadable_;
 };
 
 /// All columns, fetched once.
@@ -106,12 +136,13 @@ struct Sources {
   std::optional<data::TextColumn> species;
   std::optional<Numbers> x, y, z, cw, east, west, south, north, hc, age;
   Numbers dbh, h, hcb;
+  UnreadableCells unreadable;
 };
 
 Sources sources_of(const data::Table& table, const MorphologyTableOptions& options) {
-  const Columns columns(table, options);
-  const std::string suffix = suffix_of(options.use);
   Sources from;
+  const Columns columns(table, options, from.unreadable);
+  const std::string suffix = suffix_of(options.use);
   from.plot = columns.labels("plot");
   from.tree = columns.labels("tree");
   from.species = columns.labels_if_any("species");
@@ -185,6 +216,11 @@ MorphologyTable read_morphologies(const data::Table& table, const MorphologyTabl
     if (!plots.empty() && std::find(plots.begin(), plots.end(), tree.plot) == plots.end()) continue;
     Place place{
         .file = table.file(), .line = table.line(row), .plot = tree.plot, .tree = tree.tree};
+    if (const auto cell = from.unreadable.find(row); cell != from.unreadable.end()) {
+      place.column = cell->second.column;
+      result.left_out.push_back({place, "'" + cell->second.value + "' is no number"});
+      continue;
+    }
     try {
       validate(tree);
     } catch (const DomainError& error) {

@@ -77,6 +77,18 @@ TEST_CASE("predictions are chosen by level, and measured radii do not mix into t
   CHECK_THROWS_AS(use_from_text("best"), UsageError);
 }
 
+TEST_CASE("a cell with text costs its row only") {
+  const MorphologyTable read = read_morphologies(
+      table_of("plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,15,6,3\n1,2,SM,thick,15,6,3\n"), {});
+  CHECK(read.morphologies.size() == 1);
+  REQUIRE(read.left_out.size() == 1);
+  CHECK(read.left_out[0].reason == "'thick' is no number");
+  CHECK(read.left_out[0].place.column == "dbh");
+  CHECK(read.left_out[0].place.tree == "2");
+  CHECK_THROWS_AS(read_morphologies(table_of("plot,tree,dbh,h,hcb,cw\n1,1,thick,15,6,3\n"), {}),
+                  InputError);
+}
+
 TEST_CASE("columns of other names and units are mapped") {
   const data::Table table = table_of("Plot,No,BHD,Hoehe,KA,KB\nA,1,205,15.5,5,4\n");
   const MorphologyTableOptions options{.columns = {{"plot", "Plot"},
