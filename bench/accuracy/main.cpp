@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "measurement.hpp"
 #include "nist.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
@@ -98,11 +98,5 @@ int main(int argc, char** argv) {
       "Prints correct digits (minus log10 of the relative error, the worst coefficient's, at most "
       "the 11 that are certified)."};
   CLI11_PARSE(app, argc, argv);
-  try {
-    run();
-  } catch (const Error& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  return silvafit::bench::exit_status([&] { run(); });
 }

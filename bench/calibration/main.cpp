@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <iostream>
 #include <map>
 #include <optional>
 #include <string>
@@ -338,13 +337,9 @@ int main(int argc, char** argv) {
   app.add_option("--threads", arguments.threads, "0: all cores")->capture_default_str();
   app.add_option("--out", arguments.out, "file for the figures as JSON");
   CLI11_PARSE(app, argc, argv);
-  try {
+  return silvafit::bench::exit_status([&] {
     const Total total = arguments.data.empty() ? simulated(arguments) : leave_out(arguments);
     print(total);
     if (!arguments.out.empty()) bench::write_json(to_json(total), arguments.out);
-  } catch (const Error& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  });
 }

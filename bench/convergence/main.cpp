@@ -154,11 +154,5 @@ int main(int argc, char** argv) {
   app.add_option("--methods", arguments.methods, "methods to fit with")->capture_default_str();
   app.add_option("--inventories", arguments.inventories, "how many")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  try {
-    run(arguments);
-  } catch (const Error& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  return silvafit::bench::exit_status([&] { run(arguments); });
 }

@@ -265,11 +265,5 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", arguments.repeats, "least number of fits a median is of")
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  try {
-    run(arguments);
-  } catch (const Error& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  return silvafit::bench::exit_status([&] { run(arguments); });
 }

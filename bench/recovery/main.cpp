@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <iostream>
 #include <string>
 #include <vector>
 
@@ -174,11 +173,5 @@ int main(int argc, char** argv) {
   app.add_option("--largest", arguments.largest, "most trees of a plot")->capture_default_str();
   app.add_option("--out", arguments.out, "file for the figures as JSON");
   CLI11_PARSE(app, argc, argv);
-  try {
-    run(arguments);
-  } catch (const Error& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
-  }
-  return 0;
+  return silvafit::bench::exit_status([&] { run(arguments); });
 }

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <exception>
 #include <fstream>
 #include <iostream>
 #include <thread>
@@ -93,6 +94,16 @@ nlohmann::json in_own_process(const std::function<nlohmann::json()>& work) {
   nlohmann::json result = nlohmann::json::parse(text);
   result["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024.0;
   return result;
+}
+
+int exit_status(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return 1;
+  }
+  return 0;
 }
 
 double growth_exponent(const std::vector<double>& x, const std::vector<double>& y) {

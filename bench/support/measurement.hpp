@@ -23,6 +23,9 @@ double median_cpu_seconds(int repeats, const std::function<void()>& work);
 /// \throws NumericalError if the process failed
 nlohmann::json in_own_process(const std::function<nlohmann::json()>& work);
 
+/// Runs `work` and gives the program's exit status: 1, with the message on stderr, if it throws.
+int exit_status(const std::function<void()>& work);
+
 /// Least-squares slope of log(y) on log(x): the exponent of growth.
 double growth_exponent(const std::vector<double>& x, const std::vector<double>& y);
 
