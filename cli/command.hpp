@@ -69,7 +69,7 @@ std::filesystem::path data_directory();
 /// The command line as it was given, words with blanks quoted.
 std::string command_line();
 
-/// The text of --version.
+/// The version, `0.1.0`.
 std::string version();
 
 // One function per subcommand, each in a file of its own (study.cpp, indices.cpp, ...): it adds the
@@ -86,5 +86,7 @@ void add_impute_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_simulate_command(CLI::App& program);
 void add_models_command(CLI::App& program);
+void add_completion_command(CLI::App& program);
+void add_manual_command(CLI::App& program);
 
 }  // namespace silvafit::cli

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "build_information.hpp"
 #include "command.hpp"
 #include "interrupts.hpp"
 #include "silvafit/base/error.hpp"
@@ -19,7 +20,7 @@ int report(const char* kind, const std::exception& error, ExitStatus status) {
 
 int run(int argc, char** argv) {
   CLI::App program("From a forest inventory to morphology models and 3D trees.", "silvafit");
-  program.set_version_flag("--version", "silvafit " + version());
+  add_version_options(program);
   program.require_subcommand(1);
   program.failure_message(CLI::FailureMessage::simple);
 
@@ -35,6 +36,8 @@ int run(int argc, char** argv) {
   add_render_command(program);
   add_simulate_command(program);
   add_models_command(program);
+  add_completion_command(program);
+  add_manual_command(program);
 
   try {
     program.parse(argc, argv);

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "build_information.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "build_settings.hpp"
+#include "command.hpp"
+#include "revision.hpp"
+#include "silvafit/data/vector_instructions.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+// Both are empty where there is nothing to say: outside of a checkout, and without the libraries.
+constexpr std::string_view kRevision = SILVAFIT_REVISION;
+constexpr std::string_view kRenderer = SILVAFIT_RENDERER;
+
+nlohmann::ordered_json text_or_null(std::string_view text) {
+  if (text.empty()) return nullptr;
+  return std::string(text);
+}
+
+std::string build_as_text() {
+  std::string text = fmt::format("silvafit {}\n", version());
+  if (!kRevision.empty()) text += fmt::format("revision             {}\n", kRevision);
+  text += fmt::format("compiler             {}\n", SILVAFIT_COMPILER);
+  text += fmt::format("build type           {}\n", SILVAFIT_BUILD_TYPE);
+  text += fmt::format(
+      "render               {}\n",
+      kRenderer.empty() ? std::string_view("no, built without Embree or libpng") : kRenderer);
+  text += fmt::format("vector instructions  {}", data::vector_instructions());
+  return text;
+}
+
+std::string build_as_json() {
+  const nlohmann::ordered_json build = {
+      {"schema", "silvafit-version/1"},
+      {"silvafit", version()},
+      {"revision", text_or_null(kRevision)},
+      {"compiler", SILVAFIT_COMPILER},
+      {"build_type", SILVAFIT_BUILD_TYPE},
+      {"render", text_or_null(kRenderer)},
+      {"vector_instructions", data::vector_instructions()},
+  };
+  return build.dump(2);
+}
+
+}  // namespace
+
+void add_version_options(CLI::App& program) {
+  const auto json = std::make_shared<bool>(false);
+  // Options are looked at in the order in which they are added: --json is known when --version is.
+  CLI::Option* as_json = program.add_flag("--json", *json, "With --version: as JSON");
+  CLI::Option* version_flag = program.add_flag_callback(
+      "--version",
+      [json] { throw CLI::CallForVersion(*json ? build_as_json() : build_as_text(), 0); },
+      "Print the version and how the program was built, and exit");
+  as_json->needs(version_flag);
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+// silvafit manual --out DIR: the manual pages, silvafit.1 and one for each command.
+#include <fmt/format.h>
+
+#include <cctype>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "command.hpp"
+#include "outline.hpp"
+#include "silvafit/base/atomic_file.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+// Text as man(7) takes it: no backslash, no hyphen that could be set as a dash, no line that is a
+// request.
+std::string plain(const std::string& text) {
+  std::string result;
+  for (const char letter : text) {
+    if (letter == '\\') {
+      result += "\\e";
+    } else if (letter == '-') {
+      result += "\\-";
+    } else if ((letter == '.' || letter == '\'') && (result.empty() || result.back() == '\n')) {
+      result += std::string("\\&") + letter;
+    } else {
+      result += letter;
+    }
+  }
+  return result;
+}
+
+std::string bold(const std::string& text) { return "\\fB" + plain(text) + "\\fR"; }
+std::string italic(const std::string& text) { return "\\fI" + plain(text) + "\\fR"; }
+
+std::string upper(std::string text) {
+  for (char& letter : text)
+    letter = static_cast<char>(std::toupper(static_cast<unsigned char>(letter)));
+  return text;
+}
+
+std::string page_name(const CommandOutline& command) { return joined(command.words, "-"); }
+
+std::string synopsis(const CommandOutline& command) {
+  std::string text = ".B " + plain(joined(command.words)) + "\n[\\fIoptions\\fR]";
+  if (!command.commands.empty()) text += " \\fIcommand\\fR ...";
+  for (const OptionOutline& argument : command.arguments) {
+    const std::string value = italic(argument.value);
+    text += argument.required ? " " + value
+                              : fmt::format(" [{}{}]", value, argument.repeatable ? " ..." : "");
+  }
+  return text + "\n";
+}
+
+std::string explained(const OptionOutline& option) {
+  std::string text = plain(option.description);
+  if (!option.choices.empty())
+    text += fmt::format(". One of: {}", plain(joined(option.choices, ", ")));
+  if (!option.default_value.empty())
+    text += fmt::format(" (default: {})", plain(option.default_value));
+  return text + "\n";
+}
+
+std::string list_of(const std::string& heading, const std::vector<OptionOutline>& options) {
+  std::string text;
+  for (const OptionOutline& option : options) {
+    std::string tag;
+    for (const std::string& name : option.names) tag += (tag.empty() ? "" : ", ") + bold(name);
+    if (!option.value.empty()) tag += " " + italic(option.value);
+    text += fmt::format(".TP\n{}\n{}", tag, explained(option));
+  }
+  return text.empty() ? text : fmt::format("{}\n{}", heading, text);
+}
+
+std::string example_of(const CommandOutline& command) {
+  if (command.example.empty()) return "";
+  return fmt::format(".SH EXAMPLE\n.nf\n{}.fi\n", plain(command.example));
+}
+
+// Commands below a command have a section in its page, those of the program a page each.
+std::string section_of(const CommandOutline& command) {
+  return fmt::format(
+      ".SH {}\n{}.PP\n{}.\n{}{}{}",
+      plain(upper(joined(command.words))),
+      synopsis(command),
+      plain(command.description),
+      list_of(".SS Arguments", command.arguments),
+      list_of(".SS Options", command.options),
+      command.example.empty() ? "" : ".SS Example\n.nf\n" + plain(command.example) + ".fi\n");
+}
+
+std::string table_of_commands(const CommandOutline& command) {
+  std::string text;
+  for (const CommandOutline& below : command.commands) {
+    text += fmt::format(".TP\n{}\n{}\n", bold(joined(below.words)), plain(below.description));
+  }
+  return text.empty() ? text : ".SH COMMANDS\n" + text;
+}
+
+std::string exit_statuses() {
+  std::string text = ".SH EXIT STATUS\n";
+  const auto add = [&](ExitStatus status, const char* meaning) {
+    text += fmt::format(".TP\n.B {}\n{}\n", static_cast<int>(status), meaning);
+  };
+  add(kDone, "done");
+  add(kInternalError, "internal error");
+  add(kBadUsage, "wrong usage");
+  add(kBadInput, "bad input");
+  add(kNoConvergedFit, "no fit has converged; results are written all the same");
+  return text;
+}
+
+const char* const kEnvironment =
+    ".SH ENVIRONMENT\n.TP\n.B SILVAFIT_DATA_DIR\n"
+    "The folder with the catalogue of models (models/) and the report page (viewer/), where it is "
+    "not "
+    "share/silvafit beside the folder of the program\n";
+
+std::string see_also(const CommandOutline& program, const CommandOutline& command) {
+  std::string text;
+  const auto add = [&](const CommandOutline& other) {
+    if (&other == &command) return;
+    text += fmt::format("{}.BR {} (1)", text.empty() ? "" : ",\n", plain(page_name(other)));
+  };
+  if (&program == &command) {
+    for (const CommandOutline& below : program.commands) add(below);
+  } else {
+    add(program);
+  }
+  return ".SH SEE ALSO\n" + text + "\n";
+}
+
+std::string page(const CommandOutline& program, const CommandOutline& command) {
+  std::string text = fmt::format(".TH {} 1 \"\" \"silvafit {}\" \"User Commands\"\n.nh\n",
+                                 plain(upper(page_name(command))),
+                                 version());
+  std::string summary = command.description;
+  if (summary.ends_with('.')) summary.pop_back();
+  text += fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n{}",
+                      plain(page_name(command)),
+                      plain(summary),
+                      synopsis(command));
+  text += fmt::format(".SH DESCRIPTION\n{}.\n", plain(summary));
+  if (&program == &command) {
+    text += ".PP\nResults go to standard output, notes to standard error.\n";
+    text += table_of_commands(command);
+  }
+  text += list_of(".SH ARGUMENTS", command.arguments) + list_of(".SH OPTIONS", command.options);
+  if (&program != &command) {
+    for (const CommandOutline& below : command.commands) text += section_of(below);
+  }
+  return text + example_of(command) + exit_statuses() + kEnvironment + see_also(program, command);
+}
+
+}  // namespace
+
+void add_manual_command(CLI::App& program) {
+  const auto folder = std::make_shared<std::string>();
+  CLI::App& command = *program.add_subcommand("manual", "Write the manual pages");
+  command.group("");  // hidden: packages install what it writes
+  command.add_option("--out", *folder, "Folder for silvafit.1, silvafit-fit.1 and so on")
+      ->type_name("DIR")
+      ->required();
+  command.callback([&program, folder] {
+    const CommandOutline whole = outline(program);
+    std::filesystem::create_directories(*folder);
+    const auto write = [&](const CommandOutline& one) {
+      write_file(std::filesystem::path(*folder) / (page_name(one) + ".1"), page(whole, one));
+    };
+    write(whole);
+    for (const CommandOutline& below : whole.commands) write(below);
+  });
+}
+
+}  // namespace silvafit::cli
