@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps configure build demo test sanitize tidy coverage bench-deps bench format check-format clean
+.PHONY: help deps configure build demo test sanitize tidy coverage bench-deps bench docs package check-package format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build, and run a whole study on the example"
@@ -7,6 +7,8 @@ help:
 	@echo "make build   the program, at build/bin/silvafit"
 	@echo "make sanitize, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
+	@echo "make docs    the documentation as a site, at build/site/index.html"
+	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
 	@echo "make format  rewrite the sources as .clang-format says"
 
 deps:
@@ -43,6 +45,18 @@ bench-deps: deps
 
 bench: deps
 	@bench/run
+
+package: build
+	@./scripts/install-dependencies packages-debian12-package.txt
+	@cd build && cpack
+
+check-package: build
+	@./scripts/install-dependencies packages-debian12-package.txt
+	@./scripts/check-package
+
+docs:
+	@./scripts/install-dependencies packages-debian12-docs.txt
+	@./scripts/build-site
 
 format:
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i

@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/silvafit)
 set(SILVAFIT_INSTALL_DATADIR ${CMAKE_INSTALL_DATADIR}/silvafit)
-install(EXPORT silvafitTargets NAMESPACE silvafit:: DESTINATION ${package_dir})
+install(EXPORT silvafitTargets NAMESPACE silvafit:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(cmake/silvafitConfig.cmake.in
   ${PROJECT_BINARY_DIR}/silvafitConfig.cmake INSTALL_DESTINATION ${package_dir}
   PATH_VARS SILVAFIT_INSTALL_DATADIR)
@@ -12,4 +12,9 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/silvafitConfigVersion.cma
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/silvafitConfig.cmake
               ${PROJECT_BINARY_DIR}/silvafitConfigVersion.cmake
-        DESTINATION ${package_dir})
+        DESTINATION ${package_dir} COMPONENT development)
+
+# What comes with the program to read and to try.
+set(documentation ${CMAKE_INSTALL_DATADIR}/doc/silvafit)
+install(FILES README.md DESTINATION ${documentation})
+install(DIRECTORY examples DESTINATION ${documentation})

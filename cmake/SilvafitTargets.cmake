@@ -39,8 +39,8 @@ function(silvafit_add_library name)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:silvafit_build_options>)
   install(TARGETS ${target} EXPORT silvafitTargets
-          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+          FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
   if(SILVAFIT_BUILD_TESTS AND tests)
     silvafit_add_tests(${target}_tests LABEL ${name} SOURCES ${tests} LIBRARIES silvafit::${name})
     target_include_directories(${target}_tests PRIVATE src)
