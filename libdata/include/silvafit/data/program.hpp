@@ -17,7 +17,7 @@ namespace silvafit::data {
 /// once a call, the rest in blocks of rows that stay in cache, with the vector instructions of the
 /// processor that runs it.
 ///
-/// The functions are those of <cmath> to a few units in the last place, for every argument, missing
+/// The functions are those of C to a few units in the last place, for every argument, missing
 /// and infinite ones too. A product that is added or subtracted is rounded once, with its sum,
 /// where the processor has fused multiply-add: two processors may differ in the last digit if one
 /// has none. The values of a row depend on that row alone.
