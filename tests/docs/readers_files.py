@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import shutil
+import threading
 from pathlib import Path
 
 EXAMPLE = "examples/fir-mixed/inventory.csv"
@@ -62,16 +63,29 @@ def file_names(command):
     return [word for before, word in zip(follows, words) if not WRITES.search(before) and before != ">"]
 
 
-def provide(command, folder, run):
-    """Makes what the command needs and the folder does not have. Returns why that cannot be, or nothing."""
-    for name in file_names(command):
-        if (folder / name).exists():
-            continue
-        if name in PUBLIC:
-            source = Path(os.environ["SILVAFIT_REFERENCE_DIR"]) / "public" / PUBLIC[name]
-            if not source.exists():
-                return f"{name} is not there"
-            shutil.copy(source, folder / name)
-        elif name in MADE_BY:
-            run(MADE_BY[name])
-    return ""
+class Reader:
+    """Somebody who has all these files, in a folder from which every page gets those that it needs."""
+
+    def __init__(self, folder, run):
+        """`run` runs a command in the folder, which has a link to the examples."""
+        self.folder = folder
+        self.run = run
+        self.lock = threading.Lock()
+
+    def provide(self, command, page_folder):
+        """Gives a page's folder what the command needs and it lacks. Returns why that cannot be, or nothing."""
+        for name in file_names(command):
+            if (page_folder / name).exists():
+                continue
+            if name in PUBLIC:
+                source = Path(os.environ["SILVAFIT_REFERENCE_DIR"]) / "public" / PUBLIC[name]
+                if not source.exists():
+                    return f"{name} is not there"
+                shutil.copy(source, page_folder / name)
+            elif name in MADE_BY:
+                with self.lock:
+                    if not (self.folder / name).exists():
+                        self.run(MADE_BY[name])
+                (page_folder / name).parent.mkdir(exist_ok=True)
+                shutil.copy(self.folder / name, page_folder / name)
+        return ""

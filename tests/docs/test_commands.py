@@ -8,6 +8,7 @@ import collections
 import concurrent.futures
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ import unittest
 from pathlib import Path
 
 from pages import Command, commands
-from readers_files import provide
+from readers_files import Reader
 
 SOURCE = Path(__file__).resolve().parents[2]
 PROGRAM = Path(os.environ["SILVAFIT_PROGRAM"])
@@ -25,7 +26,7 @@ PAGES.insert(1, SOURCE / "CONTRIBUTING.md")
 
 # Other programs that a page may use between two commands of ours; they change nothing outside of the folder.
 TOOLS = {"silvafit", "build/bin/silvafit", "head", "tail", "cut", "wc", "ls", "cat", "cp", "mkdir", "grep", "sort", "awk",
-         "printf", "source"}
+         "printf", "source", "export", "python3"}
 
 
 def small_picture(text):
@@ -70,27 +71,35 @@ def wrong_names(text):
     return "".join(f"there is no {name}\n" for name in files if not (SOURCE / name).exists())
 
 
-class Page:
-    """A folder like the checkout's, as far as commands look at it, where a page is followed."""
+class Folder:
+    """A folder like the checkout's, as far as commands look at it."""
 
-    def __init__(self, path, folder):
-        self.commands = list(commands(str(path.relative_to(SOURCE)), path.read_text(encoding="utf-8")))
-        self.folder = Path(folder)
-        (self.folder / "build/bin").mkdir(parents=True)
-        (self.folder / "build/bin/silvafit").symlink_to(PROGRAM)
-        # Copies, since commands may write beside what they read.
-        subprocess.run(["cp", "-r", SOURCE / "examples", self.folder], check=True)
-        (self.folder / "tests").symlink_to(SOURCE / "tests")
-        self.environment = os.environ | {"PATH": f"{self.folder}/build/bin:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
+    def __init__(self, path):
+        self.path = Path(path)
+        (self.path / "build/bin").mkdir(parents=True)
+        (self.path / "build/bin/silvafit").symlink_to(PROGRAM)
+        # A copy, since commands may write beside what they read.
+        shutil.copytree(SOURCE / "examples", self.path / "examples")
+        (self.path / "tests").symlink_to(SOURCE / "tests")
+        self.environment = os.environ | {"PATH": f"{self.path}/build/bin:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
 
     def run(self, text):
-        return subprocess.run(["bash", "-o", "pipefail", "-c", text], cwd=self.folder, env=self.environment,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120, check=False)
+        return subprocess.run(["bash", "-o", "pipefail", "-c", text], cwd=self.path, env=self.environment,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=240, check=False)
 
     def prepare(self, text):
         done = self.run(text)
         if done.returncode != 0:
             raise RuntimeError(f"{text}\n{done.stdout}")
+
+
+class Page:
+    """A page, followed in a folder of its own by a reader who has the files that it speaks of."""
+
+    def __init__(self, path, folder, reader):
+        self.commands = list(commands(str(path.relative_to(SOURCE)), path.read_text(encoding="utf-8")))
+        self.folder = Folder(folder)
+        self.reader = reader
 
     def follow(self):
         """(command, why it was not run, what was wrong, seconds) for each command."""
@@ -104,10 +113,10 @@ class Page:
             return command.reason_not_to_run, ""
         if first_word(command.text) not in TOOLS:
             return f"{first_word(command.text)}, of which names are looked at", wrong_names(command.text)
-        reason = provide(command.text, self.folder, self.prepare)
+        reason = self.reader.provide(command.text, self.folder.path)
         if reason:
             return reason, ""
-        done = self.run(small_picture(command.text))
+        done = self.folder.run(small_picture(command.text))
         if done.returncode != command.status:
             return "", f"status {done.returncode} instead of {command.status}:\n{done.stdout}"
         missing = missing_lines(command.answer, done.stdout)
@@ -116,17 +125,21 @@ class Page:
         return "", ""
 
 
-def follow(path):
+def follow_all(pages):
+    """The results of all pages, several at a time, each page in the order of its commands."""
     with tempfile.TemporaryDirectory(prefix="silvafit-docs-") as folder:
-        return list(Page(path, folder).follow())
+        home = Folder(Path(folder) / "reader")
+        reader = Reader(home.path, home.prepare)
+        follow = lambda page: list(Page(page, Path(folder) / str(PAGES.index(page)), reader).follow())
+        with concurrent.futures.ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+            return [result for results in pool.map(follow, pages) for result in results]
 
 
 class Documentation(unittest.TestCase):
     def test_every_command_runs(self):
-        with concurrent.futures.ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-            results = [result for page in pool.map(follow, PAGES) for result in page]
+        results = follow_all(PAGES)
         not_run = collections.Counter()
-        slow = sorted(results, key=lambda result: -result[3])[:5]
+        slow = sorted(results, key=lambda result: -result[3])[:12]
         faults = []
         for command, reason, fault, _ in results:
             if reason:
