@@ -46,7 +46,7 @@ def on_config(config):
 
 def on_files(files, config):
     for file in list(files):
-        if file.src_path == "Doxyfile":
+        if file.src_path in ("Doxyfile", "api.dox"):
             files.remove(file)
 
     def add(path, folder):
