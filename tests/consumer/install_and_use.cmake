@@ -67,6 +67,17 @@ if(EXISTS ${program})
   if(expected EQUAL 0 OR NOT count EQUAL expected)
     message(FATAL_ERROR "silvafit models lists ${count} of ${expected} installed models:\n${output}")
   endif()
+
+  # The example that came along, from a study to trees: presets, report page and schemas are found.
+  set(example_inventory ${installed}/share/doc/silvafit/examples/fir-mixed/inventory.csv)
+  file(REMOVE_RECURSE ${WORK}/study)
+  run("silvafit grow" ${program} grow ${example_inventory} --plot 1 --lod 3 --scene ${WORK}/plot.glb)
+  if(VIEWER)
+    run("silvafit study" ${program} study ${example_inventory} --species SM --responses h --out ${WORK}/study)
+    if(NOT EXISTS ${WORK}/study/report.html)
+      message(FATAL_ERROR "silvafit study wrote no report:\n${output}")
+    endif()
+  endif()
 endif()
 
 run("configuring the consumer" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${consumer} -G Ninja
