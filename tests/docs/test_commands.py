@@ -85,7 +85,7 @@ class Folder:
 
     def run(self, text):
         return subprocess.run(["bash", "-o", "pipefail", "-c", text], cwd=self.path, env=self.environment,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=240, check=False)
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600, check=False)
 
     def prepare(self, text):
         done = self.run(text)

@@ -64,7 +64,7 @@ class Calls(unittest.TestCase):
             (self.folder / name).symlink_to(SOURCE / name)
 
     def run_in_folder(self, *arguments):
-        done = subprocess.run(arguments, cwd=self.folder, capture_output=True, text=True, timeout=200, check=False)
+        done = subprocess.run(arguments, cwd=self.folder, capture_output=True, text=True, timeout=600, check=False)
         self.assertEqual(done.returncode, 0, f"{arguments}\n{done.stderr}")
         return done.stdout
 
