@@ -40,6 +40,8 @@ class LsystemBuilder : public Builder {
   /// The same crown, taper, bark and leaves with a grammar of the user's own.
   std::unique_ptr<LsystemBuilder> with_grammar(const Grammar& grammar) const;
 
+  const LsystemPreset& lsystem() const { return lsystem_; }
+
   /// What the grammar of trees of that height draws, in its own units.
   ///
   /// A grammar without random numbers is derived only once.
