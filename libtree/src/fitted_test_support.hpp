@@ -107,8 +107,7 @@ class Forking {
       const Point tip = at + size * out;
       const double radius = 0.09 * std::pow(0.7, level);
       const auto axis = tree_.axis(
-          bearer,
-          {{at, radius}, {at + 0.5 * size * out, 0.9 * radius}, {tip, 0.8 * radius}});
+          bearer, {{at, radius}, {at + 0.5 * size * out, 0.9 * radius}, {tip, 0.8 * radius}});
       tree_.leaf(axis, tip, out, 0.1);
       fork(axis, tip, out, 0.75 * size, level + 1);
     }
@@ -228,8 +227,7 @@ inline void check_measurements(const Fitted& tree) {
         {{r.east_m, 0, hc}, {-r.west_m, 0, hc}, {0, -r.south_m, hc}, {0, r.north_m, hc}}};
     for (std::size_t d = 0; d < 4; ++d) {
       const Point tip = line.back().at;
-      ends[d] = ends[d] ||
-                (tip.x == wanted[d].x && tip.y == wanted[d].y && tip.z == wanted[d].z);
+      ends[d] = ends[d] || (tip.x == wanted[d].x && tip.y == wanted[d].y && tip.z == wanted[d].z);
     }
   }
   for (const LeafSite& leaf : skeleton.leaves) {
@@ -253,6 +251,5 @@ inline void check_fitted(const Fitted& tree) {
   check_leaves(tree);
   check_measurements(tree);
 }
-
 
 }  // namespace silvafit::test

@@ -31,8 +31,8 @@ AffineMap placed(const JsonEntry& entry) {
   const double angle = kRadian * entry.number("angle_deg", 0.0, 180.0);
   const double turn = kRadian * entry.number("turn_deg", -360.0, 360.0);
   const Point up{0.0, 0.0, 1.0};
-  AffineMap map = turn_about(up, azimuth)
-                      .after(turn_about({0.0, 1.0, 0.0}, angle).after(turn_about(up, turn)));
+  AffineMap map =
+      turn_about(up, azimuth).after(turn_about({0.0, 1.0, 0.0}, angle).after(turn_about(up, turn)));
   map = scaled(map, entry.number("scale", 0.01, 0.99));
   map.b = {0.0, 0.0, entry.number("at", 0.0, 1.0)};
   return map;

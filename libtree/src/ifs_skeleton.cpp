@@ -102,11 +102,14 @@ class Grower {
     Copy copy{.scale = bearer.scale * map.scale,
               .radius = bearer.radius * map.thickness,
               .depth = bearer.depth + 1};
-    const auto draw = [this](double most) { return most > 0.0 ? random_.uniform(-most, most) : 0.0; };
+    const auto draw = [this](double most) {
+      return most > 0.0 ? random_.uniform(-most, most) : 0.0;
+    };
     const double share = draw(variation.scale);
     const double azimuth = kRadian * draw(variation.azimuth_deg);
     const double tilt = kRadian * draw(variation.angle_deg);
-    const double towards = variation.angle_deg > 0.0 ? random_.uniform(0.0, 2.0 * std::numbers::pi) : 0.0;
+    const double towards =
+        variation.angle_deg > 0.0 ? random_.uniform(0.0, 2.0 * std::numbers::pi) : 0.0;
     if (share != 0.0) {
       local = scaled(local, 1.0 + share);
       copy.scale *= 1.0 + share;
@@ -126,8 +129,7 @@ class Grower {
   void add_trunk(std::uint32_t number, std::uint32_t next) {
     const Copy& copy = copies_[number];
     const IfsTrunk& trunk = preset_.trunk;
-    const double tip =
-        next != kNone ? copies_[next].radius : trunk.tip_radius * copy.radius;
+    const double tip = next != kNone ? copies_[next].radius : trunk.tip_radius * copy.radius;
     const auto stray = [&] {
       return trunk.crookedness > 0.0 ? random_.uniform(-trunk.crookedness, trunk.crookedness) : 0.0;
     };

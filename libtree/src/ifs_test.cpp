@@ -347,23 +347,24 @@ TEST_CASE("a system with a wrong field is refused with file and field") {
   fs::remove_all(models);
   fs::create_directories(models);
   fs::copy(test::source_file("models/taper"), models / "taper");
-  const auto column_of_error =
-      [&](const char* name, const std::string& find, const std::string& replacement) {
-        std::string text =
-            read_file(test::source_file("models/ifs/" + std::string(name) + ".json"));
-        REQUIRE(text.find(find) != std::string::npos);
-        text.replace(text.find(find), find.size(), replacement);
-        write_file(models / "one.json", text);
-        try {
-          IfsBuilder::load(models, models / "one.json");
-        } catch (const InputError& error) {
-          CHECK(error.place().file.find(".json") != std::string::npos);
-          return error.place().column;
-        }
-        return std::string("accepted");
-      };
+  const auto column_of_error = [&](const char* name,
+                                   const std::string& find,
+                                   const std::string& replacement) {
+    std::string text = read_file(test::source_file("models/ifs/" + std::string(name) + ".json"));
+    REQUIRE(text.find(find) != std::string::npos);
+    text.replace(text.find(find), find.size(), replacement);
+    write_file(models / "one.json", text);
+    try {
+      IfsBuilder::load(models, models / "one.json");
+    } catch (const InputError& error) {
+      CHECK(error.place().file.find(".json") != std::string::npos);
+      return error.place().column;
+    }
+    return std::string("accepted");
+  };
   const auto with_value = [&](const char* name, const std::string& field, const char* value) {
-    const std::string text = read_file(test::source_file("models/ifs/" + std::string(name) + ".json"));
+    const std::string text =
+        read_file(test::source_file("models/ifs/" + std::string(name) + ".json"));
     const std::size_t at = text.find("\"" + field + "\": ");
     REQUIRE(at != std::string::npos);
     const std::size_t begin = at + field.size() + 4;
@@ -392,7 +393,8 @@ TEST_CASE("a system with a wrong field is refused with file and field") {
   CHECK(with_value("fern", "matrix", "[[0.5, 0, 0, 0], [0, 0.5, 0, 0]]") == "maps[0].matrix");
   CHECK(column_of_error("broadleaf", "\"trunk\"", "\"trunks\"") == "trunks");
   CHECK(column_of_error("broadleaf", "\"turn_deg\"", "\"twist_deg\"") == "maps[0].twist_deg");
-  CHECK(column_of_error("broadleaf", "\"depth\": 6, \"least_scale\": 0.13",
+  CHECK(column_of_error("broadleaf",
+                        "\"depth\": 6, \"least_scale\": 0.13",
                         "\"depth\": 20, \"least_scale\": 0") == "recursion");
   CHECK(column_of_error("broadleaf", "silvafit-ifs/1", "silvafit-ifs/2") == "schema");
   CHECK(with_value("broadleaf", "depth", "4") == "accepted");

@@ -79,9 +79,9 @@ class IteratedFunctionSystem {
 /// trunk; or by a matrix.
 struct IfsCopy {
   AffineMap map{};
-  double scale = 0.5;         ///< of the copy's trunk
-  double thickness = 0.5;     ///< radius of the copy's trunk as a share of the trunk's
-  bool continues = false;     ///< the copy's trunk goes on with this one as one axis
+  double scale = 0.5;            ///< of the copy's trunk
+  double thickness = 0.5;        ///< radius of the copy's trunk as a share of the trunk's
+  bool continues = false;        ///< the copy's trunk goes on with this one as one axis
   std::uint32_t from_order = 0;  ///< only axes of these orders bear the copy
   std::uint32_t to_order = 99;
 };
@@ -95,8 +95,9 @@ struct IfsVariation {
 
 /// When copies of copies end.
 struct IfsLimits {
-  int depth = 5;             ///< of copies, at most 64
-  double least_scale = 0.0;  ///< a copy with a smaller trunk than this share of the first is left out
+  int depth = 5;  ///< of copies, at most 64
+  double least_scale =
+      0.0;  ///< a copy with a smaller trunk than this share of the first is left out
   std::size_t most_copies = 20000;
 };
 
