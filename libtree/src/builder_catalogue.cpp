@@ -3,22 +3,21 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/ifs.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 #include "species_names.hpp"
 
 namespace silvafit::tree {
 
-namespace fs = std::filesystem;
-
 namespace {
 
-std::vector<fs::path> presets_in(const fs::path& folder) {
-  std::error_code missing;
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder, missing)) {
-    if (entry.path().extension() == ".json") files.push_back(entry.path());
+/// The .json files of a folder; none if there is no such folder.
+std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  if (!std::filesystem::is_directory(folder)) return files;
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    if (file.path().extension() == ".json") files.push_back(file.path());
   }
-  if (files.empty()) throw InputError("there are no presets in it", {.file = folder.string()});
   return files;
 }
 
@@ -31,8 +30,11 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   for (const Preset& preset : catalogue.segment_presets_->presets()) {
     catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
   }
-  for (const fs::path& file : presets_in(models / "lsystems")) {
+  for (const auto& file : entries_of(models / "lsystems")) {
     catalogue.builders_.push_back(LsystemBuilder::load(models, file));
+  }
+  for (const auto& file : entries_of(models / "ifs")) {
+    catalogue.builders_.push_back(IfsBuilder::load(models, file));
   }
   std::sort(catalogue.builders_.begin(),
             catalogue.builders_.end(),

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "leaf_sites.hpp"
 #include "standing_skeleton.hpp"
 
 namespace silvafit::tree {
@@ -30,38 +31,6 @@ double mean_scale(const Skeleton& grown,
   return before > 0.0 ? after / before : 1.0;
 }
 
-/// Moves and turns a leaf as the nearest piece of its axis was.
-void move_with_axis(LeafSite& leaf,
-                    std::span<const SkeletonPoint> from,
-                    std::span<const SkeletonPoint> to,
-                    double scale) {
-  const PlaceOnLine place = nearest_place(from, leaf.at);
-  const Point grown_along = from[place.segment + 1].at - from[place.segment].at;
-  const Point along = to[place.segment + 1].at - to[place.segment].at;
-  const Point before = direction(grown_along);
-  const Point now = direction(along, before);
-  const Point away = leaf.at - (from[place.segment].at + place.part * grown_along);
-  leaf.at = to[place.segment].at + place.part * along + scale * turned_with(away, before, now);
-  leaf.along = direction(turned_with(leaf.along, before, now));
-  leaf.facing = turned_with(leaf.facing, before, now);
-  leaf.facing = direction(leaf.facing - dot(leaf.facing, leaf.along) * leaf.along);
-}
-
-/// Moves a leaf whose tip is outside in, and shortens it where that is not enough.
-/// \return whether anything is left of it
-bool bring_inside(LeafSite& leaf, const Crown& crown) {
-  leaf.at = crown.confine(leaf.at);
-  for (int step = 0; step < 3; ++step) {
-    const Point tip = leaf.at + leaf.length_m * leaf.along;
-    if (crown.contains(tip)) return true;
-    leaf.at = crown.confine(leaf.at + (crown.confine(tip) - tip));
-  }
-  constexpr double kWorthKeeping = 0.3;
-  const double wanted = leaf.length_m;
-  leaf.length_m = crown.length_inside_m(leaf.at, leaf.along, wanted);
-  return leaf.length_m > kWorthKeeping * wanted;
-}
-
 }  // namespace
 
 std::vector<LeafSite> fitted_leaves(const Skeleton& grown,
@@ -79,10 +48,12 @@ std::vector<LeafSite> fitted_leaves(const Skeleton& grown,
     if (leaf.axis == 0) {
       leaf.at = in_crown(leaf.at);
     } else {
-      move_with_axis(leaf,
-                     grown.points_of(grown.axes[leaf.axis]),
-                     fitted.points_of(fitted.axes[number[leaf.axis]]),
-                     scale);
+      const auto was = grown.points_of(grown.axes[leaf.axis]);
+      const auto now = fitted.points_of(fitted.axes[number[leaf.axis]]);
+      const auto [k, part] = nearest_place(was, leaf.at);
+      const Point before = was[k + 1].at - was[k].at;
+      const Point after = now[k + 1].at - now[k].at;
+      move_with(leaf, before, after, was[k].at + part * before, now[k].at + part * after, scale);
     }
     leaf.axis = number[leaf.axis];
     leaf.length_m = std::min(scale * leaf.length_m, kLongest);

@@ -66,13 +66,16 @@ class JsonEntry {
     return JsonEntry(get<nlohmann::json>(field), file_, path_ + field + ".");
   }
 
-  /// The objects of a list.
+  /// The objects of an array.
   std::vector<JsonEntry> children(const std::string& field) const {
+    const auto values = get<std::vector<nlohmann::json>>(field);
     std::vector<JsonEntry> entries;
-    for (auto& value : get<std::vector<nlohmann::json>>(field)) {
-      const std::string item = path_ + field + '[' + std::to_string(entries.size()) + ']';
-      if (!value.is_object()) throw InputError("is not an object", {.file = file_, .column = item});
-      entries.push_back(JsonEntry(std::move(value), file_, item + '.'));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::string path = path_ + field + "[" + std::to_string(i) + "]";
+      if (!values[i].is_object()) {
+        throw InputError("is not a JSON object", {.file = file_, .column = path});
+      }
+      entries.push_back(JsonEntry(values[i], file_, path + "."));
     }
     return entries;
   }

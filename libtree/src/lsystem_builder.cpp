@@ -7,7 +7,7 @@
 #include <mutex>
 #include <numbers>
 
-#include "leaf_look_entry.hpp"
+#include "leaf_look.hpp"
 #include "preset_head.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/fitted_skeleton.hpp"
@@ -85,7 +85,9 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
   preset.style.bark = color_of(entry, "bark_color");
-  preset.style.leaves = leaf_looks_of(entry);
+  for (const JsonEntry& look : entry.children("leaves")) {
+    preset.style.leaves.push_back(leaf_look_of(look));
+  }
   if (entry.has("bud")) {
     const int last = static_cast<int>(preset.style.leaves.size()) - 1;
     preset.bud_grade = static_cast<std::uint32_t>(whole_number(entry, "bud", 0, last));
