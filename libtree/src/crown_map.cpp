@@ -152,6 +152,11 @@ CrownPlace CrownMap::place_of(Point grown) const {
 }
 
 Point CrownMap::at(const CrownPlace& place) const {
+  const double distance = place.out * crown_.radius_m(place.x, place.y);
+  return {distance * place.x, distance * place.y, place.z_m};
+}
+
+Point CrownMap::inside(const CrownPlace& place) const {
   const double low = crown_.down_m(place.out, 1.0);
   const double depth = crown_.up_m(place.out, 1.0) - low;
   constexpr double kNoDepth = 1e-9;

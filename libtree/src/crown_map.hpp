@@ -29,8 +29,10 @@ class CrownMap {
   CrownMap(const StandingSkeleton& grown, const Crown& crown);
 
   CrownPlace place_of(Point grown) const;
-  /// Always inside the crown, up to rounding.
+  /// As the place says; near the crown's curves perhaps outside.
   Point at(const CrownPlace& place) const;
+  /// The same, but bent between the curves: always inside the crown, up to rounding.
+  Point inside(const CrownPlace& place) const;
 
   /// How far the grown tree reaches from the axis where it is widest.
   double widest() const;

@@ -5,11 +5,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "crown_map.hpp"
 #include "fitted_leaves.hpp"
 #include "fitted_stem.hpp"
 #include "radius_axes.hpp"
+#include "silvafit/tree/affine_map.hpp"
 #include "standing_skeleton.hpp"
 
 namespace silvafit::tree {
@@ -43,9 +45,11 @@ class Fitter {
     number_[0] = 0;
     result_.axes.push_back({.count = static_cast<std::uint32_t>(stem_.size())});
     result_.points = stem_;
+    moves_.resize(grown.axes.size());
     for (std::uint32_t i = 1; i < grown.axes.size(); ++i) add(i);
     result_.leaves = fitted_leaves(grown, result_, number_, crown_, [this](Point at) {
-      return bent_with_stem(map_.place_of(at));
+      const CrownPlace place = map_.place_of(at);
+      return bent_with_stem(place, map_.inside(place));
     });
     return std::move(result_);
   }
@@ -77,31 +81,28 @@ class Fitter {
     return result_.points_of(result_.axes[number_[axis]]);
   }
 
-  /// A place of the crown with the stem's bend: full at the stem, none at the crown's surface.
-  Point bent_with_stem(const CrownPlace& place) const {
-    Point at = map_.at(place);
+  /// With the stem's bend: full at the stem, none at the crown's surface.
+  Point bent_with_stem(const CrownPlace& place, Point at) const {
     const Point stem = at_height(stem_, at.z).at;
     at.x += (1.0 - place.out) * stem.x;
     at.y += (1.0 - place.out) * stem.y;
-    return crown_.confine(at);
+    return at;
   }
 
   void add(std::uint32_t i) {
-    const Skeleton& grown = grown_.skeleton;
-    const Axis& axis = grown.axes[i];
+    const Axis& axis = grown_.skeleton.axes[i];
     if (number_[axis.parent] == kNone) return;
-    const auto grown_line = line_of(i);
-    line_.clear();
-    for (std::size_t k = 0; k < grown_line.size(); ++k) {
-      const CrownPlace place = radius_axes_.led(map_.place_of(grown_line[k].at),
-                                                axis.first + static_cast<std::uint32_t>(k));
-      line_.push_back({bent_with_stem(place), grown_line[k].radius_m});
+    const int direction = radius_axes_.direction_of(i);
+    const bool is_measured = i == lowest_ || direction >= 0;
+    place(i, is_measured);
+    bring_to_base(i, is_measured);
+    if (!is_measured) fit_in(i);
+    if (direction >= 0) line_.back() = {radius_tip(direction), 0.0};
+    if (line_length() < kShortest) {
+      if (!is_measured) return;
+      // Whatever it was, it has to be there: as a shoot along the stem.
+      line_.back().at.z += 0.5 * (crown_.h_m() - line_.back().at.z);
     }
-    begin_at(base_of(i));
-    if (const int direction = radius_axes_.direction_of(i); direction >= 0) {
-      line_.back() = {radius_tip(direction), 0.0};
-    }
-    if (line_length() < kShortest) return;
     set_radii(i);
     number_[i] = static_cast<std::uint32_t>(result_.axes.size());
     result_.axes.push_back({.order = axis.order,
@@ -109,6 +110,19 @@ class Fitter {
                             .first = static_cast<std::uint32_t>(result_.points.size()),
                             .count = static_cast<std::uint32_t>(line_.size())});
     result_.points.insert(result_.points.end(), line_.begin(), line_.end());
+  }
+
+  /// Where the axis comes to by the map of the crown, and by what happened to what bears it.
+  void place(std::uint32_t i, bool is_measured) {
+    const Axis& axis = grown_.skeleton.axes[i];
+    const auto grown_line = line_of(i);
+    moves_[i] = moves_[axis.parent];
+    line_.clear();
+    for (std::uint32_t k = 0; k < axis.count; ++k) {
+      const CrownPlace place = radius_axes_.led(map_.place_of(grown_line[k].at), axis.first + k);
+      const Point at = is_measured ? map_.inside(place) : moves_[i](map_.at(place));
+      line_.push_back({bent_with_stem(place, at), grown_line[k].radius_m});
+    }
   }
 
   double line_length() const {
@@ -132,20 +146,75 @@ class Fitter {
     return crown_.confine(from + place.part * (parent[place.segment + 1].at - from));
   }
 
-  /// Moves the axis to its base: wholly there, not at all at the tip.
-  void begin_at(Point base) {
+  /// Moves the axis to its base on what bears it: as a whole, or so that its tip stays where it is.
+  void bring_to_base(std::uint32_t i, bool keeps_tip) {
+    const Point base = base_of(i);
     const Point shift = base - line_.front().at;
     const double total = line_length();
     double before = 0.0;
     Point last = line_.front().at;
-    for (std::size_t k = 0; k < line_.size(); ++k) {
-      const Point was = line_[k].at;
-      before += length(was - last);
-      last = was;
-      const double share = total > 0.0 ? before / total : 0.0;
-      line_[k].at = crown_.confine(was + squared(1.0 - share) * shift);
+    for (SkeletonPoint& point : line_) {
+      before += length(point.at - last);
+      last = point.at;
+      const double share = keeps_tip && total > 0.0 ? before / total : 0.0;
+      point.at = point.at + squared(1.0 - share) * shift;
+      if (keeps_tip) point.at = crown_.confine(point.at);
     }
     line_.front().at = base;
+    if (!keeps_tip) moves_[i].b = moves_[i].b + shift;
+  }
+
+  /// Turns the axis up or down about its base, and makes it shorter, until it is inside the crown.
+  void fit_in(std::uint32_t i) {
+    const Point base = line_.front().at;
+    const Point chord = line_.back().at - base;
+    const Point level = direction(cross(chord, {0.0, 0.0, 1.0}), {1.0, 0.0, 0.0});
+    double kept = share_inside(base, {});
+    AffineMap best{};
+    bool is_turned = false;
+    // A turn is better than a cut, but a third of a right angle only for a quarter of the length.
+    constexpr double kWorthTurning = 0.85;
+    constexpr double kStep = std::numbers::pi / 12.0;
+    constexpr double kLossPerStep = 0.12;
+    if (kept < kWorthTurning) {
+      double most = kept;
+      for (int step = 1; step <= 3; ++step) {
+        for (const double sign : {1.0, -1.0}) {
+          const AffineMap turn = turn_about(level, sign * step * kStep);
+          const double share = share_inside(base, turn);
+          if (share - kLossPerStep * step <= most) continue;
+          most = share - kLossPerStep * step;
+          kept = share;
+          best = turn;
+          is_turned = true;
+        }
+      }
+    }
+    if (kept < 1.0) {
+      // Tips that all end on the curve would make a clipped hedge.
+      constexpr double kGoldenRatio = 0.6180339887498949;
+      constexpr double kRagged = 0.12;
+      kept *= 1.0 - kRagged * std::fmod(kGoldenRatio * i, 1.0);
+    }
+    if (kept == 1.0 && !is_turned) return;
+    AffineMap move = scaled(best, kept);
+    move.b = base - move.turn(base);
+    for (SkeletonPoint& point : line_) point.at = crown_.confine(move(point.at));
+    line_.front().at = base;
+    moves_[i] = move.after(moves_[i]);
+  }
+
+  /// How much of its size the axis keeps inside the crown, turned about its base.
+  double share_inside(Point base, const AffineMap& turn) const {
+    double share = 1.0;
+    for (const SkeletonPoint& point : line_) {
+      const Point away = share * turn.turn(point.at - base);
+      if (crown_.contains(base + away)) continue;
+      const double wanted = length(away);
+      if (wanted == 0.0) continue;
+      share *= crown_.length_inside_m(base, (1.0 / wanted) * away, wanted) / wanted;
+    }
+    return share;
   }
 
   Point radius_tip(int direction) const {
@@ -200,6 +269,7 @@ class Fitter {
   std::uint32_t lowest_ = kNone;
   std::vector<std::uint32_t> number_{};  ///< of each grown axis in the result
   std::vector<double> thickness_{};      ///< fitted by grown radius of each axis
+  std::vector<AffineMap> moves_{};       ///< of each grown axis from where the map has it
   std::vector<SkeletonPoint> line_{};    ///< the axis being fitted
   Skeleton result_{};
 };

@@ -288,9 +288,9 @@ TEST_CASE("a preset of a grammar with a wrong field is refused with file and fie
   CHECK(with("\"grammar\"", "\"gramar\"") == "gramar");
   CHECK(with("\"constants\": {}", "\"constants\": { \"unknown\": 1 }") == "by_height[0].constants");
   CHECK(with("\"constants\": {}", "\"constants\": 1") == "constants");
-  CHECK(with("\"from_m\": 6", "\"from_m\": -1") == "by_height[1].from_m");
+  CHECK(with("\"from_m\": 4", "\"from_m\": -1") == "by_height[1].from_m");
   CHECK(with("\"from_m\": 0", "\"from_m\": 1") == "by_height[0].from_m");
-  CHECK(with("\"from_m\": 6", "\"above\": 6") == "by_height[1].above");
+  CHECK(with("\"from_m\": 4", "\"above\": 6") == "by_height[1].above");
   CHECK(with("five-polygons", "six-polygons") == "leaves[0].form");
   CHECK(with("[0.3, -0.05]", "[0, -0.05]") == "leaves[0].outline");
   CHECK(with("\"aspect\": 1.1", "\"aspect\": 0") == "leaves[0].aspect");

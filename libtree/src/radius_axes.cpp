@@ -33,8 +33,8 @@ class Leader {
     for (const Axis& axis : grown.axes) {
       const auto line = grown.points_of(axis);
       Candidate one{.tip = map.place_of(line.back().at)};
-      one.base_at = map.at(map.place_of(line.front().at));
-      one.tip_at = map.at(one.tip);
+      one.base_at = map.inside(map.place_of(line.front().at));
+      one.tip_at = map.inside(one.tip);
       candidates_.push_back(one);
     }
     candidates_.front().is_taken = true;
@@ -50,7 +50,7 @@ class Leader {
         const Choice here = nearest(d);
         if (best.direction < 0 || here.cost < best.cost) best = here;
       }
-      constexpr double kTooMuch = 0.9;
+      constexpr double kTooMuch = 1.0;
       const bool is_new = best.cost > kTooMuch;
       chosen[best.direction] = is_new ? copied(best.direction) : best.axis;
       take(chosen[best.direction]);
@@ -65,7 +65,8 @@ class Leader {
     double cost = std::numeric_limits<double>::infinity();
   };
 
-  /// How far the tip must be moved, per length of the axis. Branches of the stem may turn about it.
+  /// How far the tip must be moved, per length of the axis. A branch of the stem turns about it
+  /// without a bend, and only leaves a gap behind.
   double cost(std::uint32_t axis, int direction) const {
     const Candidate& one = candidates_[axis];
     const Point outward = kDirections[direction];
@@ -76,8 +77,14 @@ class Leader {
     // Only what is drawn as wood ends where it is led to.
     const bool has_wood = grown_.points_of(grown_.axes[axis]).front().radius_m > 0.0;
     if (!(size > 0.0) || !has_wood) return std::numeric_limits<double>::infinity();
-    constexpr double kPerOrder = 0.1;
-    return length(wanted - one.tip_at) / size + kPerOrder * grown_.axes[axis].order;
+    if (grown_.axes[axis].order > 1) {
+      constexpr double kOfTwig = 0.1;
+      return kOfTwig + length(wanted - one.tip_at) / size;
+    }
+    constexpr double kPerRadian = 0.25;
+    const double short_of = radius - std::hypot(one.tip_at.x, one.tip_at.y);
+    return std::hypot(short_of, wanted.z - one.tip_at.z) / size +
+           kPerRadian * std::abs(turn_to(one.tip, outward));
   }
 
   Choice nearest(int direction) const {
@@ -187,10 +194,10 @@ CrownPlace RadiusAxes::led(CrownPlace place, std::uint32_t point) const {
     place.x = x;
   }
   if (lead.out != 0.0) {
+    place.out = std::clamp(place.out + lead.out, 0.0, lead.is_own ? 1.0 : 2.0);
     // What grows beyond the tip of its bearer is drawn in, so that it does not pass the crown.
     constexpr double kKnee = 0.85;
-    place.out = std::max(place.out + lead.out, 0.0);
-    if (place.out > kKnee) {
+    if (place.out > kKnee && !lead.is_own) {
       const double beyond = (place.out - kKnee) / (1.0 - kKnee);
       place.out = kKnee + (1.0 - kKnee) * beyond / (1.0 + beyond);
     }
@@ -221,7 +228,8 @@ RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crow
         // A branch of the stem turns about it as a whole.
         result.leads_[axis.first + k] = {axis.order == 1 ? turn : bend * turn,
                                          bend * (1.0 - tip.out),
-                                         bend * (crown.hc_m() - tip.z_m)};
+                                         bend * (crown.hc_m() - tip.z_m),
+                                         true};
       }
       direction[i] = own;
     } else if (direction[axis.parent] >= 0) {

@@ -29,6 +29,7 @@ class RadiusAxes {
     double turn_rad = 0.0;
     double out = 0.0;
     double rise_m = 0.0;
+    bool is_own = false;  ///< of the axis itself, not of what it bears
   };
 
   std::array<std::uint32_t, 4> axes_{};
