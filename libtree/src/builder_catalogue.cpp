@@ -4,6 +4,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/ifs.hpp"
+#include "silvafit/tree/lsystem_builder.hpp"
 #include "species_names.hpp"
 
 namespace silvafit::tree {
@@ -28,6 +29,9 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
       std::make_unique<const PresetCatalogue>(PresetCatalogue::load(models));
   for (const Preset& preset : catalogue.segment_presets_->presets()) {
     catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
+  }
+  for (const auto& file : entries_of(models / "lsystems")) {
+    catalogue.builders_.push_back(LsystemBuilder::load(models, file));
   }
   for (const auto& file : entries_of(models / "ifs")) {
     catalogue.builders_.push_back(IfsBuilder::load(models, file));

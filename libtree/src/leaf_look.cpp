@@ -17,13 +17,18 @@ LeafForm form_of(const JsonEntry& entry) {
 
 std::vector<std::array<double, 2>> outline_of(const JsonEntry& entry) {
   auto outline = entry.get<std::vector<std::array<double, 2>>>("outline");
-  double before = 0.0;
+  std::array<double, 2> before{1.0, -1.0};
   for (const auto& [across, along] : outline) {
-    if (!(across > 0.0 && across <= 1.0 && along > before && along < 1.0)) {
-      throw InputError("must be [across, along] from the petiole to the tip, in (0, 1]",
-                       entry.place_of("outline"));
+    // Seen from the petiole, each point stands to the left of the one before, lobes or not.
+    const bool is_left = along * before[0] > before[1] * across;
+    if (!(across > 0.0 && across <= 1.0 && std::abs(along) < 1.0 && is_left)) {
+      throw InputError(
+          "must be [across, along] with across in (0, 1] and along in (-1, 1), in the order in "
+          "which "
+          "the petiole's end sees them from the base to the tip",
+          entry.place_of("outline"));
     }
-    before = along;
+    before = {across, along};
   }
   constexpr std::size_t kLeast = 3;
   if (outline.size() < kLeast) {

@@ -78,7 +78,9 @@ class Leader {
     Point wanted = radius * outward;
     wanted.z = crown_.hc_m();
     const double size = length(one.tip_at - one.base_at);
-    if (!(size > 0.0)) return std::numeric_limits<double>::infinity();
+    // Only what is drawn as wood ends where it is led to.
+    const bool has_wood = grown_.points_of(grown_.axes[axis]).front().radius_m > 0.0;
+    if (!(size > 0.0) || !has_wood) return std::numeric_limits<double>::infinity();
     if (grown_.axes[axis].order > 1) {
       constexpr double kOfTwig = 0.1;
       return kOfTwig + length(wanted - one.tip_at) / size;
