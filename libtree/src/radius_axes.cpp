@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "silvafit/base/error.hpp"
+
 namespace silvafit::tree {
 namespace {
 
@@ -57,6 +59,9 @@ class Leader {
       constexpr double kTooMuch = 1.0;
       const bool is_new = best.cost > kTooMuch;
       chosen[best.direction] = is_new ? copied(best.direction) : best.axis;
+      if (chosen[best.direction] == kNone) {
+        throw GeometryError("no branch of a grown skeleton has a length and a radius");
+      }
       take(chosen[best.direction]);
     }
     return chosen;
@@ -69,6 +74,11 @@ class Leader {
     double cost = std::numeric_limits<double>::infinity();
   };
 
+  /// Only what is drawn as wood ends where it is led to.
+  bool has_wood(std::uint32_t axis) const {
+    return grown_.points[grown_.axes[axis].first].radius_m > 0.0;
+  }
+
   /// How far the tip must be moved, per length of the axis. A branch of the stem turns about it
   /// without a bend, and only leaves a gap behind.
   double cost(std::uint32_t axis, int direction) const {
@@ -78,9 +88,7 @@ class Leader {
     Point wanted = radius * outward;
     wanted.z = crown_.hc_m();
     const double size = length(one.tip_at - one.base_at);
-    // Only what is drawn as wood ends where it is led to.
-    const bool has_wood = grown_.points_of(grown_.axes[axis]).front().radius_m > 0.0;
-    if (!(size > 0.0) || !has_wood) return std::numeric_limits<double>::infinity();
+    if (!(size > 0.0) || !has_wood(axis)) return std::numeric_limits<double>::infinity();
     if (grown_.axes[axis].order > 1) {
       constexpr double kOfTwig = 0.1;
       return kOfTwig + length(wanted - one.tip_at) / size;
@@ -124,7 +132,7 @@ class Leader {
       const double size = length(one.tip_at - one.base_at);
       const double gap = std::hypot(
           1.0 - one.tip.out, (one.tip.z_m - crown_.hc_m()) / (crown_.h_m() - crown_.hcb_m()));
-      if (size > 0.0 && gap < least) {
+      if (size > 0.0 && gap < least && has_wood(i)) {
         least = gap;
         from = i;
       }
