@@ -7,6 +7,8 @@
 namespace silvafit::tree {
 namespace {
 
+double level_distance(double x, double y) { return std::sqrt(x * x + y * y); }
+
 constexpr double kBent = 0.04;  // the share of the crown's depth in which branches are bent
 
 /// The identity but near 0 and 1, which it approaches smoothly from inside and never reaches.
@@ -42,9 +44,13 @@ CrownMap::CrownMap(const StandingSkeleton& grown, const Crown& crown)
   low_ = std::clamp(low_, 0.0, 0.98 * high_);
   match_widest(grown);
   reach_ = silhouette(grown);
+  for (std::size_t i = 0; i <= kWidths; ++i) {
+    const double share = static_cast<double>(i) / kWidths;
+    widths_[i] = kept_width(crown, crown.hcb_m() + share * (crown.h_m() - crown.hcb_m()));
+  }
   for (std::size_t i = grown.skeleton.axes.front().count; i < grown.skeleton.points.size(); ++i) {
     const Point at = grown.skeleton.points[i].at;
-    outliers_ = std::max(outliers_, std::hypot(at.x, at.y) / reach_at(share_of(at.z)));
+    outliers_ = std::max(outliers_, level_distance(at.x, at.y) / reach_at(share_of(at.z)));
   }
 }
 
@@ -79,10 +85,10 @@ std::array<double, CrownMap::kLayers> CrownMap::silhouette(const StandingSkeleto
   };
   for (std::size_t a = 1; a < skeleton.axes.size(); ++a) {
     const auto line = skeleton.points_of(skeleton.axes[a]);
-    double before = std::hypot(line[0].at.x, line[0].at.y);
+    double before = level_distance(line[0].at.x, line[0].at.y);
     std::size_t from = layer_of(line[0].at.z);
     for (std::size_t i = 1; i < line.size(); ++i) {
-      const double out = std::hypot(line[i].at.x, line[i].at.y);
+      const double out = level_distance(line[i].at.x, line[i].at.y);
       const std::size_t to = layer_of(line[i].at.z);
       // Between the layers of its ends a line reaches out no farther than in proportion.
       const auto [low, high] = std::minmax(from, to);
@@ -132,6 +138,12 @@ double CrownMap::reach_at(double share) const {
 
 double CrownMap::widest() const { return *std::max_element(reach_.begin(), reach_.end()); }
 
+double CrownMap::width_at(double share) const {
+  const double at = std::clamp(share, 0.0, 1.0) * kWidths;
+  const std::size_t below = std::min(static_cast<std::size_t>(at), kWidths - 1);
+  return widths_[below] + (at - static_cast<double>(below)) * (widths_[below + 1] - widths_[below]);
+}
+
 double CrownMap::grown_height(double z_m) const {
   const double share =
       std::clamp((z_m - crown_.hcb_m()) / (crown_.h_m() - crown_.hcb_m()), 0.0, 1.0);
@@ -140,10 +152,10 @@ double CrownMap::grown_height(double z_m) const {
 
 CrownPlace CrownMap::place_of(Point grown) const {
   const double share = share_of(grown.z);
-  const double distance = std::hypot(grown.x, grown.y);
+  const double distance = level_distance(grown.x, grown.y);
   CrownPlace place;
   place.z_m = crown_.hcb_m() + share * (crown_.h_m() - crown_.hcb_m());
-  place.out = drawn_in(distance / reach_at(share), outliers_) * kept_width(crown_, place.z_m);
+  place.out = drawn_in(distance / reach_at(share), outliers_) * width_at(share);
   if (distance > 1e-12 * high_) {
     place.x = grown.x / distance;
     place.y = grown.y / distance;

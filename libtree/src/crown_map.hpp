@@ -41,9 +41,11 @@ class CrownMap {
 
  private:
   static constexpr std::size_t kLayers = 32;
+  static constexpr std::size_t kWidths = 128;
 
   double share_of(double grown_z) const;
   double reach_at(double share) const;
+  double width_at(double share) const;
   std::array<double, kLayers> silhouette(const StandingSkeleton& grown) const;
   void match_widest(const StandingSkeleton& grown);
 
@@ -51,8 +53,9 @@ class CrownMap {
   double low_;
   double high_;
   double skew_ = 1.0;
-  std::array<double, kLayers> reach_{};  ///< of the grown tree by height
-  double outliers_ = 1.0;                ///< how many times its reach something lies out, at most
+  std::array<double, kLayers> reach_{};       ///< of the grown tree by height
+  std::array<double, kWidths + 1> widths_{};  ///< of the crown that branches keep, by height
+  double outliers_ = 1.0;  ///< how many times its reach something lies out, at most
 };
 
 }  // namespace silvafit::tree

@@ -55,21 +55,20 @@ class Fitter {
   }
 
  private:
-  /// The first branch of the stem is the one that will begin at the crown base: one that reaches no
-  /// measured radius if there is one.
+  /// The branch of the stem that will begin at the crown base: the lowest that is drawn as wood,
+  /// and if possible one that reaches no measured radius.
   void choose_lowest() {
-    double lowest = std::numeric_limits<double>::infinity();
-    bool is_free = false;
     const Skeleton& grown = grown_.skeleton;
+    double least = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = 1; i < grown.axes.size(); ++i) {
+      const SkeletonPoint& base = grown.points[grown.axes[i].first];
       if (grown.axes[i].order != 1) continue;
-      const bool free_now = radius_axes_.direction_of(i) < 0;
-      const double z = grown.points[grown.axes[i].first].at.z;
-      if ((free_now && !is_free) || (free_now == is_free && z < lowest)) {
-        lowest_ = i;
-        lowest = z;
-        is_free = free_now;
-      }
+      const double reluctance =
+          (base.radius_m > 0.0 ? 0.0 : 4.0) + (radius_axes_.direction_of(i) < 0 ? 0.0 : 2.0);
+      const double here = reluctance + base.at.z / grown_.top;
+      if (here >= least) continue;
+      lowest_ = i;
+      least = here;
     }
   }
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "silvafit/base/error.hpp"
+
 namespace silvafit::tree {
 namespace {
 
@@ -23,7 +25,8 @@ struct Candidate {
   CrownPlace tip{};
   Point base_at{};
   Point tip_at{};
-  bool is_taken = false;  ///< it, what bears it or what it bears is led already
+  std::array<double, 4> costs{};  ///< by direction: how much the axis has to be bent
+  bool is_taken = false;          ///< it, what bears it or what it bears is led already
 };
 
 class Leader {
@@ -33,11 +36,14 @@ class Leader {
     for (const Axis& axis : grown.axes) {
       const auto line = grown.points_of(axis);
       Candidate one{.tip = map.place_of(line.back().at)};
-      one.base_at = map.inside(map.place_of(line.front().at));
-      one.tip_at = map.inside(one.tip);
+      one.base_at = map.at(map.place_of(line.front().at));
+      one.tip_at = map.at(one.tip);
       candidates_.push_back(one);
     }
     candidates_.front().is_taken = true;
+    for (std::uint32_t i = 1; i < candidates_.size(); ++i) {
+      for (int d = 0; d < 4; ++d) candidates_[i].costs[d] = cost(i, d);
+    }
   }
 
   /// The axes by direction; those that need the least bending choose first.
@@ -53,6 +59,9 @@ class Leader {
       constexpr double kTooMuch = 1.0;
       const bool is_new = best.cost > kTooMuch;
       chosen[best.direction] = is_new ? copied(best.direction) : best.axis;
+      if (chosen[best.direction] == kNone) {
+        throw GeometryError("no branch of a grown skeleton has a length and a radius");
+      }
       take(chosen[best.direction]);
     }
     return chosen;
@@ -65,6 +74,11 @@ class Leader {
     double cost = std::numeric_limits<double>::infinity();
   };
 
+  /// Only what is drawn as wood ends where it is led to.
+  bool has_wood(std::uint32_t axis) const {
+    return grown_.points[grown_.axes[axis].first].radius_m > 0.0;
+  }
+
   /// How far the tip must be moved, per length of the axis. A branch of the stem turns about it
   /// without a bend, and only leaves a gap behind.
   double cost(std::uint32_t axis, int direction) const {
@@ -74,9 +88,7 @@ class Leader {
     Point wanted = radius * outward;
     wanted.z = crown_.hc_m();
     const double size = length(one.tip_at - one.base_at);
-    // Only what is drawn as wood ends where it is led to.
-    const bool has_wood = grown_.points_of(grown_.axes[axis]).front().radius_m > 0.0;
-    if (!(size > 0.0) || !has_wood) return std::numeric_limits<double>::infinity();
+    if (!(size > 0.0) || !has_wood(axis)) return std::numeric_limits<double>::infinity();
     if (grown_.axes[axis].order > 1) {
       constexpr double kOfTwig = 0.1;
       return kOfTwig + length(wanted - one.tip_at) / size;
@@ -91,7 +103,7 @@ class Leader {
     Choice best{.direction = direction};
     for (std::uint32_t i = 1; i < candidates_.size(); ++i) {
       if (candidates_[i].is_taken) continue;
-      const double here = cost(i, direction);
+      const double here = candidates_[i].costs[direction];
       if (here < best.cost) best = {direction, i, here};
     }
     return best;
@@ -120,7 +132,7 @@ class Leader {
       const double size = length(one.tip_at - one.base_at);
       const double gap = std::hypot(
           1.0 - one.tip.out, (one.tip.z_m - crown_.hc_m()) / (crown_.h_m() - crown_.hcb_m()));
-      if (size > 0.0 && gap < least) {
+      if (size > 0.0 && gap < least && has_wood(i)) {
         least = gap;
         from = i;
       }
@@ -186,13 +198,9 @@ int RadiusAxes::direction_of(std::uint32_t axis) const {
 
 CrownPlace RadiusAxes::led(CrownPlace place, std::uint32_t point) const {
   const Lead& lead = leads_[point];
-  if (lead.turn_rad != 0.0) {
-    const double c = std::cos(lead.turn_rad);
-    const double s = std::sin(lead.turn_rad);
-    const double x = c * place.x - s * place.y;
-    place.y = s * place.x + c * place.y;
-    place.x = x;
-  }
+  const double x = lead.turn_cos * place.x - lead.turn_sin * place.y;
+  place.y = lead.turn_sin * place.x + lead.turn_cos * place.y;
+  place.x = x;
   if (lead.out != 0.0) {
     place.out = std::clamp(place.out + lead.out, 0.0, lead.is_own ? 1.0 : 2.0);
     // What grows beyond the tip of its bearer is drawn in, so that it does not pass the crown.
@@ -226,7 +234,9 @@ RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crow
         const double share = total > 0.0 ? before / total : 1.0;
         const double bend = share * share;
         // A branch of the stem turns about it as a whole.
-        result.leads_[axis.first + k] = {axis.order == 1 ? turn : bend * turn,
+        const double turned = axis.order == 1 ? turn : bend * turn;
+        result.leads_[axis.first + k] = {std::cos(turned),
+                                         std::sin(turned),
                                          bend * (1.0 - tip.out),
                                          bend * (crown.hc_m() - tip.z_m),
                                          true};
@@ -239,8 +249,15 @@ RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crow
       const auto& from = result.leads_[parent.first + place.segment];
       const auto& to = result.leads_[parent.first + place.segment + 1];
       const auto mix = [&](double a, double b) { return a + place.part * (b - a); };
-      const RadiusAxes::Lead lead{
-          mix(from.turn_rad, to.turn_rad), mix(from.out, to.out), mix(from.rise_m, to.rise_m)};
+      RadiusAxes::Lead lead{mix(from.turn_cos, to.turn_cos),
+                            mix(from.turn_sin, to.turn_sin),
+                            mix(from.out, to.out),
+                            mix(from.rise_m, to.rise_m)};
+      const double size = std::hypot(lead.turn_cos, lead.turn_sin);
+      if (size > 0.0) {
+        lead.turn_cos /= size;
+        lead.turn_sin /= size;
+      }
       for (std::uint32_t k = 0; k < axis.count; ++k) result.leads_[axis.first + k] = lead;
     }
   }

@@ -26,7 +26,8 @@ class RadiusAxes {
 
   /// Grows from nothing at an axis's base to all of it at its tip.
   struct Lead {
-    double turn_rad = 0.0;
+    double turn_cos = 1.0;
+    double turn_sin = 0.0;
     double out = 0.0;
     double rise_m = 0.0;
     bool is_own = false;  ///< of the axis itself, not of what it bears
