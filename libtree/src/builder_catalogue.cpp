@@ -3,9 +3,25 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/ifs.hpp"
+#include "silvafit/tree/lsystem_builder.hpp"
 #include "species_names.hpp"
 
 namespace silvafit::tree {
+
+namespace {
+
+/// The .json files of a folder; none if there is no such folder.
+std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  if (!std::filesystem::is_directory(folder)) return files;
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    if (file.path().extension() == ".json") files.push_back(file.path());
+  }
+  return files;
+}
+
+}  // namespace
 
 BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   BuilderCatalogue catalogue;
@@ -13,6 +29,12 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
       std::make_unique<const PresetCatalogue>(PresetCatalogue::load(models));
   for (const Preset& preset : catalogue.segment_presets_->presets()) {
     catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
+  }
+  for (const auto& file : entries_of(models / "lsystems")) {
+    catalogue.builders_.push_back(LsystemBuilder::load(models, file));
+  }
+  for (const auto& file : entries_of(models / "ifs")) {
+    catalogue.builders_.push_back(IfsBuilder::load(models, file));
   }
   std::sort(catalogue.builders_.begin(),
             catalogue.builders_.end(),

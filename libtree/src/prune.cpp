@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "leaf_sites.hpp"
 #include "silvafit/tree/overlap.hpp"
 
 namespace silvafit::tree {
@@ -55,7 +56,8 @@ class Pruner {
       : skeleton_(skeleton),
         crown_(crown),
         overlap_(overlap),
-        new_axis_(skeleton.axes.size(), kGone) {
+        new_axis_(skeleton.axes.size(), kGone),
+        kept_share_(skeleton.axes.size(), 1.0) {
     result_.skeleton.notes = skeleton.notes;
   }
 
@@ -71,6 +73,7 @@ class Pruner {
       add(i, points);
     }
     restore_crown_base();
+    carry_leaves();
     for (const Axis& axis : result_.skeleton.axes) {
       if (axis.order > 0) {
         result_.length_after_m += line_length_m(result_.skeleton.points_of(axis));
@@ -98,6 +101,7 @@ class Pruner {
     if (held >= 1.0) {
       keep(i, moved);
     } else if (held >= kWorthKeeping) {
+      kept_share_[i] = kHair * held;
       keep(i, cut_back(moved, kHair * held));
     }
   }
@@ -108,22 +112,15 @@ class Pruner {
     if (axis.order < 2) return moved;
     const auto before = skeleton_.points_of(skeleton_.axes[axis.parent]);
     const auto now = result_.skeleton.points_of(result_.skeleton.axes[new_axis_[axis.parent]]);
-    if (now.size() == before.size() && now.back().at.x == before.back().at.x &&
-        now.back().at.y == before.back().at.y && now.back().at.z == before.back().at.z &&
-        now.front().at.z == before.front().at.z) {
-      return moved;
-    }
+    if (is_same_line(before, now)) return moved;
     const double share = nearest_share(before, points.front().at);
-    const Point was = point_at(before, share).at;
-    if (turned_course(axis.parent) != nullptr) {
-      const Point shift = point_at(now, share).at - was;
-      for (SkeletonPoint& point : moved) point.at = crown_.confine(point.at + shift);
-      return moved;
-    }
-    // Cut back: a hair beyond the new tip is nothing.
+    const double kept = kept_share_[axis.parent];
+    if (share > kept) return {};
+    const Point shift = point_at(now, share / kept).at - point_at(before, share).at;
+    // What a cut leaves of a line lies where it lay, up to rounding.
     constexpr double kTouching = 1e-6;
-    const double share_now = nearest_share(now, was);
-    if (length(point_at(now, share_now).at - was) > kTouching) return {};
+    if (length(shift) <= kTouching) return moved;
+    for (SkeletonPoint& point : moved) point.at = crown_.confine(point.at + shift);
     return moved;
   }
 
@@ -176,13 +173,55 @@ class Pruner {
       }
     }
     if (lowest_now <= crown_.hcb_m() + kSame || back == kGone) return;
+    kept_share_[back] = kHair * held_of_back;
     keep(back, cut_back(skeleton_.points_of(skeleton_.axes[back]), kHair * held_of_back));
+  }
+
+  /// Leaves go where their axis goes; those of what was removed or cut off go with it.
+  void carry_leaves() {
+    for (LeafSite leaf : skeleton_.leaves) {
+      if (new_axis_[leaf.axis] == kGone || !carry(leaf)) continue;
+      leaf.axis = new_axis_[leaf.axis];
+      result_.skeleton.leaves.push_back(leaf);
+    }
+  }
+
+  /// \return whether the leaf's axis still reaches as far as the leaf
+  bool carry(LeafSite& leaf) const {
+    const auto before = skeleton_.points_of(skeleton_.axes[leaf.axis]);
+    const auto now = result_.skeleton.points_of(result_.skeleton.axes[new_axis_[leaf.axis]]);
+    if (is_same_line(before, now)) return true;
+    const double share = nearest_share(before, leaf.at);
+    if (share > kept_share_[leaf.axis]) return false;
+    const double share_now = share / kept_share_[leaf.axis];
+    move_with(leaf,
+              along(before, share),
+              along(now, share_now),
+              point_at(before, share).at,
+              point_at(now, share_now).at,
+              1.0);
+    return bring_inside(leaf, crown_);
+  }
+
+  static bool is_same_line(std::span<const SkeletonPoint> a, std::span<const SkeletonPoint> b) {
+    return std::equal(
+        a.begin(), a.end(), b.begin(), b.end(), [](const SkeletonPoint& p, const SkeletonPoint& q) {
+          return p.at.x == q.at.x && p.at.y == q.at.y && p.at.z == q.at.z;
+        });
+  }
+
+  /// Which way a line goes at a share of its length.
+  static Point along(std::span<const SkeletonPoint> line, double share) {
+    constexpr double kPiece = 0.05;
+    return point_at(line, std::min(share + kPiece, 1.0)).at -
+           point_at(line, std::max(share - kPiece, 0.0)).at;
   }
 
   const Skeleton& skeleton_;
   const Crown& crown_;
   const TreeOverlap& overlap_;
   std::vector<std::uint32_t> new_axis_;
+  std::vector<double> kept_share_;  ///< of each axis's length, from its base
   PrunedSkeleton result_{};
 };
 

@@ -96,7 +96,7 @@ struct PrunedSkeleton {
 
 /// Takes removed branches out, gives turned ones their new course, and cuts limbs and twigs back to
 /// the tree's territory. If nothing were left at the crown base, one branch is cut back there
-/// instead of removed, so that height to crown base stays as measured.
+/// instead of removed, so that height to crown base stays as measured. Leaves go with their axis.
 PrunedSkeleton prune(const Skeleton& skeleton, const Crown& crown, const TreeOverlap& overlap);
 
 /// Draws foliage that hangs over the meeting surface in, towards where it grows; what does not fit

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+// Copies of copies of a trunk.
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/ifs.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180.0;
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// A copy of the trunk where it stands.
+struct Copy {
+  AffineMap place{};
+  double scale = 1.0;
+  double radius = 0.0;
+  int depth = 0;
+  std::uint32_t axis = 0;
+  std::uint32_t first = 0;     ///< point of its axis at its base
+  std::uint32_t children = 0;  ///< entry of the first map in children_
+};
+
+class Grower {
+ public:
+  Grower(const IfsPreset& preset, Random& random) : preset_(preset), random_(random) {}
+
+  Skeleton grow() {
+    copies_.push_back({.radius = preset_.trunk.radius});
+    grow_axis(0, 0, 0);
+    for (std::size_t i = 0; i < starts_.size(); ++i) {
+      const Start start = starts_[i];
+      grow_axis(start.copy, start.order, start.parent);
+    }
+    for (std::size_t i = 0; i < preset_.leaves.count; ++i) add_leaf();
+    return std::move(skeleton_);
+  }
+
+ private:
+  /// A copy from which an axis starts.
+  struct Start {
+    std::uint32_t copy = 0;
+    std::uint32_t order = 0;
+    std::uint32_t parent = 0;
+  };
+
+  /// The copy's trunk, and what continues it.
+  void grow_axis(std::uint32_t copy, std::uint32_t order, std::uint32_t parent) {
+    const auto axis = static_cast<std::uint32_t>(skeleton_.axes.size());
+    skeleton_.axes.push_back({.order = order,
+                              .parent = parent,
+                              .first = static_cast<std::uint32_t>(skeleton_.points.size())});
+    skeleton_.points.push_back({copies_[copy].place.b, copies_[copy].radius});
+    while (copy != kNone) {
+      copies_[copy].axis = axis;
+      copies_[copy].first = static_cast<std::uint32_t>(skeleton_.points.size() - 1);
+      const std::uint32_t next = bear(copy, order, axis);
+      add_trunk(copy, next);
+      copy = next;
+    }
+    skeleton_.axes[axis].count =
+        static_cast<std::uint32_t>(skeleton_.points.size()) - skeleton_.axes[axis].first;
+  }
+
+  /// Makes the copies that a copy bears.
+  /// \return the one that continues it, if there is one
+  std::uint32_t bear(std::uint32_t copy, std::uint32_t order, std::uint32_t axis) {
+    const std::size_t maps = preset_.copies.size();
+    copies_[copy].children = static_cast<std::uint32_t>(children_.size());
+    children_.resize(children_.size() + maps, kNone);
+    std::uint32_t next = kNone;
+    if (copies_[copy].depth >= preset_.limits.depth) return next;
+    for (std::size_t m = 0; m < maps; ++m) {
+      const IfsCopy& map = preset_.copies[m];
+      if (order < map.from_order || order > map.to_order) continue;
+      const Copy child = varied(copies_[copy], map);
+      if (child.scale < preset_.limits.least_scale) continue;
+      if (copies_.size() >= preset_.limits.most_copies) {
+        throw GeometryError("an iterated function system makes more than " +
+                            std::to_string(preset_.limits.most_copies) +
+                            " copies; lower its depth or raise its least scale");
+      }
+      const auto number = static_cast<std::uint32_t>(copies_.size());
+      children_[copies_[copy].children + m] = number;
+      copies_.push_back(child);
+      if (map.continues) {
+        next = number;
+      } else {
+        starts_.push_back({number, order + 1, axis});
+      }
+    }
+    return next;
+  }
+
+  Copy varied(const Copy& bearer, const IfsCopy& map) {
+    const IfsVariation& variation = preset_.variation;
+    AffineMap local = map.map;
+    Copy copy{.scale = bearer.scale * map.scale,
+              .radius = bearer.radius * map.thickness,
+              .depth = bearer.depth + 1};
+    const auto draw = [this](double most) {
+      return most > 0.0 ? random_.uniform(-most, most) : 0.0;
+    };
+    const double share = draw(variation.scale);
+    const double azimuth = kRadian * draw(variation.azimuth_deg);
+    const double tilt = kRadian * draw(variation.angle_deg);
+    const double towards =
+        variation.angle_deg > 0.0 ? random_.uniform(0.0, 2.0 * std::numbers::pi) : 0.0;
+    if (share != 0.0) {
+      local = scaled(local, 1.0 + share);
+      copy.scale *= 1.0 + share;
+    }
+    const Point base = local.b;
+    local.b = {};
+    if (azimuth != 0.0) local = turn_about({0.0, 0.0, 1.0}, azimuth).after(local);
+    if (tilt != 0.0) {
+      local = turn_about({std::cos(towards), std::sin(towards), 0.0}, tilt).after(local);
+    }
+    local.b = base;
+    copy.place = bearer.place.after(local);
+    return copy;
+  }
+
+  /// The points of a copy's trunk but the first.
+  void add_trunk(std::uint32_t number, std::uint32_t next) {
+    const Copy& copy = copies_[number];
+    const IfsTrunk& trunk = preset_.trunk;
+    const double tip = next != kNone ? copies_[next].radius : trunk.tip_radius * copy.radius;
+    const auto stray = [&] {
+      return trunk.crookedness > 0.0 ? random_.uniform(-trunk.crookedness, trunk.crookedness) : 0.0;
+    };
+    for (int i = 1; i <= trunk.segments; ++i) {
+      const double share = static_cast<double>(i) / trunk.segments;
+      const double radius = copy.radius + share * (tip - copy.radius);
+      Point at{0.0, 0.0, share};
+      if (i < trunk.segments) {
+        at.x = stray();
+        at.y = stray();
+      }
+      skeleton_.points.push_back({copy.place(at), radius});
+    }
+  }
+
+  /// On the last of copies of copies that the maps' probabilities choose.
+  void add_leaf() {
+    std::uint32_t copy = 0;
+    while (true) {
+      const std::uint32_t child = drawn_child(copy);
+      if (child == kNone) break;
+      copy = child;
+    }
+    const Copy& bearer = copies_[copy];
+    const auto points = static_cast<std::uint32_t>(preset_.trunk.segments);
+    const double share = random_.uniform() * points;
+    const auto segment = std::min(static_cast<std::uint32_t>(share), points - 1);
+    const Point a = skeleton_.points[bearer.first + segment].at;
+    const Point b = skeleton_.points[bearer.first + segment + 1].at;
+    const Point along = direction(b - a);
+    const double azimuth = random_.uniform(0.0, 2.0 * std::numbers::pi);
+    const Point aside = direction(cross(along, {0.6, -0.48, 0.64}), {1.0, 0.0, 0.0});
+    const Point across = std::cos(azimuth) * aside + std::sin(azimuth) * cross(along, aside);
+    const double angle = kRadian * preset_.leaves.angle_deg;
+    LeafSite leaf{.at = a + (share - segment) * (b - a), .axis = bearer.axis};
+    leaf.along = direction(std::cos(angle) * along + std::sin(angle) * across);
+    // The upper side looks up as far as the leaf's direction lets it.
+    const Point up{0.0, 0.0, 1.0};
+    leaf.facing = direction(up - dot(up, leaf.along) * leaf.along, across);
+    leaf.length_m = preset_.leaves.length;
+    skeleton_.leaves.push_back(leaf);
+  }
+
+  std::uint32_t drawn_child(std::uint32_t copy) {
+    const std::size_t maps = preset_.copies.size();
+    const std::uint32_t first = copies_[copy].children;
+    const std::vector<double>& probabilities = preset_.system.probabilities();
+    double sum = 0.0;
+    for (std::size_t m = 0; m < maps; ++m) {
+      if (children_[first + m] != kNone) sum += probabilities[m];
+    }
+    if (sum == 0.0) return kNone;
+    double left = random_.uniform() * sum;
+    std::uint32_t last = kNone;
+    for (std::size_t m = 0; m < maps; ++m) {
+      if (children_[first + m] == kNone) continue;
+      last = children_[first + m];
+      left -= probabilities[m];
+      if (left < 0.0) break;
+    }
+    return last;
+  }
+
+  const IfsPreset& preset_;
+  Random& random_;
+  Skeleton skeleton_{};
+  std::vector<Copy> copies_{};
+  std::vector<std::uint32_t> children_{};  ///< by copy and map; none where a copy was left out
+  std::vector<Start> starts_{};
+};
+
+}  // namespace
+
+Skeleton grow_ifs(const IfsPreset& preset, Random& random) { return Grower(preset, random).grow(); }
+
+}  // namespace silvafit::tree
