@@ -18,6 +18,13 @@ int report(const char* kind, const std::exception& error, ExitStatus status) {
   return status;
 }
 
+/// A result that did not arrive is no success, even where the disk filled up in its last lines.
+void require_written_output() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    throw InputError("writing to standard output failed");
+  }
+}
+
 int run(int argc, char** argv) {
   CLI::App program("From a forest inventory to morphology models and 3D trees.", "silvafit");
   add_version_options(program);
@@ -41,6 +48,7 @@ int run(int argc, char** argv) {
 
   try {
     program.parse(argc, argv);
+    require_written_output();
     return kDone;
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? kDone : kBadUsage;

@@ -12,6 +12,10 @@ target_compile_options(silvafit_build_options INTERFACE
   $<$<BOOL:${SILVAFIT_COVERAGE}>:--coverage>)
 target_link_options(silvafit_build_options INTERFACE
   $<$<BOOL:${SILVAFIT_COVERAGE}>:--coverage>)
+if(SILVAFIT_FUZZ)
+  target_compile_options(silvafit_build_options INTERFACE -fsanitize=fuzzer-no-link)
+  target_link_options(silvafit_build_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 if(SILVAFIT_SANITIZE)
   target_compile_options(silvafit_build_options INTERFACE
     -fsanitize=${SILVAFIT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer

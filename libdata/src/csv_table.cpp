@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // CSV files as tables, in memory proportional to the columns kept.
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cstdint>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -56,26 +55,17 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-std::size_t field_of(const std::vector<std::string>& header,
-                     const std::string& name,
-                     const std::string& file) {
-  const auto found = std::ranges::find(header, name);
-  if (found == header.end()) {
-    throw UsageError(
-        fmt::format("there is no column '{}'; the columns are {}", name, fmt::join(header, ", ")),
-        {.file = file});
-  }
-  return static_cast<std::size_t>(found - header.begin());
-}
-
 std::vector<ColumnBuilder> wanted_columns(const std::vector<std::string>& header,
                                           const CsvTableOptions& options,
                                           const std::string& file) {
+  std::unordered_map<std::string_view, std::size_t> field_of;
+  for (std::size_t i = 0; i < header.size(); ++i) field_of.emplace(header[i], i);
   std::vector<ColumnBuilder> columns;
   for (const std::string& name : options.columns.empty() ? header : options.columns) {
-    columns.push_back({.name = name,
-                       .field = field_of(header, name, file),
-                       .is_text = contains(options.text_columns, name)});
+    const auto found = field_of.find(name);
+    if (found == field_of.end()) throw UsageError(no_such_column(name, header), {.file = file});
+    columns.push_back(
+        {.name = name, .field = found->second, .is_text = contains(options.text_columns, name)});
   }
   return columns;
 }

@@ -43,6 +43,19 @@ void TextColumn::append(std::string_view value) {
   codes_.push_back(code);
 }
 
+std::string list_of(std::span<const std::string> names) {
+  constexpr std::size_t kShown = 40;
+  const auto shown = names.first(std::min(names.size(), kShown));
+  const std::string list = fmt::format("{}", fmt::join(shown, ", "));
+  return shown.size() == names.size()
+             ? list
+             : fmt::format("{} and {} more", list, names.size() - shown.size());
+}
+
+std::string no_such_column(std::string_view name, std::span<const std::string> names) {
+  return fmt::format("there is no column '{}'; the columns are {}", name, list_of(names));
+}
+
 std::string_view TextColumn::operator[](std::size_t row) const {
   return is_missing(row) ? std::string_view() : std::string_view(levels_[codes_[row]]);
 }
@@ -56,9 +69,7 @@ bool Table::has(std::string_view name) const { return slots_.contains(std::strin
 const Table::Slot& Table::slot(std::string_view name) const {
   const auto entry = slots_.find(std::string(name));
   if (entry == slots_.end()) {
-    throw UsageError(
-        fmt::format("there is no column '{}'; the columns are {}", name, fmt::join(names_, ", ")),
-        {.file = file_});
+    throw UsageError(no_such_column(name, names_), {.file = file_});
   }
   return entry->second;
 }

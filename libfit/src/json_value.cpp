@@ -30,6 +30,9 @@ JsonValue JsonValue::parse(std::string_view text, std::string file, std::string 
     const auto line = static_cast<std::size_t>(1 + std::count(text.begin(), end, '\n'));
     throw InputError("this is not JSON; look for a missing comma, quote or bracket",
                      {.file = std::move(file), .line = line, .column = std::move(key)});
+  } catch (const Json::out_of_range&) {
+    throw InputError("a number in it is too large",
+                     {.file = std::move(file), .column = std::move(key)});
   }
 }
 

@@ -52,11 +52,8 @@ void check_covariates(const ParameterModel& model,
       data::TextMatch match;
       const std::string& column = data::is_text_match(name, match) ? match.column : name;
       if (table.has(column)) continue;
-      throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
-                                     column,
-                                     fmt::join(table.names(), ", ")),
-                         text,
-                         text.find(column, text.find('~')) + 1);
+      throw FormulaError(
+          data::no_such_column(column, table.names()), text, text.find(column, text.find('~')) + 1);
     }
   }
 }
@@ -82,11 +79,8 @@ void check_random_effects(const RandomEffects& random,
     position += effect->size();
   }
   if (!table.has(random.group)) {
-    throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
-                                   random.group,
-                                   fmt::join(table.names(), ", ")),
-                       text,
-                       text.rfind(random.group) + 1);
+    throw FormulaError(
+        data::no_such_column(random.group, table.names()), text, text.rfind(random.group) + 1);
   }
 }
 
@@ -184,9 +178,7 @@ ModelSpecification specify_model(std::string_view formula,
 void check_response(const ModelSpecification& specification, const data::Table& table) {
   const data::Formula& formula = specification.formula;
   if (table.has(formula.left)) return;
-  throw FormulaError(fmt::format("there is no column '{}'; the columns are {}",
-                                 formula.left,
-                                 fmt::join(table.names(), ", ")),
+  throw FormulaError(data::no_such_column(formula.left, table.names()),
                      formula.text,
                      formula.text.find(formula.left) + 1);
 }

@@ -43,10 +43,7 @@ data::Expression parsed(std::string_view text, const data::Table& table) {
     data::TextMatch match;
     const std::string& name = data::is_text_match(variable, match) ? match.column : variable;
     if (table.has(name)) continue;
-    throw UsageError(
-        fmt::format(
-            "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")),
-        {.column = kOption});
+    throw UsageError(data::no_such_column(name, table.names()), {.column = kOption});
   }
   return expression;
 }

@@ -101,7 +101,7 @@ Source Planner::mapped(const ColumnMapping& mapping) const {
                                  name,
                                  mapping.name,
                                  mapping.source,
-                                 fmt::join(header_, ", ")),
+                                 data::list_of(header_)),
                      {.file = file_});
   }
   return {.text = mapping.source, .expression = std::move(expression)};
@@ -147,7 +147,7 @@ void Planner::require(const Source& source, const KnownColumn& column) const {
                   column.name,
                   column.meaning,
                   column.name,
-                  fmt::join(header_, ", ")),
+                  data::list_of(header_)),
       {.file = file_});
 }
 
@@ -210,10 +210,7 @@ void Planner::collect_others(ColumnPlan& plan) const {
         std::ranges::find(plan.others, name, &ColumnMapping::name) != plan.others.end();
     if (is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name))) continue;
     if (!field_named(name)) {
-      throw UsageError(
-          fmt::format(
-              "there is no column '{}'; the columns are {}", name, fmt::join(header_, ", ")),
-          {.file = file_});
+      throw UsageError(data::no_such_column(name, header_), {.file = file_});
     }
     plan.others.push_back({.name = name, .source = name});
   }
@@ -227,7 +224,7 @@ ColumnPlan Planner::plan() {
       throw UsageError(fmt::format("{} must be a column, and '{}' is none; the columns are {}",
                                    kLabels[i].name,
                                    plan.labels[i].text,
-                                   fmt::join(header_, ", ")),
+                                   data::list_of(header_)),
                        {.file = file_, .column = "--columns"});
     }
   }

@@ -251,8 +251,11 @@ void NeighborSearch::Index::keep_nearest_image(std::vector<Neighbor>& found) con
     }
     return std::pair(left.east_m, left.north_m) > std::pair(right.east_m, right.north_m);
   });
-  const auto rest = std::ranges::unique(found, {}, &Neighbor::tree);
-  found.erase(rest.begin(), rest.end());
+  // Not std::ranges::unique, whose result clang 14 cannot take apart.
+  const auto is_same_tree = [](const Neighbor& left, const Neighbor& right) {
+    return left.tree == right.tree;
+  };
+  found.erase(std::unique(found.begin(), found.end(), is_same_tree), found.end());
 }
 
 /// By distance, and runs that tie with their first tree in the order of the trees.

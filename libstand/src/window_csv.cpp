@@ -42,7 +42,7 @@ class CsvWindowReader {
     throw InputError(
         fmt::format("windows need the columns wkt, or x, y and radius, and plot where there are "
                     "several; the columns are {}",
-                    fmt::join(header_, ", ")),
+                    data::list_of(header_)),
         {.file = file_});
   }
 

@@ -55,6 +55,8 @@ json GeoJsonReader::parse() const {
         std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(read), '\n');
     throw InputError("is no JSON from here on",
                      {.file = file_, .line = static_cast<std::size_t>(line_ends) + 1});
+  } catch (const json::out_of_range&) {
+    fail("a number in it is too large");
   }
 }
 

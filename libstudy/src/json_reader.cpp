@@ -40,6 +40,8 @@ JsonReader JsonReader::parse(std::string_view text, std::string file, bool comme
     const auto line = static_cast<std::size_t>(1 + std::count(text.begin(), end, '\n'));
     throw InputError("this is not JSON; look for a missing comma, quote or bracket",
                      {.file = std::move(file), .line = line});
+  } catch (const nlohmann::json::out_of_range&) {
+    throw InputError("a number in it is too large", {.file = std::move(file)});
   }
 }
 

@@ -16,6 +16,10 @@ constexpr double kThickest = 2000.0;
 constexpr double kWidest = 60.0;
 constexpr double kOldest = 5000.0;
 constexpr double kBreastHeight = 1.3;
+constexpr double kThinnest = 0.01;  // cm
+constexpr double kNarrowest = 0.001;
+/// Farther than any projection's coordinates; beyond, not even a millimeter is left of a double.
+constexpr double kFarthest = 1e9;
 
 class Checker {
  public:
@@ -31,14 +35,27 @@ class Checker {
     require(std::isfinite(value), column, "is missing or not a finite number");
   }
 
-  void within(double value, double largest, const char* column, const char* unit) const {
+  void within(
+      double value, double least, double largest, const char* column, const char* unit) const {
     known(value, column);
     require(value > 0.0, column, fmt::format("{} {} must be above 0", value, unit));
+    require(
+        value >= least,
+        column,
+        fmt::format(
+            "{} {} is less than any tree has ({} {}); check the unit", value, unit, least, unit));
     require(
         value <= largest,
         column,
         fmt::format(
             "{} {} is more than any tree has ({} {}); check the unit", value, unit, largest, unit));
+  }
+
+  void place(double value, const char* column) const {
+    known(value, column);
+    require(std::abs(value) <= kFarthest,
+            column,
+            fmt::format("{} m is no place on the earth; check the unit", value));
   }
 
  private:
@@ -57,13 +74,13 @@ void validate_crown(const Morphology& m, const Checker& check) {
                   fmt::format("{} m is outside the crown, {} to {} m", *m.hc_m, m.hcb_m, m.h_m));
   }
   if (m.radii) {
-    check.within(m.radii->east_m, kWidest, "cr_e", "m");
-    check.within(m.radii->west_m, kWidest, "cr_w", "m");
-    check.within(m.radii->south_m, kWidest, "cr_s", "m");
-    check.within(m.radii->north_m, kWidest, "cr_n", "m");
+    check.within(m.radii->east_m, kNarrowest, kWidest, "cr_e", "m");
+    check.within(m.radii->west_m, kNarrowest, kWidest, "cr_w", "m");
+    check.within(m.radii->south_m, kNarrowest, kWidest, "cr_s", "m");
+    check.within(m.radii->north_m, kNarrowest, kWidest, "cr_n", "m");
   } else {
     check.require(m.cw_m.has_value(), "cw", "is missing, and so are the four crown radii");
-    check.within(*m.cw_m, 2.0 * kWidest, "cw", "m");
+    check.within(*m.cw_m, 2.0 * kNarrowest, 2.0 * kWidest, "cw", "m");
   }
 }
 
@@ -71,11 +88,11 @@ void validate_crown(const Morphology& m, const Checker& check) {
 
 void validate(const Morphology& morphology) {
   const Checker check(morphology);
-  check.within(morphology.h_m, kTallest, "h", "m");
+  check.within(morphology.h_m, 0.0, kTallest, "h", "m");
   check.require(morphology.h_m > kBreastHeight,
                 "h",
                 fmt::format("{} m does not exceed 1.3 m, where DBH is measured", morphology.h_m));
-  check.within(morphology.dbh_cm, kThickest, "dbh", "cm");
+  check.within(morphology.dbh_cm, kThinnest, kThickest, "dbh", "cm");
   validate_crown(morphology, check);
   if (morphology.age_years) {
     check.known(*morphology.age_years, "age");
@@ -86,9 +103,9 @@ void validate(const Morphology& morphology) {
                               *morphology.age_years,
                               kOldest));
   }
-  check.known(morphology.position.x_m, "x");
-  check.known(morphology.position.y_m, "y");
-  check.known(morphology.position.z_m, "z");
+  check.place(morphology.position.x_m, "x");
+  check.place(morphology.position.y_m, "y");
+  check.place(morphology.position.z_m, "z");
 }
 
 TreeShape complete(const Morphology& morphology, double relative_hc, const std::string& source) {

@@ -45,6 +45,9 @@ TEST_CASE("impossible trees are refused with plot, tree and column") {
   CHECK(place_of_error([](Morphology& t) { t.age_years = 0; }).column == "age");
   CHECK(place_of_error([](Morphology& t) { t.age_years = 1e6; }).column == "age");
   CHECK(place_of_error([](Morphology& t) { t.position.x_m = NAN; }).column == "x");
+  CHECK(place_of_error([](Morphology& t) { t.position.y_m = -1e308; }).column == "y");
+  CHECK(place_of_error([](Morphology& t) { t.dbh_cm = 1e-308; }).column == "dbh");
+  CHECK(place_of_error([](Morphology& t) { t.radii->east_m = 1e-9; }).column == "cr_e");
   CHECK(place_of_error([](Morphology&) {}).column.empty());
 }
 

@@ -97,6 +97,60 @@ std::vector<Course> courses() {
   return all;
 }
 
+/// What stands around a branch. An obstacle that one course met is likely to be met by the next,
+/// which differs little: it is asked first.
+class Way {
+ public:
+  explicit Way(std::span<const Obstacle> obstacles)
+      : obstacles_(obstacles.begin(), obstacles.end()) {}
+
+  /// Distance of the wood from the nearest obstacle's surface [m], or kLaneMargin where it is more.
+  /// \param enough  no need to know how much it is below this
+  double clearance_m(std::span<const SkeletonPoint> wood, double enough) {
+    take_points(wood);
+    double least = kLaneMargin;
+    for (std::size_t i = 0; i < obstacles_.size(); ++i) {
+      least = std::min(least, from(obstacles_[i], least));
+      if (least <= enough) {
+        std::swap(obstacles_.front(), obstacles_[i]);
+        break;
+      }
+    }
+    return least;
+  }
+
+ private:
+  /// Points along the wood, and a ball round them.
+  void take_points(std::span<const SkeletonPoint> wood) {
+    points_.clear();
+    walk(wood, [this](double, const SkeletonPoint& point) {
+      points_.push_back(point);
+      return true;
+    });
+    middle_ = 0.5 * (points_.front().at + points_.back().at);
+    reach_ = 0.0;
+    for (const SkeletonPoint& point : points_) {
+      reach_ = std::max(reach_, length(point.at - middle_) + point.radius_m);
+    }
+  }
+
+  /// The distance from one obstacle, or anything from `least` up if it is not below that.
+  double from(const Obstacle& obstacle, double least) const {
+    if (obstacle.lane->at_least_m(middle_ - obstacle.stem, reach_) >= least) return least;
+    for (const SkeletonPoint& point : points_) {
+      const Point at = point.at - obstacle.stem;
+      if (obstacle.lane->at_least_m(at, point.radius_m) >= least) continue;
+      least = std::min(least, obstacle.lane->clearance_m(at, point.radius_m));
+    }
+    return least;
+  }
+
+  std::vector<Obstacle> obstacles_;
+  std::vector<SkeletonPoint> points_{};
+  Point middle_{};
+  double reach_ = 0.0;
+};
+
 }  // namespace
 
 Lane lane_round(std::span<const SkeletonPoint> wood) {
@@ -105,19 +159,8 @@ Lane lane_round(std::span<const SkeletonPoint> wood) {
   return Lane(std::move(line));
 }
 
-double clearance_m(std::span<const SkeletonPoint> wood,
-                   std::span<const Obstacle> obstacles,
-                   double enough) {
-  double least = kLaneMargin;
-  walk(wood, [&](double, const SkeletonPoint& point) {
-    for (const Obstacle& obstacle : obstacles) {
-      const Point at = point.at - obstacle.stem;
-      if (obstacle.lane->at_least_m(at, point.radius_m) >= least) continue;
-      least = std::min(least, obstacle.lane->clearance_m(at, point.radius_m));
-    }
-    return least > enough;
-  });
-  return least;
+double clearance_m(std::span<const SkeletonPoint> wood, std::span<const Obstacle> obstacles) {
+  return Way(obstacles).clearance_m(wood, -std::numeric_limits<double>::infinity());
 }
 
 std::vector<SkeletonPoint> turned(std::span<const SkeletonPoint> wood,
@@ -126,12 +169,13 @@ std::vector<SkeletonPoint> turned(std::span<const SkeletonPoint> wood,
                                   std::span<const Obstacle> obstacles) {
   static const std::vector<Course> kCourses = courses();
   const Turner turner(wood, on_stem, crown);
+  Way way(obstacles);
   std::vector<SkeletonPoint> best(wood.begin(), wood.end());
-  double widest = clearance_m(wood, obstacles);
+  double widest = way.clearance_m(wood, -std::numeric_limits<double>::infinity());
   for (const Course& course : kCourses) {
     if (widest >= kLaneMargin) break;
     std::vector<SkeletonPoint> line = turner.line(course);
-    const double clearance = clearance_m(line, obstacles, widest);
+    const double clearance = way.clearance_m(line, widest);
     if (clearance > widest) {
       widest = clearance;
       best = std::move(line);

@@ -24,10 +24,7 @@ struct Obstacle {
 
 /// Distance of a branch's wood from the nearest obstacle's surface [m], or kLaneMargin where it is
 /// more.
-/// \param enough  no need to know how much it is below this
-double clearance_m(std::span<const SkeletonPoint> wood,
-                   std::span<const Obstacle> obstacles,
-                   double enough = -std::numeric_limits<double>::infinity());
+double clearance_m(std::span<const SkeletonPoint> wood, std::span<const Obstacle> obstacles);
 
 /// The least changed course of a radius branch that clears the obstacles by kLaneMargin, or the one
 /// that clears them best.

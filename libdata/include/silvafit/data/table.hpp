@@ -100,6 +100,12 @@ class Table {
   std::vector<std::uint32_t> lines_;
 };
 
+/// Names for a message: the first forty, and how many more there are.
+std::string list_of(std::span<const std::string> names);
+
+/// The message of an error about a column that is missing.
+std::string no_such_column(std::string_view name, std::span<const std::string> names);
+
 /// The shortest decimal text that reads back as the same double.
 std::string shortest(double value);
 
