@@ -157,15 +157,12 @@ ordered_json variant_json(const ViewVariant& variant, const ViewModels* models, 
   });
   json["radii"] = radii_json(variant);
   ordered_json model = ordered_json::array();
-  ordered_json girth = ordered_json::array();
   for (const ViewVersion& tree : variant.trees) {
     const bool is_drawn = models != nullptr && tree.shape;
     model.push_back(is_drawn ? ordered_json(models->of_tree[next]) : ordered_json(nullptr));
-    girth.push_back(is_drawn ? fine(models->girth[next]) : ordered_json(nullptr));
     if (tree.shape) ++next;
   }
   json["model"] = std::move(model);
-  json["girth"] = std::move(girth);
   return json;
 }
 
@@ -176,6 +173,7 @@ ordered_json models_json(const ViewModels& models, const ViewOptions& options) {
                       {"h", model.h_m},
                       {"hcb", model.hcb_m},
                       {"hc", model.hc_m},
+                      {"dbh", model.dbh_cm},
                       {"radii",
                        {{"east", model.radii.east_m},
                         {"west", model.radii.west_m},

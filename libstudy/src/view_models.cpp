@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 
-#include <algorithm>
-#include <array>
 #include <filesystem>
 
 #include "silvafit/base/atomic_file.hpp"
@@ -47,18 +45,8 @@ ViewModel view_model(const tree::SharedModel& shared) {
           .h_m = shape.h_m,
           .hcb_m = shape.hcb_m,
           .hc_m = shape.hc_m.value(),
+          .dbh_cm = shape.dbh_cm,
           .radii = shape.radii.value()};
-}
-
-double girth_of(const tree::Morphology& tree,
-                const tree::SharedModel& shared,
-                const ViewModel& model) {
-  const tree::Preset& preset = *shared.preset;
-  const tree::TreeShape shape = tree::complete(tree, preset.relative_hc, preset.name);
-  constexpr double kBreastHeight = 1.3;
-  const double diameter = preset.taper.diameter_cm(
-      height_on_model_m(kBreastHeight, model, shape), model.h_m, shared.morphology.dbh_cm);
-  return shape.dbh_cm / diameter;
 }
 
 /// All models at all levels, model by model.
@@ -101,17 +89,6 @@ std::string packed(const tree::SharedModels& shared,
 
 }  // namespace
 
-double height_on_model_m(double height_m, const ViewModel& model, const tree::TreeShape& tree) {
-  const std::array<double, 4> from{0.0, tree.hcb_m, tree.hc_m, tree.h_m};
-  const std::array<double, 4> to{0.0, model.hcb_m, model.hc_m, model.h_m};
-  for (std::size_t part = 0; part + 1 < from.size(); ++part) {
-    const double length = from[part + 1] - from[part];
-    if (height_m > from[part + 1] || length <= 0.0) continue;
-    return to[part] + (height_m - from[part]) / length * (to[part + 1] - to[part]);
-  }
-  return model.h_m;
-}
-
 ViewModels grow_view_models(std::span<const tree::Morphology> trees,
                             std::span<const tree::Preset* const> presets,
                             std::span<const tree::Position> stems,
@@ -120,11 +97,7 @@ ViewModels grow_view_models(std::span<const tree::Morphology> trees,
   const tree::SharedModels shared = tree::share_models(trees, presets, options.models_per_preset);
   ViewModels result;
   for (const tree::SharedModel& model : shared.models) result.models.push_back(view_model(model));
-  for (std::size_t i = 0; i < trees.size(); ++i) {
-    const std::size_t model = shared.trees[i].model;
-    result.of_tree.push_back(model);
-    result.girth.push_back(girth_of(trees[i], shared.models[model], result.models[model]));
-  }
+  for (const tree::SharedTree& tree : shared.trees) result.of_tree.push_back(tree.model);
   result.glb = packed(shared, stems, origin, options);
   return result;
 }

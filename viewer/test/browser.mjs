@@ -21,6 +21,10 @@ export const hasChromium = existsSync(chromiumPath);
 
 export const launch = () => chromium.launch({ executablePath: chromiumPath, args: FLAGS });
 
+/** WebGL in software: slow, but the same picture on every machine. */
+const WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+export const launchWithWebGl = () => chromium.launch({ executablePath: chromiumPath, args: [...FLAGS.filter((flag) => flag !== "--disable-gpu"), ...WEBGL] });
+
 /**
  * Opens a file in a browser of its own context.
  * @param {import("playwright-core").Browser} browser

@@ -2,8 +2,8 @@
 // What colors of trees mean. All scales stay apart for people with color vision deficiencies, and rise or fall in lightness too.
 import { predictions, residualOf, treeCount } from "./data.js";
 
-/** Okabe and Ito, as on the report's map. */
-export const SPECIES_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#b8a800", "#8c6bb1"];
+/** Okabe and Ito, their black a little lighter. */
+export const SPECIES_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#f0e442", "#303030"];
 export const OTHER_COLOR = "#8a8a8a";
 /** From viridis: lightness rises with the layer. */
 export const LAYER_COLORS = ["#46327e", "#1f9e89", "#fde725"];

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the program wrote into the page, and how to ask it about a tree. Schema: scene-data.schema.json.
 
-/** @typedef {import("../types.js").ViewData} ViewData */
-
 export const readData = () => JSON.parse(document.getElementById("view-data").textContent);
 
 export const treeCount = (data) => data.trees.tree.length;

@@ -45,7 +45,6 @@ class Page {
     this.view.setShadows(true);
     if (treeCount(this.data) > 0) {
       this.ground = new Ground(this.loaded.ground, this.data, this.view.box);
-      if (this.loaded.rest) this.ground.surface.visible = false;
       this.view.scene.add(this.ground.group);
     }
     this.moves = new Moves(this.view, (x, z) => this.ground?.heightAt(x, z) ?? 0, isCalm());
@@ -131,7 +130,7 @@ class Page {
     const parts = [element("p", { class: "buttons", role: "group", "aria-label": "Way of moving" }, ...this.modeButtons, whole), element("p", { class: "buttons" }, save, keys)];
     if (data.models && data.variants.length > 0) {
       const names = data.variants.map(({ name, title }) => ({ value: name, text: title }));
-      parts.push(choice("variant", "Trees", [{ label: null, choices: names }], (name) => this.setVariant(0, name)));
+      parts.push(choice("variant", "Sizes", [{ label: null, choices: names }], (name) => this.setVariant(0, name)));
       if (names.length > 1) {
         parts.push(choice("beside", "Beside them", [{ label: null, choices: [{ value: "", text: "nothing" }, ...names] }], (name) => this.setVariant(1, name)));
       }

@@ -60,6 +60,8 @@ function unitGeometry(mesh, shape, kind) {
   return geometry;
 }
 
+const attributeNames = (geometry) => Object.keys(geometry.attributes).sort().join();
+
 /** Parts of one material in one, so that a level takes as few drawing calls as it has materials. */
 function merged(meshes, shape) {
   const byMaterial = new Map();
@@ -70,8 +72,8 @@ function merged(meshes, shape) {
   return [...byMaterial].flatMap(([material, list]) => {
     const geometries = list.map((mesh) => unitGeometry(mesh, shape, partNameOf(mesh) === "stem" ? KIND.stem : KIND.crown));
     const isFoliage = list.every((mesh) => partNameOf(mesh) === "foliage");
-    const whole = mergeGeometries(geometries);
-    return (whole ? [whole] : geometries).map((geometry) => ({ geometry, material, isFoliage }));
+    const canMerge = geometries.every((geometry) => attributeNames(geometry) === attributeNames(geometries[0]) && Boolean(geometry.index) === Boolean(geometries[0].index));
+    return (canMerge ? [mergeGeometries(geometries)] : geometries).map((geometry) => ({ geometry, material, isFoliage }));
   });
 }
 

@@ -2,12 +2,14 @@
 // Getting about: round the stand (orbit) or through it at eye height (walk), by mouse, touch and keyboard.
 import { Euler, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { VIEW_DEG } from "./view.js";
 
 export const EYE_HEIGHT_M = 1.7;
 const WALK_M_PER_S = 3;
 const RUN = 4;
 const TURN_PER_S = 1.2;
 const STEP_RAD = Math.PI / 36;
+const SOUTH_WEST_ABOVE = new Vector3(-0.35, 0.42, 0.84).normalize();
 const UP = new Vector3(0, 1, 0);
 
 /** What keys do: [forward, right, turn to the left, look up] for each second. */
@@ -53,11 +55,12 @@ export class Moves {
     this.setMode("orbit");
     const center = box.getCenter(new Vector3());
     const size = box.getSize(new Vector3());
-    const distance = Math.max(6, 1.2 * Math.hypot(size.x, size.z, size.y));
-    center.y = box.min.y + 0.35 * size.y;
+    // The sphere round the box fits between the edges of the picture, which is never narrower than VIEW_DEG.
+    const distance = Math.max(4, (0.48 * size.length()) / Math.sin(((VIEW_DEG / 2) * Math.PI) / 180));
     this.orbit.target.copy(center);
-    this.view.camera.position.copy(center).add(new Vector3(-0.35, 0.42, 0.84).multiplyScalar(distance));
-    this.view.camera.far = distance * 6 + 1000;
+    this.view.camera.position.copy(center).add(SOUTH_WEST_ABOVE.clone().multiplyScalar(distance));
+    this.orbit.maxDistance = 5 * distance;
+    this.view.camera.far = 6 * distance + 1000;
     this.orbit.update();
     this.view.invalidate();
   }

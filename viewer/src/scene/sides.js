@@ -38,7 +38,7 @@ class GrownStand {
     const trees = bodies.map((body, tree) => {
       const model = variant.model[tree];
       if (body === null || model === null) return null;
-      texture.setSizes(tree, body.place, body.crown, variant.girth[tree], data.trees.dbh[tree]);
+      texture.setSizes(tree, body.place, body.crown, data.trees.dbh[tree] / data.models.shapes[model].dbh, data.trees.dbh[tree]);
       return { model, place: body.place, height: body.crown.h, reach: reachOf(body.crown) };
     });
     return { variant, bodies, stand: new Stand(trees, this.models, this.standIns, texture, layersOf(side)) };
@@ -72,13 +72,14 @@ class PlacedStand {
       if (tree !== undefined && this.placed[tree] === null && meshes.length > 0 && !meshes[0].isInstancedMesh) {
         this.placed[tree] = { model: this.modelOf(meshes, tree, known), matrix: meshes[0].matrixWorld };
         taken.push(...meshes);
-      } else if (object.isInstancedMesh && object.geometry.attributes._TREE) {
+      } else if (object.isInstancedMesh && object.geometry.attributes._TREE && byNumber.size > 0) {
         this.collectInstances(object, byNumber, known);
         taken.push(object);
       }
     });
     taken.forEach((object) => object.removeFromParent());
-    this.ground = null;
+    this.ground = scene.getObjectByName("ground") ?? null;
+    this.ground?.removeFromParent();
   }
 
   /** The parts of instances come one by one; trees of an instanced node share the model that its parts make up. */

@@ -4,7 +4,8 @@ import { ACESFilmicToneMapping, AmbientLight, Box3, Color, DirectionalLight, Fru
 import { layersOf } from "./sides.js";
 import { AdaptiveBudget, BUDGETS } from "./levels.js";
 
-const VIEW_DEG = 45;
+/** Angle of view of the narrower side. */
+export const VIEW_DEG = 45;
 const SUN = new Vector3(-0.55, 0.75, 0.45).normalize();
 const MOST_PIXEL_RATIO = 2;
 
