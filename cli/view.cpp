@@ -129,9 +129,8 @@ void report(const ViewArguments& arguments,
             double seconds) {
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < std::min(kShown, view.left_out.size()); ++i) {
-    fmt::print(stderr,
-               "{}\n",
-               describe(view.left_out[i].place, view.left_out[i].reason + "; left out"));
+    fmt::print(
+        stderr, "{}\n", describe(view.left_out[i].place, view.left_out[i].reason + "; left out"));
   }
   if (view.left_out.size() > kShown) {
     fmt::print(stderr, "... and {} more rows are left out\n", view.left_out.size() - kShown);
@@ -217,7 +216,8 @@ void add_view_command(CLI::App& program) {
                   "Shapes of a species preset that its trees share")
       ->capture_default_str();
   command
-      .add_option("--lod", arguments->options.levels, "Levels of detail in the page, 0 (finest) to 3")
+      .add_option(
+          "--lod", arguments->options.levels, "Levels of detail in the page, 0 (finest) to 3")
       ->delimiter(',')
       ->capture_default_str();
   command.add_flag("--no-open", arguments->does_not_open, "Write the page, do not open it");

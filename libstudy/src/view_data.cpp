@@ -84,8 +84,7 @@ View view_of_trees(const data::Table& table,
   const Versions versions = versions_of(stand);
   const ViewModels models =
       grow_view_models(versions.trees, versions.presets, stems, origin, options);
-  std::string data =
-      view_json(stand, {.origin = origin, .models = &models}, catalogue, options);
+  std::string data = view_json(stand, {.origin = origin, .models = &models}, catalogue, options);
   View view = summary_of(std::move(stand));
   view.data = std::move(data);
   view.models = models.models.size();
@@ -97,10 +96,8 @@ View view_of_scene(std::string_view glb,
                    const tree::PresetCatalogue& catalogue,
                    const ViewOptions& options) {
   SceneTrees scene = trees_of_scene(glb, table, catalogue, options);
-  std::string data = view_json(scene.stand,
-                               {.origin = scene.origin, .scene = std::string(glb)},
-                               catalogue,
-                               options);
+  std::string data = view_json(
+      scene.stand, {.origin = scene.origin, .scene = std::string(glb)}, catalogue, options);
   View view = summary_of(std::move(scene.stand));
   view.data = std::move(data);
   return view;

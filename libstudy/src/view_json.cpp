@@ -96,14 +96,15 @@ ordered_json trees_json(const ViewStand& stand,
                         const std::map<const tree::Preset*, std::size_t>& presets) {
   const stand::Layers layers;
   const auto each = [&](auto value) { return column(stand.trees, value); };
-  ordered_json trees{{"plot", plots.of_tree},
-                     {"tree", each([](const ViewTree& tree) { return tree.tree; })},
-                     {"species", species.of_tree},
-                     {"preset", each([&](const ViewTree& tree) { return presets.at(tree.preset); })},
-                     {"x", each([](const ViewTree& tree) { return millimeters(tree.position.x_m); })},
-                     {"y", each([](const ViewTree& tree) { return millimeters(tree.position.y_m); })},
-                     {"z", each([](const ViewTree& tree) { return millimeters(tree.position.z_m); })},
-                     {"dbh", each([](const ViewTree& tree) { return millimeters(tree.dbh_cm); })}};
+  ordered_json trees{
+      {"plot", plots.of_tree},
+      {"tree", each([](const ViewTree& tree) { return tree.tree; })},
+      {"species", species.of_tree},
+      {"preset", each([&](const ViewTree& tree) { return presets.at(tree.preset); })},
+      {"x", each([](const ViewTree& tree) { return millimeters(tree.position.x_m); })},
+      {"y", each([](const ViewTree& tree) { return millimeters(tree.position.y_m); })},
+      {"z", each([](const ViewTree& tree) { return millimeters(tree.position.z_m); })},
+      {"dbh", each([](const ViewTree& tree) { return millimeters(tree.dbh_cm); })}};
   trees["h"] = each([](const ViewTree& tree) { return millimeters(tree.observed.h_m); });
   trees["hcb"] = each([](const ViewTree& tree) { return millimeters(tree.observed.hcb_m); });
   trees["cw"] = each([](const ViewTree& tree) { return millimeters(tree.observed.cw_m); });
@@ -215,8 +216,7 @@ std::string view_json(const ViewStand& stand,
   for (std::size_t i = 0; i < layers.count(); ++i) layer_names.push_back(layers.name_of(i));
   ordered_json plot_list = ordered_json::array();
   for (std::size_t plot = 0; plot < plots.names.size(); ++plot) {
-    plot_list.push_back(
-        {{"name", plots.names[plot]}, {"outline", outline_of(stand, plots, plot)}});
+    plot_list.push_back({{"name", plots.names[plot]}, {"outline", outline_of(stand, plots, plot)}});
   }
   ordered_json variants = ordered_json::array();
   std::size_t next = 0;
@@ -236,10 +236,10 @@ std::string view_json(const ViewStand& stand,
       {"plots", plot_list},
       {"trees", trees_json(stand, plots, species, presets)},
       {"variants", variants},
-      {"models", drawing.models == nullptr ? ordered_json(nullptr)
-                                           : models_json(*drawing.models, options)},
-      {"scene", drawing.scene.empty() ? ordered_json(nullptr)
-                                      : ordered_json(base64(drawing.scene))}};
+      {"models",
+       drawing.models == nullptr ? ordered_json(nullptr) : models_json(*drawing.models, options)},
+      {"scene",
+       drawing.scene.empty() ? ordered_json(nullptr) : ordered_json(base64(drawing.scene))}};
   return json.dump();
 }
 

@@ -76,8 +76,8 @@ std::string packed(const tree::SharedModels& shared,
     const std::size_t model = i / options.levels.size();
     const std::string name =
         fmt::format("model-{}-level-{}", model, options.levels[i % options.levels.size()]);
-    const auto added = writer->add_model(
-        name, tree::parts_of(grown[i].mesh, shared.models[model].preset->name));
+    const auto added =
+        writer->add_model(name, tree::parts_of(grown[i].mesh, shared.models[model].preset->name));
     writer->place(added, name, {.position = origin}, tree::SceneWriter::kNoTree);
   }
   const tree::MeshPart ground = tree::ground_mesh(stems, origin, {.margin_m = 4.0});

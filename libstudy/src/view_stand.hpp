@@ -40,7 +40,7 @@ struct ViewTree {
 
 /// A tree with the sizes of a variant.
 struct ViewVersion {
-  ViewSizes sizes{};                     ///< as the table has them
+  ViewSizes sizes{};                       ///< as the table has them
   std::optional<tree::TreeShape> shape{};  ///< none if no tree can have such sizes
 };
 

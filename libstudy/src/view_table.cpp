@@ -78,8 +78,8 @@ class Columns {
 bool has_sizes(const Columns& columns, const Kind& kind) {
   const std::string suffix = kind.suffix;
   if (!columns.has("h" + suffix) || !columns.has("hcb" + suffix)) return false;
-  const bool has_radii = kind.use == Use::kObserved && columns.has("cr_e") &&
-                         columns.has("cr_w") && columns.has("cr_s") && columns.has("cr_n");
+  const bool has_radii = kind.use == Use::kObserved && columns.has("cr_e") && columns.has("cr_w") &&
+                         columns.has("cr_s") && columns.has("cr_n");
   return has_radii || columns.has("cw" + suffix);
 }
 
@@ -162,10 +162,8 @@ class StandReader {
     const std::vector<double> hcb = columns_.numbers("hcb");
     const std::vector<double> cw = columns_.numbers("cw");
     const std::vector<double> core = columns_.numbers("core");
-    const std::array indices{columns_.numbers("W"),
-                             columns_.numbers("M"),
-                             columns_.numbers("U"),
-                             columns_.numbers("C")};
+    const std::array indices{
+        columns_.numbers("W"), columns_.numbers("M"), columns_.numbers("U"), columns_.numbers("C")};
     std::set<std::string> unknown;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const std::size_t row = rows_[i];
@@ -186,9 +184,8 @@ class StandReader {
     if (unknown.empty()) return;
     std::string names;
     for (const std::string& name : unknown) names += (names.empty() ? "" : ", ") + name;
-    stand_.notes.push_back(fmt::format("No preset lists the species {}; drawn as {}.",
-                                       names,
-                                       catalogue_.fallback().title));
+    stand_.notes.push_back(fmt::format(
+        "No preset lists the species {}; drawn as {}.", names, catalogue_.fallback().title));
   }
 
   void add_variant(const ReadVariant& read) {

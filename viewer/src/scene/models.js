@@ -143,5 +143,9 @@ export function standInOf(preset) {
     { geometry: ringGeometry(unitCrown(preset, 7, 2), KIND.crown), material: paint(preset.leaf, 0.8), isFoliage: true },
     { geometry: ringGeometry([circle(0, 1), circle(1.5, 0.7)], KIND.pole), material: paint(preset.bark, 1), isFoliage: false },
   ];
-  return { parts, triangles: parts.reduce((sum, { geometry }) => sum + trianglesOf(geometry), 0) };
+  const caster = { ...parts[0], geometry: ringGeometry(shrunken(unitCrown(preset, 7, 2)), KIND.crown) };
+  return { parts, triangles: parts.reduce((sum, { geometry }) => sum + trianglesOf(geometry), 0), casters: [caster, parts[1]] };
 }
+
+/** A crown's core: what casts the shadow of a tree must leave its own leaves in the light. */
+const shrunken = (rings) => rings.map((ring) => ring.map(([x, y, z]) => [0.65 * x, 2 + 0.65 * (y - 2), 0.65 * z]));

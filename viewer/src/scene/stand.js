@@ -5,7 +5,8 @@ import { detailFactor, levelFor } from "./levels.js";
 import { treeDepthMaterial, treeMaterial } from "./materials.js";
 
 const CELL_M = 16;
-/* Trees beyond this share of the view's angle are still drawn, since crowns reach into the picture. */
+/** Triangles that cast shadows; it is a moment's work, but of seconds without a graphics card. */
+const MOST_CASTING = 1_000_000;
 const sphere = new Sphere();
 
 /** A geometry that is drawn once for each number in a list. */
@@ -107,12 +108,22 @@ export class Stand {
     return mesh;
   }
 
-  /** Shadows are those of the coarsest level; they are drawn once, not in every picture. */
+  /** Shadows are those of the coarsest level, of large stands those of stand-ins; they are drawn once, not in every picture. */
   castersOf(isPlaced) {
+    const whole = this.trees.reduce((sum, tree) => sum + (tree ? this.models[tree.model].triangles.at(-1) : 0), 0);
+    if (this.standIns && whole > MOST_CASTING) {
+      return this.castersFrom(this.standIns.map(({ casters }) => casters), ({ model }) => this.models[model].preset, false);
+    }
+    return this.castersFrom(this.models.map(({ levels }) => levels.at(-1)), ({ model }) => model, isPlaced);
+  }
+
+  /** @param {object[][]} shapes  parts  @param {(tree: StandTree) => number} shapeOf */
+  castersFrom(shapes, shapeOf, isPlaced) {
     const depth = treeDepthMaterial(this.uniforms, isPlaced);
-    return this.models.flatMap(({ levels }, model) => {
-      const members = this.trees.flatMap((tree, index) => (tree?.model === model ? [index] : []));
-      return (levels.at(-1) ?? []).map((part) => {
+    return shapes.flatMap((parts, number) => {
+      const members = this.trees.flatMap((tree, index) => (tree && shapeOf(tree) === number ? [index] : []));
+      if (members.length === 0) return [];
+      return parts.map((part) => {
         const mesh = new Mesh(listed(part.geometry, members.length), this.materialOf(part, isPlaced));
         mesh.customDepthMaterial = depth;
         mesh.frustumCulled = false;

@@ -19,6 +19,13 @@ function sunOf(side) {
   return sun;
 }
 
+/** Without a graphics card a picture of a million triangles takes seconds: detail then begins low. */
+function drawsInSoftware(renderer) {
+  const context = renderer.getContext();
+  const known = context.getExtension("WEBGL_debug_renderer_info");
+  return known !== null && /swiftshader|llvmpipe|software|basic render/i.test(context.getParameter(known.UNMASKED_RENDERER_WEBGL));
+}
+
 export class View {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
@@ -37,6 +44,7 @@ export class View {
     this.sides = [];
     this.marks = [];
     this.adaptive = new AdaptiveBudget();
+    if (drawsInSoftware(this.renderer)) this.adaptive.budget = this.adaptive.least;
     this.detail = "automatic";
     this.listeners = [];
     this.stats = { calls: 0, triangles: 0, milliseconds: 0, trees: 0, byLevel: [] };
