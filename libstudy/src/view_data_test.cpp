@@ -91,8 +91,7 @@ std::string two_trees_glb() {
                                       .h_m = 15.0 + i,
                                       .hcb_m = 6.0,
                                       .cw_m = 4.0};
-    scene.trees.push_back(
-        tree::grow_tree(morphology, preset, {.mesh = tree::level_of_detail(3)}));
+    scene.trees.push_back(tree::grow_tree(morphology, preset, {.mesh = tree::level_of_detail(3)}));
   }
   return tree::glb_bytes(scene);
 }
@@ -217,7 +216,8 @@ TEST_CASE("what cannot be shown is said", "[study][view]") {
   without.set("h", std::vector<double>{1.0});
   without.set("hcb", std::vector<double>{0.5});
   without.set("cw", std::vector<double>{1.0});
-  CHECK_THROWS_WITH(view_of_trees(without, catalogue(), coarse()), Contains("no tree can be shown"));
+  CHECK_THROWS_WITH(view_of_trees(without, catalogue(), coarse()),
+                    Contains("no tree can be shown"));
   ViewOptions options = coarse();
   options.levels = {};
   CHECK_THROWS_AS(view_of_trees(four_trees(), catalogue(), options), UsageError);

@@ -36,6 +36,7 @@ expect_file(share/silvafit/models/base.schema.json)
 expect_file(share/silvafit/models/taper/zeng.json)
 if(VIEWER)
   expect_file(share/silvafit/viewer/report.html)
+  expect_file(share/silvafit/viewer/scene.html)
 endif()
 
 # From a folder that is not the checkout's, without the variable that tests set.

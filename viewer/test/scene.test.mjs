@@ -79,9 +79,11 @@ test("the list finds, sorts and chooses trees", { skip }, () =>
 test("every coloring changes the picture, and its legend says how", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
     await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
-    const natural = await pixels(page);
     const values = await page.locator("#color option").evaluateAll((all) => all.map(({ value }) => value));
-    assert.equal(values.length, 1 + 2 + 4 + 3 * 3);
+    assert.equal(values.length, 1 + 2 + 4 + 4 * 3);
+    // Residuals of what is shown are those of predictions.
+    await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
+    const natural = await pixels(page);
     for (const value of values.slice(1)) {
       await page.getByLabel("Color by").selectOption(value);
       const { changed } = difference(natural, await pixels(page));
@@ -108,6 +110,14 @@ test("two variants stand side by side, seen from one place", { skip }, () =>
     assert.ok(changed > 0.01 && changed < 0.5, `${changed}`);
     const places = await page.evaluate(() => [0, 1].map((side) => window.silvafitView.whereIs(3, side).x));
     assert.ok(Math.abs(places[1] - places[0] - half) < 1.5, `${places}`);
+    // Each side is colored by its own residuals: the difference is larger than that of sizes.
+    await page.getByLabel("Color by").selectOption("shown-h");
+    const colored = await pixels(page);
+    const apart = difference(columns(colored, 0, half), columns(colored, half, 2 * half)).mean;
+    await page.getByLabel("Color by").selectOption("ols-h");
+    const alike = await pixels(page);
+    assert.ok(difference(columns(alike, half, 2 * half), columns(colored, half, 2 * half)).mean > 0.1 && apart > 0, `${apart}`);
+    assert.equal(difference(columns(alike, 0, half), columns(colored, 0, half)).changed, 0);
     const at = await page.evaluate(() => window.silvafitView.whereIs(3, 1));
     const canvas = await page.locator("#canvas").boundingBox();
     await page.mouse.click(canvas.x + at.x, canvas.y + at.y);

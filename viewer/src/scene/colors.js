@@ -60,7 +60,7 @@ function withMissing(data, coloring) {
   let missing = 0;
   for (let tree = 0; tree < treeCount(data); ++tree) missing += coloring.of(tree) === null ? 1 : 0;
   const keys = missing > 0 ? [...(coloring.keys ?? []), { color: MISSING_COLOR, text: `not known (${missing})` }] : coloring.keys;
-  return { ...coloring, keys, of: (tree) => coloring.of(tree) ?? MISSING_COLOR };
+  return { ...coloring, keys, of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
 }
 
 function indexColoring(data, index) {
@@ -73,16 +73,28 @@ function indexColoring(data, index) {
   });
 }
 
+/** Ends of the scale: of the residuals of all variants, 95 % lie between them. */
+function residualLimit(data, variants, response) {
+  const sizes = variants.flatMap((variant) => variant[response].map((_, tree) => residualOf(data, variant, response, tree))).filter((value) => value !== null).map(Math.abs).sort((a, b) => a - b);
+  return roundUp(Math.max(0.1, sizes[Math.floor(0.95 * (sizes.length - 1))] ?? 0.1));
+}
+
+/** @param {object | null} variant  null: of the sizes that each side shows */
 function residualColoring(data, variant, response) {
-  const residuals = Array.from({ length: treeCount(data) }, (_, tree) => residualOf(data, variant, response, tree));
-  const sizes = residuals.filter((value) => value !== null).map(Math.abs).sort((a, b) => a - b);
-  const limit = roundUp(Math.max(0.1, sizes[Math.floor(0.95 * (sizes.length - 1))] ?? 0.1));
-  return withMissing(data, {
-    title: `Residual of ${RESPONSES[response]}, ${variant.title}`,
-    told: `Observed minus predicted ${RESPONSES[response]} of ${variant.title}: orange trees are smaller than predicted, blue ones larger, light ones as predicted; beyond ${limit} m colors do not change.`,
-    of: (tree) => (residuals[tree] === null ? null : along(DIVERGING, 0.5 + residuals[tree] / (2 * limit))),
+  const limit = residualLimit(data, predictions(data), response);
+  const residual = (tree, shown) => (shown && predictions(data).includes(shown) ? residualOf(data, shown, response, tree) : null);
+  const whose = variant ? variant.title : "the sizes that are shown";
+  const coloring = {
+    title: `Residual of ${RESPONSES[response]}, ${whose}`,
+    told: `Observed minus predicted ${RESPONSES[response]} of ${whose}: orange trees are smaller than predicted, blue ones larger, light ones as predicted; beyond ${limit} m colors do not change.`,
+    of: (tree, shown) => {
+      const value = residual(tree, variant ?? shown);
+      return value === null ? null : along(DIVERGING, 0.5 + value / (2 * limit));
+    },
     scale: { colors: DIVERGING, labels: [`−${limit} m`, "0", `+${limit} m`] },
-  });
+  };
+  if (variant) return withMissing(data, coloring);
+  return { ...coloring, keys: [{ color: MISSING_COLOR, text: "not known; observed sizes have no residual" }], of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
 }
 
 const hasValues = (values) => values.some((value) => value !== null);
@@ -97,12 +109,20 @@ export function colorings(data) {
   if (indices.length > 0) {
     groups.push({ label: "Structural index", choices: indices.map((index) => ({ value: index, text: INDICES[index], make: () => indexColoring(data, index) })) });
   }
+  if (predictions(data).length > 0) {
+    const choices = Object.keys(RESPONSES).map((response) => ({
+      value: `shown-${response}`,
+      text: `Residual ${response}, as shown`,
+      make: () => residualColoring(data, null, response),
+    }));
+    groups.push({ label: "Residual of the sizes shown", choices });
+  }
   for (const variant of predictions(data)) {
     const responses = Object.keys(RESPONSES).filter((response) => variant[response].some((_, tree) => residualOf(data, variant, response, tree) !== null));
     if (responses.length === 0) continue;
     const choices = responses.map((response) => ({
       value: `${variant.name}-${response}`,
-      text: `Residual of ${RESPONSES[response]}, ${variant.title}`,
+      text: `Residual ${response}, ${variant.title}`,
       make: () => residualColoring(data, variant, response),
     }));
     groups.push({ label: `Residual, ${variant.title}`, choices });

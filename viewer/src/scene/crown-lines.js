@@ -26,8 +26,9 @@ export function unitLines(preset) {
  * Lines round the crowns of some trees of a side.
  * @param {{stand: import("./stand.js").Stand}} side
  * @param {number[]} trees
+ * @param {boolean} isSeenThrough  whether they are drawn before all else
  */
-export function crownLines(data, { stand }, trees, color) {
+export function crownLines(data, { stand }, trees, color, isSeenThrough = false) {
   return data.presets.flatMap((preset, index) => {
     const own = trees.filter((tree) => stand.trees[tree] && data.trees.preset[tree] === index);
     if (own.length === 0) return [];
@@ -37,7 +38,7 @@ export function crownLines(data, { stand }, trees, color) {
     geometry.setAttribute("treeKind", new BufferAttribute(new Float32Array(points.length / 3).fill(KIND.crown), 1));
     geometry.setAttribute("treeIndex", new InstancedBufferAttribute(new Float32Array(own), 1));
     geometry.instanceCount = own.length;
-    const lines = new LineSegments(geometry, treeLineMaterial(new LineBasicMaterial({ color, toneMapped: false }), stand.uniforms));
+    const lines = new LineSegments(geometry, treeLineMaterial(new LineBasicMaterial({ color, toneMapped: false, depthTest: !isSeenThrough, transparent: isSeenThrough }), stand.uniforms));
     lines.frustumCulled = false;
     lines.layers.set(stand.layers.own);
     return [lines];

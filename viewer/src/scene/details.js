@@ -2,12 +2,12 @@
 // What is known of the chosen tree, as a table.
 import { element } from "../dom.js";
 import { decimals } from "../format.js";
-import { presetOf, residualOf, speciesOf, treeName } from "./data.js";
+import { predictions, presetOf, residualOf, speciesOf, treeName } from "./data.js";
 
 const RESPONSES = [
-  ["h", "Height", "m"],
-  ["hcb", "Crown base", "m"],
-  ["cw", "Crown width", "m"],
+  ["h", "Height"],
+  ["hcb", "Crown base"],
+  ["cw", "Crown width"],
 ];
 const INDICES = [
   ["W", "Uniform angle W"],
@@ -16,21 +16,14 @@ const INDICES = [
   ["C", "Crowding C"],
 ];
 
-const number = (text, value) => element("td", { class: "number" }, value === null ? text : decimals(value, 2));
+const number = (value) => element("td", { class: "number" }, value === null ? "–" : decimals(value, 2));
+const row = (title, valueOf) => element("tr", {}, element("th", { scope: "row" }, title), ...RESPONSES.map(([response]) => number(valueOf(response))));
 
+/** Observed and predicted sizes, each prediction with its residual below. */
 function sizesTable(data, tree) {
-  const others = data.variants.filter(({ name }) => name !== "observed" && name !== "scene");
-  const head = element("tr", {}, element("th", { scope: "col" }, "m"), element("th", { scope: "col", class: "number" }, "Observed"), ...others.flatMap(({ title }) => [element("th", { scope: "col", class: "number" }, title), element("th", { scope: "col", class: "number" }, "Residual")]));
-  const rows = RESPONSES.map(([response, title]) =>
-    element(
-      "tr",
-      {},
-      element("th", { scope: "row" }, title),
-      number("–", data.trees[response][tree]),
-      ...others.flatMap((variant) => [number("–", variant[response][tree]), number("–", residualOf(data, variant, response, tree))]),
-    ),
-  );
-  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Sizes of the chosen tree" }, element("table", { class: "sizes" }, element("thead", {}, head), element("tbody", {}, ...rows)));
+  const head = element("tr", {}, element("th", { scope: "col" }, "[m]"), ...RESPONSES.map(([, title]) => element("th", { scope: "col", class: "number" }, title)));
+  const rows = predictions(data).flatMap((variant) => [row(variant.title, (response) => variant[response][tree]), row("– residual", (response) => residualOf(data, variant, response, tree))]);
+  return element("table", { class: "sizes" }, element("thead", {}, head), element("tbody", {}, row("Observed", (response) => data.trees[response][tree]), ...rows));
 }
 
 /** @returns {Node[]} */

@@ -251,12 +251,12 @@ class Page {
   paint() {
     const { coloring } = this;
     const known = new Map();
-    const colorOf = (tree) => {
-      const hex = coloring.of(tree);
+    const colorOf = (tree, variant) => {
+      const hex = coloring.of(tree, variant);
       if (!known.has(hex)) known.set(hex, linear(hex));
       return known.get(hex);
     };
-    for (const { stand } of this.view.sides) stand.paint(coloring && colorOf);
+    for (const { stand, variant } of this.view.sides) stand.paint(coloring && ((tree) => colorOf(tree, variant)));
     this.legendPart.replaceChildren(...legend(coloring));
     if (this.chosen === null) this.detailsPart.replaceChildren(...details(this.data, null));
   }
@@ -284,7 +284,7 @@ class Page {
     if (this.marks.overlaps) marks.push(overlapMesh(side, this.overlapsOf(side), cssColor("--overlap")));
     else if (this.overlapNote) this.overlapNote.textContent = "";
     if (this.chosen !== null && side.bodies[this.chosen] && side.stand.shown[this.chosen]) {
-      marks.push(...crownLines(this.data, side, [this.chosen], cssColor("--pick")), footRing(side, this.chosen, cssColor("--pick")));
+      marks.push(...crownLines(this.data, side, [this.chosen], cssColor("--pick"), true), footRing(side, this.chosen, cssColor("--pick")));
     }
     return marks;
   }

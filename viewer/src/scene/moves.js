@@ -2,7 +2,6 @@
 // Getting about: round the stand (orbit) or through it at eye height (walk), by mouse, touch and keyboard.
 import { Euler, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { VIEW_DEG } from "./view.js";
 
 export const EYE_HEIGHT_M = 1.7;
 const WALK_M_PER_S = 3;
@@ -54,9 +53,7 @@ export class Moves {
   frame(box) {
     this.setMode("orbit");
     const center = box.getCenter(new Vector3());
-    const size = box.getSize(new Vector3());
-    // The sphere round the box fits between the edges of the picture, which is never narrower than VIEW_DEG.
-    const distance = Math.max(4, (0.48 * size.length()) / Math.sin(((VIEW_DEG / 2) * Math.PI) / 180));
+    const distance = Math.max(4, this.view.distanceToFit(box, center, SOUTH_WEST_ABOVE));
     this.orbit.target.copy(center);
     this.view.camera.position.copy(center).add(SOUTH_WEST_ABOVE.clone().multiplyScalar(distance));
     this.orbit.maxDistance = 5 * distance;

@@ -4,8 +4,7 @@ import { ACESFilmicToneMapping, AmbientLight, Box3, Color, DirectionalLight, Fru
 import { layersOf } from "./sides.js";
 import { AdaptiveBudget, BUDGETS } from "./levels.js";
 
-/** Angle of view of the narrower side. */
-export const VIEW_DEG = 45;
+const VIEW_DEG = 45;
 const SUN = new Vector3(-0.55, 0.75, 0.45).normalize();
 const MOST_PIXEL_RATIO = 2;
 
@@ -153,6 +152,31 @@ export class View {
     this.camera.fov = (2 * Math.atan(half / Math.min(1, this.camera.aspect)) * 180) / Math.PI;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
+  }
+
+  /** How far from the center, towards a direction, a box just fits into a side of the picture. */
+  distanceToFit(box, center, direction) {
+    const corners = [box.min, box.max].flatMap(({ x }) => [box.min, box.max].flatMap(({ y }) => [box.min, box.max].map(({ z }) => new Vector3(x, y, z))));
+    const camera = this.camera.clone();
+    const fits = (distance) => {
+      camera.position.copy(center).addScaledVector(direction, distance);
+      camera.lookAt(center);
+      camera.updateMatrixWorld();
+      return corners.every((corner) => {
+        const { x, y, z } = corner.clone().project(camera);
+        return Math.abs(x) < 0.92 && Math.abs(y) < 0.88 && z < 1 && z > -1;
+      });
+    };
+    this.aim(this.rectangles()[0]);
+    Object.assign(camera, { aspect: this.camera.aspect, fov: this.camera.fov, far: 1e6 });
+    camera.updateProjectionMatrix();
+    let [near, far] = [0, 4 * box.getSize(new Vector3()).length() + 4];
+    for (let step = 0; step < 24; ++step) {
+      const middle = (near + far) / 2;
+      if (fits(middle)) far = middle;
+      else near = middle;
+    }
+    return far;
   }
 
   draw() {
