@@ -64,6 +64,17 @@ std::string name_of(const fs::path& source) {
   return whole.filename().string();
 }
 
+void check(const ViewArguments& arguments) {
+  const bool is_scene = fs::path(arguments.source).extension() == ".glb";
+  if (!arguments.trees.empty() && !is_scene) {
+    throw UsageError("--trees is the table of a GLB scene; a folder or CSV has its own");
+  }
+  const bool has_choice = !arguments.options.plots.empty() || !arguments.columns.empty();
+  if (is_scene && arguments.trees.empty() && has_choice) {
+    throw UsageError("--plot and --columns are about a table: add --trees FILE.csv");
+  }
+}
+
 study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatalogue& catalogue) {
   const fs::path source = arguments.source;
   const std::string ending = source.extension().string();
@@ -162,6 +173,7 @@ void report(const ViewArguments& arguments,
 
 void run(ViewArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
+  check(arguments);
   study::ViewOptions& options = arguments.options;
   options.columns = column_map(arguments.columns);
   options.version = version();

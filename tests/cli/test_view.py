@@ -98,6 +98,8 @@ class Pages(ViewTest):
         self.assertIn("silvafit study", self.view("empty", status=3).stderr)
         self.view("nothing.csv", status=2)
         self.view("trees.csv", "--columns", "h", status=2)
+        self.view("trees.csv", "--trees", "trees.csv", status=2)
+        self.view("no.glb", "--plot", "1", status=2)
         self.run_program("view", "trees.csv", "--lod", "4", "--no-open", status=2)
         self.run_program("view", "trees.csv", "--models", "0", "--no-open", status=2)
 

@@ -25,6 +25,8 @@ export const launch = () => chromium.launch({ executablePath: chromiumPath, args
 const WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 export const launchWithWebGl = () => chromium.launch({ executablePath: chromiumPath, args: [...FLAGS.filter((flag) => flag !== "--disable-gpu"), ...WEBGL] });
 
+export const launchWithoutWebGl = () => chromium.launch({ executablePath: chromiumPath, args: [...FLAGS, "--disable-3d-apis"] });
+
 /**
  * Opens a file in a browser of its own context.
  * @param {import("playwright-core").Browser} browser

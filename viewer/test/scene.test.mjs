@@ -3,7 +3,10 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
+import { launchWithoutWebGl } from "./browser.mjs";
+import { inBrowser } from "./in-browser.mjs";
 import { columns, difference, drawnShare, inWebGl, pixels } from "./scene-page.mjs";
+import { texturedModels } from "./textured-models.mjs";
 import { sceneExample, schemaErrors } from "./template.mjs";
 
 const { skip, withScene } = inWebGl();
@@ -251,3 +254,50 @@ test("a page without trees shows its scene, and no list", { skip }, () => {
     assert.equal(await page.getByLabel("Color by").count(), 0);
   });
 });
+
+test("pictures of leaves keep their transparency, in natural and other colors", { skip }, () =>
+  withScene(texturedModels(sceneExample()), {}, async (page) => {
+    // A disk of leaves 4 m across over each tree whose picture is opaque in its left half only, seen from above.
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
+    await page.getByLabel("Detail").selectOption("high");
+    for (const [coloring, isLeaf] of [["natural", (r, g, b) => g > r + 40 && g > b + 40], ["M", (r, g, b) => Math.max(r, g, b) - Math.min(r, g, b) > 30]]) {
+      await page.getByLabel("Color by").selectOption(coloring);
+      const { data } = await pixels(page);
+      let leaves = 0;
+      let black = 0;
+      for (let at = 0; at < data.length; at += 4) {
+        leaves += isLeaf(...data.subarray(at, at + 3)) ? 1 : 0;
+        black += Math.max(...data.subarray(at, at + 3)) < 8 ? 1 : 0;
+      }
+      assert.ok(leaves > 200, `${coloring}: ${leaves} pixels of leaves`);
+      // The transparent half of the picture is black: it must not be seen.
+      assert.ok(black < 50, `${coloring}: ${black} black pixels`);
+    }
+  }),
+);
+
+test("plots with coordinates of their own are shown one at a time", { skip }, () => {
+  const data = sceneExample();
+  const [first] = data.plots;
+  const shift = first.outline[0].map((value, axis) => value - data.plots[1].outline[0][axis]);
+  data.plots[1].outline = first.outline;
+  data.trees.x = data.trees.x.map((x, tree) => (data.trees.plot[tree] === 1 ? x + shift[0] : x));
+  data.trees.y = data.trees.y.map((y, tree) => (data.trees.plot[tree] === 1 ? y + shift[1] : y));
+  return withScene(data, {}, async (page) => {
+    assert.equal((await page.evaluate(() => window.silvafitView.draw())).trees, 9);
+    assert.equal(await page.locator("[data-tree]").count(), 9);
+    assert.ok(await page.getByText("Plots lie on each other").isVisible());
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "all" });
+    assert.equal(await page.locator("[data-tree]").count(), 14);
+  });
+});
+
+const plain = inBrowser(launchWithoutWebGl);
+test("without WebGL the page says so, and the trees can still be looked up", { skip }, () =>
+  plain.withPage(sceneExample(), {}, async (page) => {
+    await page.evaluate(() => window.silvafitView.ready);
+    assert.match(await page.getByRole("alert").innerText(), /no WebGL 2/);
+    await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
+    assert.match(await page.locator("#details").innerText(), /Chosen: plot 2, tree 990/);
+  }),
+);

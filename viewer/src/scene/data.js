@@ -58,5 +58,13 @@ export function residualOf(data, variant, response, tree) {
   return observed === null || predicted === null ? null : observed - predicted;
 }
 
+/** Whether plots lie on each other, as they do where each has coordinates of its own. */
+export function plotsCoincide({ plots }) {
+  const boxes = plots.filter(({ outline }) => outline.length > 0).map(({ outline }) => [0, 1].map((axis) => [Math.min(...outline.map((corner) => corner[axis])), Math.max(...outline.map((corner) => corner[axis]))]));
+  const area = (box) => box.reduce((product, [low, high]) => product * Math.max(0, high - low), 1);
+  const shared = (a, b) => area(a.map(([low, high], axis) => [Math.max(low, b[axis][0]), Math.min(high, b[axis][1])]));
+  return boxes.some((box, index) => boxes.slice(index + 1).some((other) => shared(box, other) > 0.5 * Math.min(area(box), area(other))));
+}
+
 /** The variants with predictions. */
 export const predictions = (data) => data.variants.filter(({ name }) => ["ols", "population", "conditional"].includes(name));

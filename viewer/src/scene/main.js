@@ -6,7 +6,7 @@ import { onThemeChange, startTheme } from "../theme.js";
 import { colorings } from "./colors.js";
 import { overlappingPairs } from "./crown.js";
 import { crownLines, footRing, overlapMesh } from "./crown-lines.js";
-import { readData, treeCount, treeName } from "./data.js";
+import { plotsCoincide, readData, treeCount, treeName } from "./data.js";
 import { details } from "./details.js";
 import { Ground } from "./ground.js";
 import { legend } from "./legend.js";
@@ -31,12 +31,16 @@ class Page {
     this.data = data;
     this.chosen = null;
     this.coloring = null;
-    this.shownPlot = null;
+    this.shownPlot = plotsCoincide(data) ? 0 : null;
     this.marks = { crowns: false, overlaps: false };
   }
 
   async start() {
     this.lay();
+    if (!hasWebGl()) {
+      this.sayTrouble("This browser has no WebGL 2, so there is no picture. The list of trees works without it.");
+      return;
+    }
     this.view = new View(this.canvas);
     this.loaded = await loadStand(this.data);
     this.variants = [this.data.variants[0], null];
@@ -54,6 +58,13 @@ class Page {
     this.listen();
     this.view.onDrawn((stats) => this.tell(stats));
     this.view.draw();
+  }
+
+  /** Without a picture the trees can still be looked up. */
+  sayTrouble(text) {
+    this.main.classList.add("has-no-picture");
+    this.picture.append(element("p", { class: "trouble", role: "alert" }, text));
+    this.detailsPart.replaceChildren(...details(this.data, this.chosen));
   }
 
   /** What there is to see: the trees, or else the scene. */
@@ -103,12 +114,13 @@ class Page {
     this.legendPart = element("div", { "aria-live": "polite" });
     this.detailsPart = element("div", { "aria-live": "polite", id: "details" });
     this.list = count > 0 ? new TreeList(data, (tree) => this.choose(tree, true)) : null;
+    this.list?.show(this.passes());
     const notes = data.notes.map((note) => element("p", { class: "quiet" }, note));
     const about = count > 0 ? [element("p", { class: "quiet" }, `${count} trees, ${data.plots.length} ${data.plots.length === 1 ? "plot" : "plots"}, ${data.species.length} species`)] : [];
     const trees =
       count > 0
         ? [
-            element("section", { "aria-labelledby": "colors-title" }, element("h2", { id: "colors-title" }, "Colors"), this.colorChoice(), this.legendPart),
+            element("section", { id: "colors", "aria-labelledby": "colors-title" }, element("h2", { id: "colors-title" }, "Colors"), this.colorChoice(), this.legendPart),
             element("section", { "aria-labelledby": "details-title" }, element("h2", { id: "details-title" }, "Chosen tree"), this.detailsPart),
             this.list.node,
           ]
@@ -137,7 +149,12 @@ class Page {
     }
     if (data.plots.length > 1) {
       const plots = data.plots.map(({ name }, index) => ({ value: String(index), text: name }));
-      parts.push(choice("plot", "Plot", [{ label: null, choices: [{ value: "", text: "all" }, ...plots] }], (plot) => this.setPlot(plot)));
+      const plotChoice = choice("plot", "Plot", [{ label: null, choices: [{ value: "", text: "all" }, ...plots] }], (plot) => this.setPlot(plot));
+      parts.push(plotChoice);
+      if (this.shownPlot !== null) {
+        plotChoice.querySelector("select").value = String(this.shownPlot);
+        parts.push(element("p", { class: "quiet" }, "Plots lie on each other, as if each had coordinates of its own: one is shown at a time."));
+      }
     }
     parts.push(
       choice("detail", "Detail", [{ label: null, choices: ["automatic", "low", "high"].map((value) => ({ value, text: value })) }], (detail) => {
@@ -154,7 +171,7 @@ class Page {
     }
     parts.push(check("show-figures", "Drawing figures", false, (isOn) => (this.figures.hidden = !isOn)), themeSwitch());
     this.scaleNote = element("p", { class: "quiet" });
-    return element("section", { "aria-labelledby": "view-title" }, element("h2", { id: "view-title" }, "View"), ...parts, this.scaleNote);
+    return element("section", { id: "controls", "aria-labelledby": "view-title" }, element("h2", { id: "view-title" }, "View"), ...parts, this.scaleNote);
   }
 
   colorChoice() {
@@ -311,6 +328,7 @@ class Page {
     this.chosen = tree;
     this.detailsPart.replaceChildren(...details(this.data, tree));
     this.list.mark(tree);
+    if (!this.view) return;
     this.drawMarks();
     const body = tree === null ? null : this.view.sides[0].bodies[tree];
     if (doesLook && body) this.moves.lookAt(body);
@@ -376,10 +394,7 @@ class Page {
   }
 }
 
-function sayTrouble(error) {
-  const text = `The picture cannot be drawn: ${error.message}. It needs a browser with WebGL 2.`;
-  document.getElementById("page").append(element("p", { class: "trouble", role: "alert" }, text));
-}
+const hasWebGl = () => document.createElement("canvas").getContext("webgl2") !== null;
 
 startTheme();
 const data = readData();
@@ -387,7 +402,7 @@ const page = new Page(data);
 /** For other scripts and tests: draws at once, says what was drawn and where trees are on the canvas. */
 window.silvafitView = {
   ready: page.start().catch((error) => {
-    sayTrouble(error);
+    page.sayTrouble(`The picture cannot be drawn: ${error.message}`);
     throw error;
   }),
   draw() {
