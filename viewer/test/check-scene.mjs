@@ -4,7 +4,7 @@
 // where no tree can be chosen. Prints what was drawn as JSON. Exit 0: all well, 1: problems (on stderr), 2: usage.
 import { writeFileSync } from "node:fs";
 import { resolve } from "node:path";
-import { launchWithWebGl, openPage } from "./browser.mjs";
+import { launchWithWebGl, openPage, WEBGL_TIMEOUT } from "./browser.mjs";
 import { difference, drawnShare, pixels } from "./scene-page.mjs";
 import { schemaErrors } from "./template.mjs";
 
@@ -29,8 +29,7 @@ async function changesWithColors(page) {
 async function check(file, picture) {
   const browser = await launchWithWebGl();
   try {
-    const { page, problems } = await openPage(browser, file, { viewport: { width: 900, height: 500 } });
-    page.setDefaultTimeout(120_000);
+    const { page, problems } = await openPage(browser, file, { viewport: { width: 900, height: 500 }, timeout: WEBGL_TIMEOUT });
     await page.evaluate(() => window.silvafitView.ready);
     const data = JSON.parse(await page.locator("#view-data").textContent());
     problems.push(...schemaErrors(data).map((error) => `data: ${error}`));

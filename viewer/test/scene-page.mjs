@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The 3D page in a browser: opened, looked at, compared.
-import { launchWithWebGl } from "./browser.mjs";
+import { launchWithWebGl, WEBGL_TIMEOUT } from "./browser.mjs";
 import { inBrowser } from "./in-browser.mjs";
 
 /** As inBrowser, with WebGL, and waiting until the page has drawn. */
@@ -9,7 +9,7 @@ export function inWebGl() {
   return {
     skip,
     withScene: (data, options, use) =>
-      withPage(data, { viewport: { width: 900, height: 480 }, ...options }, async (page) => {
+      withPage(data, { viewport: { width: 900, height: 480 }, timeout: WEBGL_TIMEOUT, ...options }, async (page) => {
         await page.evaluate(() => window.silvafitView.ready);
         await use(page);
       }),

@@ -115,7 +115,8 @@ class Page {
     this.detailsPart = element("div", { "aria-live": "polite", id: "details" });
     this.list = count > 0 ? new TreeList(data, (tree) => this.choose(tree, true)) : null;
     this.list?.show(this.passes());
-    const notes = data.notes.map((note) => element("p", { class: "quiet" }, note));
+    const sentences = data.notes.map((note) => element("p", { class: "quiet" }, note));
+    const notes = sentences.length > 1 ? [element("details", {}, element("summary", {}, `${sentences.length} notes on these trees`), ...sentences)] : sentences;
     const about = count > 0 ? [element("p", { class: "quiet" }, `${count} trees, ${data.plots.length} ${data.plots.length === 1 ? "plot" : "plots"}, ${data.species.length} species`)] : [];
     const trees =
       count > 0
