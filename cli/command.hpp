@@ -84,6 +84,7 @@ void add_library_command(CLI::App& program);
 void add_grow_command(CLI::App& program);
 void add_impute_command(CLI::App& program);
 void add_render_command(CLI::App& program);
+void add_view_command(CLI::App& program);
 void add_simulate_command(CLI::App& program);
 void add_models_command(CLI::App& program);
 void add_completion_command(CLI::App& program);

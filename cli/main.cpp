@@ -41,6 +41,7 @@ int run(int argc, char** argv) {
   add_impute_command(program);
   add_grow_command(program);
   add_render_command(program);
+  add_view_command(program);
   add_simulate_command(program);
   add_models_command(program);
   add_completion_command(program);

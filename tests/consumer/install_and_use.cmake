@@ -36,6 +36,7 @@ expect_file(share/silvafit/models/base.schema.json)
 expect_file(share/silvafit/models/taper/zeng.json)
 if(VIEWER)
   expect_file(share/silvafit/viewer/report.html)
+  expect_file(share/silvafit/viewer/scene.html)
 endif()
 
 # Whatever the program reads, and what it says of itself to shells and to man.

@@ -75,7 +75,7 @@ def statistics_of(pairs):
             "mae": math.fsum(abs(error) for error in errors) / count}
 
 
-def run_node(script, *arguments):
+def run_node(script, *arguments, timeout=120):
     """Runs a script of the build tree; gives exit status and both outputs."""
     return subprocess.run([os.environ["SILVAFIT_NODE"], os.environ[script], *map(str, arguments)],
-                          capture_output=True, text=True, timeout=120, check=False)
+                          capture_output=True, text=True, timeout=timeout, check=False)

@@ -21,15 +21,23 @@ export const hasChromium = existsSync(chromiumPath);
 
 export const launch = () => chromium.launch({ executablePath: chromiumPath, args: FLAGS });
 
+/** WebGL in software: slow, the more so where several tests run at once, but the same picture on every machine. */
+export const WEBGL_TIMEOUT = 240_000;
+const WEBGL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+export const launchWithWebGl = () => chromium.launch({ executablePath: chromiumPath, args: [...FLAGS.filter((flag) => flag !== "--disable-gpu"), ...WEBGL] });
+
+export const launchWithoutWebGl = () => chromium.launch({ executablePath: chromiumPath, args: [...FLAGS, "--disable-3d-apis"] });
+
 /**
  * Opens a file in a browser of its own context.
  * @param {import("playwright-core").Browser} browser
  * @param {string} file
- * @param {import("playwright-core").BrowserContextOptions} options
+ * @param {import("playwright-core").BrowserContextOptions & {timeout?: number}} options  with the longest wait [ms]
  * @returns {Promise<{page: import("playwright-core").Page, problems: string[]}>}  `problems` grows while the page lives
  */
-export async function openPage(browser, file, options = {}) {
+export async function openPage(browser, file, { timeout = 30_000, ...options } = {}) {
   const context = await browser.newContext(options);
+  context.setDefaultTimeout(timeout);
   const page = await context.newPage();
   const problems = [];
   const self = pathToFileURL(file).href;

@@ -5,11 +5,11 @@ import { after, before } from "node:test";
 import { chromiumPath, hasChromium, launch, openPage } from "./browser.mjs";
 import { writePage } from "./template.mjs";
 
-/** Starts a browser before the tests of the file and closes it after them. */
-export function inBrowser() {
+/** Starts a browser, that of launch() or another, before the tests of the file and closes it after them. */
+export function inBrowser(start = launch) {
   let browser;
   before(async () => {
-    if (hasChromium) browser = await launch();
+    if (hasChromium) browser = await start();
   });
   after(() => browser?.close());
   return {

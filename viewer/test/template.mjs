@@ -11,8 +11,13 @@ const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 /** The built page; SILVAFIT_REPORT_TEMPLATE overrides it. */
 export const templatePath = process.env.SILVAFIT_REPORT_TEMPLATE ?? here("../dist/report.html");
 
+/** The built 3D page; SILVAFIT_SCENE_TEMPLATE overrides it. */
+export const scenePath = process.env.SILVAFIT_SCENE_TEMPLATE ?? here("../dist-scene/scene.html");
+
 export const readJson = (path) => JSON.parse(readFileSync(path, "utf8"));
 export const example = () => readJson(here("example.json"));
+/** Fourteen trees of examples/fir-mixed and its study: what `silvafit view scene-trees.csv --models 1 --lod 2,3` puts into the page. */
+export const sceneExample = () => readJson(here("scene-example.json"));
 
 /** Two libraries of the example's models: in the second, the mixed models are those of the base equations of least squares. */
 export function comparison() {
@@ -52,7 +57,7 @@ function difference(first, other) {
   };
 }
 
-const SCHEMAS = ["../report-data.schema.json", "../comparison-data.schema.json"].map((path) => readJson(here(path)));
+const SCHEMAS = ["../report-data.schema.json", "../comparison-data.schema.json", "../scene-data.schema.json"].map((path) => readJson(here(path)));
 
 /** Where the data break the contract that they name, in words. */
 export function schemaErrors(data) {
@@ -68,7 +73,7 @@ const escapeHtml = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCod
 
 /** Writes a page with the data to a temporary file and returns its path. */
 export function writePage(data) {
-  const html = readFileSync(templatePath, "utf8")
+  const html = readFileSync(data.schema === "silvafit-view/1" ? scenePath : templatePath, "utf8")
     .replace("{{=<% %>=}}", "")
     .replace("<% title %>", () => escapeHtml(data.title))
     .replace("<%& data %>", () => escapeJson(JSON.stringify(data)));

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+// `silvafit view`: a stand in 3D as one page that opens in a browser.
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/study/report_page.hpp"
+#include "silvafit/study/view_data.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+struct ViewArguments {
+  CommonOptions common{};
+  std::string source{};
+  std::string trees{};
+  std::string out{};
+  std::vector<std::string> columns{};
+  bool does_not_open = false;
+  study::ViewOptions options{};
+};
+
+std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
+  std::map<std::string, std::string> map;
+  for (const std::string& entry : entries) {
+    const std::size_t equals = entry.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
+      throw UsageError("--columns takes name=expression, not " + entry);
+    }
+    map[entry.substr(0, equals)] = entry.substr(equals + 1);
+  }
+  return map;
+}
+
+data::Table read_table(const fs::path& path, const study::ViewOptions& options) {
+  data::CsvTableOptions csv{.text_columns = {"plot", "tree", "species"}};
+  for (const char* name : {"plot", "tree", "species"}) {
+    const auto mapped = options.columns.find(name);
+    if (mapped != options.columns.end()) csv.text_columns.push_back(mapped->second);
+  }
+  return data::read_csv_table(path, csv);
+}
+
+/// The folder or file without what stands before it.
+std::string name_of(const fs::path& source) {
+  const fs::path whole = fs::weakly_canonical(source);
+  return whole.filename().string();
+}
+
+void check(const ViewArguments& arguments) {
+  const bool is_scene = fs::path(arguments.source).extension() == ".glb";
+  if (!arguments.trees.empty() && !is_scene) {
+    throw UsageError("--trees is the table of a GLB scene; a folder or CSV has its own");
+  }
+  const bool has_choice = !arguments.options.plots.empty() || !arguments.columns.empty();
+  if (is_scene && arguments.trees.empty() && has_choice) {
+    throw UsageError("--plot and --columns are about a table: add --trees FILE.csv");
+  }
+}
+
+study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatalogue& catalogue) {
+  const fs::path source = arguments.source;
+  const std::string ending = source.extension().string();
+  if (fs::is_directory(source)) {
+    const fs::path predictions = source / "predictions.csv";
+    if (!fs::exists(predictions)) {
+      throw InputError("is no folder of `silvafit study`: there is no predictions.csv in it",
+                       {.file = source.string()});
+    }
+    return study::view_of_trees(
+        read_table(predictions, arguments.options), catalogue, arguments.options);
+  }
+  if (ending == ".glb") {
+    std::optional<data::Table> table;
+    if (!arguments.trees.empty()) table = read_table(arguments.trees, arguments.options);
+    try {
+      return study::view_of_scene(
+          read_file(source), table ? &*table : nullptr, catalogue, arguments.options);
+    } catch (const InputError& error) {
+      if (!error.place().file.empty()) throw;
+      throw InputError(error.message(), {.file = source.string()});
+    }
+  }
+  if (ending == ".gltf") {
+    throw InputError("has its buffers in files of their own; a page needs a .glb",
+                     {.file = source.string()});
+  }
+  return study::view_of_trees(read_table(source, arguments.options), catalogue, arguments.options);
+}
+
+/// Where the page goes: beside the file, into the folder.
+fs::path page_path(const ViewArguments& arguments) {
+  if (!arguments.out.empty()) return arguments.out;
+  const fs::path source = arguments.source;
+  if (fs::is_directory(source)) return source / "view.html";
+  return fs::path(source).replace_extension(".html");
+}
+
+bool has_desktop() {
+  const auto is_set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && ::isatty(STDOUT_FILENO) == 1;
+}
+
+/// Hands the page to the desktop. \return whether it took it
+bool open_in_browser(const fs::path& page) {
+  std::string program = "xdg-open";
+  std::string file = fs::absolute(page).string();
+  std::vector<char*> words{program.data(), file.data(), nullptr};
+  pid_t child = 0;
+  if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ) != 0) {
+    return false;
+  }
+  int status = 0;
+  return ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+void report(const ViewArguments& arguments,
+            const study::View& view,
+            const fs::path& page,
+            double seconds) {
+  constexpr std::size_t kShown = 20;
+  for (std::size_t i = 0; i < std::min(kShown, view.left_out.size()); ++i) {
+    fmt::print(
+        stderr, "{}\n", describe(view.left_out[i].place, view.left_out[i].reason + "; left out"));
+  }
+  if (view.left_out.size() > kShown) {
+    fmt::print(stderr, "... and {} more rows are left out\n", view.left_out.size() - kShown);
+  }
+  for (const std::string& note : view.notes) say(arguments.common, note);
+  const std::size_t bytes = fs::file_size(page);
+  if (arguments.common.json) {
+    fmt::print("{}\n",
+               ordered_json{{"schema", "silvafit-view-command/1"},
+                            {"silvafit", version()},
+                            {"page", page.string()},
+                            {"bytes", bytes},
+                            {"trees", view.trees},
+                            {"variants", view.variants},
+                            {"models", view.models},
+                            {"left_out", view.left_out.size()},
+                            {"notes", view.notes},
+                            {"seconds", seconds}}
+                   .dump());
+    return;
+  }
+  constexpr double kMegabyte = 1e6;
+  fmt::print("{} trees, {:.1f} MB, {:.2f} s: {}\n",
+             view.trees,
+             static_cast<double>(bytes) / kMegabyte,
+             seconds,
+             page.string());
+}
+
+void run(ViewArguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  check(arguments);
+  study::ViewOptions& options = arguments.options;
+  options.columns = column_map(arguments.columns);
+  options.version = version();
+  options.seed = arguments.common.seed;
+  options.threads = arguments.common.threads;
+  if (options.title.empty()) options.title = name_of(arguments.source);
+  std::sort(options.levels.begin(), options.levels.end());
+  options.levels.erase(std::unique(options.levels.begin(), options.levels.end()),
+                       options.levels.end());
+  const fs::path data = data_directory();
+  const auto catalogue = tree::PresetCatalogue::load(data / "models");
+  const study::View view = view_of_file(arguments, catalogue);
+  const fs::path page = page_path(arguments);
+  write_report_page(data / "viewer" / "scene.html", view.data, options.title, page);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  report(arguments, view, page, seconds.count());
+  if (arguments.does_not_open || arguments.common.json || !has_desktop()) return;
+  if (!open_in_browser(page)) {
+    say(arguments.common, "No browser could be started; open the page by hand.");
+  }
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& program) {
+  const auto arguments = std::make_shared<ViewArguments>();
+  CLI::App& command = *program.add_subcommand("view", "A stand in 3D as one page for a browser");
+  command
+      .add_option("source",
+                  arguments->source,
+                  "Folder of `silvafit study`, GLB scene, or CSV of an inventory or predictions")
+      ->type_name("DIR|FILE.glb|FILE.csv")
+      ->check(CLI::ExistingPath)
+      ->required();
+  command.add_option("--trees", arguments->trees, "Measurements of the trees of a GLB scene")
+      ->type_name("FILE.csv");
+  command
+      .add_option("--out",
+                  arguments->out,
+                  "The page (default: view.html in the folder, or beside the file)")
+      ->type_name("FILE.html");
+  command.add_option("--plot", arguments->options.plots, "Show these plots only")->delimiter(',');
+  command.add_option("--title", arguments->options.title, "Headline (default: the name)");
+  command
+      .add_option("--columns",
+                  arguments->columns,
+                  "Where columns have other names or units, as in dbh=DBH_mm/10,x=East")
+      ->delimiter(',');
+  command
+      .add_option("--models",
+                  arguments->options.models_per_preset,
+                  "Shapes of a species preset that its trees share")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--lod", arguments->options.levels, "Levels of detail in the page, 0 (finest) to 3")
+      ->delimiter(',')
+      ->capture_default_str();
+  command.add_flag("--no-open", arguments->does_not_open, "Write the page, do not open it");
+  add_common_options(command, arguments->common);
+  add_example(command, "silvafit view study --plot 3");
+  command.callback([arguments] { run(*arguments); });
+}
+
+}  // namespace silvafit::cli

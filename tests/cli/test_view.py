@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""3D pages: what is written where, what is said, what is refused, and when a browser is opened."""
+
+import json
+import os
+import pty
+import subprocess
+import unittest
+from pathlib import Path
+
+from silvafit_program import PROGRAM, ProgramTest
+
+TREES = ("plot,tree,species,x,y,dbh,h,hcb,cw\n"
+         "1,1,SM,0,0,25.9,18.5,7.5,4.2\n1,2,MH,5,3,18,13,4,4\n2,1,SM,20,9,18,14,4,3\n")
+HOSTILE = "</script><script>alert(1)</script>"
+
+
+class ViewTest(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        if not (Path(PROGRAM).parent.parent / "share/silvafit/viewer/scene.html").exists():
+            self.skipTest("built without the viewer")
+        self.write("trees.csv", TREES)
+
+
+class Pages(ViewTest):
+    def view(self, *arguments, status=0):
+        return self.run_program("view", *arguments, "--lod", "3", "--models", "1", "--no-open",
+                                status=status)
+
+    def data(self, name):
+        page = (self.folder / name).read_text(encoding="utf-8")
+        return json.loads(page.split('id="view-data">', 1)[1].split("</script>", 1)[0])
+
+    def test_a_page_lies_beside_its_file_and_the_summary_says_what_is_in_it(self):
+        summary = json.loads(self.view("trees.csv", "--json").stdout)
+        self.assertEqual(summary["page"], "trees.html")
+        self.assertEqual((summary["trees"], summary["variants"]), (3, ["observed"]))
+        self.assertEqual(summary["bytes"], (self.folder / "trees.html").stat().st_size)
+        data = self.data("trees.html")
+        self.assertEqual(data["title"], "trees.csv")
+        self.assertEqual(data["trees"]["h"], [18.5, 13.0, 14.0])
+
+    def test_a_page_needs_nothing_but_itself(self):
+        self.view("trees.csv", "--out", "page.html")
+        page = (self.folder / "page.html").read_text(encoding="utf-8")
+        for tag in ("<script src", "<link rel=\"stylesheet\"", "@import"):
+            self.assertNotIn(tag, page)
+        self.assertIn("default-src 'none'", page)
+
+    def test_the_same_input_gives_the_same_bytes(self):
+        self.view("trees.csv", "--out", "one.html", "--threads", "1")
+        self.view("trees.csv", "--out", "two.html", "--threads", "2")
+        self.assertEqual((self.folder / "one.html").read_bytes(),
+                         (self.folder / "two.html").read_bytes())
+
+    def test_plots_and_columns_are_chosen(self):
+        self.view("trees.csv", "--plot", "2", "--out", "plot.html")
+        self.assertEqual(self.data("plot.html")["trees"]["tree"], ["1"])
+        self.write("other.csv", TREES.replace("h,hcb", "height,hcb"))
+        self.view("other.csv", "--columns", "h=height", "--title", "Other", "--out", "other.html")
+        self.assertEqual(self.data("other.html")["title"], "Other")
+
+    def test_names_cannot_end_the_script_that_holds_them(self):
+        self.write("hostile.csv", TREES.replace("1,2,MH", f"1,{HOSTILE},<!--MH"))
+        self.view("hostile.csv", "--title", HOSTILE)
+        page = (self.folder / "hostile.html").read_text(encoding="utf-8")
+        self.assertNotIn(HOSTILE, page)
+        self.assertNotIn("<!--MH", page)
+        data = self.data("hostile.html")
+        self.assertEqual(data["trees"]["tree"][1], HOSTILE)
+        self.assertEqual(data["title"], HOSTILE)
+
+    def test_a_scene_keeps_the_measurements_beside_its_trees(self):
+        self.run_program("grow", "trees.csv", "--scene", "stand.glb", "--lod", "3", "--quiet")
+        self.view("stand.glb")
+        data = self.data("stand.html")
+        self.assertEqual(data["trees"]["tree"], ["1", "2", "1"])
+        # Grown trees are measured on their mesh, to 1 cm.
+        self.assertAlmostEqual(data["trees"]["h"][0], 18.5, delta=0.01)
+        self.assertIsNone(data["models"])
+
+    def test_instances_get_measurements_from_their_table(self):
+        self.run_program("grow", "trees.csv", "--scene", "stand.glb", "--share", "--instancing",
+                         "--compress", "--quiet")
+        self.assertIn("no measurements", self.view("stand.glb").stderr)
+        self.view("stand.glb", "--trees", "trees.csv")
+        self.assertEqual(self.data("stand.html")["trees"]["number"], [0, 1, 2])
+
+    def test_what_cannot_be_shown_is_refused(self):
+        self.write("bare.csv", "plot,tree,x,y,dbh\n1,1,0,0,9\n")
+        self.assertIn("h, hcb and cw", self.view("bare.csv", status=3).stderr)
+        self.write("no.glb", "glTF")
+        self.assertIn("no.glb", self.view("no.glb", status=3).stderr)
+        self.write("scene.gltf", "{}")
+        self.assertIn("a page needs a .glb", self.view("scene.gltf", status=3).stderr)
+        (self.folder / "empty").mkdir()
+        self.assertIn("silvafit study", self.view("empty", status=3).stderr)
+        self.view("nothing.csv", status=2)
+        self.view("trees.csv", "--columns", "h", status=2)
+        self.view("trees.csv", "--trees", "trees.csv", status=2)
+        self.view("no.glb", "--plot", "1", status=2)
+        self.run_program("view", "trees.csv", "--lod", "4", "--no-open", status=2)
+        self.run_program("view", "trees.csv", "--models", "0", "--no-open", status=2)
+
+    def test_rows_that_cannot_be_trees_are_named(self):
+        self.write("odd.csv", TREES + "2,9,SM,1,1,10,1.0,0.5,2\n")
+        self.assertIn("tree 9", self.view("odd.csv").stderr)
+
+
+class Desktop(ViewTest):
+    """A program xdg-open that notes what it is given."""
+
+    def setUp(self):
+        super().setUp()
+        opener = self.folder / "xdg-open"
+        opener.write_text('#!/bin/sh\necho "$1" > "$(dirname "$0")/opened"\n', encoding="utf-8")
+        opener.chmod(0o755)
+
+    def opened(self, *arguments, display, terminal):
+        environment = {**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}"}
+        for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+            environment.pop(name, None)
+        if display:
+            environment["WAYLAND_DISPLAY"] = "wayland-0"
+        controller, screen = pty.openpty()
+        subprocess.run([PROGRAM, "view", "trees.csv", "--lod", "3", "--models", "1", *arguments],
+                       cwd=self.folder, env=environment, check=True, timeout=60,
+                       stdout=screen if terminal else subprocess.DEVNULL,
+                       stderr=subprocess.DEVNULL)
+        os.close(screen)
+        os.close(controller)
+        note = self.folder / "opened"
+        found = note.read_text(encoding="utf-8").strip() if note.exists() else None
+        note.unlink(missing_ok=True)
+        return found
+
+    def test_a_browser_opens_where_there_is_a_desktop_and_a_person(self):
+        page = str(self.folder / "trees.html")
+        self.assertEqual(self.opened(display=True, terminal=True), page)
+        self.assertIsNone(self.opened(display=False, terminal=True))
+        self.assertIsNone(self.opened(display=True, terminal=False))
+        self.assertIsNone(self.opened("--no-open", display=True, terminal=True))
+        self.assertIsNone(self.opened("--json", display=True, terminal=True))
+
+
+if __name__ == "__main__":
+    unittest.main()

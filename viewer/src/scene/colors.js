@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// What colors of trees mean. All scales stay apart for people with color vision deficiencies, and rise or fall in lightness too.
+import { predictions, residualOf, treeCount } from "./data.js";
+
+/** Okabe and Ito, their black a little lighter. */
+export const SPECIES_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#f0e442", "#303030"];
+export const OTHER_COLOR = "#8a8a8a";
+/** From viridis: lightness rises with the layer. */
+export const LAYER_COLORS = ["#46327e", "#1f9e89", "#fde725"];
+/** viridis (van der Walt and Smith). */
+export const SEQUENTIAL = ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"];
+/** Orange below, blue above, light in the middle (ColorBrewer's ends of PuOr and RdBu). */
+export const DIVERGING = ["#b35806", "#f1a340", "#f2f0e8", "#67a9cf", "#2166ac"];
+export const MISSING_COLOR = "#9a9a9a";
+
+const RESPONSES = { h: "height", hcb: "crown base", cw: "crown width" };
+const INDICES = { W: "W, uniform angle", M: "M, mingling", U: "U, dominance", C: "C, crowding" };
+
+export const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
+const hexOf = (color) => `#${color.map((value) => Math.round(value * 255).toString(16).padStart(2, "0")).join("")}`;
+
+/** The color at a share, 0 to 1, of a scale. */
+export function along(scale, share) {
+  const place = Math.min(1, Math.max(0, share)) * (scale.length - 1);
+  const below = Math.min(scale.length - 2, Math.floor(place));
+  const [a, b] = [rgb(scale[below]), rgb(scale[below + 1])];
+  return hexOf(a.map((value, index) => value + (place - below) * (b[index] - value)));
+}
+
+/** 1, 2 or 5 times a power of ten, not below the value. */
+export function roundUp(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= value * (1 - 1e-9));
+}
+
+function speciesColoring(data) {
+  const colorOf = (code) => SPECIES_COLORS[code] ?? OTHER_COLOR;
+  const counts = data.species.map(() => 0);
+  for (const code of data.trees.species) counts[code] += 1;
+  const named = data.species.slice(0, SPECIES_COLORS.length).map((name, code) => ({ color: colorOf(code), text: `${name || "no species"} (${counts[code]})` }));
+  const others = counts.slice(SPECIES_COLORS.length).reduce((sum, count) => sum + count, 0);
+  if (others > 0) named.push({ color: OTHER_COLOR, text: `other species (${others})` });
+  return { title: "Species", told: "Trees are colored by species.", of: (tree) => colorOf(data.trees.species[tree]), keys: named };
+}
+
+function layerColoring(data) {
+  const [low, high] = data.layer_bounds;
+  const ranges = [`below ${low} m`, `${low} to below ${high} m`, `${high} m and more`];
+  const counts = data.layers.map((_, layer) => data.trees.layer.filter((own) => own === layer).length);
+  const keys = data.layers.map((name, layer) => ({ color: LAYER_COLORS[layer], text: `${name}, ${ranges[layer] ?? ""} (${counts[layer]})` }));
+  return withMissing(data, {
+    title: "Layer",
+    told: "Trees are colored by the layer of their observed height; higher layers are lighter.",
+    of: (tree) => (data.trees.layer[tree] === null ? null : LAYER_COLORS[data.trees.layer[tree]]),
+    keys,
+  });
+}
+
+function withMissing(data, coloring) {
+  let missing = 0;
+  for (let tree = 0; tree < treeCount(data); ++tree) missing += coloring.of(tree) === null ? 1 : 0;
+  const keys = missing > 0 ? [...(coloring.keys ?? []), { color: MISSING_COLOR, text: `not known (${missing})` }] : coloring.keys;
+  return { ...coloring, keys, of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
+}
+
+function indexColoring(data, index) {
+  const values = data.trees[index];
+  return withMissing(data, {
+    title: INDICES[index],
+    told: `Trees are colored by ${INDICES[index]}: dark is 0, light is 1.`,
+    of: (tree) => (values[tree] === null ? null : along(SEQUENTIAL, values[tree])),
+    scale: { colors: SEQUENTIAL, labels: ["0", "0.5", "1"] },
+  });
+}
+
+/** Ends of the scale: of the residuals of all variants, 95 % lie between them. */
+function residualLimit(data, variants, response) {
+  const sizes = variants.flatMap((variant) => variant[response].map((_, tree) => residualOf(data, variant, response, tree))).filter((value) => value !== null).map(Math.abs).sort((a, b) => a - b);
+  return roundUp(Math.max(0.1, sizes[Math.floor(0.95 * (sizes.length - 1))] ?? 0.1));
+}
+
+/** @param {object | null} variant  null: of the sizes that each side shows */
+function residualColoring(data, variant, response) {
+  const limit = residualLimit(data, predictions(data), response);
+  const residual = (tree, shown) => (shown && predictions(data).includes(shown) ? residualOf(data, shown, response, tree) : null);
+  const whose = variant ? variant.title : "the sizes that are shown";
+  const coloring = {
+    title: `Residual of ${RESPONSES[response]}, ${whose}`,
+    told: `Observed minus predicted ${RESPONSES[response]} of ${whose}: orange trees are smaller than predicted, blue ones larger, light ones as predicted; beyond ${limit} m colors do not change.`,
+    of: (tree, shown) => {
+      const value = residual(tree, variant ?? shown);
+      return value === null ? null : along(DIVERGING, 0.5 + value / (2 * limit));
+    },
+    scale: { colors: DIVERGING, labels: [`−${limit} m`, "0", `+${limit} m`] },
+  };
+  if (variant) return withMissing(data, coloring);
+  return { ...coloring, keys: [{ color: MISSING_COLOR, text: "not known; observed sizes have no residual" }], of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
+}
+
+const hasValues = (values) => values.some((value) => value !== null);
+
+/** Groups of colorings that these data allow: `{label, choices: [{value, text, make}]}`; the first one has no meaning. */
+export function colorings(data) {
+  const groups = [{ label: null, choices: [{ value: "natural", text: "Natural", make: () => null }] }];
+  if (treeCount(data) === 0) return groups;
+  groups[0].choices.push({ value: "species", text: "Species", make: () => speciesColoring(data) });
+  if (hasValues(data.trees.layer)) groups[0].choices.push({ value: "layer", text: "Layer", make: () => layerColoring(data) });
+  const indices = Object.keys(INDICES).filter((index) => hasValues(data.trees[index]));
+  if (indices.length > 0) {
+    groups.push({ label: "Structural index", choices: indices.map((index) => ({ value: index, text: INDICES[index], make: () => indexColoring(data, index) })) });
+  }
+  if (predictions(data).length > 0) {
+    const choices = Object.keys(RESPONSES).map((response) => ({
+      value: `shown-${response}`,
+      text: `Residual ${response}, as shown`,
+      make: () => residualColoring(data, null, response),
+    }));
+    groups.push({ label: "Residual of the sizes shown", choices });
+  }
+  for (const variant of predictions(data)) {
+    const responses = Object.keys(RESPONSES).filter((response) => variant[response].some((_, tree) => residualOf(data, variant, response, tree) !== null));
+    if (responses.length === 0) continue;
+    const choices = responses.map((response) => ({
+      value: `${variant.name}-${response}`,
+      text: `Residual ${response}, ${variant.title}`,
+      make: () => residualColoring(data, variant, response),
+    }));
+    groups.push({ label: `Residual, ${variant.title}`, choices });
+  }
+  return groups;
+}

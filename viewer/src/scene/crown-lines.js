@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Crown curves as lines: upright through the stem in four directions, and round the widest crown. One drawing call for each preset.
+import { BufferAttribute, BufferGeometry, DoubleSide, Float32BufferAttribute, InstancedBufferAttribute, InstancedBufferGeometry, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, RingGeometry } from "three";
+import { treeLineMaterial } from "./materials.js";
+import { unitCrown } from "./models.js";
+import { sharedSpace } from "./crown.js";
+import { KIND } from "./shape.js";
+
+const MERIDIANS = 4;
+const STEPS = 8;
+const RING = 24;
+
+/** @returns {number[]} end points of the pieces in the sizeless frame */
+export function unitLines(preset) {
+  const points = [];
+  const rings = unitCrown(preset, MERIDIANS, STEPS);
+  for (let ring = 0; ring + 1 < rings.length; ++ring) {
+    for (let side = 0; side < MERIDIANS; ++side) points.push(...rings[ring][side], ...rings[ring + 1][side]);
+  }
+  const at = (side) => [Math.cos((2 * Math.PI * side) / RING), 2, Math.sin((2 * Math.PI * side) / RING)];
+  for (let side = 0; side < RING; ++side) points.push(...at(side), ...at(side + 1));
+  return points;
+}
+
+/**
+ * Lines round the crowns of some trees of a side.
+ * @param {{stand: import("./stand.js").Stand}} side
+ * @param {number[]} trees
+ * @param {boolean} isSeenThrough  whether they are drawn before all else
+ */
+export function crownLines(data, { stand }, trees, color, isSeenThrough = false) {
+  return data.presets.flatMap((preset, index) => {
+    const own = trees.filter((tree) => stand.trees[tree] && data.trees.preset[tree] === index);
+    if (own.length === 0) return [];
+    const points = unitLines(preset);
+    const geometry = new InstancedBufferGeometry();
+    geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
+    geometry.setAttribute("treeKind", new BufferAttribute(new Float32Array(points.length / 3).fill(KIND.crown), 1));
+    geometry.setAttribute("treeIndex", new InstancedBufferAttribute(new Float32Array(own), 1));
+    geometry.instanceCount = own.length;
+    const lines = new LineSegments(geometry, treeLineMaterial(new LineBasicMaterial({ color, toneMapped: false, depthTest: !isSeenThrough, transparent: isSeenThrough }), stand.uniforms));
+    lines.frustumCulled = false;
+    lines.layers.set(stand.layers.own);
+    return [lines];
+  });
+}
+
+/** A ring on the ground round the stem of a tree. */
+export function footRing({ stand, bodies }, tree, color) {
+  const { place, crown } = bodies[tree];
+  const radius = (crown.east + crown.west + crown.south + crown.north) / 4;
+  const ring = new Mesh(new RingGeometry(radius * 0.93, radius, 48).rotateX(-Math.PI / 2), new MeshBasicMaterial({ color, side: DoubleSide, depthTest: false, transparent: true, opacity: 0.9, toneMapped: false }));
+  ring.position.set(place.x, place.y + 0.1, place.z);
+  ring.layers.set(stand.layers.own);
+  return ring;
+}
+
+/** The space that pairs of crowns share. */
+export function overlapMesh({ stand, bodies }, pairs, color) {
+  const sides = pairs.length > 200 ? 12 : 24;
+  const points = pairs.flatMap(({ first, second }) => sharedSpace(bodies[first], bodies[second], sides, sides / 3).flat(2));
+  const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(points, 3));
+  const mesh = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.55, side: DoubleSide, depthWrite: false, toneMapped: false }));
+  mesh.renderOrder = 1;
+  mesh.layers.set(stand.layers.own);
+  return mesh;
+}

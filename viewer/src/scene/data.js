@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// What the program wrote into the page, and how to ask it about a tree. Schema: scene-data.schema.json.
+
+export const readData = () => JSON.parse(document.getElementById("view-data").textContent);
+
+export const treeCount = (data) => data.trees.tree.length;
+
+/** "plot 1, tree 12" */
+export function treeName(data, tree) {
+  return `plot ${data.plots[data.trees.plot[tree]].name}, tree ${data.trees.tree[tree]}`;
+}
+
+export const speciesOf = (data, tree) => data.species[data.trees.species[tree]];
+export const presetOf = (data, tree) => data.presets[data.trees.preset[tree]];
+
+/** Place in the page's frame: x east, y up, z south, from the origin [m]. */
+export function placeOf(data, tree) {
+  const { x, y, z } = data.trees;
+  return { x: x[tree] - data.origin.x, y: z[tree] - data.origin.z, z: -(y[tree] - data.origin.y) };
+}
+
+/**
+ * The crown of a tree of a variant, or null where no tree can have its sizes.
+ * @returns {{h: number, hcb: number, hc: number, east: number, west: number, south: number, north: number, up: number, down: number} | null}
+ */
+export function crownOf(data, variant, tree) {
+  const hc = variant.hc[tree];
+  if (hc === null) return null;
+  const half = variant.cw[tree] / 2;
+  const radius = (side) => (variant.radii ? variant.radii[side][tree] : half);
+  const { up, down } = presetOf(data, tree);
+  return {
+    h: variant.h[tree],
+    hcb: variant.hcb[tree],
+    hc,
+    east: radius("east"),
+    west: radius("west"),
+    south: radius("south"),
+    north: radius("north"),
+    up,
+    down,
+  };
+}
+
+/** Bytes of a text in base64. */
+export function bytesOf(base64) {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(base64).buffer;
+  const text = atob(base64);
+  const bytes = new Uint8Array(text.length);
+  for (let index = 0; index < text.length; ++index) bytes[index] = text.charCodeAt(index);
+  return bytes.buffer;
+}
+
+/** Residual of a tree: observed minus predicted [m], or null. */
+export function residualOf(data, variant, response, tree) {
+  const observed = data.trees[response][tree];
+  const predicted = variant[response][tree];
+  return observed === null || predicted === null ? null : observed - predicted;
+}
+
+/** Whether plots lie on each other, as they do where each has coordinates of its own. */
+export function plotsCoincide({ plots }) {
+  const boxes = plots.filter(({ outline }) => outline.length > 0).map(({ outline }) => [0, 1].map((axis) => [Math.min(...outline.map((corner) => corner[axis])), Math.max(...outline.map((corner) => corner[axis]))]));
+  const area = (box) => box.reduce((product, [low, high]) => product * Math.max(0, high - low), 1);
+  const shared = (a, b) => area(a.map(([low, high], axis) => [Math.max(low, b[axis][0]), Math.min(high, b[axis][1])]));
+  return boxes.some((box, index) => boxes.slice(index + 1).some((other) => shared(box, other) > 0.5 * Math.min(area(box), area(other))));
+}
+
+/** The variants with predictions. */
+export const predictions = (data) => data.variants.filter(({ name }) => ["ols", "population", "conditional"].includes(name));

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// What is known of the chosen tree, as a table.
+import { element } from "../dom.js";
+import { decimals } from "../format.js";
+import { predictions, presetOf, residualOf, speciesOf, treeName } from "./data.js";
+
+const RESPONSES = [
+  ["h", "Height"],
+  ["hcb", "Crown base"],
+  ["cw", "Crown width"],
+];
+const INDICES = [
+  ["W", "Uniform angle W"],
+  ["M", "Mingling M"],
+  ["U", "Dominance U"],
+  ["C", "Crowding C"],
+];
+
+const number = (value) => element("td", { class: "number" }, value === null ? "–" : decimals(value, 2));
+const row = (title, valueOf) => element("tr", {}, element("th", { scope: "row" }, title), ...RESPONSES.map(([response]) => number(valueOf(response))));
+
+/** Observed and predicted sizes, each prediction with its residual below. */
+function sizesTable(data, tree) {
+  const head = element("tr", {}, element("th", { scope: "col" }, "[m]"), ...RESPONSES.map(([, title]) => element("th", { scope: "col", class: "number" }, title)));
+  const rows = predictions(data).flatMap((variant) => [row(variant.title, (response) => variant[response][tree]), row("– residual", (response) => residualOf(data, variant, response, tree))]);
+  return element("table", { class: "sizes" }, element("thead", {}, head), element("tbody", {}, row("Observed", (response) => data.trees[response][tree]), ...rows));
+}
+
+/** @returns {Node[]} */
+export function details(data, tree) {
+  if (tree === null) return [element("p", { class: "quiet" }, "None. Click a tree in the picture or in the list.")];
+  const layer = data.trees.layer[tree];
+  const facts = [
+    ["Plot", data.plots[data.trees.plot[tree]].name],
+    ["Tree", data.trees.tree[tree]],
+    ["Species", speciesOf(data, tree) || "–"],
+    ["Drawn as", presetOf(data, tree).title],
+    ["DBH", data.trees.dbh[tree] === null ? "–" : `${decimals(data.trees.dbh[tree], 1)} cm`],
+    ["Layer", layer === null ? "–" : data.layers[layer]],
+    ...INDICES.filter(([index]) => data.trees[index][tree] !== null).map(([index, title]) => [title, decimals(data.trees[index][tree], 2)]),
+  ];
+  if (data.trees.core[tree] !== null) facts.push(["In the buffer zone", data.trees.core[tree] ? "no" : "yes"]);
+  return [
+    element("p", { class: "chosen" }, `Chosen: ${treeName(data, tree)}`),
+    element("dl", {}, ...facts.flatMap(([title, value]) => [element("dt", {}, title), element("dd", {}, value)])),
+    sizesTable(data, tree),
+  ];
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// Levels of detail: how fine a tree is drawn for its height on the screen, within a budget of triangles.
+
+/** A tree at least so high on the screen [CSS pixels] is drawn at the first, second, ... level; smaller ones as stand-ins. */
+export const LEAST_PIXELS = [600, 280, 120, 22];
+
+/** Triangles of one picture; automatic detail stays below it. */
+export const BUDGETS = { low: 300_000, automatic: 1_500_000, high: 6_000_000 };
+
+/**
+ * The level of a tree.
+ * @param {number} pixels  its height on the screen
+ * @param {number} levels  how many there are; the stand-in is level `levels`
+ */
+export function levelFor(pixels, levels) {
+  const offset = LEAST_PIXELS.length - levels;
+  for (let level = 0; level < levels; ++level) {
+    if (pixels >= LEAST_PIXELS[Math.max(0, level + offset)]) return level;
+  }
+  return levels;
+}
+
+/**
+ * The factor, at most 1, by which heights on the screen are diminished to keep the budget.
+ * @param {Float32Array} pixels     heights of the trees in view
+ * @param {number} count            of them
+ * @param {(tree: number, level: number) => number} triangles
+ */
+export function detailFactor(pixels, count, levels, triangles, budget) {
+  let factor = 1;
+  for (let attempt = 0; attempt < 16; ++attempt) {
+    let sum = 0;
+    for (let index = 0; index < count; ++index) sum += triangles(index, levelFor(pixels[index] * factor, levels));
+    if (sum <= budget) break;
+    factor *= 0.8;
+  }
+  return factor;
+}
+
+/** Budgets for machines that are slower or faster than thought: less after slow pictures, more after quick ones. */
+export class AdaptiveBudget {
+  constructor(most = BUDGETS.automatic, least = 200_000) {
+    this.most = most;
+    this.least = least;
+    this.budget = most;
+  }
+
+  /** @param {number} milliseconds  between two pictures of a movement */
+  observe(milliseconds) {
+    if (milliseconds > 45) this.budget = Math.max(this.least, this.budget * 0.8);
+    else if (milliseconds < 20) this.budget = Math.min(this.most, this.budget * 1.1);
+  }
+}

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// Models from the GLB in the page, and stand-ins for trees that are far away.
+import { BufferAttribute, BufferGeometry, LoadingManager, MeshStandardMaterial } from "three";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
+import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { bytesOf } from "./data.js";
+import { KIND, toUnit } from "./shape.js";
+
+/**
+ * @typedef {object} Part
+ * @property {BufferGeometry} geometry
+ * @property {import("three").Material} material
+ * @property {boolean} isFoliage  takes the color that a coloring gives its tree
+ */
+/**
+ * @typedef {object} Model
+ * @property {Part[][]} levels   parts of each level of detail, the finest first
+ * @property {number[]} triangles  of each level
+ * @property {number} preset     index
+ */
+
+/** A GLB that lies in the page; it may not name anything outside. */
+export function parseGlb(base64) {
+  const manager = new LoadingManager();
+  manager.setURLModifier((url) => {
+    if (/^(data|blob):/.test(url)) return url;
+    throw new Error(`the scene needs ${url}, which is not in the page`);
+  });
+  return new GLTFLoader(manager).setMeshoptDecoder(MeshoptDecoder).parseAsync(bytesOf(base64), "");
+}
+
+export const partNameOf = (mesh) => mesh.geometry.userData.part ?? mesh.userData.part ?? "";
+export const trianglesOf = (geometry) => (geometry.index ? geometry.index.count : geometry.attributes.position.count) / 3;
+
+/** Numbers as floats, whatever the file packs them in, with the node's scale. */
+function floats(attribute, matrix) {
+  const size = attribute.itemSize;
+  const values = new Float32Array(attribute.count * size);
+  for (let index = 0; index < attribute.count; ++index) {
+    for (let axis = 0; axis < size; ++axis) values[index * size + axis] = attribute.getComponent(index, axis);
+  }
+  const result = new BufferAttribute(values, size);
+  return matrix ? result.applyMatrix4(matrix) : result;
+}
+
+/** A mesh of a model as a sizeless shape. */
+function unitGeometry(mesh, shape, kind) {
+  mesh.updateWorldMatrix(true, false);
+  const { position, normal, ...others } = mesh.geometry.attributes;
+  const positions = floats(position, mesh.matrixWorld);
+  const normals = floats(normal);
+  toUnit(positions.array, normals.array, shape, kind);
+  const geometry = new BufferGeometry();
+  geometry.setIndex(mesh.geometry.index);
+  geometry.setAttribute("position", positions);
+  geometry.setAttribute("normal", normals);
+  for (const [name, attribute] of Object.entries(others)) geometry.setAttribute(name, floats(attribute));
+  geometry.setAttribute("treeKind", new BufferAttribute(new Float32Array(position.count).fill(kind), 1));
+  return geometry;
+}
+
+const attributeNames = (geometry) => Object.keys(geometry.attributes).sort().join();
+
+/** Parts of one material in one, so that a level takes as few drawing calls as it has materials. */
+function merged(meshes, shape) {
+  const byMaterial = new Map();
+  for (const mesh of meshes) {
+    const list = byMaterial.get(mesh.material) ?? [];
+    byMaterial.set(mesh.material, [...list, mesh]);
+  }
+  return [...byMaterial].flatMap(([material, list]) => {
+    const geometries = list.map((mesh) => unitGeometry(mesh, shape, partNameOf(mesh) === "stem" ? KIND.stem : KIND.crown));
+    const isFoliage = list.every((mesh) => partNameOf(mesh) === "foliage");
+    const canMerge = geometries.every((geometry) => attributeNames(geometry) === attributeNames(geometries[0]) && Boolean(geometry.index) === Boolean(geometries[0].index));
+    return (canMerge ? [mergeGeometries(geometries)] : geometries).map((geometry) => ({ geometry, material, isFoliage }));
+  });
+}
+
+/** The models that the program grew for this page, and the ground. */
+export async function grownModels(data) {
+  const { scene } = await parseGlb(data.models.glb);
+  const presetNames = data.presets.map(({ name }) => name);
+  const models = data.models.shapes.map((shape, number) => {
+    const levels = data.models.levels.map((level) => {
+      const node = scene.getObjectByName(`model-${number}-level-${level}`);
+      const meshes = [];
+      node.traverse((object) => object.isMesh && meshes.push(object));
+      return merged(meshes, shape);
+    });
+    return modelOf(levels, presetNames.indexOf(shape.preset));
+  });
+  return { models, ground: scene.getObjectByName("ground") };
+}
+
+export function modelOf(levels, preset) {
+  const triangles = levels.map((parts) => parts.reduce((sum, { geometry }) => sum + trianglesOf(geometry), 0));
+  return { levels, triangles, preset };
+}
+
+/** A surface of rings of points around the axis; see surfaceRings of crown.js. */
+function ringGeometry(rings, kind) {
+  const sides = rings[0].length;
+  const positions = new Float32Array(rings.flat(2));
+  const indices = [];
+  for (let ring = 0; ring + 1 < rings.length; ++ring) {
+    for (let side = 0; side < sides; ++side) {
+      const next = (side + 1) % sides;
+      const [a, b, c, d] = [ring * sides + side, ring * sides + next, (ring + 1) * sides + side, (ring + 1) * sides + next];
+      indices.push(a, c, b, b, c, d);
+    }
+  }
+  const geometry = new BufferGeometry();
+  geometry.setIndex(indices);
+  geometry.setAttribute("position", new BufferAttribute(positions, 3));
+  geometry.computeVertexNormals();
+  geometry.setAttribute("treeKind", new BufferAttribute(new Float32Array(positions.length / 3).fill(kind), 1));
+  return geometry;
+}
+
+/** The crown curve of a preset in the sizeless frame. */
+export function unitCrown({ up, down }, sides, steps) {
+  return Array.from({ length: 2 * steps + 1 }, (_, step) => {
+    const below = step <= steps;
+    const share = below ? step / steps : (2 * steps - step) / steps;
+    const height = below ? 1 + share ** down : 3 - share ** up;
+    return Array.from({ length: sides }, (_, side) => {
+      const angle = (2 * Math.PI * side) / sides;
+      return [share * Math.cos(angle), height, share * Math.sin(angle)];
+    });
+  });
+}
+
+/** What is drawn of a tree that is far away: its crown curve on a stem, some 70 triangles. */
+export function standInOf(preset) {
+  const paint = (color, factor) => {
+    const material = new MeshStandardMaterial({ roughness: 0.95, metalness: 0 });
+    material.color.setRGB(...color.map((value) => value * factor));
+    return material;
+  };
+  const circle = (height, radius) => Array.from({ length: 4 }, (_, side) => [radius * Math.cos((side * Math.PI) / 2), height, radius * Math.sin((side * Math.PI) / 2)]);
+  const parts = [
+    { geometry: ringGeometry(unitCrown(preset, 7, 2), KIND.crown), material: paint(preset.leaf, 0.8), isFoliage: true },
+    { geometry: ringGeometry([circle(0, 1), circle(1.5, 0.7)], KIND.pole), material: paint(preset.bark, 1), isFoliage: false },
+  ];
+  const caster = { ...parts[0], geometry: ringGeometry(shrunken(unitCrown(preset, 7, 2)), KIND.crown) };
+  return { parts, triangles: parts.reduce((sum, { geometry }) => sum + trianglesOf(geometry), 0), casters: [caster, parts[1]] };
+}
+
+/** A crown's core: what casts the shadow of a tree must leave its own leaves in the light. */
+const shrunken = (rings) => rings.map((ring) => ring.map(([x, y, z]) => [0.65 * x, 2 + 0.65 * (y - 2), 0.65 * z]));

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// The controls: labelled, in the order in which they are used.
+import { element } from "../dom.js";
+import { themeSwitch } from "../theme.js";
+
+/**
+ * A labelled choice.
+ * @param {{label: string | null, choices: {value: string, text: string}[]}[]} groups
+ */
+export function choice(id, label, groups, change) {
+  const optionsOf = ({ choices }) => choices.map(({ value, text }) => element("option", { value }, text));
+  const select = element("select", { id }, ...groups.flatMap((group) => (group.label === null ? optionsOf(group) : [element("optgroup", { label: group.label }, ...optionsOf(group))])));
+  select.addEventListener("change", () => change(select.value));
+  return element("p", { class: "control" }, element("label", { for: id }, label), select);
+}
+
+export function check(id, label, isOn, change) {
+  const input = element("input", { type: "checkbox", id, checked: isOn });
+  input.addEventListener("change", () => change(input.checked));
+  return element("p", { class: "check" }, input, element("label", { for: id }, label));
+}
+
+export function button(id, label, press) {
+  const node = element("button", { type: "button", id }, label);
+  node.addEventListener("click", press);
+  return node;
+}
+
+const KEYS = [
+  ["Orbit", "Drag turns, wheel or pinch comes nearer, right drag or two fingers move the middle. Arrows turn, + and − come nearer, W A S D move the middle."],
+  ["Walk", "W and S or arrows up and down walk, A and D step aside, arrows left and right turn, Page Up and Page Down look up and down, Shift walks faster. Drag looks around; the arrows on the picture walk by touch."],
+  ["Trees", "Click or tap a tree, or press its number in the list."],
+  ["1, 2", "Orbit, walk (while the picture has the focus)"],
+  ["F", "The whole stand"],
+  ["C, O", "Crown curves, overlapping crowns"],
+  ["P", "Save the picture"],
+  ["?", "This list"],
+  ["Escape", "No tree is chosen"],
+];
+
+/** The list of keys and gestures. */
+export function keysDialog() {
+  const dialog = element(
+    "dialog",
+    { id: "keys", "aria-labelledby": "keys-title" },
+    element("h2", { id: "keys-title" }, "Mouse, keys and touch"),
+    element("dl", {}, ...KEYS.flatMap(([key, text]) => [element("dt", {}, key), element("dd", {}, text)])),
+    element("form", { method: "dialog" }, element("button", { type: "submit" }, "Close")),
+  );
+  return dialog;
+}
+
+export { themeSwitch };

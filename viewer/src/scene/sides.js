@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// From the page's data to what is drawn: a side of the view for a variant of the stand, or for a scene as it is.
+import { Matrix4 } from "three";
+import { crownOf, placeOf, treeCount } from "./data.js";
+import { grownModels, modelOf, parseGlb, partNameOf, standInOf } from "./models.js";
+import { Stand } from "./stand.js";
+import { TreeTexture } from "./tree-texture.js";
+
+/** Layers of three.js: 0 is for both sides, and each side has one for its trees and sun, and one for what casts shadows. */
+export const layersOf = (side) => ({ own: 1 + side, caster: 3 + side });
+
+const reachOf = ({ east, west, south, north }) => Math.max(east, west, south, north);
+
+/** @returns {({crown: object, place: object} | null)[]} of all trees of a variant */
+export function bodiesOf(data, variant) {
+  return Array.from({ length: treeCount(data) }, (_, tree) => {
+    const crown = crownOf(data, variant, tree);
+    return crown && { crown, place: placeOf(data, tree) };
+  });
+}
+
+/** A stand that the program grew models for. */
+class GrownStand {
+  static async load(data) {
+    const stand = new GrownStand();
+    stand.data = data;
+    Object.assign(stand, await grownModels(data));
+    stand.standIns = data.presets.map(standInOf);
+    stand.rest = null;
+    return stand;
+  }
+
+  /** @param {number} side  0 or 1 */
+  side(variant, side) {
+    const { data } = this;
+    const bodies = bodiesOf(data, variant);
+    const texture = new TreeTexture(bodies.length);
+    const trees = bodies.map((body, tree) => {
+      const model = variant.model[tree];
+      if (body === null || model === null) return null;
+      texture.setSizes(tree, body.place, body.crown, data.trees.dbh[tree] / data.models.shapes[model].dbh, data.trees.dbh[tree]);
+      return { model, place: body.place, height: body.crown.h, reach: reachOf(body.crown) };
+    });
+    return { variant, bodies, stand: new Stand(trees, this.models, this.standIns, texture, layersOf(side)) };
+  }
+}
+
+/** A scene of a GLB file: trees that are known get colors and can be picked, all else is shown as it is. */
+class PlacedStand {
+  static async load(data) {
+    const stand = new PlacedStand();
+    const gltf = await parseGlb(data.scene);
+    stand.data = data;
+    stand.standIns = data.presets.map(standInOf);
+    gltf.scene.updateMatrixWorld(true);
+    stand.collect(gltf);
+    stand.rest = gltf.scene;
+    return stand;
+  }
+
+  collect({ scene, parser }) {
+    const { node, number } = this.data.trees;
+    const byNode = new Map(node.flatMap((own, tree) => (own === null ? [] : [[own, tree]])));
+    const byNumber = new Map(number.flatMap((own, tree) => (own === null ? [] : [[own, tree]])));
+    this.models = [];
+    this.placed = Array(treeCount(this.data)).fill(null);
+    const known = new Map();
+    const taken = [];
+    scene.traverse((object) => {
+      const tree = byNode.get(parser.associations.get(object)?.nodes);
+      const meshes = object.isMesh ? [object] : object.children.filter(({ isMesh }) => isMesh);
+      if (tree !== undefined && this.placed[tree] === null && meshes.length > 0 && !meshes[0].isInstancedMesh) {
+        this.placed[tree] = { model: this.modelOf(meshes, tree, known), matrix: meshes[0].matrixWorld };
+        taken.push(...meshes);
+      } else if (object.isInstancedMesh && object.geometry.attributes._TREE && byNumber.size > 0) {
+        this.collectInstances(object, byNumber, known);
+        taken.push(object);
+      }
+    });
+    taken.forEach((object) => object.removeFromParent());
+    this.ground = scene.getObjectByName("ground") ?? null;
+    this.ground?.removeFromParent();
+  }
+
+  /** The parts of instances come one by one; trees of an instanced node share the model that its parts make up. */
+  collectInstances(mesh, byNumber, known) {
+    const key = mesh.parent?.uuid ?? mesh.uuid;
+    const numbers = mesh.geometry.attributes._TREE;
+    const part = { geometry: mesh.geometry, material: mesh.material, isFoliage: partNameOf(mesh) === "foliage" };
+    const first = byNumber.get(numbers.getX(0));
+    const model = known.get(key);
+    if (model !== undefined) {
+      const levels = [[...this.models[model].levels[0], part]];
+      this.models[model] = modelOf(levels, this.models[model].preset);
+      return;
+    }
+    known.set(key, this.models.length);
+    this.models.push(modelOf([[part]], this.data.trees.preset[first ?? 0]));
+    for (let index = 0; index < mesh.count; ++index) {
+      const tree = byNumber.get(numbers.getX(index));
+      if (tree === undefined) continue;
+      const matrix = new Matrix4();
+      mesh.getMatrixAt(index, matrix);
+      this.placed[tree] = { model: known.get(key), matrix: matrix.premultiply(mesh.matrixWorld) };
+    }
+  }
+
+  modelOf(meshes, tree, known) {
+    const key = meshes.map(({ geometry }) => geometry.uuid).join();
+    if (!known.has(key)) {
+      const parts = meshes.map((mesh) => ({ geometry: mesh.geometry, material: mesh.material, isFoliage: partNameOf(mesh) === "foliage" }));
+      known.set(key, this.models.length);
+      this.models.push(modelOf([parts], this.data.trees.preset[tree]));
+    }
+    return known.get(key);
+  }
+
+  side(variant, side) {
+    const { data } = this;
+    const bodies = variant ? bodiesOf(data, variant) : [];
+    const texture = new TreeTexture(bodies.length);
+    const trees = bodies.map((body, tree) => {
+      const placed = this.placed[tree];
+      if (body === null || placed === null) return null;
+      texture.setSizes(tree, body.place, body.crown, 1, data.trees.dbh[tree]);
+      texture.setMatrix(tree, placed.matrix);
+      return { model: placed.model, place: body.place, height: body.crown.h, reach: reachOf(body.crown) };
+    });
+    return { variant, bodies, stand: new Stand(trees, this.models, this.standIns, texture, layersOf(side), true) };
+  }
+}
+
+export const loadStand = (data) => (data.models ? GrownStand.load(data) : PlacedStand.load(data));

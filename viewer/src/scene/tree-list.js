@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// The list of trees: searched, sorted, a page at a time.
+import { element } from "../dom.js";
+import { decimals } from "../format.js";
+import { speciesOf, treeCount, treeName } from "./data.js";
+
+const PAGE = 50;
+const byText = new Intl.Collator("en", { numeric: true }).compare;
+
+function columnsOf(data) {
+  const { trees } = data;
+  const sized = (title, values, digits) => ({ title, value: (tree) => values[tree], text: (tree) => (values[tree] === null ? "–" : decimals(values[tree], digits)), isNumber: true });
+  const text = (title, value) => ({ title, value, text: value, isNumber: false });
+  return [
+    text("Plot", (tree) => data.plots[trees.plot[tree]].name),
+    text("Tree", (tree) => trees.tree[tree]),
+    text("Species", (tree) => speciesOf(data, tree)),
+    sized("DBH cm", trees.dbh, 1),
+    sized("h m", trees.h, 1),
+    sized("hcb m", trees.hcb, 1),
+    sized("cw m", trees.cw, 2),
+  ];
+}
+
+export class TreeList {
+  /** @param {(tree: number) => void} choose */
+  constructor(data, choose) {
+    this.data = data;
+    this.choose = choose;
+    this.columns = columnsOf(data);
+    this.passes = () => true;
+    this.sorted = { column: 0, rising: true };
+    this.page = 0;
+    this.chosen = null;
+    this.search = element("input", { type: "search", id: "search", autocomplete: "off" });
+    this.search.addEventListener("input", () => this.refresh());
+    this.count = element("p", { class: "quiet", role: "status" });
+    this.table = element("table");
+    this.before = this.button("Previous", -1);
+    this.after = this.button("Next", 1);
+    this.node = element(
+      "section",
+      { "aria-labelledby": "list-title" },
+      element("h2", { id: "list-title" }, "Trees"),
+      element("p", {}, element("label", { for: "search" }, "Search plot, tree, species "), this.search),
+      this.count,
+      element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "List of trees" }, this.table),
+      element("p", { class: "buttons" }, this.before, this.after),
+    );
+    this.refresh();
+  }
+
+  button(text, by) {
+    const button = element("button", { type: "button" }, text);
+    button.addEventListener("click", () => {
+      this.page += by;
+      this.draw();
+    });
+    return button;
+  }
+
+  /** Lists the trees that the test lets pass. */
+  show(passes) {
+    this.passes = passes;
+    this.refresh();
+  }
+
+  refresh() {
+    const wanted = this.search.value.trim().toLowerCase();
+    const { column, rising } = this.sorted;
+    const { value, isNumber } = this.columns[column];
+    const sign = rising ? 1 : -1;
+    const compare = isNumber ? (a, b) => sign * ((value(a) ?? -Infinity) - (value(b) ?? -Infinity)) || a - b : (a, b) => sign * byText(value(a), value(b)) || a - b;
+    this.trees = Array.from({ length: treeCount(this.data) }, (_, tree) => tree)
+      .filter((tree) => this.passes(tree) && (wanted === "" || `${treeName(this.data, tree)} ${speciesOf(this.data, tree)}`.toLowerCase().includes(wanted)))
+      .sort(compare);
+    this.page = 0;
+    this.draw();
+  }
+
+  /** Marks a tree and turns to its page. */
+  mark(tree) {
+    this.chosen = tree;
+    const place = this.trees.indexOf(tree);
+    if (place >= 0) this.page = Math.floor(place / PAGE);
+    this.draw();
+  }
+
+  draw() {
+    const pages = Math.max(1, Math.ceil(this.trees.length / PAGE));
+    this.page = Math.min(pages - 1, Math.max(0, this.page));
+    const from = this.page * PAGE;
+    const rows = this.trees.slice(from, from + PAGE);
+    this.count.textContent = this.trees.length === 0 ? "No tree." : `${from + 1} to ${from + rows.length} of ${this.trees.length} trees`;
+    this.before.disabled = this.page === 0;
+    this.after.disabled = this.page >= pages - 1;
+    this.table.replaceChildren(element("caption", { class: "hidden" }, "Trees; the tree's number chooses it"), this.head(), element("tbody", {}, ...rows.map((tree) => this.row(tree))));
+  }
+
+  head() {
+    const cells = this.columns.map(({ title, isNumber }, column) => {
+      const isOwn = this.sorted.column === column;
+      const button = element("button", { type: "button", class: "sort" }, title, isOwn ? (this.sorted.rising ? " ↑" : " ↓") : "");
+      button.addEventListener("click", () => {
+        this.sorted = { column, rising: isOwn ? !this.sorted.rising : true };
+        this.refresh();
+        this.table.querySelectorAll("button.sort")[column].focus();
+      });
+      return element("th", { scope: "col", class: isNumber ? "number" : null, "aria-sort": isOwn ? (this.sorted.rising ? "ascending" : "descending") : null }, button);
+    });
+    return element("thead", {}, element("tr", {}, ...cells));
+  }
+
+  row(tree) {
+    const cells = this.columns.map(({ title, text, isNumber }) => {
+      if (title !== "Tree") return element("td", { class: isNumber ? "number" : null }, text(tree));
+      const button = element("button", { type: "button", class: "link", "data-tree": tree, "aria-label": `Choose ${treeName(this.data, tree)}` }, text(tree));
+      button.addEventListener("click", () => this.choose(tree));
+      return element("td", {}, button);
+    });
+    return element("tr", { class: tree === this.chosen ? "is-chosen" : null, "aria-current": tree === this.chosen ? "true" : null }, ...cells);
+  }
+}

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+// The 3D page from file://: draws, picks, colors, compares variants, is moved by keys and touch; no error, nothing fetched.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { launchWithoutWebGl } from "./browser.mjs";
+import { inBrowser } from "./in-browser.mjs";
+import { columns, difference, drawnShare, inWebGl, pixels } from "./scene-page.mjs";
+import { texturedModels } from "./textured-models.mjs";
+import { sceneExample, schemaErrors } from "./template.mjs";
+
+const { skip, withScene } = inWebGl();
+
+test("the example obeys the schema, which refuses what is misspelled or missing", () => {
+  assert.deepEqual(schemaErrors(sceneExample()), []);
+  const broken = [(data) => delete data.trees.dbh, (data) => (data.variants[0].hieght = []), (data) => (data.models.glb = "https://example.org"), (data) => (data.trees.tree[0] = 12)];
+  for (const breakIt of broken) {
+    const data = sceneExample();
+    breakIt(data);
+    assert.notDeepEqual(schemaErrors(data), []);
+  }
+});
+
+test("the page draws the stand", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const share = drawnShare(await pixels(page));
+    assert.ok(share > 0.1 && share < 0.9, `${share} of the picture is drawn`);
+    const stats = await page.evaluate(() => window.silvafitView.draw());
+    assert.equal(stats.trees, 14);
+    assert.ok(stats.triangles > 14 * 60);
+    assert.equal(await page.title(), "Fourteen trees");
+    assert.equal(await page.locator("#canvas-hint").count(), 1);
+  }),
+);
+
+test("a click chooses the tree under it, and says what is known of it", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const data = sceneExample();
+    const canvas = await page.locator("#canvas").boundingBox();
+    // The tree that is nearest to the camera has nothing before it.
+    const nearest = await page.evaluate(() => {
+      const [x, , z] = window.silvafitView.camera();
+      return { x, z };
+    });
+    const distance = (tree) => Math.hypot(data.trees.x[tree] - data.origin.x - nearest.x, data.origin.y - data.trees.y[tree] - nearest.z);
+    const tree = data.trees.tree.map((_, index) => index).sort((a, b) => distance(a) - distance(b))[0];
+    const at = await page.evaluate((index) => window.silvafitView.whereIs(index), tree);
+    await page.mouse.click(canvas.x + at.x, canvas.y + at.y);
+    assert.equal(await page.evaluate(() => window.silvafitView.chosen()), tree);
+    const told = await page.locator("#details").innerText();
+    const { trees } = data;
+    assert.ok(told.includes(`Chosen: plot ${data.plots[trees.plot[tree]].name}, tree ${trees.tree[tree]}`), told);
+    for (const [, value] of Object.entries({ h: trees.h[tree], hcb: trees.hcb[tree] })) assert.ok(told.includes(value.toFixed(2)), `${value} in ${told}`);
+    const ols = data.variants.find(({ name }) => name === "ols");
+    assert.ok(told.includes(ols.h[tree].toFixed(2)) && told.includes((trees.h[tree] - ols.h[tree]).toFixed(2)), told);
+    for (const index of "WMUC") assert.ok(told.includes(trees[index][tree].toFixed(2)), index);
+    assert.equal(await page.locator("tr.is-chosen").count(), 1);
+    // The sky holds no tree.
+    await page.mouse.click(canvas.x + 4, canvas.y + 4);
+    assert.equal(await page.evaluate(() => window.silvafitView.chosen()), null);
+  }),
+);
+
+test("the list finds, sorts and chooses trees", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const data = sceneExample();
+    await page.getByLabel("Search plot, tree, species").fill("plot 2, tree 990");
+    assert.equal(await page.locator("[data-tree]").count(), 1);
+    const before = await page.evaluate(() => window.silvafitView.camera());
+    await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
+    assert.equal(await page.evaluate(() => window.silvafitView.chosen()), data.trees.tree.indexOf("990"));
+    assert.notDeepEqual(await page.evaluate(() => window.silvafitView.camera()), before);
+    await page.getByLabel("Search plot, tree, species").fill("");
+    await page.getByRole("button", { name: "h m" }).click();
+    await page.getByRole("button", { name: "h m" }).click();
+    const first = await page.locator("[data-tree]").first().getAttribute("data-tree");
+    assert.equal(data.trees.h[Number(first)], Math.max(...data.trees.h));
+    assert.equal(await page.locator('th[aria-sort="descending"]').innerText(), "h m ↓");
+  }),
+);
+
+test("every coloring changes the picture, and its legend says how", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
+    const values = await page.locator("#color option").evaluateAll((all) => all.map(({ value }) => value));
+    assert.equal(values.length, 1 + 2 + 4 + 4 * 3);
+    // Residuals of what is shown are those of predictions.
+    await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
+    const natural = await pixels(page);
+    for (const value of values.slice(1)) {
+      await page.getByLabel("Color by").selectOption(value);
+      const { changed } = difference(natural, await pixels(page));
+      assert.ok(changed > 0.02, `${value} changes ${changed} of the picture`);
+      assert.match(await page.locator("[aria-live] >> text=/Trees are colored by|Observed minus predicted/").innerText(), /colored|Observed/);
+    }
+    await page.getByLabel("Color by").selectOption("natural");
+    assert.equal(difference(natural, await pixels(page)).changed, 0);
+  }),
+);
+
+test("two variants stand side by side, seen from one place", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
+    await page.getByLabel("Beside them").selectOption("conditional");
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
+    assert.deepEqual(await page.locator(".side-name:visible").allInnerTexts(), ["OLS", "NLME, plot"]);
+    const picture = await pixels(page);
+    const half = Math.floor(picture.width / 2);
+    const [left, right] = [columns(picture, 0, half), columns(picture, half, 2 * half)];
+    assert.ok(drawnShare(left) > 0.05 && drawnShare(right) > 0.05);
+    // The same trees at the same places, of other sizes.
+    const { changed } = difference(left, right);
+    assert.ok(changed > 0.01 && changed < 0.5, `${changed}`);
+    const places = await page.evaluate(() => [0, 1].map((side) => window.silvafitView.whereIs(3, side).x));
+    assert.ok(Math.abs(places[1] - places[0] - half) < 1.5, `${places}`);
+    // Each side is colored by its own residuals: the difference is larger than that of sizes.
+    await page.getByLabel("Color by").selectOption("shown-h");
+    const colored = await pixels(page);
+    const apart = difference(columns(colored, 0, half), columns(colored, half, 2 * half)).mean;
+    await page.getByLabel("Color by").selectOption("ols-h");
+    const alike = await pixels(page);
+    assert.ok(difference(columns(alike, half, 2 * half), columns(colored, half, 2 * half)).mean > 0.1 && apart > 0, `${apart}`);
+    assert.equal(difference(columns(alike, 0, half), columns(colored, 0, half)).changed, 0);
+    const at = await page.evaluate(() => window.silvafitView.whereIs(3, 1));
+    const canvas = await page.locator("#canvas").boundingBox();
+    await page.mouse.click(canvas.x + at.x, canvas.y + at.y);
+    assert.notEqual(await page.evaluate(() => window.silvafitView.chosen()), null);
+    await page.getByLabel("Beside them").selectOption("");
+    assert.equal(await page.locator(".side-name:visible").count(), 0);
+  }),
+);
+
+test("crown curves, overlaps and shadows come and go", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
+    const plain = await pixels(page);
+    for (const label of ["Crown curves", "Overlapping crowns", "Shadows"]) {
+      const box = page.getByLabel(label);
+      await box.click();
+      const { changed } = difference(plain, await pixels(page), 8);
+      assert.ok(changed > 0.003, `${label} changes ${changed} of the picture`);
+      if (label === "Overlapping crowns") assert.match(await page.getByText(/pairs of crowns overlap/).innerText(), /^\d+ pairs/);
+      await box.click();
+    }
+    assert.equal(difference(plain, await pixels(page)).changed, 0);
+  }),
+);
+
+test("one plot can be shown alone", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" });
+    assert.equal((await page.evaluate(() => window.silvafitView.draw())).trees, 5);
+    assert.equal(await page.locator("[data-tree]").count(), 5);
+  }),
+);
+
+test("trees are finer from near than from afar, and the budget is kept", { skip }, () =>
+  withScene(sceneExample(), { reducedMotion: "reduce" }, async (page) => {
+    const levels = () => page.evaluate(() => window.silvafitView.draw().byLevel[0]);
+    await page.locator("#canvas").focus();
+    for (let presses = 0; presses < 45; ++presses) await page.keyboard.press("-");
+    const far = await levels();
+    assert.equal(far.at(-1), 14, `${far}`);
+    await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
+    await page.locator("#canvas").focus();
+    for (let presses = 0; presses < 12; ++presses) await page.keyboard.press("+");
+    const close = await levels();
+    assert.ok(close[0] >= 1, `${close}`);
+  }),
+);
+
+test("keys turn, come nearer and walk at eye height; without motion where that is asked for", { skip }, () =>
+  withScene(sceneExample(), { reducedMotion: "reduce" }, async (page) => {
+    const camera = () => page.evaluate(() => window.silvafitView.camera());
+    await page.locator("#canvas").focus();
+    const start = await camera();
+    await page.keyboard.press("ArrowLeft");
+    const turned = await camera();
+    assert.ok(Math.abs(turned[1] - start[1]) < 1e-6 && Math.hypot(turned[0] - start[0], turned[2] - start[2]) > 0.5);
+    await page.waitForTimeout(200);
+    assert.deepEqual(await camera(), turned);
+    await page.keyboard.press("2");
+    assert.equal(await page.getByRole("button", { name: "Walk", exact: true }).getAttribute("aria-pressed"), "true");
+    const walking = await camera();
+    // The ground of the two plots lies between 120 and 140 m; eyes are 1.7 m above it.
+    const data = sceneExample();
+    const lowest = Math.min(...data.trees.z) - data.origin.z;
+    const highest = Math.max(...data.trees.z) - data.origin.z;
+    assert.ok(walking[1] >= lowest + 1.6 && walking[1] <= highest + 1.8, `${walking}`);
+    await page.keyboard.press("w");
+    const walked = await camera();
+    assert.ok(Math.hypot(walked[0] - walking[0], walked[2] - walking[2]) > 0.2);
+    await page.getByRole("button", { name: "Turn left" }).press("Enter");
+    await page.getByRole("button", { name: "Walk forward" }).press("Enter");
+    assert.notDeepEqual(await camera(), walked);
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("?");
+    assert.ok(await page.getByRole("dialog").isVisible());
+    await page.keyboard.press("Escape");
+    assert.ok(!(await page.getByRole("dialog").isVisible()));
+  }),
+);
+
+test("a tap chooses and a finger turns", { skip }, () =>
+  withScene(sceneExample(), { hasTouch: true, viewport: { width: 360, height: 640 } }, async (page) => {
+    const at = await page.evaluate(() => window.silvafitView.whereIs(6));
+    const canvas = await page.locator("#canvas").boundingBox();
+    await page.touchscreen.tap(canvas.x + at.x, canvas.y + at.y);
+    assert.notEqual(await page.evaluate(() => window.silvafitView.chosen()), null);
+    const before = await page.evaluate(() => window.silvafitView.camera());
+    const session = await page.context().newCDPSession(page);
+    const finger = (type, x) => session.send("Input.dispatchTouchEvent", { type, touchPoints: type === "touchEnd" ? [] : [{ x: canvas.x + x, y: canvas.y + 150 }] });
+    await finger("touchStart", 100);
+    for (const x of [120, 150, 180]) await finger("touchMove", x);
+    await finger("touchEnd", 180);
+    await page.waitForFunction((old) => window.silvafitView.camera().some((value, axis) => Math.abs(value - old[axis]) > 0.1), before);
+  }),
+);
+
+test("texts of the inventory stay texts", { skip }, () => {
+  const hostile = "</script><img src=x onerror=\"document.title='taken'\">";
+  const data = sceneExample();
+  data.title = hostile;
+  data.trees.tree[0] = hostile;
+  data.species[0] = `<b>${hostile}`;
+  data.plots[0].name = "\u2028<!--<script>";
+  data.notes = [hostile];
+  return withScene(data, {}, async (page) => {
+    assert.equal(await page.locator("img, b").count(), 0);
+    assert.equal(await page.title(), hostile);
+    await page.getByLabel("Color by").selectOption("species");
+    await page.getByRole("button", { name: `Choose plot ${data.plots[0].name}, tree ${hostile}` }).click();
+    assert.ok((await page.locator("#details").innerText()).includes(hostile));
+    assert.equal(await page.locator("img, b").count(), 0);
+  });
+});
+
+test("the picture is saved as PNG", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save picture" }).click()]);
+    assert.equal(download.suggestedFilename(), "silvafit-view.png");
+    const bytes = readFileSync(await download.path());
+    assert.deepEqual([...bytes.subarray(1, 4)].map((code) => String.fromCharCode(code)).join(""), "PNG");
+    assert.ok(bytes.length > 20_000, `${bytes.length} bytes`);
+  }),
+);
+
+test("a page without trees shows its scene, and no list", { skip }, () => {
+  const data = sceneExample();
+  const empty = { ...data, scene: data.models.glb, models: null, variants: [], plots: [], species: [], trees: Object.fromEntries(Object.keys(data.trees).map((name) => [name, []])) };
+  return withScene(empty, {}, async (page) => {
+    assert.ok(drawnShare(await pixels(page)) > 0.01);
+    assert.equal(await page.locator("#search").count(), 0);
+    assert.equal(await page.getByLabel("Color by").count(), 0);
+  });
+});
+
+test("pictures of leaves keep their transparency, in natural and other colors", { skip }, () =>
+  withScene(texturedModels(sceneExample()), {}, async (page) => {
+    // A disk of leaves 4 m across over each tree whose picture is opaque in its left half only, seen from above.
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
+    await page.getByLabel("Detail").selectOption("high");
+    for (const [coloring, isLeaf] of [["natural", (r, g, b) => g > r + 40 && g > b + 40], ["M", (r, g, b) => Math.max(r, g, b) - Math.min(r, g, b) > 30]]) {
+      await page.getByLabel("Color by").selectOption(coloring);
+      const { data } = await pixels(page);
+      let leaves = 0;
+      let black = 0;
+      for (let at = 0; at < data.length; at += 4) {
+        leaves += isLeaf(...data.subarray(at, at + 3)) ? 1 : 0;
+        black += Math.max(...data.subarray(at, at + 3)) < 8 ? 1 : 0;
+      }
+      assert.ok(leaves > 200, `${coloring}: ${leaves} pixels of leaves`);
+      // The transparent half of the picture is black: it must not be seen.
+      assert.ok(black < 50, `${coloring}: ${black} black pixels`);
+    }
+  }),
+);
+
+test("plots with coordinates of their own are shown one at a time", { skip }, () => {
+  const data = sceneExample();
+  const [first] = data.plots;
+  const shift = first.outline[0].map((value, axis) => value - data.plots[1].outline[0][axis]);
+  data.plots[1].outline = first.outline;
+  data.trees.x = data.trees.x.map((x, tree) => (data.trees.plot[tree] === 1 ? x + shift[0] : x));
+  data.trees.y = data.trees.y.map((y, tree) => (data.trees.plot[tree] === 1 ? y + shift[1] : y));
+  return withScene(data, {}, async (page) => {
+    assert.equal((await page.evaluate(() => window.silvafitView.draw())).trees, 9);
+    assert.equal(await page.locator("[data-tree]").count(), 9);
+    assert.ok(await page.getByText("Plots lie on each other").isVisible());
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "all" });
+    assert.equal(await page.locator("[data-tree]").count(), 14);
+  });
+});
+
+const plain = inBrowser(launchWithoutWebGl);
+test("without WebGL the page says so, and the trees can still be looked up", { skip }, () =>
+  plain.withPage(sceneExample(), {}, async (page) => {
+    await page.evaluate(() => window.silvafitView.ready);
+    assert.match(await page.getByRole("alert").innerText(), /no WebGL 2/);
+    await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
+    assert.match(await page.locator("#details").innerText(), /Chosen: plot 2, tree 990/);
+  }),
+);
