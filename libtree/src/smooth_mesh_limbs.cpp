@@ -59,8 +59,7 @@ void Limbs::find_heirs() {
       continue;
     }
     std::uint32_t& heir = heir_of_[parent];
-    if (heir == kNone ||
-        base.radius_m > skeleton_.points[skeleton_.axes[heir].first].radius_m) {
+    if (heir == kNone || base.radius_m > skeleton_.points[skeleton_.axes[heir].first].radius_m) {
       heir = axis;
     }
   }
@@ -151,10 +150,11 @@ Limbs::Place Limbs::away_from_ends(const Limb& limb, Place place, double distanc
 
 HermiteKnot Limbs::on_curve(const Limb& limb, Place place) const {
   const HermitePiece& piece = pieces_[limb.first + place.knot];
+  const double share = piece.share_at(place.share * piece.length_m());
   HermiteKnot knot;
-  knot.at = piece.at(place.share);
+  knot.at = piece.at(share);
   knot.radius_m = piece.radius_m(place.share);
-  knot.rate = piece.rate(place.share);
+  knot.rate = piece.rate(share);
   return knot;
 }
 
@@ -169,8 +169,7 @@ Point Limbs::moved(std::uint32_t axis, Point place) const {
 
 std::size_t Limbs::drawn_knots(const Limb& limb, int wood_order) const {
   std::size_t drawn = 1;
-  while (drawn < limb.count &&
-         static_cast<int>(orders_[limb.first + drawn]) <= wood_order) {
+  while (drawn < limb.count && static_cast<int>(orders_[limb.first + drawn]) <= wood_order) {
     ++drawn;
   }
   return drawn > 1 ? drawn : 0;
@@ -238,7 +237,6 @@ void Limbs::add_limb(std::uint32_t axis) {
   limbs_.back() = limb;
   set_centripetal_parameters(knots);
   set_rates(knots, start);
-  set_monotone_radius_rates(knots);
   if (axis == 0) {
     for (HermiteKnot& knot : knots) {
       // Sections at breast height and below are level.
@@ -246,6 +244,7 @@ void Limbs::add_limb(std::uint32_t axis) {
     }
   }
   for (std::size_t i = 0; i + 1 < knots.size(); ++i) pieces_.emplace_back(knots[i], knots[i + 1]);
+  set_monotone_radii(knots, {pieces_.data() + limb.first, knots.size() - 1});
   pieces_.emplace_back();
 }
 
@@ -264,7 +263,7 @@ void Limbs::place_on_bearer(Limb& limb, std::uint32_t axis) {
   for (std::uint32_t i = 0; i < place.knot; ++i) {
     limb.bearer_along_m += pieces_[bearer.first + i].length_m();
   }
-  limb.bearer_along_m += pieces_[bearer.first + place.knot].length_m(place.share);
+  limb.bearer_along_m += place.share * pieces_[bearer.first + place.knot].length_m();
   const HermiteKnot base = on_curve(bearer, place);
   constexpr double kInside = 0.5;
   if (reach <= kInside * base.radius_m) return;
