@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/tree/ground.hpp"
+#include "silvafit/tree/lsystem_builder.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -110,6 +112,17 @@ std::vector<std::string> file_names(const std::vector<tree::Morphology>& morphol
   return names;
 }
 
+/// The preset of the L-system builder with the user's own grammar; null if there is none.
+std::unique_ptr<const tree::Builder> builder_with_grammar(const tree::BuilderCatalogue& catalogue,
+                                                          const GrowCommand& command) {
+  if (command.grammar.empty()) return nullptr;
+  const tree::Builder& looks = command.preset.empty()
+                                   ? catalogue.fallback(command.builder)
+                                   : catalogue.named(command.builder, command.preset);
+  return dynamic_cast<const tree::LsystemBuilder&>(looks).with_grammar(
+      tree::Grammar::load(command.grammar));
+}
+
 /// Grows the trees of a table and writes them.
 class Grower {
  public:
@@ -118,7 +131,9 @@ class Grower {
          const tree::BuilderCatalogue& catalogue)
       : command_(command),
         morphologies_(morphologies),
-        listed_(builders_of(morphologies, catalogue, command)),
+        with_grammar_(builder_with_grammar(catalogue, command)),
+        listed_(with_grammar_ != nullptr ? std::vector(morphologies.size(), with_grammar_.get())
+                                         : builders_of(morphologies, catalogue, command)),
         builders_(listed_),
         progress_(command.common) {
     for (const tree::Builder*& builder : builders_) {
@@ -327,6 +342,7 @@ class Grower {
 
   const GrowCommand& command_;
   const std::vector<tree::Morphology>& morphologies_;
+  std::unique_ptr<const tree::Builder> with_grammar_;
   std::vector<const tree::Builder*> listed_;  ///< null where no preset lists the species
   std::vector<const tree::Builder*> builders_;
   Progress progress_;
@@ -337,6 +353,9 @@ class Grower {
 };
 
 void check(GrowCommand& command) {
+  if (!command.grammar.empty() && command.builder != tree::BuilderKind::kLsystem) {
+    throw UsageError("--grammar is for --builder lsystem");
+  }
   if (command.scene.empty() == command.out.empty()) {
     throw UsageError("say where the trees go: --scene FILE for all in one, or --out DIR");
   }
@@ -443,6 +462,12 @@ void add_grow_command(CLI::App& program) {
           [options](const std::string& name) { options->builder = tree::builder_from_text(name); },
           "How trees are built: segment, lsystem, ifs or bamboo")
       ->default_str("segment");
+  command
+      ->add_option("--grammar",
+                   options->grammar,
+                   "L-system of your own for all trees, with --builder lsystem; the preset gives "
+                   "crown, taper, bark and leaves")
+      ->type_name("FILE.lsys");
   command->add_option("--plot", options->plots, "Plots to grow, separated by commas (default: all)")
       ->delimiter(',');
   command

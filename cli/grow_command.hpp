@@ -20,6 +20,7 @@ struct GrowCommand {
   std::string file;
   std::string use = "observed";
   std::string preset;
+  std::string grammar;
   std::string scene;
   std::string out;
   tree::BuilderKind builder = tree::BuilderKind::kSegment;

@@ -3,9 +3,26 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/lsystem_builder.hpp"
 #include "species_names.hpp"
 
 namespace silvafit::tree {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<fs::path> presets_in(const fs::path& folder) {
+  std::error_code missing;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder, missing)) {
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  }
+  if (files.empty()) throw InputError("there are no presets in it", {.file = folder.string()});
+  return files;
+}
+
+}  // namespace
 
 BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   BuilderCatalogue catalogue;
@@ -13,6 +30,9 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
       std::make_unique<const PresetCatalogue>(PresetCatalogue::load(models));
   for (const Preset& preset : catalogue.segment_presets_->presets()) {
     catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
+  }
+  for (const fs::path& file : presets_in(models / "lsystems")) {
+    catalogue.builders_.push_back(LsystemBuilder::load(models, file));
   }
   std::sort(catalogue.builders_.begin(),
             catalogue.builders_.end(),

@@ -2,10 +2,14 @@
 // Reading entries of the catalogue: JSON objects whose errors name the file and the field.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -49,8 +53,28 @@ class JsonEntry {
     return value;
   }
 
+  /// \throws InputError naming the first field that is none of these
+  void allow_only(std::initializer_list<std::string_view> fields) const {
+    for (const auto& item : value_.items()) {
+      if (std::find(fields.begin(), fields.end(), item.key()) == fields.end()) {
+        throw InputError("there is no such field", place_of(item.key()));
+      }
+    }
+  }
+
   JsonEntry child(const std::string& field) const {
     return JsonEntry(get<nlohmann::json>(field), file_, path_ + field + ".");
+  }
+
+  /// The objects of a list.
+  std::vector<JsonEntry> children(const std::string& field) const {
+    std::vector<JsonEntry> entries;
+    for (auto& value : get<std::vector<nlohmann::json>>(field)) {
+      const std::string item = path_ + field + '[' + std::to_string(entries.size()) + ']';
+      if (!value.is_object()) throw InputError("is not an object", {.file = file_, .column = item});
+      entries.push_back(JsonEntry(std::move(value), file_, item + '.'));
+    }
+    return entries;
   }
 
   Place place_of(const std::string& field) const {
