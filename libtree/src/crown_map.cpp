@@ -65,8 +65,8 @@ void CrownMap::match_widest(const StandingSkeleton& grown) {
   const double wanted = std::clamp(
       (crown_.hc_m() - crown_.hcb_m()) / (crown_.h_m() - crown_.hcb_m()), kInside, 1.0 - kInside);
   constexpr double kStrongest = 2.5;
-  skew_ = std::clamp(widest * (1.0 - wanted) / (wanted * (1.0 - widest)), 1.0 / kStrongest,
-                     kStrongest);
+  skew_ =
+      std::clamp(widest * (1.0 - wanted) / (wanted * (1.0 - widest)), 1.0 / kStrongest, kStrongest);
 }
 
 /// How far branches reach from the axis at each height, smoothed.
@@ -87,8 +87,7 @@ std::array<double, CrownMap::kLayers> CrownMap::silhouette(const StandingSkeleto
       // Between the layers of its ends a line reaches out no farther than in proportion.
       const auto [low, high] = std::minmax(from, to);
       const double per_layer =
-          from == to ? 0.0
-                     : (out - before) / (static_cast<double>(to) - static_cast<double>(from));
+          from == to ? 0.0 : (out - before) / (static_cast<double>(to) - static_cast<double>(from));
       for (std::size_t k = low; k <= high; ++k) {
         const double there =
             before + per_layer * (static_cast<double>(k) - static_cast<double>(from));

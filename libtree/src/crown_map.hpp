@@ -11,19 +11,19 @@ namespace silvafit::tree {
 
 /// A place in a crown of any size.
 struct CrownPlace {
-  double out = 0.0;       ///< distance from the axis as a share of the crown's radius there, 0 .. 1
-  double x = 1.0;         ///< level direction, of length 1
+  double out = 0.0;  ///< distance from the axis as a share of the crown's radius there, 0 .. 1
+  double x = 1.0;    ///< level direction, of length 1
   double y = 0.0;
-  double z_m = 0.0;       ///< height, before it is bent between the crown's curves
+  double z_m = 0.0;  ///< height, before it is bent between the crown's curves
 };
 
 /// A smooth map from a standing skeleton's space into a crown.
 ///
 /// Heights are stretched so that the first branch begins near the crown base, the widest part comes
 /// near the height of the crown's, and the top is the tree's. At each height distances from the
-/// axis are scaled so that what reaches farthest comes to the crown's curve; lone outliers are drawn
-/// in more. Near both ends, where a crown has no width, branches keep some length and are bent up or
-/// down along the curve instead.
+/// axis are scaled so that what reaches farthest comes to the crown's curve; lone outliers are
+/// drawn in more. Near both ends, where a crown has no width, branches keep some length and are
+/// bent up or down along the curve instead.
 class CrownMap {
  public:
   CrownMap(const StandingSkeleton& grown, const Crown& crown);

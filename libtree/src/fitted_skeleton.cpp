@@ -93,8 +93,8 @@ class Fitter {
     const auto grown_line = line_of(i);
     line_.clear();
     for (std::size_t k = 0; k < grown_line.size(); ++k) {
-      const CrownPlace place =
-          radius_axes_.led(map_.place_of(grown_line[k].at), axis.first + static_cast<std::uint32_t>(k));
+      const CrownPlace place = radius_axes_.led(map_.place_of(grown_line[k].at),
+                                                axis.first + static_cast<std::uint32_t>(k));
       line_.push_back({bent_with_stem(place), grown_line[k].radius_m});
     }
     begin_at(base_of(i));

@@ -104,8 +104,7 @@ class Forking {
       const Point tip = at + size * out;
       const double radius = 0.09 * std::pow(0.7, level);
       const auto axis = tree_.axis(
-          bearer,
-          {{at, radius}, {at + 0.5 * size * out, 0.9 * radius}, {tip, 0.8 * radius}});
+          bearer, {{at, radius}, {at + 0.5 * size * out, 0.9 * radius}, {tip, 0.8 * radius}});
       tree_.leaf(axis, tip, out, 0.1);
       fork(axis, tip, out, 0.75 * size, level + 1);
     }
@@ -157,8 +156,7 @@ void check_stem(const Fitted& tree) {
   for (std::size_t i = 0; i < stem.size(); ++i) {
     if (i > 0) REQUIRE(stem[i].at.z > stem[i - 1].at.z);
     if (stem[i].at.z <= 1.3) REQUIRE((stem[i].at.x == 0.0 && stem[i].at.y == 0.0));
-    const double diameter_cm =
-        taper.diameter_cm(stem[i].at.z, tree.shape.h_m, tree.shape.dbh_cm);
+    const double diameter_cm = taper.diameter_cm(stem[i].at.z, tree.shape.h_m, tree.shape.dbh_cm);
     REQUIRE(200.0 * stem[i].radius_m == Approx(diameter_cm).margin(1e-9));
     if (stem[i].at.z != 1.3) continue;
     at_breast_height = true;
@@ -225,8 +223,7 @@ void check_measurements(const Fitted& tree) {
         {{r.east_m, 0, hc}, {-r.west_m, 0, hc}, {0, -r.south_m, hc}, {0, r.north_m, hc}}};
     for (std::size_t d = 0; d < 4; ++d) {
       const Point tip = line.back().at;
-      ends[d] = ends[d] ||
-                (tip.x == wanted[d].x && tip.y == wanted[d].y && tip.z == wanted[d].z);
+      ends[d] = ends[d] || (tip.x == wanted[d].x && tip.y == wanted[d].y && tip.z == wanted[d].z);
     }
   }
   for (const LeafSite& leaf : skeleton.leaves) {

@@ -109,21 +109,23 @@ class Leader {
       if (grown_.axes[i].order != 1) continue;
       const Candidate& one = candidates_[i];
       const double size = length(one.tip_at - one.base_at);
-      const double gap =
-          std::hypot(1.0 - one.tip.out,
-                     (one.tip.z_m - crown_.hc_m()) / (crown_.h_m() - crown_.hcb_m()));
+      const double gap = std::hypot(
+          1.0 - one.tip.out, (one.tip.z_m - crown_.hc_m()) / (crown_.h_m() - crown_.hcb_m()));
       if (size > 0.0 && gap < least) {
         least = gap;
         from = i;
       }
     }
-    return from == kNone ? kNone : copy(from, turn_to(candidates_[from].tip, kDirections[direction]));
+    return from == kNone ? kNone
+                         : copy(from, turn_to(candidates_[from].tip, kDirections[direction]));
   }
 
   std::uint32_t copy(std::uint32_t branch, double turn_rad) {
     const double c = std::cos(turn_rad);
     const double s = std::sin(turn_rad);
-    const auto turned = [c, s](Point p) { return Point{c * p.x - s * p.y, s * p.x + c * p.y, p.z}; };
+    const auto turned = [c, s](Point p) {
+      return Point{c * p.x - s * p.y, s * p.x + c * p.y, p.z};
+    };
     const auto own = static_cast<std::uint32_t>(grown_.axes.size());
     std::vector<std::uint32_t> number(own, kNone);
     for (std::uint32_t i = branch; i < own; ++i) {
@@ -227,9 +229,8 @@ RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crow
       const auto& from = result.leads_[parent.first + place.segment];
       const auto& to = result.leads_[parent.first + place.segment + 1];
       const auto mix = [&](double a, double b) { return a + place.part * (b - a); };
-      const RadiusAxes::Lead lead{mix(from.turn_rad, to.turn_rad),
-                                  mix(from.out, to.out),
-                                  mix(from.rise_m, to.rise_m)};
+      const RadiusAxes::Lead lead{
+          mix(from.turn_rad, to.turn_rad), mix(from.out, to.out), mix(from.rise_m, to.rise_m)};
       for (std::uint32_t k = 0; k < axis.count; ++k) result.leads_[axis.first + k] = lead;
     }
   }

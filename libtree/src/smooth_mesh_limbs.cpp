@@ -270,8 +270,11 @@ void Limbs::place_on_bearer(Limb& limb, std::uint32_t axis) {
   const Point chord = second.at - base.at;
   const double sine = length(cross(direction(chord), direction(base.rate)));
   constexpr double kFlattest = 0.3;
-  limb.collar_m = std::min(0.5 * length(chord),
-                           (kCorner * base.radius_m + first.radius_m) / std::max(sine, kFlattest));
+  // Well inside the bearer on the side where the limb leaves, so that it has its full thickness
+  // where it is seen.
+  constexpr double kWithin = 0.4;
+  limb.collar_m =
+      std::min(0.5 * length(chord), kWithin * base.radius_m / std::max(sine, kFlattest));
 }
 
 }  // namespace silvafit::tree

@@ -147,8 +147,8 @@ PlaceOnLine nearest_place(std::span<const SkeletonPoint> line, Point point) {
 }
 
 SkeletonPoint at_height(std::span<const SkeletonPoint> line, double z) {
-  const auto above = std::lower_bound(
-      line.begin(), line.end(), z, [](const SkeletonPoint& point, double height) {
+  const auto above =
+      std::lower_bound(line.begin(), line.end(), z, [](const SkeletonPoint& point, double height) {
         return point.at.z < height;
       });
   if (above == line.begin()) return line.front();
