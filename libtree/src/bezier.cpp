@@ -28,14 +28,15 @@ double halved(const CubicBezier& curve, double from, double to, double whole, in
   if (depth == 0 || std::abs(left + right - whole) <= kDigits * (left + right)) {
     return left + right;
   }
-  return halved(curve, from, middle, left, depth - 1) +
-         halved(curve, middle, to, right, depth - 1);
+  return halved(curve, from, middle, left, depth - 1) + halved(curve, middle, to, right, depth - 1);
 }
 
 void check_parameters(std::span<const Point> points, std::span<const double> parameters) {
   if (parameters.size() != points.size()) {
-    throw UsageError("a curve through " + std::to_string(points.size()) + " points needs as many "
-                     "parameters, not " + std::to_string(parameters.size()));
+    throw UsageError("a curve through " + std::to_string(points.size()) +
+                     " points needs as many "
+                     "parameters, not " +
+                     std::to_string(parameters.size()));
   }
   const bool in_order = std::is_sorted(parameters.begin(), parameters.end());
   const bool finite = std::all_of(
@@ -85,8 +86,9 @@ std::vector<double> chord_length_parameters(std::span<const Point> points) {
 
 CubicBezier fit_bezier(std::span<const Point> points, std::span<const double> parameters) {
   if (points.size() < 4) {
-    throw GeometryError("a cubic curve is fitted to at least two points between its ends; there are " +
-                        std::to_string(points.size() < 2 ? 0 : points.size() - 2));
+    throw GeometryError(
+        "a cubic curve is fitted to at least two points between its ends; there are " +
+        std::to_string(points.size() < 2 ? 0 : points.size() - 2));
   }
   check_parameters(points, parameters);
   const Point v0 = points.front();

@@ -71,8 +71,7 @@ TEST_CASE("the fitted curve solves the normal equations and agrees with a QR sol
       const Point p = measured.points[static_cast<std::size_t>(i) + 1];
       const double s = 1.0 - t;
       design.row(i) << 3.0 * t * s * s, 3.0 * t * t * s;
-      const Point r =
-          p - s * s * s * measured.points.front() - t * t * t * measured.points.back();
+      const Point r = p - s * s * s * measured.points.front() - t * t * t * measured.points.back();
       rest.row(i) << r.x, r.y, r.z;
       const Point residual = fitted.at(t) - p;
       first = first + design(i, 0) * residual;
@@ -124,8 +123,7 @@ TEST_CASE("points that do not determine a curve are refused") {
 TEST_CASE("a curve's length is that of the parabola it is") {
   // y = x^2 over [0, 1] as a cubic: length sqrt(5) / 2 + asinh(2) / 4.
   const CubicBezier parabola{{Point{0, 0, 0}, {1.0 / 3, 0, 0}, {2.0 / 3, 1.0 / 3, 0}, {1, 1, 0}}};
-  CHECK(parabola.length_m() ==
-        Approx(std::sqrt(5.0) / 2 + std::asinh(2.0) / 4).epsilon(1e-13));
+  CHECK(parabola.length_m() == Approx(std::sqrt(5.0) / 2 + std::asinh(2.0) / 4).epsilon(1e-13));
   // x = t: the length up to t is (2t sqrt(1 + 4t^2) + asinh(2t)) / 4.
   for (const double t : {0.1, 0.35, 0.8}) {
     CHECK(parabola.length_m(0.0, t) ==
@@ -160,7 +158,8 @@ TEST_CASE("a bent curve has the length, the angle and the side that were asked f
       const Point to = direction(curve.derivative(1.0));
       CHECK(length(from - along) < 1e-12);
       // atan2 keeps its digits at small angles, where acos loses half of them.
-      const double angle = std::atan2(length(cross(from, to)), dot(from, to)) * 180 / std::numbers::pi;
+      const double angle =
+          std::atan2(length(cross(from, to)), dot(from, to)) * 180 / std::numbers::pi;
       CHECK(angle == Approx(sense == 0.0 ? 0.0 : bend).margin(1e-8));
       if (bend > 0.0) {
         const double leaning = dot(to, side);

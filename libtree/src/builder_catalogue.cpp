@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/bamboo.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "species_names.hpp"
 
@@ -13,6 +14,11 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
       std::make_unique<const PresetCatalogue>(PresetCatalogue::load(models));
   for (const Preset& preset : catalogue.segment_presets_->presets()) {
     catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
+  }
+  for (const auto& file : std::filesystem::directory_iterator(models / "bamboo")) {
+    if (file.path().extension() != ".json") continue;
+    catalogue.builders_.push_back(
+        std::make_unique<const BambooBuilder>(BambooPreset::load(models, file.path())));
   }
   std::sort(catalogue.builders_.begin(),
             catalogue.builders_.end(),

@@ -14,7 +14,8 @@ void check(const NormalCloud& cloud) {
     throw UsageError("the expectation of a cloud must lie within its limits");
   }
   if (!(en >= 0.0 && he >= 0.0 && en <= high - low && he <= high - low)) {
-    throw UsageError("the entropies of a cloud must be at least 0 and at most the width of its limits");
+    throw UsageError(
+        "the entropies of a cloud must be at least 0 and at most the width of its limits");
   }
 }
 
@@ -35,7 +36,8 @@ std::vector<std::size_t> appearances(std::span<const double> weights) {
     if (!(weight >= 0.0)) throw UsageError("weights must not be negative");
     sum += weight;
   }
-  if (weights.empty() || !std::isfinite(sum)) throw UsageError("weights must be finite, at least one");
+  if (weights.empty() || !std::isfinite(sum))
+    throw UsageError("weights must be finite, at least one");
   if (sum == 0.0) return std::vector<std::size_t>(weights.size(), 1);
   std::vector<std::size_t> times;
   times.reserve(weights.size());

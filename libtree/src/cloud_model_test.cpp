@@ -52,7 +52,8 @@ TEST_CASE("the cloud has the mean, variance and fourth moment of theory") {
     const NormalCloud cloud{
         .expectation = 50, .entropy = en, .hyper_entropy = he, .low = 0, .high = 100};
     const Moments found = moments_of(drawn(cloud, kDrops, 3));
-    // E s^2 .. E s^8 of s ~ N(En, He); x - Ex = s z, so its moments are those of s times those of z.
+    // E s^2 .. E s^8 of s ~ N(En, He); x - Ex = s z, so its moments are those of s times those of
+    // z.
     const double e2 = en * en;
     const double h2 = he * he;
     const double s2 = e2 + h2;
@@ -72,8 +73,7 @@ TEST_CASE("the cloud has the mean, variance and fourth moment of theory") {
 TEST_CASE("values outside the limits are drawn anew") {
   // Limits one standard deviation from the mean of a normal (He = 0): the variance of a normal cut
   // off at -1 and 1 is 1 - 2 phi(1) / (2 Phi(1) - 1) = 0.2911 (Johnson, Kotz, Balakrishnan 1994).
-  const NormalCloud cloud{
-      .expectation = 5, .entropy = 2, .hyper_entropy = 0, .low = 3, .high = 7};
+  const NormalCloud cloud{.expectation = 5, .entropy = 2, .hyper_entropy = 0, .low = 3, .high = 7};
   const std::vector<double> values = drawn(cloud, 400'000, 4);
   CHECK(*std::min_element(values.begin(), values.end()) >= 3.0);
   CHECK(*std::max_element(values.begin(), values.end()) <= 7.0);
@@ -99,8 +99,7 @@ TEST_CASE("membership falls from 1 at the expectation, on the average to 1 / sqr
   CHECK(in_range);
   const double sd = std::sqrt(1.0 / std::sqrt(3.0) - 0.5);
   CHECK(sum / kDrops == Approx(1.0 / std::sqrt(2.0)).margin(5 * sd / std::sqrt(kDrops)));
-  const CloudDrop still =
-      draw({.expectation = 40, .entropy = 0, .hyper_entropy = 0}, random);
+  const CloudDrop still = draw({.expectation = 40, .entropy = 0, .hyper_entropy = 0}, random);
   CHECK(still.value == 40.0);
   CHECK(still.membership == 1.0);
 }

@@ -2,9 +2,12 @@
 // Reading entries of the catalogue: JSON objects whose errors name the file and the field.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/base/atomic_file.hpp"
@@ -47,6 +50,15 @@ class JsonEntry {
       throw InputError(fmt_range(value, low, high), place_of(field));
     }
     return value;
+  }
+
+  /// \throws InputError naming the first field that is none of these
+  void allow_only(std::initializer_list<std::string_view> fields) const {
+    for (const auto& item : value_.items()) {
+      if (std::find(fields.begin(), fields.end(), item.key()) == fields.end()) {
+        throw InputError("there is no such field", place_of(item.key()));
+      }
+    }
   }
 
   JsonEntry child(const std::string& field) const {

@@ -16,6 +16,9 @@ constexpr double kThickest = 2000.0;
 constexpr double kWidest = 60.0;
 constexpr double kOldest = 5000.0;
 constexpr double kBreastHeight = 1.3;
+constexpr double kMostBent = 60.0;
+constexpr double kSteepestBranch = 70.0;
+constexpr double kMostInternodes = 200.0;
 
 class Checker {
  public:
@@ -67,6 +70,19 @@ void validate_crown(const Morphology& m, const Checker& check) {
   }
 }
 
+void validate_culm(const CulmForm& culm, const Checker& check) {
+  const auto between =
+      [&check](const std::optional<double>& value, double low, double high, const char* column) {
+        check.require(!value || (*value >= low && *value <= high),
+                      column,
+                      fmt::format("{} is outside [{}, {}]", value.value_or(0.0), low, high));
+      };
+  between(culm.bend_deg, 0.0, kMostBent, "bend_deg");
+  between(culm.bend_azimuth_deg, 0.0, 360.0, "bend_azimuth_deg");
+  between(culm.branch_angle_deg, 0.0, kSteepestBranch, "branch_angle_deg");
+  between(culm.internodes, 2.0, kMostInternodes, "internodes");
+}
+
 }  // namespace
 
 void validate(const Morphology& morphology) {
@@ -86,6 +102,7 @@ void validate(const Morphology& morphology) {
                               *morphology.age_years,
                               kOldest));
   }
+  validate_culm(morphology.culm, check);
   check.known(morphology.position.x_m, "x");
   check.known(morphology.position.y_m, "y");
   check.known(morphology.position.z_m, "z");
@@ -96,7 +113,8 @@ TreeShape complete(const Morphology& morphology, double relative_hc, const std::
   TreeShape shape{.dbh_cm = morphology.dbh_cm,
                   .h_m = morphology.h_m,
                   .hcb_m = morphology.hcb_m,
-                  .age_years = morphology.age_years};
+                  .age_years = morphology.age_years,
+                  .culm = morphology.culm};
   if (morphology.hc_m) {
     shape.hc_m = *morphology.hc_m;
   } else {

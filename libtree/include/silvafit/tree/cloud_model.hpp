@@ -10,9 +10,9 @@
 
 namespace silvafit::tree {
 
-/// A normal distribution whose standard deviation is normal, too: En' ~ N(En, He), x ~ N(Ex, |En'|).
-/// Without the limits x has the mean Ex, the variance En^2 + He^2 and the fourth central moment
-/// 3 (En^4 + 6 En^2 He^2 + 3 He^4).
+/// A normal distribution whose standard deviation is normal, too: En' ~ N(En, He), x ~ N(Ex,
+/// |En'|). Without the limits x has the mean Ex, the variance En^2 + He^2 and the fourth central
+/// moment 3 (En^4 + 6 En^2 He^2 + 3 He^4).
 ///
 /// Source: the cloud model as Liu et al. 2022 use it for Phyllostachys pubescens, equation 6.
 struct NormalCloud {
@@ -23,15 +23,15 @@ struct NormalCloud {
   double high = 70.0;
 };
 
-/// A value with the degree to which it belongs to the cloud: exp(-(x - Ex)^2 / (2 En'^2)), in (0, 1];
-/// 1 where En' is 0.
+/// A value with the degree to which it belongs to the cloud: exp(-(x - Ex)^2 / (2 En'^2)), in (0,
+/// 1]; 1 where En' is 0.
 struct CloudDrop {
   double value = 0.0;
   double membership = 1.0;
 };
 
-/// \throws UsageError if the expectation is not inside the limits, an entropy is negative, or one is
-/// larger than the limits are apart, so that most values would fall outside
+/// \throws UsageError if the expectation is not inside the limits, an entropy is negative, or one
+/// is larger than the limits are apart, so that most values would fall outside
 void check(const NormalCloud& cloud);
 
 /// \param cloud  one that check() lets pass
@@ -39,8 +39,8 @@ CloudDrop draw(const NormalCloud& cloud, Random& random);
 
 /// How often each of n values appears: s_i = int(n L_i / sum L).
 ///
-/// A share that is whole but for rounding counts as whole. The sum of s_i is n at most, and never 0:
-/// the largest share is at least the mean, 1. Where all weights are 0 each value appears once.
+/// A share that is whole but for rounding counts as whole. The sum of s_i is n at most, and never
+/// 0: the largest share is at least the mean, 1. Where all weights are 0 each value appears once.
 /// \param weights  L_i; finite, >= 0, at least one
 /// \throws UsageError if they are not
 /// Source: Liu et al. 2022, equation 7.

@@ -23,8 +23,8 @@ class LogisticMap {
 
   /// X_1, X_2, ...; each in (0, 1).
   ///
-  /// Doubles are finitely many, so that a very long sequence may round into 0, 1 or a fixed point; it
-  /// then goes on from another start that follows from x0.
+  /// Doubles are finitely many, so that a very long sequence may round into 0, 1 or a fixed point;
+  /// it then goes on from another start that follows from x0.
   double next();
 
  private:
