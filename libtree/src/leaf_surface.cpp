@@ -5,19 +5,9 @@
 #include <array>
 #include <cmath>
 
+#include "sliver.hpp"
+
 namespace silvafit::tree {
-namespace {
-
-/// Whether a triangle is so small or so narrow that floats could not tell its sides apart.
-bool is_sliver(Point ab, Point ac, Point face) {
-  constexpr double kSmallest = 1e-8;  // m2
-  constexpr double kNarrowest = 2e-5;
-  const double least = std::max(kSmallest, kNarrowest * (dot(ab, ab) + dot(ac, ac)));
-  return dot(face, face) < least * least;
-}
-
-}  // namespace
-
 LeafSurface::LeafSurface(const Crown& crown,
                          const Foliage& foliage,
                          const MeshOptions& options,

@@ -58,16 +58,12 @@ struct OutlineGaps {
   std::array<double, kMost + 1> branch{};
 };
 
-double stem_gap(int sides, int finest) {
-  return outline_gap(sides, equal_area_corner(sides), finest, equal_area_corner(finest));
-}
-
 const OutlineGaps& gaps_to_finest() {
   static const OutlineGaps gaps = [] {
     OutlineGaps result;
     for (int sides = 3; sides <= OutlineGaps::kMost; ++sides) {
       const auto at = static_cast<std::size_t>(sides);
-      result.stem[at] = stem_gap(sides, kLevels[0].stem_sides);
+      result.stem[at] = equal_area_gap(sides, kLevels[0].stem_sides);
       result.branch[at] = outline_gap(sides, 1.0, kLevels[0].branch_sides, 1.0);
     }
     return result;
@@ -133,7 +129,7 @@ class ErrorBound {
         std::max(equal_area_corner(options_.stem_sides), equal_area_corner(finest_.stem_sides));
     const double gap = options_.stem_sides <= OutlineGaps::kMost
                            ? gaps_to_finest().stem[static_cast<std::size_t>(options_.stem_sides)]
-                           : stem_gap(options_.stem_sides, finest_.stem_sides);
+                           : equal_area_gap(options_.stem_sides, finest_.stem_sides);
     needed_sections(points, options_.stem_tolerance_m, kept_);
     double worst = 0.0;
     std::size_t piece = 0;
@@ -199,6 +195,10 @@ class ErrorBound {
 };
 
 }  // namespace
+
+double equal_area_gap(int sides, int other_sides) {
+  return outline_gap(sides, equal_area_corner(sides), other_sides, equal_area_corner(other_sides));
+}
 
 MeshOptions level_of_detail(int level, const MeshOptions& base) {
   if (level < 0 || level >= kLevelsOfDetail) {

@@ -16,4 +16,8 @@ inline int sides_of(const SkeletonPoint& base, const MeshOptions& options) {
   return 2.0 * base.radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
 }
 
+/// Largest distance between the outlines of two regular polygons that have the area of the circle
+/// of radius 1 and the direction of a corner in common.
+double equal_area_gap(int sides, int other_sides);
+
 }  // namespace silvafit::tree

@@ -7,12 +7,11 @@
 
 #include "foliage.hpp"
 #include "level_of_detail.hpp"
+#include "mesh_checks.hpp"
 #include "silvafit/base/error.hpp"
 #include "tube.hpp"
 
 namespace silvafit::tree {
-namespace {
-
 void check_options(const MeshOptions& options) {
   if (options.stem_sides < 3 || options.branch_sides < 3 || options.twig_sides < 3) {
     throw UsageError("a stem or branch needs at least 3 sides");
@@ -26,6 +25,8 @@ void check_options(const MeshOptions& options) {
   }
 }
 
+namespace {
+
 /// Without colors of the vertices, the material has what they are on the whole.
 Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
   constexpr double kInner = 0.25;
@@ -36,6 +37,8 @@ Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
   }
   return color;
 }
+
+}  // namespace
 
 void check_finite(const MeshPart& part) {
   // A number times 0 is 0 unless the number is not finite: a sum that the compiler may vectorize.
@@ -49,8 +52,6 @@ void check_finite(const MeshPart& part) {
                         part_name(part.kind));
   }
 }
-
-}  // namespace
 
 const char* part_name(PartKind kind) {
   switch (kind) {

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// Cubic curves through the points of an axis.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "silvafit/tree/point.hpp"
+
+namespace silvafit::tree {
+
+/// A place that a curve passes through.
+struct HermiteKnot {
+  Point at{};
+  double radius_m = 0.0;
+  double parameter = 0.0;
+  Point rate{};              ///< derivative of the place by the parameter
+  double radius_rate = 0.0;  ///< the same of the radius
+};
+
+/// Sets the parameters of knots whose places are known, none twice in a row: each step is the square
+/// root of the distance. A curve through knots of these parameters has no cusps, and crosses itself
+/// in no piece (Yuksel, Schaefer and Keyser 2011, Computer-Aided Design 43(7), 747-755).
+void set_centripetal_parameters(std::span<HermiteKnot> knots);
+
+/// Sets the rates of all knots: at inner ones those of the parabola through each and its neighbors,
+/// at the last one so that the curve runs out straight. The curve is C1.
+/// \param start  direction in which it leaves the first knot, of length 1
+void set_rates(std::span<HermiteKnot> knots, Point start);
+
+/// Sets the radii's rates so that the radius between two knots stays between theirs (Fritsch and
+/// Carlson 1980, SIAM Journal on Numerical Analysis 17(2), 238-246).
+void set_monotone_radius_rates(std::span<HermiteKnot> knots);
+
+/// The curve between two knots, by the share of the parameter's way, in [0, 1].
+class HermitePiece {
+ public:
+  HermitePiece() = default;
+  HermitePiece(const HermiteKnot& from, const HermiteKnot& to);
+
+  Point at(double share) const { return a_ + share * (b_ + share * (c_ + share * d_)); }
+  /// Derivative by the share.
+  Point rate(double share) const {
+    return b_ + share * (2.0 * c_ + (3.0 * share) * d_);
+  }
+  double radius_m(double share) const {
+    return radius_[0] + share * (radius_[1] + share * (radius_[2] + share * radius_[3]));
+  }
+
+  /// Length of the curve up to there [m], by Gauss and Legendre's rule of five points.
+  double length_m(double share) const;
+  double length_m() const { return length_m_; }
+  /// Where the curve has this length, in [0, length_m()].
+  double share_at(double length_m) const;
+
+  /// How many straight steps of the same length keep to a curve, its tube's radius and its tube's
+  /// corners within the tolerance.
+  double steps_within(double tolerance_m) const;
+
+ private:
+  Point a_{};
+  Point b_{};
+  Point c_{};
+  Point d_{};
+  std::array<double, 4> radius_{};
+  double length_m_ = 0.0;
+};
+
+}  // namespace silvafit::tree

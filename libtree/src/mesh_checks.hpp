@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// What all ways to a mesh ask of their options and their result.
+#pragma once
+
+#include "silvafit/tree/mesh.hpp"
+
+namespace silvafit::tree {
+
+/// \throws UsageError if an option is out of range
+void check_options(const MeshOptions& options);
+
+/// \throws GeometryError if a coordinate is not finite
+void check_finite(const MeshPart& part);
+
+}  // namespace silvafit::tree

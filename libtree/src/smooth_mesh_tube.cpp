@@ -1,0 +1,481 @@
+// SPDX-License-Identifier: MIT
+#include "smooth_mesh_tube.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "moving_frame.hpp"
+#include "polygon.hpp"
+#include "tube.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kBreastHeight = 1.3;
+/// As far as the corners of a triangle with the circle's area stand out.
+constexpr double kFarthestCorner = 1.56;
+
+/// Nothing thinner or shorter than this can be told apart by floats at a height.
+double least_distance_m(double height_m) { return 0.0002 * (1.0 + 0.05 * std::abs(height_m)); }
+
+/// Where the options leave it open, bends may add half as much to the surface's error as the
+/// section's corners.
+double own_tolerance_m(double radius_m, int sides) {
+  constexpr double kFinest = 0.0002;
+  return std::max(0.5 * (equal_area_corner(sides) - 1.0) * radius_m, kFinest);
+}
+
+double tolerance_of(const Limb& limb, double radius_m, int sides, const MeshOptions& options) {
+  const double wanted = limb.axis == 0 ? options.stem_tolerance_m : options.branch_tolerance_m;
+  return wanted > 0.0 ? wanted : own_tolerance_m(radius_m, sides);
+}
+
+int sides_with(const Limb& limb, double radius_m, const MeshOptions& options) {
+  if (limb.axis == 0) return options.stem_sides;
+  return 2.0 * radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
+}
+
+void turn(Ring& ring, Point tangent, Point sideways) {
+  ring.tangent = tangent;
+  ring.sideways = square_to(tangent, sideways);
+  ring.upward = cross(ring.tangent, ring.sideways);
+}
+
+/// Sections of the stem lean no more than keeps them on their side of breast height.
+void limit_lean(Ring& ring) {
+  constexpr double kShare = 0.5;
+  const Point up{0.0, 0.0, 1.0};
+  const double above = ring.at.z - kBreastHeight;
+  if (above <= 0.0) return turn(ring, up, ring.sideways);
+  const double steepest = std::min(kShare * above / (kFarthestCorner * ring.radius_m), 1.0);
+  const Point flat{ring.tangent.x, ring.tangent.y, 0.0};
+  if (length(flat) <= steepest && ring.tangent.z > 0.0) return;
+  if (ring.tangent.z < 0.0 && steepest == 1.0) return;
+  const Point leaning =
+      steepest * direction(flat, up) + std::sqrt(1.0 - steepest * steepest) * up;
+  turn(ring, direction(leaning), ring.sideways);
+}
+
+/// How far the tube is off at a ring that is left out between two others: its middle, its radius,
+/// and its corners as the curve turns.
+double error_between(const Ring& a, const Ring& b, const Ring& ring, double bend) {
+  const double whole = b.along_m - a.along_m;
+  const double part = whole > 0.0 ? (ring.along_m - a.along_m) / whole : 0.0;
+  const auto between = [part](Point from, Point to) { return from + part * (to - from); };
+  const Point middle = ring.at - between(a.at, b.at);
+  const Point sideways = ring.radius_m * ring.sideways -
+                         between(a.radius_m * a.sideways, b.radius_m * b.sideways);
+  const Point upward =
+      ring.radius_m * ring.upward - between(a.radius_m * a.upward, b.radius_m * b.upward);
+  return bend * length(middle) + std::sqrt(std::max(dot(sideways, sideways), dot(upward, upward)));
+}
+
+/// Marks the rings between `first` and `last` without which the tube would be off by more than the
+/// tolerance (Douglas and Peucker 1973).
+void mark_needed(std::span<const Ring> rings,
+                 std::size_t first,
+                 std::size_t last,
+                 double tolerance_m,
+                 double bend,
+                 std::vector<bool>& needed) {
+  double worst = tolerance_m;
+  std::size_t at = first;
+  for (std::size_t i = first + 1; i < last; ++i) {
+    const double error = error_between(rings[first], rings[last], rings[i], bend);
+    if (error > worst) {
+      worst = error;
+      at = i;
+    }
+  }
+  if (at == first) return;
+  needed[at] = true;
+  mark_needed(rings, first, at, tolerance_m, bend, needed);
+  mark_needed(rings, at, last, tolerance_m, bend, needed);
+}
+
+/// Whether all corners of a ring lie ahead of another's, as seen from both.
+bool advances(const Ring& from, const Ring& to, std::span<const Point> corners, double least_m) {
+  return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+    const Point step = to.at + to.radius_m * to.across(corner) -
+                       (from.at + from.radius_m * from.across(corner));
+    return dot(step, from.tangent) > least_m && dot(step, to.tangent) > least_m;
+  });
+}
+
+bool reaches(const Ring& from, const Ring& tip, std::span<const Point> corners, double least_m) {
+  return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+    return dot(tip.at - (from.at + from.radius_m * from.across(corner)), from.tangent) > least_m;
+  });
+}
+
+}  // namespace
+
+std::vector<Point> equal_area_corners(int sides) {
+  std::vector<Point> result = corners(sides);
+  const double enlarged = equal_area_corner(sides);
+  for (Point& corner : result) corner = enlarged * corner;
+  return result;
+}
+
+Ring CurveSampler::ring_at(double along_m) {
+  while (piece_ + 1 < pieces_.size() && along_m > ends_[piece_]) ++piece_;
+  const HermitePiece& piece = pieces_[piece_];
+  const double share = piece.share_at(along_m - (ends_[piece_] - piece.length_m()));
+  Ring ring;
+  ring.at = piece.at(share);
+  ring.radius_m = piece.radius_m(share);
+  ring.tangent = direction(piece.rate(share));
+  ring.along_m = along_m;
+  return ring;
+}
+
+/// Equal steps up to `to_m`, without the first point.
+void CurveSampler::add_steps(double from_m, double to_m, std::vector<Ring>& samples) {
+  const auto steps = static_cast<std::size_t>(std::ceil((to_m - from_m) / step_m_));
+  for (std::size_t i = 1; i <= steps; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(steps);
+    samples.push_back(ring_at(i == steps ? to_m : from_m + share * (to_m - from_m)));
+  }
+}
+
+/// One more where there is none near.
+void CurveSampler::insert(double along_m, std::vector<Ring>& samples) {
+  const auto after = std::lower_bound(
+      samples.begin(), samples.end(), along_m, [](const Ring& ring, double along) {
+        return ring.along_m < along;
+      });
+  if (after == samples.begin() || after == samples.end()) return;
+  const auto before = after - 1;
+  const double near = 0.2 * (after->along_m - before->along_m);
+  if (before != samples.begin() && along_m - before->along_m < near) {
+    before->is_fixed = true;
+  } else if (after + 1 != samples.end() && after->along_m - along_m < near) {
+    after->is_fixed = true;
+  } else {
+    piece_ = 0;
+    Ring ring = ring_at(along_m);
+    ring.is_fixed = true;
+    samples.insert(after, ring);
+  }
+}
+
+void CurveSampler::sample(std::span<const HermitePiece> pieces,
+                          const Limb& limb,
+                          double tolerance_m,
+                          std::vector<Ring>& samples) {
+  constexpr double kMostStepsPerPiece = 24.0;
+  pieces_ = pieces;
+  piece_ = 0;
+  ends_.clear();
+  samples.clear();
+  double whole = 0.0;
+  double per_meter = 0.0;
+  double breast_height_m = 0.0;
+  for (const HermitePiece& piece : pieces) {
+    whole += piece.length_m();
+    ends_.push_back(whole);
+    const double steps = std::min(piece.steps_within(tolerance_m), kMostStepsPerPiece);
+    if (piece.length_m() > 0.0) per_meter = std::max(per_meter, steps / piece.length_m());
+    if (limb.axis == 0 && piece.at(1.0).z <= kBreastHeight) breast_height_m = whole;
+  }
+  const double most = kMostStepsPerPiece * static_cast<double>(pieces.size());
+  step_m_ = whole / std::clamp(per_meter * whole, 1.0, most);
+  samples.push_back(ring_at(0.0));
+  if (breast_height_m > 0.0 && breast_height_m < whole) {
+    add_steps(0.0, breast_height_m, samples);
+    samples.back().at.z = kBreastHeight;
+    samples.back().is_fixed = true;
+    add_steps(breast_height_m, whole, samples);
+  } else {
+    add_steps(0.0, whole, samples);
+  }
+  if (limb.collar_m > 0.0) insert(limb.collar_m, samples);
+  // A blunt end is rounded off.
+  if (limb.axis != 0 && samples.back().radius_m > 0.0) {
+    insert(whole - std::min(samples.back().radius_m, 0.5 * whole), samples);
+  }
+
+  Ring& base = samples.front();
+  const bool is_stem = limb.axis == 0;
+  const Point level = direction(cross({0.0, 0.0, 1.0}, base.tangent), {1.0, 0.0, 0.0});
+  turn(base, base.tangent, is_stem ? Point{1.0, 0.0, 0.0} : level);
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const Ring& before = samples[i - 1];
+    Ring& ring = samples[i];
+    ring.sideways =
+        carried_on(before.at, before.tangent, before.sideways, ring.at, ring.tangent);
+    ring.upward = cross(ring.tangent, ring.sideways);
+  }
+  if (is_stem) std::for_each(samples.begin(), samples.end(), limit_lean);
+}
+
+WoodRings::WoodRings(const Limbs& limbs, const Crown& crown, const MeshOptions& options)
+    : limbs_(limbs),
+      crown_(crown),
+      options_(options),
+      branch_corners_(equal_area_corners(options.branch_sides)),
+      twig_corners_(equal_area_corners(options.twig_sides)) {
+  first_.reserve(limbs.all().size() + 1);
+  first_.push_back(0);
+  for (const Limb& limb : limbs.all()) {
+    add(limb);
+    first_.push_back(rings_.size());
+  }
+}
+
+int WoodRings::sides_of(const Limb& limb) const {
+  return sides_with(limb, limbs_.knots_of(limb).front().radius_m, options_);
+}
+
+std::span<const Point> WoodRings::corners_of(const Limb& limb) const {
+  return sides_of(limb) == options_.branch_sides ? branch_corners_ : twig_corners_;
+}
+
+void WoodRings::add(const Limb& limb) {
+  const std::size_t drawn = limbs_.drawn_knots(limb, options_.wood_order);
+  if (drawn < 2) return;
+  const bool is_stem = limb.axis == 0;
+  const double radius = limbs_.knots_of(limb).front().radius_m;
+  const MeshOptions finest{};
+  const double tolerance = tolerance_of(limb, radius, sides_of(limb), options_);
+  // All levels of detail choose from the same steps.
+  const double step_tolerance =
+      0.25 * std::min(tolerance,
+                      tolerance_of(limb, radius, sides_with(limb, radius, finest), finest));
+  sampler_.sample(limbs_.pieces_of(limb).first(drawn - 1), limb, step_tolerance, samples_);
+  keep_needed(0.75 * tolerance, is_stem ? 1.0 / kBendTolerance : 1.0);
+  if (is_stem) {
+    constexpr double kThinnest = 0.00005;
+    constexpr double kNearest = 0.001;
+    const Ring tip = kept_.back();
+    std::erase_if(kept_, [&](const Ring& ring) {
+      const bool is_tip = ring.along_m == tip.along_m;
+      const bool is_like_tip = ring.radius_m < kThinnest || tip.at.z - ring.at.z < kNearest;
+      return !is_tip && !ring.is_fixed && ring.along_m > 0.0 && is_like_tip;
+    });
+    kept_.back().radius_m = 0.0;
+  } else {
+    const std::span<const Point> corners = corners_of(limb);
+    if (limb.bearer != kNone) place_base(limb, kept_.front());
+    fit_base_into_crown(limb, corners);
+    for (std::size_t i = 1; i + 1 < kept_.size(); ++i) fit_into_crown(kept_[i], corners);
+    keep_advancing(limb, corners);
+    if (kept_.size() < 2) return;
+  }
+  rings_.insert(rings_.end(), kept_.begin(), kept_.end());
+}
+
+void WoodRings::keep_needed(double tolerance_m, double bend) {
+  is_needed_.assign(samples_.size(), false);
+  is_needed_.front() = is_needed_.back() = true;
+  std::size_t from = 0;
+  for (std::size_t i = 1; i < samples_.size(); ++i) {
+    if (!samples_[i].is_fixed && i + 1 < samples_.size()) continue;
+    is_needed_[i] = true;
+    mark_needed(samples_, from, i, tolerance_m, bend, is_needed_);
+    from = i;
+  }
+  kept_.clear();
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    if (is_needed_[i]) kept_.push_back(samples_[i]);
+  }
+}
+
+/// Moves the base onto the bearer as it is drawn, and makes it so small that it is inside.
+void WoodRings::place_base(const Limb& limb, Ring& base) const {
+  const auto rings = of(limb.bearer);
+  if (rings.size() < 2) return;
+  const auto at = [&](double along_m) {
+    auto after = std::upper_bound(
+        rings.begin(), rings.end(), along_m, [](double along, const Ring& ring) {
+          return along < ring.along_m;
+        });
+    after = std::clamp(after, rings.begin() + 1, rings.end() - 1);
+    const Ring& a = *(after - 1);
+    const Ring& b = *after;
+    const double part =
+        std::clamp((along_m - a.along_m) / std::max(b.along_m - a.along_m, 1e-12), 0.0, 1.0);
+    return SkeletonPoint{a.at + part * (b.at - a.at), a.radius_m + part * (b.radius_m - a.radius_m)};
+  };
+  const Limb& bearer = limbs_.all()[limb.bearer];
+  const int bearer_sides = sides_of(bearer);
+  const double inner = equal_area_corner(bearer_sides) * std::cos(std::numbers::pi / bearer_sides);
+  const double corner = equal_area_corner(sides_of(limb));
+  const SkeletonPoint place = at(limb.bearer_along_m);
+  const double reach = corner * base.radius_m;
+  const double thinnest = std::min({place.radius_m,
+                                    at(limb.bearer_along_m - reach).radius_m,
+                                    at(limb.bearer_along_m + reach).radius_m});
+  constexpr double kInside = 0.8;
+  constexpr double kThinnest = 0.0001;
+  base.at = place.at;
+  base.radius_m =
+      std::max(std::min(base.radius_m, kInside * inner * thinnest / corner), kThinnest);
+}
+
+/// A base inside a branch stays where it is, since the branch has been fitted itself; only where
+/// the crown is hollow, so that the straight way between two fitted rings leaves it, the base moves.
+void WoodRings::fit_base_into_crown(const Limb& limb, std::span<const Point> corners) {
+  constexpr double kLetPass = 0.0005;
+  Ring& base = kept_.front();
+  const bool is_on_branch = limb.bearer != kNone && limbs_.all()[limb.bearer].axis != 0;
+  const bool stays =
+      is_on_branch && std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+        return crown_.excess_m(base.at + base.radius_m * base.across(corner)) < kLetPass;
+      });
+  if (!stays) fit_into_crown(base, corners);
+}
+
+/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
+/// fits; half a millimeter is let pass, so that it never becomes a point.
+void WoodRings::fit_into_crown(Ring& ring, std::span<const Point> corners) const {
+  constexpr double kLetPass = 0.0003;
+  ring.radius_m = std::max(ring.radius_m, kLetPass);
+  const auto fits = [&] {
+    return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+      return crown_.contains(ring.at + ring.radius_m * ring.across(corner));
+    });
+  };
+  if (fits()) return;
+  double lowest = 0.0;
+  for (const Point& corner : corners) lowest = std::min(lowest, ring.across(corner).z);
+  const double missing = crown_.hcb_m() - (ring.at.z + ring.radius_m * lowest);
+  if (missing > 0.0) ring.at.z += missing;
+  ring.at = crown_.confine(ring.at);
+  constexpr double kShrink = 0.75;
+  while (!fits() && ring.radius_m > kLetPass) {
+    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
+    if (missing > 0.0) {
+      ring.at.z += (ring.radius_m - smaller) * lowest;
+      ring.at = crown_.confine(ring.at);
+    }
+    ring.radius_m = smaller;
+  }
+  // Beside a direction in which the crown is much narrower a hair's breadth of azimuth counts.
+  constexpr int kMostSteps = 12;
+  for (int i = 1; i <= kMostSteps && !fits(); ++i) {
+    const double away = std::hypot(ring.at.x, ring.at.y);
+    const double nearer = std::max(away - kLetPass * i, 0.0) / std::max(away, kLetPass);
+    ring.at = crown_.confine({nearer * ring.at.x, nearer * ring.at.y, ring.at.z});
+  }
+}
+
+/// Leaves out rings that would fold the tube where a curve turns more sharply than it is thick, or
+/// that floats could not tell apart. Only the tip stays of a limb that is too short.
+void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners) {
+  const Ring tip = kept_.back();
+  const double least = least_distance_m(tip.at.z);
+  const Point whole = tip.at - kept_.front().at;
+  if (length(whole) <= 2.0 * least) {
+    kept_.assign(1, tip);
+    return;
+  }
+  std::size_t kept = 1;
+  for (std::size_t i = 1; i + 1 < kept_.size(); ++i) {
+    if (advances(kept_[kept - 1], kept_[i], corners, least)) kept_[kept++] = kept_[i];
+  }
+  while (kept > 1 && !reaches(kept_[kept - 1], tip, corners, least)) --kept;
+  Ring& base = kept_.front();
+  // A hook that comes back behind its base becomes straight.
+  if (kept == 1 && !reaches(base, tip, corners, least)) {
+    turn(base, direction(whole), base.sideways);
+    fit_base_into_crown(limb, corners);
+  }
+  kept_[kept++] = tip;
+  kept_.resize(kept);
+}
+
+namespace {
+
+/// Joins a ring with the one before it; where there is a seam, the last vertices of both stand where
+/// the first ones do.
+void join(
+    PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t j = !seam && i + 1 == sides ? 0 : i + 1;
+    build.triangle(lower + i, lower + j, upper + j);
+    build.triangle(lower + i, upper + j, upper + i);
+  }
+}
+
+/// By how much the tube gets thinner at a ring, by length. A base that widens in its bearer is not
+/// seen.
+double lean_of(std::span<const Ring> rings, std::size_t k) {
+  const bool widens = k > 0 && rings[k - 1].radius_m < rings[k].radius_m;
+  const Ring& before = k > 0 && !widens ? rings[k - 1] : rings[k];
+  const Ring& after = rings[k + 1];
+  return (before.radius_m - after.radius_m) / std::max(length(after.at - before.at), 1e-9);
+}
+
+void add_foot(const Ring& ring,
+              std::span<const Point> corners,
+              bool textured,
+              PartBuilder& build) {
+  const auto sides = static_cast<std::uint32_t>(corners.size());
+  const std::uint32_t base = build.vertex_count();
+  for (const Point& corner : corners) {
+    build.vertex(ring.at + ring.radius_m * ring.across(corner), -1.0 * ring.tangent);
+    if (textured) {
+      const Point flat = direction(corner);
+      build.texture(
+          {.u = 0.5 + 0.5 * flat.x, .v = 0.5 + 0.5 * flat.y, .tangent = ring.sideways});
+    }
+  }
+  for (std::uint32_t i = 1; i + 1 < sides; ++i) build.triangle(base, base + i + 1, base + i);
+}
+
+}  // namespace
+
+void add_tube(std::span<const Ring> rings,
+              std::span<const Point> corners,
+              bool textured,
+              bool has_foot,
+              PartBuilder& build) {
+  const auto sides = static_cast<std::uint32_t>(corners.size());
+  const std::uint32_t around = textured ? sides + 1 : sides;
+  build.reserve((rings.size() + 1) * around + 1, (2 * rings.size() + 1) * sides);
+  const double per_girth = 1.0 / (kTwoPi * std::max(rings[0].radius_m, rings[1].radius_m));
+  const double per_corner = 1.0 / length(corners[0]);
+  std::uint32_t lower = 0;
+  for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
+    const Ring& ring = rings[k];
+    const double lean = lean_of(rings, k);
+    const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
+    const std::uint32_t first = build.vertex_count();
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const Point& corner = corners[i < sides ? i : 0];
+      const Point outward = ring.across(corner);
+      build.vertex(ring.at + ring.radius_m * outward,
+                   (scale * per_corner) * outward + (scale * lean) * ring.tangent);
+      if (textured) {
+        const Point flat = per_corner * corner;
+        build.texture({.u = static_cast<double>(i) / sides,
+                       .v = -per_girth * ring.along_m,
+                       .tangent = flat.x * ring.upward - flat.y * ring.sideways});
+      }
+    }
+    if (k > 0) {
+      join(build, lower, first, sides, textured);
+    } else if (!has_foot) {
+      for (std::uint32_t i = 1; i + 1 < sides; ++i) {
+        build.triangle(first, first + i + 1, first + i);
+      }
+    }
+    lower = first;
+  }
+  const Ring& last = rings[rings.size() - 2];
+  const Ring& tip = rings.back();
+  const std::uint32_t end = build.vertex(tip.at, direction(tip.at - last.at, last.tangent));
+  if (textured) {
+    build.texture({.u = 0.5, .v = -per_girth * tip.along_m, .tangent = last.sideways});
+  }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t j = !textured && i + 1 == sides ? 0 : i + 1;
+    build.triangle(lower + i, lower + j, end);
+  }
+  if (has_foot) add_foot(rings.front(), corners, textured, build);
+}
+
+}  // namespace silvafit::tree

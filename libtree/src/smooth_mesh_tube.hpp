@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Rings along curves, and the tubes between them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "part_builder.hpp"
+#include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/mesh.hpp"
+#include "smooth_mesh_limbs.hpp"
+
+namespace silvafit::tree {
+
+/// A section of a tube, square to `tangent`. `sideways` and `upward` are square to it and to each
+/// other; all three have length 1.
+struct Ring {
+  Point at{};
+  double radius_m = 0.0;
+  Point tangent{};
+  Point sideways{};
+  Point upward{};
+  double along_m = 0.0;   ///< length of the curve up to here
+  bool is_fixed = false;  ///< drawn whatever the tolerance is
+
+  /// A direction of the plane (x, y) in the plane of the ring.
+  Point across(Point flat) const { return flat.x * sideways + flat.y * upward; }
+};
+
+/// Equal steps of one limb's curve with frames that do not turn about it. The last one is its tip.
+///
+/// On the stem breast height is a step too, the steps below and above it being equal among
+/// themselves, and sections are level below it and nearly so a little above, so that none of them
+/// crosses breast height.
+class CurveSampler {
+ public:
+  /// \param pieces       of the limb's curve, as far as it is drawn
+  /// \param tolerance_m  how far straight lines between the steps may be off
+  void sample(std::span<const HermitePiece> pieces,
+              const Limb& limb,
+              double tolerance_m,
+              std::vector<Ring>& samples);
+
+ private:
+  void add_steps(double from_m, double to_m, std::vector<Ring>& samples);
+  void insert(double along_m, std::vector<Ring>& samples);
+  Ring ring_at(double along_m);
+
+  std::span<const HermitePiece> pieces_{};
+  std::vector<double> ends_;  ///< length of the curve up to the end of each piece
+  double step_m_ = 0.0;       ///< that keeps to the tolerance
+  std::size_t piece_ = 0;     ///< the one that the last step was in
+};
+
+/// The rings that all limbs of a tree are drawn with.
+class WoodRings {
+ public:
+  WoodRings(const Limbs& limbs, const Crown& crown, const MeshOptions& options);
+
+  /// None where a limb is not drawn. The last one is the tip, where the tube ends in a point.
+  std::span<const Ring> of(std::size_t limb) const {
+    return {rings_.data() + first_[limb], first_[limb + 1] - first_[limb]};
+  }
+  int sides_of(const Limb& limb) const;
+
+ private:
+  void add(const Limb& limb);
+  void keep_needed(double tolerance_m, double bend);
+  void place_base(const Limb& limb, Ring& base) const;
+  void fit_into_crown(Ring& ring, std::span<const Point> corners) const;
+  void fit_base_into_crown(const Limb& limb, std::span<const Point> corners);
+  void keep_advancing(const Limb& limb, std::span<const Point> corners);
+  std::span<const Point> corners_of(const Limb& limb) const;
+
+  const Limbs& limbs_;
+  const Crown& crown_;
+  const MeshOptions& options_;
+  CurveSampler sampler_;
+  std::vector<Ring> rings_;
+  std::vector<std::size_t> first_;
+  std::vector<Ring> samples_;         ///< of the limb at hand
+  std::vector<Ring> kept_;            ///< those of them that are drawn
+  std::vector<bool> is_needed_;
+  std::vector<Point> branch_corners_;
+  std::vector<Point> twig_corners_;
+};
+
+/// Corners of the regular polygon that has the area of the circle of radius 1.
+std::vector<Point> equal_area_corners(int sides);
+
+/// Adds a tube that is closed at its base and ends in a point.
+/// \param corners   of its sections, where their radius is 1
+/// \param textured  with a seam, and UVs and tangents for pictures
+/// \param has_foot  its base is seen, and has normals of its own
+void add_tube(std::span<const Ring> rings,
+              std::span<const Point> corners,
+              bool textured,
+              bool has_foot,
+              PartBuilder& build);
+
+}  // namespace silvafit::tree
