@@ -2,6 +2,7 @@
 #include "bamboo_leaves.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -16,6 +17,11 @@ std::uint8_t srgb(double linear) {
   const double c = std::clamp(linear, 0.0, 1.0);
   const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
   return static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+}
+
+double linear_of(std::uint8_t srgb_byte) {
+  const double c = srgb_byte / 255.0;
+  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
 /// A leaf in the picture's unit square, y up: a lens from its base to its tip.
@@ -108,6 +114,40 @@ std::vector<std::shared_ptr<const Texture>> ranked_by_color(
     return color_weight(*a) < color_weight(*b);
   });
   return pictures;
+}
+
+PictureRow side_by_side(const std::vector<std::shared_ptr<const Texture>>& pictures,
+                        std::size_t size,
+                        const std::string& name) {
+  Texture whole{.name = name, .width = std::bit_ceil(pictures.size()) * size, .height = size};
+  whole.rgba.assign(4 * whole.width * whole.height, 0);
+  for (std::size_t k = 0; k < pictures.size(); ++k) {
+    const Texture& picture = *pictures[k];
+    for (std::size_t y = 0; y < size; ++y) {
+      for (std::size_t x = 0; x < size; ++x) {
+        const std::size_t from =
+            4 * ((y * picture.height / size) * picture.width + x * picture.width / size);
+        const std::size_t to = 4 * (y * whole.width + k * size + x);
+        std::copy_n(picture.rgba.begin() + static_cast<std::ptrdiff_t>(from),
+                    4,
+                    whole.rgba.begin() + static_cast<std::ptrdiff_t>(to));
+      }
+    }
+  }
+  const double share = static_cast<double>(size) / static_cast<double>(whole.width);
+  return {std::make_shared<const Texture>(std::move(whole)), share};
+}
+
+Color mean_color(const Texture& picture) {
+  Color sum{};
+  double drawn = 0.0;
+  for (std::size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
+    if (picture.rgba[i + 3] < 128) continue;
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += linear_of(picture.rgba[i + k]);
+    drawn += 1.0;
+  }
+  for (double& channel : sum) channel = drawn > 0.0 ? channel / drawn : 0.0;
+  return sum;
 }
 
 }  // namespace silvafit::tree

@@ -167,6 +167,9 @@ CulmLeaves leaves_of(const JsonEntry& entry) {
                     "dark_color",
                     "bright_color",
                     "grades",
+                    "leaves_per_spray",
+                    "leaf_aspect",
+                    "leaf_length",
                     "light"});
   CulmLeaves leaves;
   leaves.per_twig = whole_number(entry, "per_twig", 1, 20);
@@ -176,6 +179,10 @@ CulmLeaves leaves_of(const JsonEntry& entry) {
   leaves.droop = entry.number("droop", 0.0, 3.0);
   leaves.form = form_of(entry);
   leaves.light = light_of(entry.child("light"));
+  leaves.picture_size = whole_number(entry, "picture_size", 16, 1024);
+  leaves.leaves_per_spray = whole_number(entry, "leaves_per_spray", 1, 20);
+  leaves.leaf_aspect = entry.number("leaf_aspect", 0.02, 1.0);
+  leaves.leaf_length = entry.number("leaf_length", 0.05, 1.0);
   leaves.pictures = ranked_by_color(drawn_pictures(entry));
   return leaves;
 }

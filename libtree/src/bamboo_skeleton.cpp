@@ -26,10 +26,10 @@ struct Shoot {
   double azimuth_rad = 0.0;  ///< from north over east
   double elevation_rad = 0.0;
   double bend_rad = 0.0;
-  double length_share = 1.0;      ///< of the way to the crown curve
-  std::optional<Point> tip{};     ///< where it must end
-  Random random;                  ///< for what it bears
-  bool is_second = false;         ///< of its node
+  double length_share = 1.0;   ///< of the way to the crown curve
+  std::optional<Point> tip{};  ///< where it must end
+  Random random;               ///< for what it bears
+  bool is_second = false;      ///< of its node
 };
 
 Point outward(double azimuth_rad) { return {std::sin(azimuth_rad), std::cos(azimuth_rad), 0.0}; }
@@ -96,8 +96,7 @@ class BambooGrower {
     const Point at = culm_.at(z_m);
     const double away = std::hypot(at.x, at.y);
     constexpr double kRoom = 0.7;
-    return away == 0.0 ||
-           away < kRoom * crown_.radius_m(at.x, at.y) * crown_.relative_width(z_m);
+    return away == 0.0 || away < kRoom * crown_.radius_m(at.x, at.y) * crown_.relative_width(z_m);
   }
 
   /// Nodes with branches; the first is the crown base. At least two, so that a branch can be led to
@@ -280,9 +279,9 @@ class BambooGrower {
     if (!shoot.tip && span < kShortest * std::min(radius_there, shape_.h_m - shape_.hcb_m)) return;
     const std::vector<Point> line = arch(shoot, tip, branches.segments);
     const std::uint32_t axis = begin_axis(1, 0);
-    const double radius = std::max(
-        std::min(0.5 * branches.thickness * span, branches.thickest * shoot.culm_radius_m),
-        kThinnest);
+    const double radius =
+        std::max(std::min(0.5 * branches.thickness * span, branches.thickest * shoot.culm_radius_m),
+                 kThinnest);
     for (std::size_t i = 0; i < line.size(); ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(line.size() - 1);
       add_point(line[i], i + 1 == line.size() ? 0.0 : std::max((1.0 - share) * radius, kThinnest));
@@ -308,8 +307,7 @@ class BambooGrower {
       const double at = share * static_cast<double>(line.size() - 1);
       const std::size_t piece = std::min(static_cast<std::size_t>(at), line.size() - 2);
       const Point step = line[piece + 1] - line[piece];
-      const Point base =
-          crown_.confine(line[piece] + (at - static_cast<double>(piece)) * step);
+      const Point base = crown_.confine(line[piece] + (at - static_cast<double>(piece)) * step);
       const double wanted =
           twigs.relative_length * span_m * (1.0 - (1.0 - twigs.tip_length) * along_share);
       const bool is_left = (i % 2 == 0) == begins_left;
@@ -342,9 +340,8 @@ class BambooGrower {
         crown_.confine(base + 0.5 * reach * along + twigs.droop * reach * Point{0.0, 0.0, 1.0});
     const std::uint32_t axis = begin_axis(skeleton_.axes[bearer].order + 1, bearer);
     constexpr double kOfBearer = 0.7;
-    const double radius =
-        std::max(std::min(0.5 * preset_.branches.thickness * reach, kOfBearer * bearer_radius_m),
-                 kThinnest);
+    const double radius = std::max(
+        std::min(0.5 * preset_.branches.thickness * reach, kOfBearer * bearer_radius_m), kThinnest);
     add_point(base, radius);
     add_point(middle, std::max(0.5 * radius, kThinnest));
     add_point(tip, 0.0);

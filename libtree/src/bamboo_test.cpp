@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -140,7 +141,8 @@ TEST_CASE("internodes are short at the base, longest in the middle and short at 
   for (std::size_t i = 1; i < nodes.size(); ++i) lengths.push_back(nodes[i] - nodes[i - 1]);
   lengths.push_back(14.0 - nodes.back());
   const auto longest = std::max_element(lengths.begin(), lengths.end());
-  CHECK(static_cast<double>(longest - lengths.begin()) / 54.0 == Approx(style.longest_at).margin(0.02));
+  CHECK(static_cast<double>(longest - lengths.begin()) / 54.0 ==
+        Approx(style.longest_at).margin(0.02));
   CHECK(std::is_sorted(lengths.begin(), longest));
   CHECK(std::is_sorted(longest, lengths.end(), std::greater<>()));
   // Half an internode from the ends the shares are a little above those at the ends.
@@ -155,8 +157,8 @@ TEST_CASE("a culm has the internodes that were measured, with a ridge at each no
   culm.culm.internodes = 41;
   const Bamboo bamboo = grown(culm);
   const std::vector<double> ridges = ridges_of(bamboo);
-  // All 40 nodes but any so near to breast height that its ridge would be measured, and the last few,
-  // where the culm tapers so fast that it is thicker below the ridge.
+  // All 40 nodes but any so near to breast height that its ridge would be measured, and the last
+  // few, where the culm tapers so fast that it is thicker below the ridge.
   CHECK(ridges.size() >= 37);
   CHECK(ridges.size() <= 40);
   for (const double z : ridges) CHECK(std::abs(z - 1.3) > 0.001);
@@ -270,7 +272,8 @@ TEST_CASE("leaves are brighter on the sunny side, outside and on outer branches"
   CHECK(at({0, -1, 11}, 2) > at({0, -0.3, 11}, 2));
   CHECK(at({0, -1, 11}, 2) > at({0, -1, 11}, 1));
   CHECK(at({0, -0.3, 13}, 2) > at({0, -0.3, 9}, 2));
-  // Grades of all leaves to the south and to the north; most branches of one culm may be on one side.
+  // Grades of all leaves to the south and to the north; most branches of one culm may be on one
+  // side.
   double south = 0.0;
   double north = 0.0;
   int souths = 0;
@@ -304,7 +307,8 @@ TEST_CASE("pictures are ranked by the color weight of what is drawn") {
     REQUIRE(leaf->rgba.size() == 4 * leaf->width * leaf->height);
     std::size_t drawn = 0;
     for (std::size_t i = 3; i < leaf->rgba.size(); i += 4) drawn += leaf->rgba[i] > 127 ? 1 : 0;
-    const double cover = static_cast<double>(drawn) / static_cast<double>(leaf->width * leaf->height);
+    const double cover =
+        static_cast<double>(drawn) / static_cast<double>(leaf->width * leaf->height);
     CHECK(cover > 0.1);
     CHECK(cover < 0.6);
   }
@@ -338,4 +342,129 @@ TEST_CASE("a wrong bamboo preset is refused with its file and field") {
   CHECK(refused("\"grades\": 4", "\"grades\": 2.5") == "leaves.grades");
   CHECK(refused("\"picture_size\": 64", "\"picture_size\": 65") == "leaves.picture_size");
   CHECK(refused("\"culm_color\": [0.19", "\"culm_color\": [1.9") == "culm_color");
+}
+
+namespace {
+
+void check_measured(const Morphology& tree, const SceneTree& bamboo) {
+  const Measurements& measured = bamboo.measured;
+  const double radius = 0.5 * tree.cw_m.value_or(0.0);
+  const CrownRadii radii = tree.radii.value_or(CrownRadii{radius, radius, radius, radius});
+  // As for the other builders: a centimeter, and a millimeter of DBH.
+  CHECK(measured.h_m == Approx(tree.h_m).margin(0.01));
+  CHECK(measured.hcb_m == Approx(tree.hcb_m).margin(0.01));
+  CHECK(measured.dbh_cm == Approx(tree.dbh_cm).margin(0.1));
+  CHECK(measured.radii.east_m == Approx(radii.east_m).margin(0.01));
+  CHECK(measured.radii.west_m == Approx(radii.west_m).margin(0.01));
+  CHECK(measured.radii.south_m == Approx(radii.south_m).margin(0.01));
+  CHECK(measured.radii.north_m == Approx(radii.north_m).margin(0.01));
+}
+
+}  // namespace
+
+TEST_CASE("any legal bamboo has its measurements on the mesh, closed and inside the crown") {
+  Random random(41);
+  for (int i = 0; i < 120; ++i) {
+    const Morphology tree = test::random_morphology(random, i);
+    INFO("tree " << i << " dbh " << tree.dbh_cm << " h " << tree.h_m << " hcb " << tree.hcb_m
+                 << " cw " << tree.cw_m.value_or(-1.0) << " hc " << tree.hc_m.value_or(-1.0));
+    const Crown crown(moso().shape_of(tree), moso().preset().crown_index);
+    const MeshOptions base{.closed_branches = true, .textured = i % 2 == 0};
+    const MeshOptions options = level_of_detail(i % kLevelsOfDetail, base);
+    const SceneTree bamboo = grow_tree(tree, moso(), {.mesh = options});
+    check_measured(tree, bamboo);
+    for (const MeshPart& part : bamboo.mesh.parts) {
+      INFO(part_name(part.kind));
+      if (part.kind != PartKind::kFoliage) CHECK(test::open_edges(part) == 0);
+      if (part.kind == PartKind::kStem) {
+        CHECK(test::volume_m3(part) > 0.0);
+        continue;
+      }
+      double outside = 0.0;
+      for (std::size_t v = 0; v < part.vertex_count(); ++v) {
+        outside = std::max(outside, crown.excess_m(test::vertex_of(part, v)));
+      }
+      CHECK(outside < 0.001);
+    }
+  }
+}
+
+TEST_CASE("ridges stand out on the culm's mesh, and breast height is as measured") {
+  const SceneTree bamboo = grow_tree(usual_culm(), moso(), {.mesh = level_of_detail(0)});
+  CHECK(bamboo.measured.dbh_cm == Approx(10.0).epsilon(1e-5));
+  const MeshPart& stem = bamboo.mesh.parts.front();
+  // Highest vertices of the tube by height, in the straight part below the crown.
+  std::map<float, double> radius_at;
+  for (std::size_t v = 0; v < stem.vertex_count(); ++v) {
+    const Point at = test::vertex_of(stem, v);
+    if (at.z > 0.5 && at.z < 7.5) {
+      double& radius = radius_at[static_cast<float>(at.z)];
+      radius = std::max(radius, std::hypot(at.x, at.y));
+    }
+  }
+  std::size_t ridges = 0;
+  double before = 1e9;
+  bool rising = false;
+  for (const auto& [z, radius] : radius_at) {
+    if (radius > 1.03 * before) rising = true;
+    if (rising && radius < 0.98 * before) {
+      ++ridges;
+      rising = false;
+    }
+    before = radius;
+  }
+  // 14 m in 54 internodes or so, the longest below the middle: 7 m of it have 20 to 30 nodes.
+  CHECK(ridges >= 18);
+  CHECK(ridges <= 32);
+}
+
+TEST_CASE("cards carry the pictures of their grades") {
+  const SceneTree bamboo = grow_tree(usual_culm(), moso(), {.mesh = {.textured = true}});
+  const MeshPart& foliage = bamboo.mesh.parts.back();
+  REQUIRE(foliage.kind == PartKind::kFoliage);
+  REQUIRE(foliage.texture);
+  const auto grades = moso().style().leaves.pictures.size();
+  CHECK(foliage.texture->width == grades * foliage.texture->height);
+  CHECK(foliage.double_sided);
+  // Two cards of two triangles a site.
+  const Bamboo skeleton = grown(usual_culm());
+  CHECK(foliage.triangle_count() <= 4 * skeleton.skeleton.leaves.size());
+  CHECK(foliage.triangle_count() > 3 * skeleton.skeleton.leaves.size());
+  // Each card lies in one picture.
+  bool in_one = true;
+  for (std::size_t i = 0; i < foliage.triangle_count(); ++i) {
+    double least = 1.0;
+    double most = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double u = foliage.uvs[2 * foliage.indices[3 * i + k]];
+      least = std::min(least, u);
+      most = std::max(most, u);
+    }
+    const double share = 1.0 / static_cast<double>(grades);
+    in_one = in_one && std::abs(most - least - share) < 1e-6;
+  }
+  CHECK(in_one);
+}
+
+TEST_CASE("pictures lie side by side as they are") {
+  const auto one = std::make_shared<const Texture>(
+      Texture{.name = "one", .width = 1, .height = 1, .rgba = {1, 2, 3, 255}});
+  const auto two = std::make_shared<const Texture>(
+      Texture{.name = "two", .width = 2, .height = 1, .rgba = {4, 5, 6, 255, 7, 8, 9, 0}});
+  const PictureRow row = side_by_side({one, two, one}, 2, "row");
+  // Three squares of two pixels and an empty one.
+  CHECK(row.whole->width == 8);
+  CHECK(row.whole->height == 2);
+  CHECK(row.share == 0.25);
+  const std::vector<std::uint8_t> line{1, 2, 3, 255, 1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 0,
+                                       1, 2, 3, 255, 1, 2, 3, 255, 0, 0, 0, 0,   0, 0, 0, 0};
+  const auto& rgba = row.whole->rgba;
+  REQUIRE(rgba.size() == 2 * line.size());
+  CHECK(std::equal(line.begin(), line.end(), rgba.begin()));
+  CHECK(std::equal(line.begin(), line.end(), rgba.begin() + 32));
+  // 188 is the sRGB of 0.5029 (IEC 61966-2-1).
+  const Color mean = mean_color({.width = 2, .height = 1, .rgba = {188, 0, 255, 255, 9, 9, 9, 0}});
+  CHECK(mean[0] == Approx(0.5029).margin(0.0001));
+  CHECK(mean[1] == 0.0);
+  CHECK(mean[2] == 1.0);
 }

@@ -20,9 +20,9 @@ double relative_internode(const CulmStyle& style, double share) {
     return style.internode_base +
            (1.0 - style.internode_base) * std::sin(kQuarter * share / style.longest_at);
   }
-  return style.internode_top + (1.0 - style.internode_top) *
-                                   std::cos(kQuarter * (share - style.longest_at) /
-                                            (1.0 - style.longest_at));
+  return style.internode_top +
+         (1.0 - style.internode_top) *
+             std::cos(kQuarter * (share - style.longest_at) / (1.0 - style.longest_at));
 }
 
 double narrowest_m(const CrownRadii& radii) {
@@ -87,16 +87,17 @@ void Culm::bend(const TreeShape& shape, const Crown& crown, double bend_deg) {
   if (rise < kShortest || bend_deg == 0.0) return;
   // The tip is a little beside the crown curve, but branches must find room around the culm.
   constexpr double kRoom = 0.2;
-  const double most_deg =
-      2.0 * std::atan(kRoom * narrowest_m(crown.radii()) / rise) / kRadian;
+  const double most_deg = 2.0 * std::atan(kRoom * narrowest_m(crown.radii()) / rise) / kRadian;
   if (bend_deg > most_deg && shape.culm.bend_deg) {
-    notes_.push_back({"bend_deg",
-                      fmt::format("bent by {:.1f} degrees, not {}: the crown is too narrow for more",
-                                  most_deg,
-                                  bend_deg)});
+    notes_.push_back(
+        {"bend_deg",
+         fmt::format("bent by {:.1f} degrees, not {}: the crown is too narrow for more",
+                     most_deg,
+                     bend_deg)});
   }
   bent_from_m_ = from;
-  const Point side{std::sin(lean_azimuth_deg_ * kRadian), std::cos(lean_azimuth_deg_ * kRadian), 0.0};
+  const Point side{
+      std::sin(lean_azimuth_deg_ * kRadian), std::cos(lean_azimuth_deg_ * kRadian), 0.0};
   const Point base{0.0, 0.0, from};
   const Point up{0.0, 0.0, 1.0};
   const double used_deg = std::min(bend_deg, most_deg);
@@ -130,7 +131,8 @@ std::vector<SkeletonPoint> Culm::points(const Taper& taper) const {
     // Breast height is measured between two nodes; so is it here.
     constexpr double kLeast = 0.001;
     if (half < kLeast || std::abs(z - kBreastHeight) < half + kLeast) continue;
-    sections.insert(sections.end(), {{z - half, 1.0}, {z, 1.0 + style_.ridge_height}, {z + half, 1.0}});
+    sections.insert(sections.end(),
+                    {{z - half, 1.0}, {z, 1.0 + style_.ridge_height}, {z + half, 1.0}});
   }
   std::sort(sections.begin(), sections.end(), [](const Section& a, const Section& b) {
     return a.z_m < b.z_m;
@@ -142,8 +144,7 @@ std::vector<SkeletonPoint> Culm::points(const Taper& taper) const {
   std::vector<SkeletonPoint> points;
   points.reserve(sections.size() + 1);
   for (std::size_t i = 0; i < sections.size(); ++i) {
-    points.push_back(
-        {at(heights[i]), sections[i].swelling * diameters[i] * kRadiusPerDiameter});
+    points.push_back({at(heights[i]), sections[i].swelling * diameters[i] * kRadiusPerDiameter});
   }
   points.push_back({at(h_m_), 0.0});
   return points;

@@ -20,8 +20,7 @@ double radius_slope(std::span<const HermiteKnot> knots, std::size_t i) {
 void set_centripetal_parameters(std::span<HermiteKnot> knots) {
   knots.front().parameter = 0.0;
   for (std::size_t i = 1; i < knots.size(); ++i) {
-    knots[i].parameter =
-        knots[i - 1].parameter + std::sqrt(length(knots[i].at - knots[i - 1].at));
+    knots[i].parameter = knots[i - 1].parameter + std::sqrt(length(knots[i].at - knots[i - 1].at));
   }
 }
 
@@ -117,8 +116,8 @@ double HermitePiece::steps_within(double tolerance_m) const {
   // The second derivative is linear, so it is largest at an end; between two points of a curve that
   // are a step apart a straight line is off by at most an eighth of it times the step's square.
   const double bend = std::max(length(2.0 * c_), length(2.0 * c_ + 6.0 * d_));
-  const double swell = std::max(std::abs(2.0 * radius_[2]),
-                                std::abs(2.0 * radius_[2] + 6.0 * radius_[3]));
+  const double swell =
+      std::max(std::abs(2.0 * radius_[2]), std::abs(2.0 * radius_[2] + 6.0 * radius_[3]));
   const double thickest = std::max(radius_[0], radius_m(1.0));
   // Corners stand out, and turn with the curve.
   const double turn = length_m_ > 0.0 ? bend / length_m_ : 0.0;

@@ -19,9 +19,9 @@ struct HermiteKnot {
   double radius_rate = 0.0;  ///< the same of the radius
 };
 
-/// Sets the parameters of knots whose places are known, none twice in a row: each step is the square
-/// root of the distance. A curve through knots of these parameters has no cusps, and crosses itself
-/// in no piece (Yuksel, Schaefer and Keyser 2011, Computer-Aided Design 43(7), 747-755).
+/// Sets the parameters of knots whose places are known, none twice in a row: each step is the
+/// square root of the distance. A curve through knots of these parameters has no cusps, and crosses
+/// itself in no piece (Yuksel, Schaefer and Keyser 2011, Computer-Aided Design 43(7), 747-755).
 void set_centripetal_parameters(std::span<HermiteKnot> knots);
 
 /// Sets the rates of all knots: at inner ones those of the parabola through each and its neighbors,
@@ -41,9 +41,7 @@ class HermitePiece {
 
   Point at(double share) const { return a_ + share * (b_ + share * (c_ + share * d_)); }
   /// Derivative by the share.
-  Point rate(double share) const {
-    return b_ + share * (2.0 * c_ + (3.0 * share) * d_);
-  }
+  Point rate(double share) const { return b_ + share * (2.0 * c_ + (3.0 * share) * d_); }
   double radius_m(double share) const {
     return radius_[0] + share * (radius_[1] + share * (radius_[2] + share * radius_[3]));
   }

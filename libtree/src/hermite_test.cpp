@@ -18,7 +18,8 @@ std::vector<HermiteKnot> random_knots(Random& random, std::size_t count) {
   std::vector<HermiteKnot> knots(count);
   Point at{};
   for (HermiteKnot& knot : knots) {
-    at = at + Point{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(0.01, 2.0)};
+    at =
+        at + Point{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(0.01, 2.0)};
     knot.at = at;
     knot.radius_m = random.uniform(0.0, 0.1);
   }
@@ -38,10 +39,14 @@ void check_same(Point a, Point b, double margin) {
 
 TEST_CASE("a Hermite piece is the cubic whose ends it was given") {
   // p(t) = (t^3 - t, 2 t^2, 1 - t + 3 t^3) from t = 1 to t = 3.
-  const auto place = [](double t) { return Point{t * t * t - t, 2 * t * t, 1 - t + 3 * t * t * t}; };
+  const auto place = [](double t) {
+    return Point{t * t * t - t, 2 * t * t, 1 - t + 3 * t * t * t};
+  };
   const auto rate = [](double t) { return Point{3 * t * t - 1, 4 * t, -1 + 9 * t * t}; };
-  const HermiteKnot from{.at = place(1), .radius_m = 8, .parameter = 1, .rate = rate(1), .radius_rate = -3};
-  const HermiteKnot to{.at = place(3), .radius_m = 0, .parameter = 3, .rate = rate(3), .radius_rate = -3};
+  const HermiteKnot from{
+      .at = place(1), .radius_m = 8, .parameter = 1, .rate = rate(1), .radius_rate = -3};
+  const HermiteKnot to{
+      .at = place(3), .radius_m = 0, .parameter = 3, .rate = rate(3), .radius_rate = -3};
   const HermitePiece piece(from, to);
   for (const double share : {0.0, 0.1, 0.37, 0.5, 0.99, 1.0}) {
     const double t = 1.0 + 2.0 * share;
@@ -49,7 +54,8 @@ TEST_CASE("a Hermite piece is the cubic whose ends it was given") {
     check_same(piece.at(share), place(t), 1e-12);
     check_same(piece.rate(share), 2.0 * rate(t), 1e-12);
   }
-  // The radius of cubic r(t) = 8 - 3 (t - 1) + a (t - 1)^2 + b (t - 1)^3 with these ends: a = -1.5, b = 0.5.
+  // The radius of cubic r(t) = 8 - 3 (t - 1) + a (t - 1)^2 + b (t - 1)^3 with these ends: a = -1.5,
+  // b = 0.5.
   CHECK(piece.radius_m(0.25) == Approx(8 - 1.5 - 0.375 + 0.0625).epsilon(1e-14));
 }
 
@@ -91,8 +97,7 @@ TEST_CASE("a curve never strays far from the points that it goes through") {
       const double chord = length(knots[i + 1].at - knots[i].at);
       for (int k = 0; k <= 20; ++k) {
         const Point at = piece.at(k / 20.0);
-        const double nearest =
-            std::min(length(at - knots[i].at), length(at - knots[i + 1].at));
+        const double nearest = std::min(length(at - knots[i].at), length(at - knots[i + 1].at));
         CHECK(nearest <= (2.0 / 3.0 + 1e-9) * chord);
       }
     }

@@ -34,8 +34,9 @@ std::size_t most_points(const LeafLook& look) {
 void check_looks(const Skeleton& skeleton, const SmoothStyle& style) {
   for (const LeafSite& site : skeleton.leaves) {
     if (site.grade < style.leaves.size()) continue;
-    throw UsageError("a leaf is of grade " + std::to_string(site.grade) + ", but there are looks for " +
-                     std::to_string(style.leaves.size()) + " grades only");
+    throw UsageError("a leaf is of grade " + std::to_string(site.grade) +
+                     ", but there are looks for " + std::to_string(style.leaves.size()) +
+                     " grades only");
   }
   for (const LeafLook& look : style.leaves) {
     if (!look.outline.empty() && look.outline.size() < kLeastOutline) {
@@ -85,9 +86,8 @@ void LeafWriter::add(const LeafSite& site, double scale, double shade) {
   build_.reserve(most_points(look), most_points(look));
   begin(site, look, scale, shade);
   // Without its picture a card would be a board.
-  const LeafForm form = options_.textured || look.form == LeafForm::kNeedleFan
-                            ? look.form
-                            : LeafForm::kFivePolygons;
+  const LeafForm form =
+      options_.textured || look.form == LeafForm::kNeedleFan ? look.form : LeafForm::kFivePolygons;
   switch (form) {
     case LeafForm::kFivePolygons:
       return add_outline(look);

@@ -29,8 +29,8 @@ void check_finite(const Skeleton& skeleton) {
 bool has_same_wood(const MeshOptions& a, const MeshOptions& b) {
   return a.stem_sides == b.stem_sides && a.branch_sides == b.branch_sides &&
          a.twig_sides == b.twig_sides && a.thick_branch_m == b.thick_branch_m &&
-         a.stem_tolerance_m == b.stem_tolerance_m &&
-         a.branch_tolerance_m == b.branch_tolerance_m && a.wood_order == b.wood_order;
+         a.stem_tolerance_m == b.stem_tolerance_m && a.branch_tolerance_m == b.branch_tolerance_m &&
+         a.wood_order == b.wood_order;
 }
 
 /// An upper bound of the distance between the surfaces of two sets of rings of the same limbs: that
@@ -89,8 +89,8 @@ class WoodError {
         whole > 0.0 ? std::clamp((ring.along_m - a.along_m) / whole, 0.0, 1.0) : 0.0;
     const auto between = [part](Point from, Point to) { return from + part * (to - from); };
     const Point middle = ring.at - between(a.at, b.at);
-    const Point sideways = ring.radius_m * ring.sideways -
-                           between(a.radius_m * a.sideways, b.radius_m * b.sideways);
+    const Point sideways =
+        ring.radius_m * ring.sideways - between(a.radius_m * a.sideways, b.radius_m * b.sideways);
     const Point upward =
         ring.radius_m * ring.upward - between(a.radius_m * a.upward, b.radius_m * b.upward);
     const double thickest = std::max({ring.radius_m, a.radius_m, b.radius_m});

@@ -59,8 +59,7 @@ void Limbs::find_heirs() {
       continue;
     }
     std::uint32_t& heir = heir_of_[parent];
-    if (heir == kNone ||
-        base.radius_m > skeleton_.points[skeleton_.axes[heir].first].radius_m) {
+    if (heir == kNone || base.radius_m > skeleton_.points[skeleton_.axes[heir].first].radius_m) {
       heir = axis;
     }
   }
@@ -169,8 +168,7 @@ Point Limbs::moved(std::uint32_t axis, Point place) const {
 
 std::size_t Limbs::drawn_knots(const Limb& limb, int wood_order) const {
   std::size_t drawn = 1;
-  while (drawn < limb.count &&
-         static_cast<int>(orders_[limb.first + drawn]) <= wood_order) {
+  while (drawn < limb.count && static_cast<int>(orders_[limb.first + drawn]) <= wood_order) {
     ++drawn;
   }
   return drawn > 1 ? drawn : 0;

@@ -77,9 +77,9 @@ class Limbs {
   const Skeleton& skeleton_;
   std::vector<Limb> limbs_;
   std::vector<HermiteKnot> knots_;
-  std::vector<HermitePiece> pieces_;  ///< that begin at the knots; the last of a limb is empty
-  std::vector<std::uint32_t> orders_;   ///< of the piece that ends at a knot; 0: always drawn
-  std::vector<std::uint32_t> limb_of_;  ///< by axis; kNone where it is not wood
+  std::vector<HermitePiece> pieces_;     ///< that begin at the knots; the last of a limb is empty
+  std::vector<std::uint32_t> orders_;    ///< of the piece that ends at a knot; 0: always drawn
+  std::vector<std::uint32_t> limb_of_;   ///< by axis; kNone where it is not wood
   std::vector<std::uint32_t> first_of_;  ///< by axis: number of its first knot in its limb
   std::vector<std::uint32_t> last_of_;   ///< and of its last one
   std::vector<std::uint32_t> heir_of_;   ///< by axis: the one that goes on from its end

@@ -23,8 +23,12 @@ void add_leaves(Skeleton& skeleton) {
     const Point along = direction(points.back().at - points.front().at);
     const Point facing = direction(cross(along, {0.3, 0.5, 0.1}));
     for (const SkeletonPoint& point : points.subspan(1)) {
-      skeleton.leaves.push_back(
-          {.at = point.at, .along = along, .facing = facing, .length_m = 0.08, .axis = i, .grade = i % 2});
+      skeleton.leaves.push_back({.at = point.at,
+                                 .along = along,
+                                 .facing = facing,
+                                 .length_m = 0.08,
+                                 .axis = i,
+                                 .grade = i % 2});
     }
   }
 }
@@ -164,8 +168,8 @@ std::size_t bases_outside(const Mesh& mesh) {
     const double side = length(test::vertex_of(branches, i) - test::vertex_of(branches, i + 1));
     if (side < kSeen) continue;
     for (std::size_t corner = i; corner < i + 3; ++corner) {
-      const double inside =
-          winding(mesh, test::vertex_of(branches, corner), [&](const MeshPart& part, std::size_t v) {
+      const double inside = winding(
+          mesh, test::vertex_of(branches, corner), [&](const MeshPart& part, std::size_t v) {
             return part.kind == PartKind::kStem || piece[v] != piece[i];
           });
       if (inside < 0.5) ++outside;

@@ -53,8 +53,7 @@ void limit_lean(Ring& ring) {
   const Point flat{ring.tangent.x, ring.tangent.y, 0.0};
   if (length(flat) <= steepest && ring.tangent.z > 0.0) return;
   if (ring.tangent.z < 0.0 && steepest == 1.0) return;
-  const Point leaning =
-      steepest * direction(flat, up) + std::sqrt(1.0 - steepest * steepest) * up;
+  const Point leaning = steepest * direction(flat, up) + std::sqrt(1.0 - steepest * steepest) * up;
   turn(ring, direction(leaning), ring.sideways);
 }
 
@@ -65,8 +64,8 @@ double error_between(const Ring& a, const Ring& b, const Ring& ring, double bend
   const double part = whole > 0.0 ? (ring.along_m - a.along_m) / whole : 0.0;
   const auto between = [part](Point from, Point to) { return from + part * (to - from); };
   const Point middle = ring.at - between(a.at, b.at);
-  const Point sideways = ring.radius_m * ring.sideways -
-                         between(a.radius_m * a.sideways, b.radius_m * b.sideways);
+  const Point sideways =
+      ring.radius_m * ring.sideways - between(a.radius_m * a.sideways, b.radius_m * b.sideways);
   const Point upward =
       ring.radius_m * ring.upward - between(a.radius_m * a.upward, b.radius_m * b.upward);
   return bend * length(middle) + std::sqrt(std::max(dot(sideways, sideways), dot(upward, upward)));
@@ -98,8 +97,8 @@ void mark_needed(std::span<const Ring> rings,
 /// Whether all corners of a ring lie ahead of another's, as seen from both.
 bool advances(const Ring& from, const Ring& to, std::span<const Point> corners, double least_m) {
   return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
-    const Point step = to.at + to.radius_m * to.across(corner) -
-                       (from.at + from.radius_m * from.across(corner));
+    const Point step =
+        to.at + to.radius_m * to.across(corner) - (from.at + from.radius_m * from.across(corner));
     return dot(step, from.tangent) > least_m && dot(step, to.tangent) > least_m;
   });
 }
@@ -142,8 +141,8 @@ void CurveSampler::add_steps(double from_m, double to_m, std::vector<Ring>& samp
 
 /// One more where there is none near.
 void CurveSampler::insert(double along_m, std::vector<Ring>& samples) {
-  const auto after = std::lower_bound(
-      samples.begin(), samples.end(), along_m, [](const Ring& ring, double along) {
+  const auto after =
+      std::lower_bound(samples.begin(), samples.end(), along_m, [](const Ring& ring, double along) {
         return ring.along_m < along;
       });
   if (after == samples.begin() || after == samples.end()) return;
@@ -204,8 +203,7 @@ void CurveSampler::sample(std::span<const HermitePiece> pieces,
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const Ring& before = samples[i - 1];
     Ring& ring = samples[i];
-    ring.sideways =
-        carried_on(before.at, before.tangent, before.sideways, ring.at, ring.tangent);
+    ring.sideways = carried_on(before.at, before.tangent, before.sideways, ring.at, ring.tangent);
     ring.upward = cross(ring.tangent, ring.sideways);
   }
   if (is_stem) std::for_each(samples.begin(), samples.end(), limit_lean);
@@ -242,8 +240,8 @@ void WoodRings::add(const Limb& limb) {
   const double tolerance = tolerance_of(limb, radius, sides_of(limb), options_);
   // All levels of detail choose from the same steps.
   const double step_tolerance =
-      0.25 * std::min(tolerance,
-                      tolerance_of(limb, radius, sides_with(limb, radius, finest), finest));
+      0.25 *
+      std::min(tolerance, tolerance_of(limb, radius, sides_with(limb, radius, finest), finest));
   sampler_.sample(limbs_.pieces_of(limb).first(drawn - 1), limb, step_tolerance, samples_);
   keep_needed(0.75 * tolerance, is_stem ? 1.0 / kBendTolerance : 1.0);
   if (is_stem) {
@@ -288,8 +286,8 @@ void WoodRings::place_base(const Limb& limb, Ring& base) const {
   const auto rings = of(limb.bearer);
   if (rings.size() < 2) return;
   const auto at = [&](double along_m) {
-    auto after = std::upper_bound(
-        rings.begin(), rings.end(), along_m, [](double along, const Ring& ring) {
+    auto after =
+        std::upper_bound(rings.begin(), rings.end(), along_m, [](double along, const Ring& ring) {
           return along < ring.along_m;
         });
     after = std::clamp(after, rings.begin() + 1, rings.end() - 1);
@@ -297,7 +295,8 @@ void WoodRings::place_base(const Limb& limb, Ring& base) const {
     const Ring& b = *after;
     const double part =
         std::clamp((along_m - a.along_m) / std::max(b.along_m - a.along_m, 1e-12), 0.0, 1.0);
-    return SkeletonPoint{a.at + part * (b.at - a.at), a.radius_m + part * (b.radius_m - a.radius_m)};
+    return SkeletonPoint{a.at + part * (b.at - a.at),
+                         a.radius_m + part * (b.radius_m - a.radius_m)};
   };
   const Limb& bearer = limbs_.all()[limb.bearer];
   const int bearer_sides = sides_of(bearer);
@@ -311,12 +310,12 @@ void WoodRings::place_base(const Limb& limb, Ring& base) const {
   constexpr double kInside = 0.8;
   constexpr double kThinnest = 0.0001;
   base.at = place.at;
-  base.radius_m =
-      std::max(std::min(base.radius_m, kInside * inner * thinnest / corner), kThinnest);
+  base.radius_m = std::max(std::min(base.radius_m, kInside * inner * thinnest / corner), kThinnest);
 }
 
 /// A base inside a branch stays where it is, since the branch has been fitted itself; only where
-/// the crown is hollow, so that the straight way between two fitted rings leaves it, the base moves.
+/// the crown is hollow, so that the straight way between two fitted rings leaves it, the base
+/// moves.
 void WoodRings::fit_base_into_crown(const Limb& limb, std::span<const Point> corners) {
   constexpr double kLetPass = 0.0005;
   Ring& base = kept_.front();
@@ -389,8 +388,8 @@ void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners)
 
 namespace {
 
-/// Joins a ring with the one before it; where there is a seam, the last vertices of both stand where
-/// the first ones do.
+/// Joins a ring with the one before it; where there is a seam, the last vertices of both stand
+/// where the first ones do.
 void join(
     PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
   for (std::uint32_t i = 0; i < sides; ++i) {
@@ -409,18 +408,14 @@ double lean_of(std::span<const Ring> rings, std::size_t k) {
   return (before.radius_m - after.radius_m) / std::max(length(after.at - before.at), 1e-9);
 }
 
-void add_foot(const Ring& ring,
-              std::span<const Point> corners,
-              bool textured,
-              PartBuilder& build) {
+void add_foot(const Ring& ring, std::span<const Point> corners, bool textured, PartBuilder& build) {
   const auto sides = static_cast<std::uint32_t>(corners.size());
   const std::uint32_t base = build.vertex_count();
   for (const Point& corner : corners) {
     build.vertex(ring.at + ring.radius_m * ring.across(corner), -1.0 * ring.tangent);
     if (textured) {
       const Point flat = direction(corner);
-      build.texture(
-          {.u = 0.5 + 0.5 * flat.x, .v = 0.5 + 0.5 * flat.y, .tangent = ring.sideways});
+      build.texture({.u = 0.5 + 0.5 * flat.x, .v = 0.5 + 0.5 * flat.y, .tangent = ring.sideways});
     }
   }
   for (std::uint32_t i = 1; i + 1 < sides; ++i) build.triangle(base, base + i + 1, base + i);

@@ -80,8 +80,8 @@ class WoodRings {
   CurveSampler sampler_;
   std::vector<Ring> rings_;
   std::vector<std::size_t> first_;
-  std::vector<Ring> samples_;         ///< of the limb at hand
-  std::vector<Ring> kept_;            ///< those of them that are drawn
+  std::vector<Ring> samples_;  ///< of the limb at hand
+  std::vector<Ring> kept_;     ///< those of them that are drawn
   std::vector<bool> is_needed_;
   std::vector<Point> branch_corners_;
   std::vector<Point> twig_corners_;

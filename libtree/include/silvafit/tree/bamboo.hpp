@@ -33,10 +33,10 @@ struct CulmStyle {
 
 /// First-order branches: two at each node of the crown, nodes alternating between two sides.
 struct CulmBranching {
-  NormalCloud angle{};       ///< elevation above the horizontal at the base [deg]
-  std::size_t values = 14;   ///< of the cloud, from which branches draw
-  double angle_sd_deg = 1.5; ///< of a culm's expectation, where it was not measured
-  double mu = 4.0;           ///< of the logistic map that gives the azimuths
+  NormalCloud angle{};            ///< elevation above the horizontal at the base [deg]
+  std::size_t values = 14;        ///< of the cloud, from which branches draw
+  double angle_sd_deg = 1.5;      ///< of a culm's expectation, where it was not measured
+  double mu = 4.0;                ///< of the logistic map that gives the azimuths
   double pair_spread_deg = 40.0;  ///< between the two branches of a node
   double second_length = 0.72;    ///< of the second branch, as a share of the first's
   double length_low = 0.82;       ///< of the first: shares of the way to the crown curve
@@ -79,8 +79,14 @@ struct CulmLeaves {
   double droop = 0.35;  ///< how far it hangs below the twig's direction
   LeafForm form = LeafForm::kCrossedCards;
   LeafLight light{};
+  int picture_size = 64;  ///< of each picture in the mesh's [pixels], a power of two
   /// By color weight, the darkest first.
   std::vector<std::shared_ptr<const Texture>> pictures{};
+  /// Where there are no pictures: leaves of a spray, width by length, length as a share of the
+  /// spray's.
+  int leaves_per_spray = 5;
+  double leaf_aspect = 0.13;
+  double leaf_length = 0.42;
 };
 
 /// Everything about a bamboo's looks.
@@ -102,9 +108,12 @@ struct BambooPreset {
 /// The culm is a closed tube with a ridge at each node but at breast height; it bends above breast
 /// height and the crown base, as far as it stays in the crown. Branches draw their elevation from a
 /// cloud model and their azimuth from a logistic map. A branch starts at the crown base, and four
-/// end on the crown's widest points, measured from the culm's axis at its base. What was measured of
-/// a culm (TreeShape::culm) takes the place of what the preset says. One tree keeps its nodes and
-/// branches when its crown is measured again.
+/// end on the crown's widest points, measured from the culm's axis at its base. What was measured
+/// of a culm (TreeShape::culm) takes the place of what the preset says. One tree keeps its nodes
+/// and branches when its crown is measured again.
+///
+/// With MeshOptions::textured a spray of leaves is a card, or two crossed ones, with its grade's
+/// picture; without, each of its leaves is drawn as polygons.
 ///
 /// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens; see docs/bamboo.md.
 class BambooBuilder : public Builder {
@@ -121,6 +130,8 @@ class BambooBuilder : public Builder {
 
  private:
   BambooPreset style_;
+  SmoothStyle pictures_{};  ///< looks of cards
+  SmoothStyle single_leaves_{};
 };
 
 /// Heights of the nodes above the ground, the tip left out: internodes are short at the base,
