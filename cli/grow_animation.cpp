@@ -45,9 +45,8 @@ class Animator {
     constexpr std::size_t kBlock = 32;
     for (std::size_t from = 0; from < growing_.size(); from += kBlock) {
       std::vector<GrownStages> block(std::min(kBlock, growing_.size() - from));
-      parallel_for(block.size(), command_.common.threads, [&](std::size_t k) {
-        block[k] = grow(from + k);
-      });
+      parallel_for(
+          block.size(), command_.common.threads, [&](std::size_t k) { block[k] = grow(from + k); });
       for (std::size_t k = 0; k < block.size(); ++k) write(from + k, block[k], *writer);
       progress_.show("growing", from + block.size(), growing_.size());
     }

@@ -27,8 +27,8 @@ std::vector<RowsOfMoment> rows_by(const data::Table& table,
   std::vector<RowsOfMoment> moments(labels.levels().size());
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (labels.is_missing(row)) {
-      left_out.push_back({{.file = table.file(), .line = table.line(row), .column = by},
-                          "its time is missing"});
+      left_out.push_back(
+          {{.file = table.file(), .line = table.line(row), .column = by}, "its time is missing"});
       continue;
     }
     RowsOfMoment& moment = moments[labels.code(row)];
@@ -83,9 +83,8 @@ struct Extent {
 
 Extent extent_of(const Morphology& tree) {
   if (!tree.radii) return {tree.cw_m.value_or(1.0), tree.h_m, tree.cw_m.value_or(1.0)};
-  return {tree.radii->east_m + tree.radii->west_m,
-          tree.h_m,
-          tree.radii->north_m + tree.radii->south_m};
+  return {
+      tree.radii->east_m + tree.radii->west_m, tree.h_m, tree.radii->north_m + tree.radii->south_m};
 }
 
 constexpr std::array<double, 3> kWhole{1.0, 1.0, 1.0};

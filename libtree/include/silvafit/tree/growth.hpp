@@ -57,10 +57,9 @@ struct Pace {
   double growing_up = 1.0;
 };
 
-/// Keyframes of a tree's stages: each is there from its moment to the next stage's, while its height
-/// and widths grow evenly to those of the next; a new tree grows up before its first moment. One
-/// more unit follows the last moment.
-/// \param models  of the stages, in their order
+/// Keyframes of a tree's stages: each is there from its moment to the next stage's, while its
+/// height and widths grow evenly to those of the next; a new tree grows up before its first moment.
+/// One more unit follows the last moment. \param models  of the stages, in their order
 std::vector<AnimatedModel> animated(const GrowingTree& tree,
                                     std::span<const Moment> moments,
                                     std::span<const SceneWriter::Model> models,
