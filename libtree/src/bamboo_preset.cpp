@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <bit>
 #include <cmath>
 
 #include "bamboo_leaves.hpp"
+#include "png_reader.hpp"
 #include "preset_head.hpp"
 #include "silvafit/tree/bamboo.hpp"
 
@@ -140,9 +142,6 @@ LeafForm form_of(const JsonEntry& entry) {
 std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entry) {
   const int grades = whole_number(entry, "grades", 1, 10);
   const int size = whole_number(entry, "picture_size", 16, 1024);
-  if ((size & (size - 1)) != 0) {
-    throw InputError("must be a power of two", entry.place_of("picture_size"));
-  }
   const Color dark = color_of(entry, "dark_color");
   const Color bright = color_of(entry, "bright_color");
   std::vector<std::shared_ptr<const Texture>> pictures;
@@ -152,6 +151,24 @@ std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entr
     for (std::size_t k = 0; k < 3; ++k) color[k] = dark[k] + share * (bright[k] - dark[k]);
     pictures.push_back(std::make_shared<const Texture>(
         bamboo_leaf_picture(static_cast<std::size_t>(size), color, i)));
+  }
+  return pictures;
+}
+
+/// The files beside the preset.
+std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry) {
+  const auto names = entry.get<std::vector<std::string>>("pictures");
+  constexpr std::size_t kMost = 10;
+  if (names.empty() || names.size() > kMost) {
+    throw InputError("must name one to ten PNG files", entry.place_of("pictures"));
+  }
+  std::vector<std::shared_ptr<const Texture>> pictures;
+  for (const std::string& name : names) {
+    const auto file = std::filesystem::path(entry.file()).parent_path() / name;
+    pictures.push_back(std::make_shared<const Texture>(read_png(file)));
+    if (color_weight(*pictures.back()) == 0.0) {
+      throw InputError("nothing can be seen in it", {.file = file.string()});
+    }
   }
   return pictures;
 }
@@ -167,6 +184,7 @@ CulmLeaves leaves_of(const JsonEntry& entry) {
                     "dark_color",
                     "bright_color",
                     "grades",
+                    "pictures",
                     "leaves_per_spray",
                     "leaf_aspect",
                     "leaf_length",
@@ -180,10 +198,14 @@ CulmLeaves leaves_of(const JsonEntry& entry) {
   leaves.form = form_of(entry);
   leaves.light = light_of(entry.child("light"));
   leaves.picture_size = whole_number(entry, "picture_size", 16, 1024);
+  if (!std::has_single_bit(static_cast<unsigned>(leaves.picture_size))) {
+    throw InputError("must be a power of two", entry.place_of("picture_size"));
+  }
   leaves.leaves_per_spray = whole_number(entry, "leaves_per_spray", 1, 20);
   leaves.leaf_aspect = entry.number("leaf_aspect", 0.02, 1.0);
   leaves.leaf_length = entry.number("leaf_length", 0.05, 1.0);
-  leaves.pictures = ranked_by_color(drawn_pictures(entry));
+  leaves.pictures =
+      ranked_by_color(entry.has("pictures") ? read_pictures(entry) : drawn_pictures(entry));
   return leaves;
 }
 

@@ -468,3 +468,44 @@ TEST_CASE("pictures lie side by side as they are") {
   CHECK(mean[1] == 0.0);
   CHECK(mean[2] == 1.0);
 }
+
+TEST_CASE("a preset's own pictures are ranked, whatever their order and size") {
+  // Opaque, packed with Python's zlib: 2 x 1 pixels (200, 220, 90) (180, 210, 80), and 1 x 1
+  // of (20, 60, 15).
+  const std::string bright = std::string(
+      "\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122\000\000"
+      "\000\002\000\000\000\001\010\002\000\000\000\173\100\350\335\000\000\000"
+      "\017\111\104\101\124\170\332\143\070\161\047\152\313\245\000\000\016\173"
+      "\003\325\054\270\227\037\000\000\000\000\111\105\116\104\256\102\140\202",
+      72);
+  const std::string dark = std::string(
+      "\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122\000\000"
+      "\000\001\000\000\000\001\010\002\000\000\000\220\167\123\336\000\000\000"
+      "\014\111\104\101\124\170\332\143\020\261\341\007\000\000\307\000\140\150"
+      "\306\366\207\000\000\000\000\111\105\116\104\256\102\140\202",
+      69);
+  const test::ScratchFile first(bright, ".png");
+  const test::ScratchFile second(dark, ".png");
+  std::ifstream file(test::source_file("models/bamboo/moso.json"));
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  const std::string field = "\"pictures\": [\"" + first.path().filename().string() + "\", \"" +
+                            second.path().filename().string() + "\"], \"per_twig\"";
+  text.replace(text.find("\"per_twig\""), 10, field);
+  const test::ScratchFile preset(text, ".json");
+  const BambooPreset loaded = BambooPreset::load(test::source_file("models"), preset.path());
+  REQUIRE(loaded.leaves.pictures.size() == 2);
+  CHECK(loaded.leaves.pictures[0]->rgba == std::vector<std::uint8_t>{20, 60, 15, 255});
+  CHECK(loaded.leaves.pictures[1]->rgba ==
+        std::vector<std::uint8_t>{200, 220, 90, 255, 180, 210, 80, 255});
+  const BambooBuilder builder(loaded);
+  const SceneTree bamboo = grow_tree(usual_culm(), builder, {.mesh = {.textured = true}});
+  REQUIRE(bamboo.mesh.parts.back().texture);
+  CHECK(bamboo.mesh.parts.back().texture->width == 128);
+
+  const test::ScratchFile broken(bright.substr(0, 40), ".png");
+  text.replace(text.find(first.path().filename().string()),
+               first.path().filename().string().size(),
+               broken.path().filename().string());
+  const test::ScratchFile bad(text, ".json");
+  CHECK_THROWS_AS(BambooPreset::load(test::source_file("models"), bad.path()), InputError);
+}

@@ -136,8 +136,8 @@ TEST_CASE("keyframes show one stage at a time, growing into the next") {
       }
     }
   }
-  CHECK_THROWS_AS(
-      animated(trees[0], all.moments, numbered(trees[0]), {.seconds_per_unit = 0.0}), UsageError);
+  CHECK_THROWS_AS(animated(trees[0], all.moments, numbered(trees[0]), {.seconds_per_unit = 0.0}),
+                  UsageError);
 }
 
 TEST_CASE("an animated scene at rest shows the last moment") {
