@@ -103,9 +103,10 @@ TEST_CASE("any legal bamboo has its measurements on the skeleton and stays insid
 
     double lowest = 1e9;
     double outside = 0.0;
+    bool sound = true;
     for (const Axis& axis : bamboo.skeleton.axes) {
       if (axis.order == 0) continue;
-      CHECK(axis.count >= 2);
+      sound = sound && axis.count >= 2;
       for (const SkeletonPoint& point : bamboo.skeleton.points_of(axis)) {
         lowest = std::min(lowest, point.at.z);
         outside = std::max(outside, bamboo.crown.excess_m(point.at));
@@ -115,12 +116,13 @@ TEST_CASE("any legal bamboo has its measurements on the skeleton and stays insid
       lowest = std::min(lowest, leaf.at.z);
       const Point end = leaf.at + leaf.length_m * leaf.along;
       outside = std::max({outside, bamboo.crown.excess_m(leaf.at), bamboo.crown.excess_m(end)});
-      REQUIRE(length(leaf.along) == Approx(1.0).margin(1e-12));
-      REQUIRE(length(leaf.facing) == Approx(1.0).margin(1e-12));
-      REQUIRE(std::abs(dot(leaf.along, leaf.facing)) < 1e-12);
-      REQUIRE(leaf.grade < moso().style().leaves.pictures.size());
-      REQUIRE(leaf.axis < bamboo.skeleton.axes.size());
+      sound = sound && std::abs(length(leaf.along) - 1.0) < 1e-12 &&
+              std::abs(length(leaf.facing) - 1.0) < 1e-12 &&
+              std::abs(dot(leaf.along, leaf.facing)) < 1e-12 &&
+              leaf.grade < moso().style().leaves.pictures.size() &&
+              leaf.axis < bamboo.skeleton.axes.size();
     }
+    CHECK(sound);
     // Crown curves round where they are steep; a hundredth of a millimeter is no branch.
     CHECK(outside < 1e-5);
     CHECK(lowest == Approx(bamboo.shape.hcb_m).margin(1e-9));

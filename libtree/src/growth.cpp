@@ -2,8 +2,11 @@
 #include "silvafit/tree/growth.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <array>
+#include <iterator>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
 

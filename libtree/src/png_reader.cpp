@@ -31,8 +31,7 @@ Texture read_png(const std::filesystem::path& file) {
     refuse("has more than 4096 pixels to a side");
   }
   image.format = PNG_FORMAT_RGBA;
-  Texture picture{
-      .name = file.filename().string(), .width = image.width, .height = image.height};
+  Texture picture{.name = file.filename().string(), .width = image.width, .height = image.height};
   picture.rgba.resize(PNG_IMAGE_SIZE(image));
   if (png_image_finish_read(&image, nullptr, picture.rgba.data(), 0, nullptr) == 0) {
     refuse(std::string("is a broken PNG picture: ") + image.message);
