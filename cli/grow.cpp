@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/tree/ground.hpp"
+#include "silvafit/tree/lsystem_builder.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -70,7 +72,9 @@ std::string quoted(const std::set<std::string>& names) {
 
 std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
                                                   const tree::BuilderCatalogue& catalogue,
-                                                  const GrowCommand& command) {
+                                                  const GrowCommand& command,
+                                                  const tree::Builder* for_all) {
+  if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
   std::vector<const tree::Builder*> builders;
   std::set<std::string> unknown;
   for (const tree::Morphology& morphology : morphologies) {
@@ -163,18 +167,31 @@ std::vector<std::string> file_names(const std::vector<tree::Morphology>& morphol
   return names;
 }
 
+/// The preset of the L-system builder with the user's own grammar; null if there is none.
+std::unique_ptr<const tree::Builder> builder_with_grammar(const tree::BuilderCatalogue& catalogue,
+                                                          const GrowCommand& command) {
+  if (command.grammar.empty()) return nullptr;
+  const tree::Builder& looks = command.preset.empty()
+                                   ? catalogue.fallback(command.builder)
+                                   : catalogue.named(command.builder, command.preset);
+  return dynamic_cast<const tree::LsystemBuilder&>(looks).with_grammar(
+      tree::Grammar::load(command.grammar));
+}
+
 /// Grows the trees of a table and writes them.
 class Grower {
  public:
-  /// \param stand  all trees that ground and origin are common to
+  /// \param stand    all trees that ground and origin are common to
+  /// \param for_all  as listed_builders()
   Grower(const GrowCommand& command,
          const std::vector<tree::Morphology>& morphologies,
          const std::vector<tree::Morphology>& stand,
-         const tree::BuilderCatalogue& catalogue)
+         const tree::BuilderCatalogue& catalogue,
+         const tree::Builder* for_all)
       : command_(command),
         morphologies_(morphologies),
         stand_(stand),
-        listed_(listed_builders(morphologies, catalogue, command)),
+        listed_(listed_builders(morphologies, catalogue, command, for_all)),
         builders_(listed_),
         progress_(command.common) {
     for (const tree::Builder*& builder : builders_) {
@@ -378,6 +395,9 @@ void check_moments(const GrowCommand& command) {
 }
 
 void check(GrowCommand& command) {
+  if (!command.grammar.empty() && command.builder != tree::BuilderKind::kLsystem) {
+    throw UsageError("--grammar is for --builder lsystem");
+  }
   if (command.scene.empty() == command.out.empty()) {
     throw UsageError("say where the trees go: --scene FILE for all in one, or --out DIR");
   }
@@ -434,6 +454,7 @@ GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment, bo
 struct Sequence {
   GrowResult result{};
   std::vector<tree::Morphology> morphologies{};
+  std::unique_ptr<const tree::Builder> with_grammar{};
   std::vector<const tree::Builder*> builders{};
 };
 
@@ -462,14 +483,16 @@ Sequence grow_moments(const GrowCommand& command,
   for (const tree::Moment& moment : moments) {
     all.morphologies.insert(all.morphologies.end(), moment.trees.begin(), moment.trees.end());
   }
+  all.with_grammar = builder_with_grammar(catalogue, command);
   if (command.animate) {
-    all.result = write_animation(command, moments, all.morphologies, catalogue);
+    all.result =
+        write_animation(command, moments, all.morphologies, catalogue, all.with_grammar.get());
     return all;
   }
   std::size_t before = 0;
   for (const tree::Moment& moment : moments) {
     const GrowCommand one = command.by.empty() ? command : of_moment(command, moment, before == 0);
-    Grower grower(one, moment.trees, all.morphologies, catalogue);
+    Grower grower(one, moment.trees, all.morphologies, catalogue, all.with_grammar.get());
     append(run_named(grower, one), moment.name, before, all.result);
     all.builders.insert(all.builders.end(), grower.builders().begin(), grower.builders().end());
     before += moment.trees.size();
@@ -548,6 +571,12 @@ void add_grow_command(CLI::App& program) {
           [options](const std::string& name) { options->builder = tree::builder_from_text(name); },
           "How trees are built: segment, lsystem, ifs or bamboo")
       ->default_str("segment");
+  command
+      ->add_option("--grammar",
+                   options->grammar,
+                   "L-system of your own for all trees, with --builder lsystem; the preset gives "
+                   "crown, taper, bark and leaves")
+      ->type_name("FILE.lsys");
   command->add_option("--plot", options->plots, "Plots to grow, separated by commas (default: all)")
       ->delimiter(',');
   command

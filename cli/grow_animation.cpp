@@ -18,7 +18,8 @@ class Animator {
   Animator(const GrowCommand& command,
            const std::vector<tree::Moment>& moments,
            const std::vector<tree::Morphology>& stand,
-           const tree::BuilderCatalogue& catalogue)
+           const tree::BuilderCatalogue& catalogue,
+           const tree::Builder* for_all)
       : command_(command),
         moments_(moments),
         stand_(stand),
@@ -28,7 +29,7 @@ class Animator {
         progress_(command.common) {
     std::vector<tree::Morphology> first;
     for (const tree::GrowingTree& tree : growing_) first.push_back(tree.stages.front().tree);
-    builders_ = listed_builders(first, catalogue, command);
+    builders_ = listed_builders(first, catalogue, command, for_all);
     if (command.builder == tree::BuilderKind::kBamboo) {
       // Song et al. 2016, Scientific Reports 6: 25908: moso culms are as high and thick as they
       // will be 38 days after they shoot.
@@ -114,8 +115,9 @@ class Animator {
 GrowResult write_animation(const GrowCommand& command,
                            const std::vector<tree::Moment>& moments,
                            const std::vector<tree::Morphology>& stand,
-                           const tree::BuilderCatalogue& catalogue) {
-  return Animator(command, moments, stand, catalogue).run();
+                           const tree::BuilderCatalogue& catalogue,
+                           const tree::Builder* for_all) {
+  return Animator(command, moments, stand, catalogue, for_all).run();
 }
 
 }  // namespace silvafit::cli

@@ -21,6 +21,7 @@ struct GrowCommand {
   std::string file;
   std::string use = "observed";
   std::string preset;
+  std::string grammar;
   std::string scene;
   std::string out;
   tree::BuilderKind builder = tree::BuilderKind::kSegment;
@@ -68,7 +69,8 @@ struct GrowResult {
 /// preset lists it, which is said.
 std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
                                                   const tree::BuilderCatalogue& catalogue,
-                                                  const GrowCommand& command);
+                                                  const GrowCommand& command,
+                                                  const tree::Builder* for_all);
 
 tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin);
 
@@ -83,7 +85,8 @@ void add_ground(const GrowCommand& command,
 GrowResult write_animation(const GrowCommand& command,
                            const std::vector<tree::Moment>& moments,
                            const std::vector<tree::Morphology>& stand,
-                           const tree::BuilderCatalogue& catalogue);
+                           const tree::BuilderCatalogue& catalogue,
+                           const tree::Builder* for_all);
 
 /// Prints the result for people, or as JSON.
 void report_grown(const GrowCommand& command,

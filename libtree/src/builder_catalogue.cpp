@@ -4,9 +4,26 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/bamboo.hpp"
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/lsystem_builder.hpp"
 #include "species_names.hpp"
 
 namespace silvafit::tree {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<fs::path> presets_in(const fs::path& folder) {
+  std::error_code missing;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder, missing)) {
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  }
+  if (files.empty()) throw InputError("there are no presets in it", {.file = folder.string()});
+  return files;
+}
+
+}  // namespace
 
 BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   BuilderCatalogue catalogue;
@@ -15,10 +32,12 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   for (const Preset& preset : catalogue.segment_presets_->presets()) {
     catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
   }
-  for (const auto& file : std::filesystem::directory_iterator(models / "bamboo")) {
-    if (file.path().extension() != ".json") continue;
+  for (const fs::path& file : presets_in(models / "lsystems")) {
+    catalogue.builders_.push_back(LsystemBuilder::load(models, file));
+  }
+  for (const fs::path& file : presets_in(models / "bamboo")) {
     catalogue.builders_.push_back(
-        std::make_unique<const BambooBuilder>(BambooPreset::load(models, file.path())));
+        std::make_unique<const BambooBuilder>(BambooPreset::load(models, file)));
   }
   std::sort(catalogue.builders_.begin(),
             catalogue.builders_.end(),

@@ -7,12 +7,11 @@
 namespace silvafit::tree {
 namespace {
 
+/// Least speed at the end of a piece, as a share of its mean, with which shares are first guessed.
+constexpr double kSlowest = 1.0 / 3.0;
+
 double step_of(std::span<const HermiteKnot> knots, std::size_t i) {
   return knots[i + 1].parameter - knots[i].parameter;
-}
-
-double radius_slope(std::span<const HermiteKnot> knots, std::size_t i) {
-  return (knots[i + 1].radius_m - knots[i].radius_m) / step_of(knots, i);
 }
 
 }  // namespace
@@ -42,28 +41,6 @@ void set_rates(std::span<HermiteKnot> knots, Point start) {
   knots[last].rate = 1.5 * before - 0.5 * knots[last - 1].rate;
 }
 
-void set_monotone_radius_rates(std::span<HermiteKnot> knots) {
-  const std::size_t last = knots.size() - 1;
-  double before = radius_slope(knots, 0);
-  knots.front().radius_rate = before;
-  for (std::size_t i = 1; i < last; ++i) {
-    const double after = radius_slope(knots, i);
-    double& rate = knots[i].radius_rate;
-    if (before * after <= 0.0) {
-      rate = 0.0;
-    } else {
-      // The weighted harmonic mean lies in the region where the cubic is monotone.
-      const double left = step_of(knots, i - 1);
-      const double right = step_of(knots, i);
-      const double w1 = 2.0 * right + left;
-      const double w2 = right + 2.0 * left;
-      rate = (w1 + w2) / (w1 / before + w2 / after);
-    }
-    before = after;
-  }
-  knots[last].radius_rate = before;
-}
-
 HermitePiece::HermitePiece(const HermiteKnot& from, const HermiteKnot& to) {
   const double step = to.parameter - from.parameter;
   a_ = from.at;
@@ -72,11 +49,14 @@ HermitePiece::HermitePiece(const HermiteKnot& from, const HermiteKnot& to) {
   const Point chord = to.at - from.at;
   c_ = 3.0 * chord - 2.0 * b_ - end;
   d_ = b_ + end - 2.0 * chord;
-  const double r1 = step * from.radius_rate;
-  const double r2 = step * to.radius_rate;
-  const double change = to.radius_m - from.radius_m;
-  radius_ = {from.radius_m, r1, 3.0 * change - 2.0 * r1 - r2, r1 + r2 - 2.0 * change};
   length_m_ = length_m(1.0);
+}
+
+void HermitePiece::set_radius(double from_m, double from_slope, double to_m, double to_slope) {
+  const double r1 = length_m_ * from_slope;
+  const double r2 = length_m_ * to_slope;
+  const double change = to_m - from_m;
+  radius_ = {from_m, r1, 3.0 * change - 2.0 * r1 - r2, r1 + r2 - 2.0 * change};
 }
 
 double HermitePiece::length_m(double share) const {
@@ -95,8 +75,15 @@ double HermitePiece::length_m(double share) const {
 double HermitePiece::share_at(double wanted_m) const {
   if (wanted_m <= 0.0) return 0.0;
   if (wanted_m >= length_m_) return 1.0;
+  // The share as a cubic of the length that has the right slopes at both ends, where these are such
+  // that it rises between them.
+  const double part = wanted_m / length_m_;
+  const double first = length_m_ / std::max(length(rate(0.0)), kSlowest * length_m_);
+  const double last = length_m_ / std::max(length(rate(1.0)), kSlowest * length_m_);
+  double share = part * (first + part * (3.0 - 2.0 * first - last + part * (first + last - 2.0)));
   const double enough = 1e-6 * length_m_;
-  double share = wanted_m / length_m_;
+  // After a step from this near, Newton's method is near enough.
+  const double nearly = 1e-3 * length_m_;
   double low = 0.0;
   double high = 1.0;
   constexpr int kMost = 20;
@@ -106,8 +93,10 @@ double HermitePiece::share_at(double wanted_m) const {
     (off > 0.0 ? high : low) = share;
     const double speed = length(rate(share));
     const double next = speed > 0.0 ? share - off / speed : low;
-    // Newton's step, or where it leads astray the middle of what is left.
-    share = next > low && next < high ? next : 0.5 * (low + high);
+    // Where Newton's step leads astray, the middle of what is left.
+    const bool is_inside = next > low && next < high;
+    share = is_inside ? next : 0.5 * (low + high);
+    if (is_inside && std::abs(off) < nearly) break;
   }
   return share;
 }
@@ -122,6 +111,31 @@ double HermitePiece::steps_within(double tolerance_m) const {
   // Corners stand out, and turn with the curve.
   const double turn = length_m_ > 0.0 ? bend / length_m_ : 0.0;
   return std::sqrt((bend + swell + thickest * turn * turn) / (8.0 * tolerance_m));
+}
+
+void set_monotone_radii(std::span<const HermiteKnot> knots, std::span<HermitePiece> pieces) {
+  const auto slope_of = [&](std::size_t i) {
+    return (knots[i + 1].radius_m - knots[i].radius_m) / pieces[i].length_m();
+  };
+  double before = slope_of(0);
+  double from_slope = before;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const double after = i + 1 < pieces.size() ? slope_of(i + 1) : before;
+    double to_slope = before;
+    if (before * after <= 0.0) {
+      to_slope = i + 1 < pieces.size() ? 0.0 : before;
+    } else if (before != after) {
+      // The weighted harmonic mean lies in the region where the cubic is monotone.
+      const double left = pieces[i].length_m();
+      const double right = pieces[i + 1].length_m();
+      const double w1 = 2.0 * right + left;
+      const double w2 = right + 2.0 * left;
+      to_slope = (w1 + w2) / (w1 / before + w2 / after);
+    }
+    pieces[i].set_radius(knots[i].radius_m, from_slope, knots[i + 1].radius_m, to_slope);
+    from_slope = to_slope;
+    before = after;
+  }
 }
 
 }  // namespace silvafit::tree

@@ -15,8 +15,7 @@ struct HermiteKnot {
   Point at{};
   double radius_m = 0.0;
   double parameter = 0.0;
-  Point rate{};              ///< derivative of the place by the parameter
-  double radius_rate = 0.0;  ///< the same of the radius
+  Point rate{};  ///< derivative of the place by the parameter
 };
 
 /// Sets the parameters of knots whose places are known, none twice in a row: each step is the
@@ -29,10 +28,6 @@ void set_centripetal_parameters(std::span<HermiteKnot> knots);
 /// \param start  direction in which it leaves the first knot, of length 1
 void set_rates(std::span<HermiteKnot> knots, Point start);
 
-/// Sets the radii's rates so that the radius between two knots stays between theirs (Fritsch and
-/// Carlson 1980, SIAM Journal on Numerical Analysis 17(2), 238-246).
-void set_monotone_radius_rates(std::span<HermiteKnot> knots);
-
 /// The curve between two knots, by the share of the parameter's way, in [0, 1].
 class HermitePiece {
  public:
@@ -42,9 +37,13 @@ class HermitePiece {
   Point at(double share) const { return a_ + share * (b_ + share * (c_ + share * d_)); }
   /// Derivative by the share.
   Point rate(double share) const { return b_ + share * (2.0 * c_ + (3.0 * share) * d_); }
-  double radius_m(double share) const {
-    return radius_[0] + share * (radius_[1] + share * (radius_[2] + share * radius_[3]));
+  /// By the share of the length, not of the parameter's way.
+  double radius_m(double length_share) const {
+    return radius_[0] +
+           length_share * (radius_[1] + length_share * (radius_[2] + length_share * radius_[3]));
   }
+  /// The cubic with these radii at its ends, and these slopes by the curve's length.
+  void set_radius(double from_m, double from_slope, double to_m, double to_slope);
 
   /// Length of the curve up to there [m], by Gauss and Legendre's rule of five points.
   double length_m(double share) const;
@@ -64,5 +63,10 @@ class HermitePiece {
   std::array<double, 4> radius_{};
   double length_m_ = 0.0;
 };
+
+/// Sets the radii along pieces so that the radius between two knots stays between theirs, and
+/// straight cones stay straight (Fritsch and Carlson 1980, SIAM Journal on Numerical Analysis
+/// 17(2), 238-246).
+void set_monotone_radii(std::span<const HermiteKnot> knots, std::span<HermitePiece> pieces);
 
 }  // namespace silvafit::tree

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -63,6 +64,17 @@ class JsonEntry {
 
   JsonEntry child(const std::string& field) const {
     return JsonEntry(get<nlohmann::json>(field), file_, path_ + field + ".");
+  }
+
+  /// The objects of a list.
+  std::vector<JsonEntry> children(const std::string& field) const {
+    std::vector<JsonEntry> entries;
+    for (auto& value : get<std::vector<nlohmann::json>>(field)) {
+      const std::string item = path_ + field + '[' + std::to_string(entries.size()) + ']';
+      if (!value.is_object()) throw InputError("is not an object", {.file = file_, .column = item});
+      entries.push_back(JsonEntry(std::move(value), file_, item + '.'));
+    }
+    return entries;
   }
 
   Place place_of(const std::string& field) const {

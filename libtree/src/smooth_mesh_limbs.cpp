@@ -150,10 +150,11 @@ Limbs::Place Limbs::away_from_ends(const Limb& limb, Place place, double distanc
 
 HermiteKnot Limbs::on_curve(const Limb& limb, Place place) const {
   const HermitePiece& piece = pieces_[limb.first + place.knot];
+  const double share = piece.share_at(place.share * piece.length_m());
   HermiteKnot knot;
-  knot.at = piece.at(place.share);
+  knot.at = piece.at(share);
   knot.radius_m = piece.radius_m(place.share);
-  knot.rate = piece.rate(place.share);
+  knot.rate = piece.rate(share);
   return knot;
 }
 
@@ -236,7 +237,6 @@ void Limbs::add_limb(std::uint32_t axis) {
   limbs_.back() = limb;
   set_centripetal_parameters(knots);
   set_rates(knots, start);
-  set_monotone_radius_rates(knots);
   if (axis == 0) {
     for (HermiteKnot& knot : knots) {
       // Sections at breast height and below are level.
@@ -244,6 +244,7 @@ void Limbs::add_limb(std::uint32_t axis) {
     }
   }
   for (std::size_t i = 0; i + 1 < knots.size(); ++i) pieces_.emplace_back(knots[i], knots[i + 1]);
+  set_monotone_radii(knots, {pieces_.data() + limb.first, knots.size() - 1});
   pieces_.emplace_back();
 }
 
@@ -262,15 +263,18 @@ void Limbs::place_on_bearer(Limb& limb, std::uint32_t axis) {
   for (std::uint32_t i = 0; i < place.knot; ++i) {
     limb.bearer_along_m += pieces_[bearer.first + i].length_m();
   }
-  limb.bearer_along_m += pieces_[bearer.first + place.knot].length_m(place.share);
+  limb.bearer_along_m += place.share * pieces_[bearer.first + place.knot].length_m();
   const HermiteKnot base = on_curve(bearer, place);
   constexpr double kInside = 0.5;
   if (reach <= kInside * base.radius_m) return;
   const Point chord = second.at - base.at;
   const double sine = length(cross(direction(chord), direction(base.rate)));
   constexpr double kFlattest = 0.3;
-  limb.collar_m = std::min(0.5 * length(chord),
-                           (kCorner * base.radius_m + first.radius_m) / std::max(sine, kFlattest));
+  // Well inside the bearer on the side where the limb leaves, so that it has its full thickness
+  // where it is seen.
+  constexpr double kWithin = 0.4;
+  limb.collar_m =
+      std::min(0.5 * length(chord), kWithin * base.radius_m / std::max(sine, kFlattest));
 }
 
 }  // namespace silvafit::tree

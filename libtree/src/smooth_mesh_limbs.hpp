@@ -22,7 +22,7 @@ struct Limb {
   std::uint32_t count = 0;        ///< number of knots, at least 2
   std::uint32_t bearer = kNone;   ///< limb that it begins on; the stem has none
   std::uint32_t bearer_knot = 0;  ///< the knot of the bearer before its base
-  double bearer_share = 0.0;      ///< and the share of the way to the next
+  double bearer_share = 0.0;      ///< and the share of the length up to the next
   double bearer_along_m = 0.0;    ///< length of the bearer's curve up to there
   /// Length up to which the tube widens from a base that fits into the bearer; 0 where the base is
   /// thin enough as it is [m].
@@ -56,6 +56,7 @@ class Limbs {
   Point moved(std::uint32_t axis, Point place) const;
 
  private:
+  /// Beside the piece that begins at a knot, at a share of its length.
   struct Place {
     std::uint32_t knot = 0;
     double share = 0.0;

@@ -213,3 +213,242 @@ TEST_CASE("every limb begins inside the one that bears it") {
     }
   }
 }
+
+TEST_CASE("each level of detail of a smooth mesh keeps to its stated error, and is coarser") {
+  Random random(35);
+  for (const Preset& preset : test::shipped_presets().presets()) {
+    for (int i = 0; i < 2; ++i) {
+      const Morphology tree = i == 0 ? test::paper_tree_1() : test::random_morphology(random, i);
+      const test::Stages stages = fitted(tree, preset);
+      const Mesh finest = mesh_of(stages);
+      CHECK(finest.surface_error_m == 0.0);
+      std::size_t triangles = finest.triangle_count();
+      for (int level = 1; level < kLevelsOfDetail; ++level) {
+        const Mesh coarse = mesh_of(stages, level_of_detail(level));
+        const double stated = coarse.surface_error_m;
+        const double measured =
+            std::max(test::farthest_wood_m(finest, coarse), test::farthest_wood_m(coarse, finest));
+        INFO(preset.name << " level " << level << " stated " << stated << " measured " << measured);
+        // The finest level's steps themselves; rings that the crown curve makes smaller.
+        CHECK(measured <= stated + 0.0005);
+        if (i == 0) CHECK(measured >= 0.3 * stated);
+        CHECK(coarse.triangle_count() < triangles);
+        triangles = coarse.triangle_count();
+      }
+    }
+  }
+}
+
+namespace {
+
+/// A stem 6 m high and two limbs, one of which goes on in another axis from its end.
+struct HandMade {
+  Skeleton skeleton{};
+  Crown crown{{.dbh_cm = 12, .h_m = 6, .hcb_m = 2, .hc_m = 3, .radii = {2, 2, 2, 2}}, {2.0, 1.5}};
+
+  HandMade() {
+    axis(0,
+         0,
+         {{{0, 0, 0}, 0.08},
+          {{0, 0, 1.3}, 0.06},
+          {{0, 0, 2}, 0.055},
+          {{0.1, 0, 4}, 0.03},
+          {{0, 0, 6}, 0}});
+    axis(1, 0, {{{0, 0, 2}, 0.04}, {{0.6, 0, 2.6}, 0.035}, {{1.0, 0, 3.0}, 0.03}});
+    axis(1, 0, {{{0.02, 0, 2.8}, 0.02}, {{-1, 0.2, 3.2}, 0.015}, {{-1.6, 0, 3.0}, 0}});
+    axis(2, 1, {{{1.0, 0, 3.0}, 0.03}, {{1.2, 0.3, 3.3}, 0.02}, {{1.3, 0.3, 3.6}, 0}});
+    axis(2, 1, {{{1.0, 0, 3.0}, 0.012}, {{1.3, -0.3, 3.1}, 0}});
+  }
+
+  void axis(std::uint32_t order, std::uint32_t parent, std::vector<SkeletonPoint> points) {
+    skeleton.axes.push_back({.order = order,
+                             .parent = parent,
+                             .first = static_cast<std::uint32_t>(skeleton.points.size()),
+                             .count = static_cast<std::uint32_t>(points.size())});
+    skeleton.points.insert(skeleton.points.end(), points.begin(), points.end());
+  }
+
+  Mesh mesh(const MeshOptions& options = {}, const SmoothStyle& style = {}) const {
+    Random random(1);
+    return build_smooth_mesh(skeleton, crown, style, random, options);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("an axis that goes on from its parent's end is one tube with it") {
+  const HandMade tree;
+  const Mesh mesh = tree.mesh();
+  // Two limbs and the side twig; the first limb's continuation is part of its tube.
+  CHECK(tubes_of(mesh.parts[1]) == 3);
+  CHECK(bases_outside(mesh) == 0);
+  check_surfaces(mesh, tree.crown, 6);
+  // Where its order is not drawn, the limb ends where it goes on, in a point.
+  const Mesh bare = tree.mesh({.wood_order = 1});
+  CHECK(tubes_of(bare.parts[1]) == 2);
+  check_surfaces(bare, tree.crown, 6);
+  double nearest = 1.0;
+  for (std::size_t i = 0; i < bare.parts[1].vertex_count(); ++i) {
+    nearest = std::min(nearest, length(test::vertex_of(bare.parts[1], i) - Point{1.0, 0.0, 3.0}));
+  }
+  CHECK(nearest < 1e-6);
+}
+
+TEST_CASE("rings stand at equal steps of a limb's curve") {
+  const HandMade tree;
+  const Limbs limbs(tree.skeleton);
+  CurveSampler sampler;
+  std::vector<Ring> samples;
+  Limb limb = limbs.all()[2];
+  limb.collar_m = 0.0;
+  sampler.sample(limbs.pieces_of(limb), limb, 0.002, samples);
+  REQUIRE(samples.size() > 12);
+  const double step = samples.back().along_m / static_cast<double>(samples.size() - 1);
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    CHECK(samples[i].along_m - samples[i - 1].along_m == Approx(step).epsilon(1e-9));
+    // A chord is shorter than its arc by the 24th part of the turn's square.
+    const double turn = std::acos(dot(samples[i].tangent, samples[i - 1].tangent));
+    const double chord = step * (1.0 - turn * turn / 24.0);
+    CHECK(length(samples[i].at - samples[i - 1].at) == Approx(chord).epsilon(1e-3));
+    CHECK(dot(samples[i].sideways, samples[i].tangent) == Approx(0.0).margin(1e-12));
+    CHECK(length(cross(samples[i].tangent, samples[i].sideways) - samples[i].upward) < 1e-12);
+  }
+  // Half the tolerance takes the square root of two more steps.
+  std::vector<Ring> finer;
+  sampler.sample(limbs.pieces_of(limb), limb, 0.001, finer);
+  CHECK(static_cast<double>(finer.size()) ==
+        Approx(std::sqrt(2.0) * static_cast<double>(samples.size())).epsilon(0.05));
+}
+
+TEST_CASE("limbs have the volume of the round ones they stand for") {
+  // A straight cone, alone on a thin stem, far inside its crown.
+  Skeleton skeleton;
+  skeleton.points = {{{0, 0, 0}, 0.02},
+                     {{0, 0, 1.3}, 0.02},
+                     {{0, 0, 10}, 0.0},
+                     {{0, 0, 3}, 0.1},
+                     {{1, 0, 4}, 0.075},
+                     {{4, 0, 7}, 0.0}};
+  skeleton.axes = {{0, 0, 0, 3}, {1, 0, 3, 3}};
+  const Crown crown({.dbh_cm = 4, .h_m = 10, .hcb_m = 0, .hc_m = 5, .radii = {20, 20, 20, 20}},
+                    {1, 1});
+  for (const int sides : {3, 6, 17}) {
+    Random random(1);
+    const Mesh mesh = build_smooth_mesh(skeleton, crown, {}, random, {.branch_sides = sides});
+    REQUIRE(mesh.parts.size() == 2);
+    const double whole = std::numbers::pi * 0.01 * 4.0 * std::sqrt(2.0) / 3.0;
+    // The base is thinner up to its collar, to fit into the stem: at most half a diameter's length
+    // of the cone is lacking, less what the bend away from the stem adds.
+    const double lacking = std::numbers::pi * 0.01 * 0.1;
+    const double volume = test::volume_m3(mesh.parts[1]);
+    CHECK(volume < whole);
+    CHECK(volume > whole - 2.0 * lacking);
+  }
+}
+
+TEST_CASE("a leaf in five polygons has its outline and meets at its petiole") {
+  HandMade tree;
+  tree.skeleton.leaves.push_back(
+      {.at = {1.0, 0, 3.0}, .along = {0, 0, 1}, .facing = {1, 0, 0}, .length_m = 0.2, .axis = 1});
+  SmoothStyle style{.leaves = {{.aspect = 0.5,
+                                .outline = {{0.5, 0.1}, {1.0, 0.4}, {0.6, 0.7}},
+                                .color = {0.1, 0.4, 0.1}}}};
+  const Mesh mesh = tree.mesh({}, style);
+  REQUIRE(mesh.parts.size() == 3);
+  const MeshPart& leaf = mesh.parts[2];
+  CHECK(leaf.double_sided);
+  // The petiole's end, three points a side, the tip; the fan of the five polygons: the one with the
+  // tip takes two triangles, the other four one each.
+  CHECK(leaf.vertex_count() == 8);
+  CHECK(leaf.triangle_count() == 6);
+  double area = 0.0;
+  for (std::size_t i = 0; i < leaf.triangle_count(); ++i) {
+    const auto [a, b, c] = test::triangle_of(leaf, i);
+    CHECK(length(a - test::vertex_of(leaf, 0)) == 0.0);
+    // In the leaf's plane, seen from its upper side.
+    area += 0.5 * dot(cross(b - a, c - a), {1, 0, 0});
+  }
+  // The shoelace formula: half width 0.05, length 0.2.
+  const double half = 0.5 * (0.5 * 0.4 - 1.0 * 0.1 + 1.0 * 0.7 - 0.6 * 0.4 + 0.6 * 1.0);
+  CHECK(area == Approx(2.0 * half * 0.05 * 0.2).epsilon(1e-5));
+  const Point tip = test::vertex_of(leaf, 4) - test::vertex_of(leaf, 0);
+  CHECK(tip.z == Approx(0.2).epsilon(1e-5));
+  CHECK(leaf.colors.empty());
+  CHECK(leaf.uvs.empty());
+}
+
+TEST_CASE("cards carry their part of a picture, and are leaves without it") {
+  HandMade tree;
+  tree.skeleton.leaves.push_back(
+      {.at = {1.0, 0, 3.0}, .along = {0, 0, 1}, .facing = {1, 0, 0}, .length_m = 0.2, .axis = 1});
+  const auto texture = std::make_shared<const Texture>(
+      Texture{.name = "leaf", .width = 1, .height = 1, .rgba = {9, 9, 9, 255}});
+  SmoothStyle style{.bark_texture = texture,
+                    .leaves = {{.form = LeafForm::kCrossedCards,
+                                .aspect = 0.5,
+                                .color = {1, 1, 1},
+                                .texture = texture,
+                                .picture = {0.25, 0.5, 0.5, 1.0}}}};
+  const Mesh mesh = tree.mesh({.textured = true}, style);
+  const MeshPart& leaf = mesh.parts[2];
+  CHECK(leaf.texture == texture);
+  CHECK(mesh.parts[0].texture == texture);
+  CHECK(leaf.triangle_count() == 4);
+  REQUIRE(leaf.uvs.size() == 16);
+  for (std::size_t i = 0; i < 8; ++i) {
+    // The base is the lower edge of the picture, the origin its upper left corner.
+    const bool is_base = std::abs(test::vertex_of(leaf, i).z - test::vertex_of(leaf, 0).z) < 1e-6;
+    CHECK(leaf.uvs[2 * i + 1] == (is_base ? 1.0F : 0.5F));
+    CHECK((leaf.uvs[2 * i] == 0.25F || leaf.uvs[2 * i] == 0.5F));
+  }
+  const auto normal_of = [&](std::size_t triangle) {
+    const auto [a, b, c] = test::triangle_of(leaf, triangle);
+    return direction(cross(b - a, c - a));
+  };
+  CHECK(std::abs(dot(normal_of(0), normal_of(2))) < 1e-5);
+  const Mesh bare = tree.mesh({}, style);
+  CHECK(bare.parts[2].triangle_count() == 6);
+  CHECK(bare.parts[2].texture == nullptr);
+  CHECK(bare.parts[0].texture == nullptr);
+}
+
+TEST_CASE("of thinned foliage every n-th leaf is left, larger, and the colors follow the seed") {
+  const test::Stages stages =
+      fitted(test::paper_tree_1(), test::shipped_presets().named("schima-superba"));
+  const auto leafy = [&](const MeshOptions& options) {
+    return mesh_of(stages, options, LeafForm::kFivePolygons, LeafForm::kFivePolygons);
+  };
+  const Mesh all = leafy({.vertex_colors = true});
+  const Mesh some = leafy({.foliage_per = 4, .vertex_colors = true});
+  const std::size_t leaves = all.parts[2].vertex_count() / 8;
+  CHECK(leaves == stages.skeleton.leaves.size());
+  CHECK(some.parts[2].vertex_count() / 8 == (leaves + 3) / 4);
+  CHECK(all.parts[2].colors == leafy({.vertex_colors = true}).parts[2].colors);
+  Random other(8);
+  const Mesh changed =
+      build_smooth_mesh(stages.skeleton,
+                        stages.crown,
+                        style_with(LeafForm::kFivePolygons, LeafForm::kFivePolygons),
+                        other,
+                        {.vertex_colors = true});
+  CHECK(changed.parts[2].positions == all.parts[2].positions);
+  CHECK(changed.parts[2].colors != all.parts[2].colors);
+}
+
+TEST_CASE("what cannot be drawn smoothly is refused with its reason") {
+  HandMade tree;
+  tree.skeleton.leaves.push_back({.at = {1.0, 0, 3.0},
+                                  .along = {0, 0, 1},
+                                  .facing = {1, 0, 0},
+                                  .length_m = 0.2,
+                                  .axis = 1,
+                                  .grade = 2});
+  CHECK_THROWS_AS(tree.mesh(), UsageError);
+  tree.skeleton.leaves[0].grade = 0;
+  CHECK_THROWS_AS(tree.mesh({}, {.leaves = {{.outline = {{1, 0.5}}}}}), UsageError);
+  const auto texture = std::make_shared<const Texture>();
+  CHECK_THROWS_AS(tree.mesh({}, {.leaves = {{}, {.texture = texture}}}), UsageError);
+  CHECK_THROWS_AS(tree.mesh({.stem_sides = 2}, {.leaves = {{}}}), UsageError);
+  tree.skeleton.points[4].at.x = NAN;
+  CHECK_THROWS_AS(tree.mesh({}, {.leaves = {{}}}), GeometryError);
+}

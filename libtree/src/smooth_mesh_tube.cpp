@@ -16,6 +16,9 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kBreastHeight = 1.3;
 /// As far as the corners of a triangle with the circle's area stand out.
 constexpr double kFarthestCorner = 1.56;
+/// Of a tolerance, what straight lines between a curve's steps may take up; the rest is for steps
+/// that are left out.
+constexpr double kStepShare = 0.4;
 
 /// Nothing thinner or shorter than this can be told apart by floats at a height.
 double least_distance_m(double height_m) { return 0.0002 * (1.0 + 0.05 * std::abs(height_m)); }
@@ -121,10 +124,11 @@ std::vector<Point> equal_area_corners(int sides) {
 Ring CurveSampler::ring_at(double along_m) {
   while (piece_ + 1 < pieces_.size() && along_m > ends_[piece_]) ++piece_;
   const HermitePiece& piece = pieces_[piece_];
-  const double share = piece.share_at(along_m - (ends_[piece_] - piece.length_m()));
+  const double beyond_m = along_m - (ends_[piece_] - piece.length_m());
+  const double share = piece.share_at(beyond_m);
   Ring ring;
   ring.at = piece.at(share);
-  ring.radius_m = piece.radius_m(share);
+  ring.radius_m = piece.radius_m(std::clamp(beyond_m / piece.length_m(), 0.0, 1.0));
   ring.tangent = direction(piece.rate(share));
   ring.along_m = along_m;
   return ring;
@@ -160,39 +164,60 @@ void CurveSampler::insert(double along_m, std::vector<Ring>& samples) {
   }
 }
 
+void CurveSampler::begin(std::span<const HermitePiece> pieces, const Limb& limb) {
+  pieces_ = pieces;
+  piece_ = 0;
+  breast_height_m_ = 0.0;
+  ends_.clear();
+  double whole = 0.0;
+  for (const HermitePiece& piece : pieces) {
+    whole += piece.length_m();
+    ends_.push_back(whole);
+    if (limb.axis == 0 && piece.at(1.0).z <= kBreastHeight) breast_height_m_ = whole;
+  }
+}
+
 void CurveSampler::sample(std::span<const HermitePiece> pieces,
                           const Limb& limb,
                           double tolerance_m,
                           std::vector<Ring>& samples) {
   constexpr double kMostStepsPerPiece = 24.0;
-  pieces_ = pieces;
-  piece_ = 0;
-  ends_.clear();
-  samples.clear();
-  double whole = 0.0;
+  begin(pieces, limb);
   double per_meter = 0.0;
-  double breast_height_m = 0.0;
   for (const HermitePiece& piece : pieces) {
-    whole += piece.length_m();
-    ends_.push_back(whole);
     const double steps = std::min(piece.steps_within(tolerance_m), kMostStepsPerPiece);
     if (piece.length_m() > 0.0) per_meter = std::max(per_meter, steps / piece.length_m());
-    if (limb.axis == 0 && piece.at(1.0).z <= kBreastHeight) breast_height_m = whole;
   }
   const double most = kMostStepsPerPiece * static_cast<double>(pieces.size());
-  step_m_ = whole / std::clamp(per_meter * whole, 1.0, most);
+  step_m_ = ends_.back() / std::clamp(per_meter * ends_.back(), 1.0, most);
+  add_samples(limb, samples);
+}
+
+void CurveSampler::sample_evenly(std::span<const HermitePiece> pieces,
+                                 const Limb& limb,
+                                 double step_m,
+                                 std::vector<Ring>& samples) {
+  begin(pieces, limb);
+  step_m_ = step_m;
+  add_samples(limb, samples);
+}
+
+void CurveSampler::add_samples(const Limb& limb, std::vector<Ring>& samples) {
+  const double whole = ends_.back();
+  samples.clear();
   samples.push_back(ring_at(0.0));
-  if (breast_height_m > 0.0 && breast_height_m < whole) {
-    add_steps(0.0, breast_height_m, samples);
+  if (breast_height_m_ > 0.0 && breast_height_m_ < whole) {
+    add_steps(0.0, breast_height_m_, samples);
     samples.back().at.z = kBreastHeight;
     samples.back().is_fixed = true;
-    add_steps(breast_height_m, whole, samples);
+    add_steps(breast_height_m_, whole, samples);
   } else {
     add_steps(0.0, whole, samples);
   }
   if (limb.collar_m > 0.0) insert(limb.collar_m, samples);
   // A blunt end is rounded off.
-  if (limb.axis != 0 && samples.back().radius_m > 0.0) {
+  constexpr double kBlunt = 0.0001;
+  if (limb.axis != 0 && samples.back().radius_m > kBlunt) {
     insert(whole - std::min(samples.back().radius_m, 0.5 * whole), samples);
   }
 
@@ -209,10 +234,14 @@ void CurveSampler::sample(std::span<const HermitePiece> pieces,
   if (is_stem) std::for_each(samples.begin(), samples.end(), limit_lean);
 }
 
-WoodRings::WoodRings(const Limbs& limbs, const Crown& crown, const MeshOptions& options)
+WoodRings::WoodRings(const Limbs& limbs,
+                     const Crown& crown,
+                     const MeshOptions& options,
+                     double step_m)
     : limbs_(limbs),
       crown_(crown),
       options_(options),
+      step_m_(step_m),
       branch_corners_(equal_area_corners(options.branch_sides)),
       twig_corners_(equal_area_corners(options.twig_sides)) {
   first_.reserve(limbs.all().size() + 1);
@@ -234,16 +263,8 @@ std::span<const Point> WoodRings::corners_of(const Limb& limb) const {
 void WoodRings::add(const Limb& limb) {
   const std::size_t drawn = limbs_.drawn_knots(limb, options_.wood_order);
   if (drawn < 2) return;
+  take_steps(limb, drawn);
   const bool is_stem = limb.axis == 0;
-  const double radius = limbs_.knots_of(limb).front().radius_m;
-  const MeshOptions finest{};
-  const double tolerance = tolerance_of(limb, radius, sides_of(limb), options_);
-  // All levels of detail choose from the same steps.
-  const double step_tolerance =
-      0.25 *
-      std::min(tolerance, tolerance_of(limb, radius, sides_with(limb, radius, finest), finest));
-  sampler_.sample(limbs_.pieces_of(limb).first(drawn - 1), limb, step_tolerance, samples_);
-  keep_needed(0.75 * tolerance, is_stem ? 1.0 / kBendTolerance : 1.0);
   if (is_stem) {
     constexpr double kThinnest = 0.00005;
     constexpr double kNearest = 0.001;
@@ -263,6 +284,23 @@ void WoodRings::add(const Limb& limb) {
     if (kept_.size() < 2) return;
   }
   rings_.insert(rings_.end(), kept_.begin(), kept_.end());
+}
+
+/// Fills kept_ with the steps of the curve that are drawn.
+void WoodRings::take_steps(const Limb& limb, std::size_t drawn_knots) {
+  const auto pieces = limbs_.pieces_of(limb).first(drawn_knots - 1);
+  if (step_m_ > 0.0) {
+    sampler_.sample_evenly(pieces, limb, step_m_, kept_);
+    return;
+  }
+  const double radius = limbs_.knots_of(limb).front().radius_m;
+  const MeshOptions finest{};
+  const double tolerance = tolerance_of(limb, radius, sides_of(limb), options_);
+  // All levels of detail choose from the same steps.
+  const double of_finest = tolerance_of(limb, radius, sides_with(limb, radius, finest), finest);
+  sampler_.sample(pieces, limb, kStepShare * std::min(tolerance, of_finest), samples_);
+  const double bend = limb.axis == 0 ? 1.0 / kBendTolerance : 1.0;
+  keep_needed((1.0 - kStepShare) * tolerance, bend);
 }
 
 void WoodRings::keep_needed(double tolerance_m, double bend) {

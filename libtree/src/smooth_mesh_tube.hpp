@@ -43,21 +43,34 @@ class CurveSampler {
               double tolerance_m,
               std::vector<Ring>& samples);
 
+  /// The same with steps of a length that is given, or a little less.
+  void sample_evenly(std::span<const HermitePiece> pieces,
+                     const Limb& limb,
+                     double step_m,
+                     std::vector<Ring>& samples);
+
  private:
+  void begin(std::span<const HermitePiece> pieces, const Limb& limb);
+  void add_samples(const Limb& limb, std::vector<Ring>& samples);
   void add_steps(double from_m, double to_m, std::vector<Ring>& samples);
   void insert(double along_m, std::vector<Ring>& samples);
   Ring ring_at(double along_m);
 
   std::span<const HermitePiece> pieces_{};
-  std::vector<double> ends_;  ///< length of the curve up to the end of each piece
-  double step_m_ = 0.0;       ///< that keeps to the tolerance
-  std::size_t piece_ = 0;     ///< the one that the last step was in
+  std::vector<double> ends_;      ///< length of the curve up to the end of each piece
+  double breast_height_m_ = 0.0;  ///< length up to there, on the stem
+  double step_m_ = 0.0;           ///< that keeps to the tolerance
+  std::size_t piece_ = 0;         ///< the one that the last step was in
 };
 
 /// The rings that all limbs of a tree are drawn with.
 class WoodRings {
  public:
-  WoodRings(const Limbs& limbs, const Crown& crown, const MeshOptions& options);
+  /// \param step_m  all steps of this length are drawn, whatever the tolerances are; 0 for none
+  WoodRings(const Limbs& limbs,
+            const Crown& crown,
+            const MeshOptions& options,
+            double step_m = 0.0);
 
   /// None where a limb is not drawn. The last one is the tip, where the tube ends in a point.
   std::span<const Ring> of(std::size_t limb) const {
@@ -67,6 +80,7 @@ class WoodRings {
 
  private:
   void add(const Limb& limb);
+  void take_steps(const Limb& limb, std::size_t drawn_knots);
   void keep_needed(double tolerance_m, double bend);
   void place_base(const Limb& limb, Ring& base) const;
   void fit_into_crown(Ring& ring, std::span<const Point> corners) const;
@@ -77,6 +91,7 @@ class WoodRings {
   const Limbs& limbs_;
   const Crown& crown_;
   const MeshOptions& options_;
+  double step_m_;
   CurveSampler sampler_;
   std::vector<Ring> rings_;
   std::vector<std::size_t> first_;

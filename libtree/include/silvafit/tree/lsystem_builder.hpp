@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// Trees that a grammar grows, fitted to their measurements.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/lsystem.hpp"
+#include "silvafit/tree/smooth_mesh.hpp"
+
+namespace silvafit::tree {
+
+/// What the presets of grammars have beyond those of all builders.
+struct LsystemPreset {
+  /// The grammar of trees from a height on; the constants may differ from height to height.
+  struct Stage {
+    double from_m = 0.0;
+    Grammar grammar;
+  };
+  std::vector<Stage> stages{};  ///< at least one, by rising height, the first from 0
+  SmoothStyle style{};
+  std::optional<std::uint32_t> bud_grade{};  ///< which of the looks is that of buds
+};
+
+/// Derives a grammar, draws it, and fits the skeleton to the measurements.
+class LsystemBuilder : public Builder {
+ public:
+  /// \param models  folder with taper/ and grammars/
+  /// \param file    a preset, as docs/lsystem-trees.md describes it
+  /// \throws InputError naming file and field, or file and line of the grammar
+  static std::unique_ptr<LsystemBuilder> load(const std::filesystem::path& models,
+                                              const std::filesystem::path& file);
+
+  LsystemBuilder(PresetHead head, LsystemPreset preset);
+  ~LsystemBuilder() override;
+
+  /// The same crown, taper, bark and leaves with a grammar of the user's own.
+  std::unique_ptr<LsystemBuilder> with_grammar(const Grammar& grammar) const;
+
+  const LsystemPreset& lsystem() const { return lsystem_; }
+
+  /// What the grammar of trees of that height draws, in its own units.
+  ///
+  /// A grammar without random numbers is derived only once.
+  /// \throws InputError as Grammar::derive, draw and skeleton_of
+  Skeleton grow_freely(double h_m, Random& random) const;
+
+  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  Mesh build_mesh(const Skeleton& skeleton,
+                  const Crown& crown,
+                  Random& random,
+                  const MeshOptions& options) const override;
+
+ private:
+  struct Derived;
+
+  Skeleton derive(const Grammar& grammar, Random& random) const;
+
+  LsystemPreset lsystem_;
+  std::vector<std::unique_ptr<Derived>> derived_;  ///< of each stage
+};
+
+}  // namespace silvafit::tree

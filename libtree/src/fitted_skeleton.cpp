@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/fitted_skeleton.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "crown_map.hpp"
+#include "fitted_leaves.hpp"
+#include "fitted_stem.hpp"
+#include "radius_axes.hpp"
+#include "standing_skeleton.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+// A float at the height of the tallest tree still resolves a twig of this radius.
+constexpr double kThinnest = 0.0003;
+constexpr double kShortest = 0.0005;  // an axis that the crown leaves no more of goes
+
+double squared(double value) { return value * value; }
+
+class Fitter {
+ public:
+  Fitter(StandingSkeleton grown, const TreeShape& shape, const Crown& crown, const Taper& taper)
+      : grown_(std::move(grown)),
+        shape_(shape),
+        crown_(crown),
+        map_(grown_, crown),
+        stem_(fitted_stem(grown_, map_, shape, crown, taper)) {}
+
+  Skeleton run() {
+    radius_axes_ = lead_to_radii(grown_.skeleton, map_, crown_);
+    const Skeleton& grown = grown_.skeleton;
+    choose_lowest();
+    number_.assign(grown.axes.size(), kNone);
+    thickness_.assign(grown.axes.size(), 1.0);
+    result_.notes = grown.notes;
+    result_.axes.reserve(grown.axes.size());
+    result_.points.reserve(grown.points.size() + stem_.size());
+    number_[0] = 0;
+    result_.axes.push_back({.count = static_cast<std::uint32_t>(stem_.size())});
+    result_.points = stem_;
+    for (std::uint32_t i = 1; i < grown.axes.size(); ++i) add(i);
+    result_.leaves = fitted_leaves(grown, result_, number_, crown_, [this](Point at) {
+      return bent_with_stem(map_.place_of(at));
+    });
+    return std::move(result_);
+  }
+
+ private:
+  /// The first branch of the stem is the one that will begin at the crown base: one that reaches no
+  /// measured radius if there is one.
+  void choose_lowest() {
+    double lowest = std::numeric_limits<double>::infinity();
+    bool is_free = false;
+    const Skeleton& grown = grown_.skeleton;
+    for (std::uint32_t i = 1; i < grown.axes.size(); ++i) {
+      if (grown.axes[i].order != 1) continue;
+      const bool free_now = radius_axes_.direction_of(i) < 0;
+      const double z = grown.points[grown.axes[i].first].at.z;
+      if ((free_now && !is_free) || (free_now == is_free && z < lowest)) {
+        lowest_ = i;
+        lowest = z;
+        is_free = free_now;
+      }
+    }
+  }
+
+  std::span<const SkeletonPoint> line_of(std::uint32_t axis) const {
+    return grown_.skeleton.points_of(grown_.skeleton.axes[axis]);
+  }
+
+  std::span<const SkeletonPoint> fitted_line_of(std::uint32_t axis) const {
+    return result_.points_of(result_.axes[number_[axis]]);
+  }
+
+  /// A place of the crown with the stem's bend: full at the stem, none at the crown's surface.
+  Point bent_with_stem(const CrownPlace& place) const {
+    Point at = map_.at(place);
+    const Point stem = at_height(stem_, at.z).at;
+    at.x += (1.0 - place.out) * stem.x;
+    at.y += (1.0 - place.out) * stem.y;
+    return crown_.confine(at);
+  }
+
+  void add(std::uint32_t i) {
+    const Skeleton& grown = grown_.skeleton;
+    const Axis& axis = grown.axes[i];
+    if (number_[axis.parent] == kNone) return;
+    const auto grown_line = line_of(i);
+    line_.clear();
+    for (std::size_t k = 0; k < grown_line.size(); ++k) {
+      const CrownPlace place = radius_axes_.led(map_.place_of(grown_line[k].at),
+                                                axis.first + static_cast<std::uint32_t>(k));
+      line_.push_back({bent_with_stem(place), grown_line[k].radius_m});
+    }
+    begin_at(base_of(i));
+    if (const int direction = radius_axes_.direction_of(i); direction >= 0) {
+      line_.back() = {radius_tip(direction), 0.0};
+    }
+    if (line_length() < kShortest) return;
+    set_radii(i);
+    number_[i] = static_cast<std::uint32_t>(result_.axes.size());
+    result_.axes.push_back({.order = axis.order,
+                            .parent = number_[axis.parent],
+                            .first = static_cast<std::uint32_t>(result_.points.size()),
+                            .count = static_cast<std::uint32_t>(line_.size())});
+    result_.points.insert(result_.points.end(), line_.begin(), line_.end());
+  }
+
+  double line_length() const {
+    double sum = 0.0;
+    for (std::size_t k = 1; k < line_.size(); ++k) sum += length(line_[k].at - line_[k - 1].at);
+    return sum;
+  }
+
+  /// The place on its parent where an axis begins.
+  Point base_of(std::uint32_t i) const {
+    const Axis& axis = grown_.skeleton.axes[i];
+    if (axis.order == 1) {
+      if (i == lowest_) return at_height(stem_, crown_.hcb_m()).at;
+      const double z = std::clamp(line_.front().at.z, crown_.hcb_m(), crown_.h_m());
+      return crown_.confine(at_height(stem_, z).at);
+    }
+    const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
+    const auto parent = fitted_line_of(axis.parent);
+    const Point from = parent[place.segment].at;
+    // A crown with very unequal radii is hollow between them; a bearer's line may cut across.
+    return crown_.confine(from + place.part * (parent[place.segment + 1].at - from));
+  }
+
+  /// Moves the axis to its base: wholly there, not at all at the tip.
+  void begin_at(Point base) {
+    const Point shift = base - line_.front().at;
+    const double total = line_length();
+    double before = 0.0;
+    Point last = line_.front().at;
+    for (std::size_t k = 0; k < line_.size(); ++k) {
+      const Point was = line_[k].at;
+      before += length(was - last);
+      last = was;
+      const double share = total > 0.0 ? before / total : 0.0;
+      line_[k].at = crown_.confine(was + squared(1.0 - share) * shift);
+    }
+    line_.front().at = base;
+  }
+
+  Point radius_tip(int direction) const {
+    const CrownRadii& radii = crown_.radii();
+    const double z = crown_.hc_m();
+    switch (direction) {
+      case 0:
+        return {radii.east_m, 0.0, z};
+      case 1:
+        return {-radii.west_m, 0.0, z};
+      case 2:
+        return {0.0, -radii.south_m, z};
+      default:
+        return {0.0, radii.north_m, z};
+    }
+  }
+
+  /// Radii of a branch of the stem keep their share of the stem's radius at its base; what grows
+  /// from the branch gets thinner or thicker with it.
+  void set_radii(std::uint32_t i) {
+    const Axis& axis = grown_.skeleton.axes[i];
+    const double grown_base = line_.front().radius_m;
+    double bearer_m = 0.0;
+    if (axis.order == 1) {
+      bearer_m = at_height(stem_, line_.front().at.z).radius_m;
+      const double grown_stem = at_height(grown_.course, line_of(i).front().at.z).radius_m;
+      thickness_[i] = grown_stem > 0.0 ? bearer_m / grown_stem : 0.0;
+    } else {
+      thickness_[i] = thickness_[axis.parent];
+      const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
+      const auto parent = fitted_line_of(axis.parent);
+      const double from = parent[place.segment].radius_m;
+      bearer_m = from + place.part * (parent[place.segment + 1].radius_m - from);
+    }
+    // No branch is thicker than what bears it, nor a club in a crown too narrow for the stem.
+    constexpr double kThickest = 0.15;
+    const double most = std::min(bearer_m, kThickest * line_length());
+    if (grown_base * thickness_[i] > most) thickness_[i] = most / grown_base;
+    const bool has_wood = grown_base > 0.0;
+    for (SkeletonPoint& point : line_) {
+      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnest) : 0.0;
+    }
+    line_.back().radius_m = 0.0;
+  }
+
+  StandingSkeleton grown_;
+  const TreeShape& shape_;
+  const Crown& crown_;
+  CrownMap map_;
+  std::vector<SkeletonPoint> stem_;
+  RadiusAxes radius_axes_{};
+  std::uint32_t lowest_ = kNone;
+  std::vector<std::uint32_t> number_{};  ///< of each grown axis in the result
+  std::vector<double> thickness_{};      ///< fitted by grown radius of each axis
+  std::vector<SkeletonPoint> line_{};    ///< the axis being fitted
+  Skeleton result_{};
+};
+
+}  // namespace
+
+Skeleton fit_to_measurements(Skeleton grown,
+                             const TreeShape& shape,
+                             const Crown& crown,
+                             const Taper& taper) {
+  return Fitter(standing(grown), shape, crown, taper).run();
+}
+
+}  // namespace silvafit::tree

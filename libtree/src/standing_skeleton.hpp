@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// A freely grown skeleton with its stem made upright and straight.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "silvafit/tree/skeleton.hpp"
+
+namespace silvafit::tree {
+
+/// A skeleton in the units in which it was grown, round a stem that is the z axis from 0 up: at
+/// each height everything is moved sideways by as much as the stem was there.
+struct StandingSkeleton {
+  /// The stem and what takes it further: where it ends in a fork, the limb that rises highest.
+  Skeleton skeleton{};
+  std::vector<SkeletonPoint> course{};  ///< of the stem before it was straightened, rising
+  double top = 0.0;                     ///< of the stem and all branches
+  double first_base = 0.0;              ///< lowest place on the stem from which a branch grows
+  double lowest = 0.0;                  ///< of branches and leaves
+};
+
+/// \throws GeometryError if a coordinate is not finite, there is no stem that rises or no branch
+StandingSkeleton standing(const Skeleton& grown);
+
+/// The place and radius of a rising line of points at a height.
+SkeletonPoint at_height(std::span<const SkeletonPoint> line, double z);
+
+/// The place on a line of points that is nearest to a point.
+struct PlaceOnLine {
+  std::size_t segment = 0;  ///< from points[segment] to points[segment + 1]
+  double part = 0.0;        ///< of the segment, 0 .. 1
+};
+PlaceOnLine nearest_place(std::span<const SkeletonPoint> line, Point point);
+
+/// The vector `v` after the least turn that takes direction `from` to direction `to`.
+Point turned_with(Point v, Point from, Point to);
+
+}  // namespace silvafit::tree

@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/turtle.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kRadian = std::numbers::pi / 180.0;
+// Larger numbers are a mistake, and their squares would soon be too large for a double.
+constexpr double kFarthest = 1e9;
+
+/// Turns `a` towards `b`, and `b` away from it.
+void turn(Point& a, Point& b, double angle_rad) {
+  const double c = std::cos(angle_rad);
+  const double s = std::sin(angle_rad);
+  const Point turned = c * a + s * b;
+  b = c * b - s * a;
+  a = turned;
+}
+
+/// Rounding errors of many turns do not add up: length 1, right angles.
+void straighten(TurtleFrame& frame) {
+  frame.heading = direction(frame.heading);
+  frame.left = direction(frame.left - dot(frame.left, frame.heading) * frame.heading);
+  frame.up = cross(frame.heading, frame.left);
+}
+
+bool is_near(Point p) {
+  return std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest && std::abs(p.z) <= kFarthest;
+}
+
+enum class Command : std::uint8_t {
+  kNothing,  ///< a module that the turtle does not know: an apex
+  kDraw,
+  kMove,
+  kTurnLeft,
+  kTurnRight,
+  kPitchDown,
+  kPitchUp,
+  kRollLeft,
+  kRollRight,
+  kTurnAround,
+  kLevel,
+  kWidth,
+  kGrade,
+  kElasticity,
+  kBegin,
+  kEnd,
+  kBeginOutline,
+  kEndOutline,
+  kLeaf,
+  kBud,
+};
+
+Command command_of(const std::string& name) {
+  if (name == "~L") return Command::kLeaf;
+  if (name == "~B") return Command::kBud;
+  if (name.size() != 1) return Command::kNothing;
+  switch (name.front()) {
+    case 'F':
+      return Command::kDraw;
+    case 'f':
+      return Command::kMove;
+    case '+':
+      return Command::kTurnLeft;
+    case '-':
+      return Command::kTurnRight;
+    case '&':
+      return Command::kPitchDown;
+    case '^':
+      return Command::kPitchUp;
+    case '\\':
+      return Command::kRollLeft;
+    case '/':
+      return Command::kRollRight;
+    case '|':
+      return Command::kTurnAround;
+    case '$':
+      return Command::kLevel;
+    case '!':
+      return Command::kWidth;
+    case '\'':
+      return Command::kGrade;
+    case '@':
+      return Command::kElasticity;
+    case '[':
+      return Command::kBegin;
+    case ']':
+      return Command::kEnd;
+    case '{':
+      return Command::kBeginOutline;
+    case '}':
+      return Command::kEndOutline;
+    default:
+      return Command::kNothing;
+  }
+}
+
+class Turtle {
+ public:
+  Turtle(const ModuleString& string,
+         const TurtleSettings& settings,
+         const std::string& file,
+         const LsystemLimits& limits)
+      : string_(string), settings_(settings), file_(file), limits_(limits) {
+    state_.width = settings.width;
+    state_.elasticity = settings.elasticity;
+    state_.tropism = settings.tropism;
+    for (const std::string& name : string.alphabet()) commands_.push_back(command_of(name));
+  }
+
+  Drawing draw() {
+    constexpr std::size_t kBetweenLooks = 4096;
+    const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                             std::chrono::duration<double>(limits_.seconds));
+    for (at_ = 0; at_ < string_.size(); ++at_) {
+      if (at_ % kBetweenLooks == 0 && Clock::now() > deadline) {
+        fail(fmt::format("drawing takes longer than {} seconds", limits_.seconds));
+      }
+      obey(commands_[string_.symbol(at_)]);
+    }
+    if (!stack_.empty()) fail("a '[' is not closed");
+    if (in_outline_) fail("a '{' is not closed");
+    return std::move(drawing_);
+  }
+
+ private:
+  struct State {
+    TurtleFrame frame{};
+    Point at{};
+    double width = 0.0;
+    double elasticity = 0.0;
+    Point tropism{};
+    std::uint32_t segment = Drawing::kNone;  ///< at whose end it stands
+    std::uint32_t line = Drawing::kNone;     ///< that bears what is drawn now
+    std::uint32_t grade = 0;
+    bool begins_line = true;  ///< the next segment is the first of a line
+  };
+
+  [[noreturn]] void fail(const std::string& message) const {
+    const std::string where =
+        at_ < string_.size() ? fmt::format("module {}, {}: ", at_ + 1, string_.text(at_)) : "";
+    throw InputError(where + message, {.file = file_});
+  }
+
+  double parameter(std::size_t i, double otherwise) const {
+    const auto parameters = string_.parameters(at_);
+    return i < parameters.size() ? parameters[i] : otherwise;
+  }
+
+  double angle_rad() const { return kRadian * parameter(0, settings_.angle_deg); }
+
+  void obey(Command command) {
+    switch (command) {
+      case Command::kNothing:
+        return note_apex();
+      case Command::kDraw:
+      case Command::kMove:
+        return step(command == Command::kDraw);
+      case Command::kTurnLeft:
+        return state_.frame.turn_left(angle_rad());
+      case Command::kTurnRight:
+        return state_.frame.turn_left(-angle_rad());
+      case Command::kPitchDown:
+        return state_.frame.pitch_down(angle_rad());
+      case Command::kPitchUp:
+        return state_.frame.pitch_down(-angle_rad());
+      case Command::kRollLeft:
+        return state_.frame.roll_left(angle_rad());
+      case Command::kRollRight:
+        return state_.frame.roll_left(-angle_rad());
+      case Command::kTurnAround:
+        return state_.frame.turn_left(std::numbers::pi);
+      case Command::kLevel:
+        return state_.frame.level();
+      case Command::kWidth:
+        return set_width();
+      case Command::kGrade:
+        return set_grade();
+      case Command::kElasticity:
+        return set_elasticity();
+      case Command::kBegin:
+        return begin();
+      case Command::kEnd:
+        return end();
+      case Command::kBeginOutline:
+        return begin_outline();
+      case Command::kEndOutline:
+        return end_outline();
+      case Command::kLeaf:
+      case Command::kBud:
+        return leaf(command == Command::kBud);
+    }
+  }
+
+  // ---- Wood -----------------------------------------------------------------------------------
+
+  void step(bool draws) {
+    const double distance = parameter(0, settings_.length);
+    const Point from = state_.at;
+    state_.at = from + distance * state_.frame.heading;
+    if (!is_near(state_.at)) {
+      fail(fmt::format("goes farther than {} from the root", kFarthest));
+    }
+    if (in_outline_) {
+      outline_.push_back(state_.at);
+    } else if (draws && distance != 0.0) {
+      add_segment(from);
+    } else if (distance != 0.0) {
+      // What comes next does not begin where the last segment ends.
+      state_.begins_line = true;
+    }
+    if (draws && state_.elasticity != 0.0) {
+      state_.frame.bend_towards(state_.tropism, state_.elasticity);
+    }
+  }
+
+  void add_segment(Point from) {
+    const auto index = static_cast<std::uint32_t>(drawing_.segments.size());
+    if (state_.begins_line) {
+      drawing_.lines.push_back({.from = from, .before = state_.segment, .first = index});
+      state_.line = static_cast<std::uint32_t>(drawing_.lines.size() - 1);
+      state_.begins_line = false;
+    }
+    drawing_.segments.push_back({state_.at, state_.width, state_.segment, state_.line});
+    DrawnLine& line = drawing_.lines[state_.line];
+    line.last = index;
+    line.has_apex = false;
+    state_.segment = index;
+  }
+
+  /// An apex that draws nothing any more still says that its axis ends here.
+  void note_apex() {
+    if (!state_.begins_line && state_.line != Drawing::kNone) {
+      drawing_.lines[state_.line].has_apex = true;
+    }
+  }
+
+  void begin() {
+    if (stack_.size() >= limits_.depth) {
+      fail(fmt::format("branches are nested more than {} deep", limits_.depth));
+    }
+    stack_.push_back(state_);
+    state_.begins_line = true;
+  }
+
+  void end() {
+    if (stack_.empty()) fail("there is no '[' that this closes");
+    state_ = stack_.back();
+    stack_.pop_back();
+  }
+
+  void set_width() {
+    state_.width = parameter(0, state_.width * settings_.width_ratio);
+    if (!(state_.width >= 0.0 && state_.width <= kFarthest)) {
+      fail(fmt::format("a width is a number from 0 to {}", kFarthest));
+    }
+  }
+
+  void set_grade() {
+    constexpr double kMost = 255.0;
+    const double grade = parameter(0, state_.grade + 1.0);
+    if (!(grade >= 0.0 && grade <= kMost)) fail("a leaf's grade is a number from 0 to 255");
+    state_.grade = static_cast<std::uint32_t>(grade);
+  }
+
+  void set_elasticity() {
+    state_.elasticity = parameter(0, settings_.elasticity);
+    if (string_.parameters(at_).size() >= 4) {
+      state_.tropism = {parameter(1, 0.0), parameter(2, 0.0), parameter(3, 0.0)};
+    }
+    if (!is_near(state_.tropism) || std::abs(state_.elasticity) > kFarthest) {
+      fail(fmt::format("a tropism is made of numbers up to {}", kFarthest));
+    }
+  }
+
+  // ---- Leaves ---------------------------------------------------------------------------------
+
+  void add_leaf(Point along, Point facing, double length, std::uint32_t grade, bool is_bud) {
+    if (length == 0.0) return;
+    const LeafSite site{.at = outline_.empty() ? state_.at : outline_.front(),
+                        .along = along,
+                        .facing = facing,
+                        .length_m = length,
+                        .grade = grade};
+    drawing_.leaves.push_back({site, state_.line, is_bud});
+  }
+
+  void leaf(bool is_bud) {
+    const double length = parameter(0, settings_.length);
+    if (!(length >= 0.0 && length <= kFarthest)) {
+      fail(fmt::format("a leaf's length is a number from 0 to {}", kFarthest));
+    }
+    constexpr double kMost = 255.0;
+    const double grade = parameter(1, state_.grade);
+    if (!(grade >= 0.0 && grade <= kMost)) fail("a leaf's grade is a number from 0 to 255");
+    outline_.clear();
+    add_leaf(
+        state_.frame.heading, state_.frame.up, length, static_cast<std::uint32_t>(grade), is_bud);
+    if (is_bud) note_apex();
+  }
+
+  void begin_outline() {
+    if (in_outline_) fail("an outline { } cannot stand in another");
+    in_outline_ = true;
+    outline_.assign(1, state_.at);
+  }
+
+  /// An outline stands for one leaf: from its first corner to the farthest one, in its plane.
+  void end_outline() {
+    if (!in_outline_) fail("there is no '{' that this closes");
+    in_outline_ = false;
+    const Point base = outline_.front();
+    Point farthest{};
+    Point normal{};
+    for (std::size_t i = 1; i < outline_.size(); ++i) {
+      const Point across = outline_[i] - base;
+      if (length(across) > length(farthest)) farthest = across;
+      if (i + 1 < outline_.size()) normal = normal + cross(across, outline_[i + 1] - base);
+    }
+    const Point along = direction(farthest, state_.frame.heading);
+    normal = normal - dot(normal, along) * along;
+    Point facing = direction(normal, state_.frame.up);
+    facing = direction(facing - dot(facing, along) * along, state_.frame.left);
+    // The upper side is the turtle's.
+    if (dot(facing, state_.frame.up) < 0.0) facing = -1.0 * facing;
+    add_leaf(along, facing, length(farthest), state_.grade, false);
+    outline_.clear();
+  }
+
+  const ModuleString& string_;
+  const TurtleSettings& settings_;
+  const std::string& file_;
+  const LsystemLimits& limits_;
+  std::vector<Command> commands_{};
+  State state_{};
+  std::vector<State> stack_{};
+  std::vector<Point> outline_{};
+  bool in_outline_ = false;
+  std::size_t at_ = 0;
+  Drawing drawing_{};
+};
+
+}  // namespace
+
+void TurtleFrame::turn_left(double angle_rad) {
+  turn(heading, left, angle_rad);
+  straighten(*this);
+}
+
+void TurtleFrame::pitch_down(double angle_rad) {
+  turn(heading, up, -angle_rad);
+  straighten(*this);
+}
+
+void TurtleFrame::roll_left(double angle_rad) {
+  turn(left, up, -angle_rad);
+  straighten(*this);
+}
+
+void TurtleFrame::level() {
+  const Point horizontal = cross({0.0, 0.0, 1.0}, heading);
+  constexpr double kUpright = 1e-9;
+  if (length(horizontal) < kUpright) return;
+  left = direction(horizontal);
+  up = cross(heading, left);
+}
+
+void TurtleFrame::bend_towards(Point towards, double elasticity) {
+  const Point torque = cross(heading, towards);
+  const double size = length(torque);
+  if (!(size > 0.0)) return;
+  const double angle = elasticity * size;
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  const Point axis = (1.0 / size) * torque;
+  const auto turned = [&](Point v) {
+    return c * v + s * cross(axis, v) + ((1.0 - c) * dot(axis, v)) * axis;
+  };
+  heading = turned(heading);
+  left = turned(left);
+  straighten(*this);
+}
+
+Drawing draw(const ModuleString& string,
+             const TurtleSettings& settings,
+             const std::string& file,
+             const LsystemLimits& limits) {
+  return Turtle(string, settings, file, limits).draw();
+}
+
+}  // namespace silvafit::tree
