@@ -35,18 +35,31 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
   return map;
 }
 
-tree::MorphologyTable read_trees(const GrowCommand& command) {
-  const tree::MorphologyTableOptions options{
-      .use = tree::use_from_text(command.use),
-      .columns = column_map(command.columns),
-      .plots = command.plots,
-      .needs_position = !command.scene.empty() || command.resolve_overlaps};
+tree::MorphologyTableOptions table_options(const GrowCommand& command) {
+  return {.use = tree::use_from_text(command.use),
+          .columns = column_map(command.columns),
+          .plots = command.plots,
+          .needs_position = !command.scene.empty() || command.resolve_overlaps};
+}
+
+data::Table read_table(const GrowCommand& command, const tree::MorphologyTableOptions& options) {
   data::CsvTableOptions csv{.text_columns = {"plot", "tree", "species"}};
   for (const char* name : {"plot", "tree", "species"}) {
     const auto mapped = options.columns.find(name);
     if (mapped != options.columns.end()) csv.text_columns.push_back(mapped->second);
   }
-  return tree::read_morphologies(data::read_csv_table(command.file, csv), options);
+  return data::read_csv_table(command.file, csv);
+}
+
+/// All trees of the table at one time, or the trees of each moment.
+tree::Moments read_trees(const GrowCommand& command) {
+  const tree::MorphologyTableOptions options = table_options(command);
+  const data::Table table = read_table(command, options);
+  if (!command.by.empty()) return tree::read_moments(table, command.by, options);
+  tree::MorphologyTable read = tree::read_morphologies(table, options);
+  tree::Moments one{.left_out = std::move(read.left_out)};
+  if (!read.morphologies.empty()) one.moments.push_back({.trees = std::move(read.morphologies)});
+  return one;
 }
 
 std::string quoted(const std::set<std::string>& names) {
@@ -55,10 +68,13 @@ std::string quoted(const std::set<std::string>& names) {
   return list;
 }
 
-/// Each tree's builder with the preset that was asked for, or the species' own.
-std::vector<const tree::Builder*> builders_of(const std::vector<tree::Morphology>& morphologies,
-                                              const tree::BuilderCatalogue& catalogue,
-                                              const GrowCommand& command) {
+}  // namespace
+
+std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
+                                                  const tree::BuilderCatalogue& catalogue,
+                                                  const GrowCommand& command,
+                                                  const tree::Builder* for_all) {
+  if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
   std::vector<const tree::Builder*> builders;
   std::set<std::string> unknown;
   for (const tree::Morphology& morphology : morphologies) {
@@ -76,6 +92,45 @@ std::vector<const tree::Builder*> builders_of(const std::vector<tree::Morphology
   }
   return builders;
 }
+
+tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin) {
+  return {.origin = origin,
+          .instancing = command.instancing,
+          .quantize = command.quantize,
+          .compress = command.compress,
+          .ascii = command.ascii};
+}
+
+void add_ground(const GrowCommand& command,
+                const std::vector<tree::Morphology>& trees,
+                const tree::Position& origin,
+                tree::SceneWriter& writer) {
+  if (command.ground == "none") return;
+  std::vector<tree::Position> stems;
+  stems.reserve(trees.size());
+  double lowest = trees.front().position.z_m;
+  for (const tree::Morphology& tree : trees) {
+    stems.push_back(tree.position);
+    lowest = std::min(lowest, tree.position.z_m);
+  }
+  if (command.ground == "flat") {
+    // Four corners span it.
+    for (tree::Position& stem : stems) stem.z_m = lowest;
+    const auto by = [&](double tree::Position::*axis) {
+      return std::minmax_element(stems.begin(), stems.end(), [axis](const auto& a, const auto& b) {
+        return a.*axis < b.*axis;
+      });
+    };
+    const auto [west, east] = by(&tree::Position::x_m);
+    const auto [south, north] = by(&tree::Position::y_m);
+    stems = {{west->x_m, south->y_m, lowest}, {east->x_m, north->y_m, lowest}};
+  }
+  const tree::MeshPart mesh = tree::ground_mesh(stems, origin);
+  const auto model = writer.add_model("ground", {{"ground", "ground", &mesh}});
+  writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
+}
+
+namespace {
 
 /// A file name that no file system objects to; bytes beyond letters, digits, `.`, `_` and `-`
 /// become %XX, so that different names stay different.
@@ -126,14 +181,17 @@ std::unique_ptr<const tree::Builder> builder_with_grammar(const tree::BuilderCat
 /// Grows the trees of a table and writes them.
 class Grower {
  public:
+  /// \param stand    all trees that ground and origin are common to
+  /// \param for_all  as listed_builders()
   Grower(const GrowCommand& command,
          const std::vector<tree::Morphology>& morphologies,
-         const tree::BuilderCatalogue& catalogue)
+         const std::vector<tree::Morphology>& stand,
+         const tree::BuilderCatalogue& catalogue,
+         const tree::Builder* for_all)
       : command_(command),
         morphologies_(morphologies),
-        with_grammar_(builder_with_grammar(catalogue, command)),
-        listed_(with_grammar_ != nullptr ? std::vector(morphologies.size(), with_grammar_.get())
-                                         : builders_of(morphologies, catalogue, command)),
+        stand_(stand),
+        listed_(listed_builders(morphologies, catalogue, command, for_all)),
         builders_(listed_),
         progress_(command.common) {
     for (const tree::Builder*& builder : builders_) {
@@ -234,7 +292,8 @@ class Grower {
           fs::path(command_.out) / (names_[i] + level_suffix(command_, level) + "." +
                                     tree::file_ending(command_.scene_format));
       grown.file = path.string();
-      const auto writer = tree::open_scene(path, command_.scene_format, scene_options({}));
+      const auto writer =
+          tree::open_scene(path, command_.scene_format, scene_options(command_, {}));
       // A tree alone stands at the origin.
       tree::SceneTree& alone = grown.tree;
       const tree::Position place = std::exchange(alone.position, {});
@@ -243,14 +302,6 @@ class Grower {
       grown.bytes = writer->finish();
       return grown;
     });
-  }
-
-  tree::SceneOptions scene_options(const tree::Position& origin) const {
-    return {.origin = origin,
-            .instancing = command_.instancing,
-            .quantize = command_.quantize,
-            .compress = command_.compress,
-            .ascii = command_.ascii};
   }
 
   fs::path scene_path(int level) const {
@@ -264,8 +315,9 @@ class Grower {
 
   void write_scene(int level) {
     const fs::path path = scene_path(level);
-    const tree::Position origin = tree::scene_origin(morphologies_);
-    const auto writer = tree::open_scene(path, command_.scene_format, scene_options(origin));
+    const tree::Position origin = tree::scene_origin(stand_);
+    const auto writer =
+        tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
     hand_over_ = [&writer](std::size_t, GrownTree& grown) { writer->add_tree(grown.tree); };
     in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
       GrownTree grown = grow(i, level);
@@ -273,35 +325,8 @@ class Grower {
       grown.bytes = tree::glb_mesh_bytes(grown.tree.mesh);
       return grown;
     });
-    add_ground(*writer, origin);
+    add_ground(command_, stand_, origin, *writer);
     result_.files.emplace_back(path.string(), writer->finish());
-  }
-
-  void add_ground(tree::SceneWriter& writer, const tree::Position& origin) const {
-    if (command_.ground == "none") return;
-    std::vector<tree::Position> stems;
-    stems.reserve(morphologies_.size());
-    double lowest = morphologies_.front().position.z_m;
-    for (const tree::Morphology& tree : morphologies_) {
-      stems.push_back(tree.position);
-      lowest = std::min(lowest, tree.position.z_m);
-    }
-    if (command_.ground == "flat") {
-      // Four corners span it.
-      for (tree::Position& stem : stems) stem.z_m = lowest;
-      const auto by = [&](double tree::Position::*axis) {
-        return std::minmax_element(
-            stems.begin(), stems.end(), [axis](const auto& a, const auto& b) {
-              return a.*axis < b.*axis;
-            });
-      };
-      const auto [west, east] = by(&tree::Position::x_m);
-      const auto [south, north] = by(&tree::Position::y_m);
-      stems = {{west->x_m, south->y_m, lowest}, {east->x_m, north->y_m, lowest}};
-    }
-    const tree::MeshPart mesh = tree::ground_mesh(stems, origin);
-    const auto model = writer.add_model("ground", {{"ground", "ground", &mesh}});
-    writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
   }
 
   // ---- Shared models --------------------------------------------------------------------------
@@ -313,8 +338,9 @@ class Grower {
 
   void write_shared(int level) {
     const fs::path path = scene_path(level);
-    const tree::Position origin = tree::scene_origin(morphologies_);
-    const auto writer = tree::open_scene(path, command_.scene_format, scene_options(origin));
+    const tree::Position origin = tree::scene_origin(stand_);
+    const auto writer =
+        tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
     std::vector<tree::SceneWriter::Model> models;
     std::vector<std::size_t> triangles;
     for (const tree::SharedModel& model : result_.shared.models) {
@@ -337,13 +363,13 @@ class Grower {
                     i);
       result_.triangles += triangles[shared.model];
     }
-    add_ground(*writer, origin);
+    add_ground(command_, stand_, origin, *writer);
     result_.files.emplace_back(path.string(), writer->finish());
   }
 
   const GrowCommand& command_;
   const std::vector<tree::Morphology>& morphologies_;
-  std::unique_ptr<const tree::Builder> with_grammar_;
+  const std::vector<tree::Morphology>& stand_;
   std::vector<const tree::Builder*> listed_;  ///< null where no preset lists the species
   std::vector<const tree::Builder*> builders_;
   Progress progress_;
@@ -352,6 +378,22 @@ class Grower {
   std::vector<std::string> names_{};
   std::function<void(std::size_t, GrownTree&)> hand_over_{};
 };
+
+void check_moments(const GrowCommand& command) {
+  if (!command.by.empty() && command.share) {
+    throw UsageError("--by gives each tree models of its own: leave out --share");
+  }
+  if (!command.animate) return;
+  if (command.by.empty() || command.scene.empty()) {
+    throw UsageError("--animate needs --by, the column with the times, and --scene");
+  }
+  const bool is_gltf = command.scene_format == tree::SceneFormat::kGlb ||
+                       command.scene_format == tree::SceneFormat::kGltf;
+  if (!is_gltf) throw UsageError("only glb and gltf hold animations");
+  if (command.resolve_overlaps || command.levels.size() > 1) {
+    throw UsageError("--animate is for one level of detail, and not with --resolve-overlaps");
+  }
+}
 
 void check(GrowCommand& command) {
   if (!command.grammar.empty() && command.builder != tree::BuilderKind::kLsystem) {
@@ -378,6 +420,7 @@ void check(GrowCommand& command) {
   for (const int level : command.levels) static_cast<void>(tree::level_of_detail(level));
   command.scene_format = tree::scene_format_from_text(format);
   if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
+  check_moments(command);
 }
 
 /// What goes wrong with a tree is said with the table's name, what with a scene with the scene's.
@@ -391,20 +434,86 @@ GrowResult run_named(Grower& grower, const GrowCommand& command) {
   }
 }
 
+/// The command for one moment: the scene STEM-MOMENT.glb, or the folder OUT/MOMENT.
+GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment, bool is_first) {
+  GrowCommand one = command;
+  const std::string name = file_name(moment.name);
+  if (command.scene.empty()) {
+    one.out = (fs::path(command.out) / name).string();
+  } else {
+    const fs::path path = command.scene;
+    fs::path named = path;
+    named.replace_filename(path.stem().string() + "-" + name + path.extension().string());
+    one.scene = named.string();
+  }
+  // What is said of species would be said again.
+  one.common.quiet = command.common.quiet || !is_first;
+  return one;
+}
+
+/// Everything that is said of all moments together.
+struct Sequence {
+  GrowResult result{};
+  std::vector<tree::Morphology> morphologies{};
+  std::unique_ptr<const tree::Builder> with_grammar{};
+  std::vector<const tree::Builder*> builders{};
+};
+
+void append(GrowResult&& part, const std::string& moment, std::size_t before, GrowResult& all) {
+  for (GrownTree& tree : part.trees) {
+    tree.moment = moment;
+    all.trees.push_back(std::move(tree));
+  }
+  for (tree::PairOverlap& pair : part.pairs) {
+    pair.weaker += before;
+    pair.stronger += before;
+    all.pairs.push_back(std::move(pair));
+  }
+  all.files.insert(all.files.end(), part.files.begin(), part.files.end());
+  all.shared = std::move(part.shared);
+  all.tree_count += part.tree_count;
+  all.triangles += part.triangles;
+  all.with_guesses += part.with_guesses;
+  all.crossing += part.crossing;
+}
+
+Sequence grow_moments(const GrowCommand& command,
+                      const std::vector<tree::Moment>& moments,
+                      const tree::BuilderCatalogue& catalogue) {
+  Sequence all;
+  for (const tree::Moment& moment : moments) {
+    all.morphologies.insert(all.morphologies.end(), moment.trees.begin(), moment.trees.end());
+  }
+  all.with_grammar = builder_with_grammar(catalogue, command);
+  if (command.animate) {
+    all.result =
+        write_animation(command, moments, all.morphologies, catalogue, all.with_grammar.get());
+    return all;
+  }
+  std::size_t before = 0;
+  for (const tree::Moment& moment : moments) {
+    const GrowCommand one = command.by.empty() ? command : of_moment(command, moment, before == 0);
+    Grower grower(one, moment.trees, all.morphologies, catalogue, all.with_grammar.get());
+    append(run_named(grower, one), moment.name, before, all.result);
+    all.builders.insert(all.builders.end(), grower.builders().begin(), grower.builders().end());
+    before += moment.trees.size();
+  }
+  return all;
+}
+
 void run(GrowCommand& command) {
   check(command);
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
-  const tree::MorphologyTable table = read_trees(command);
+  const tree::Moments table = read_trees(command);
   report_left_out(command, table.left_out);
-  if (table.morphologies.empty()) {
+  if (table.moments.empty()) {
     throw InputError("no tree can be grown from its rows", {.file = command.file});
   }
-  Grower grower(command, table.morphologies, catalogue);
-  const GrowResult result = run_named(grower, command);
+  const Sequence all = grow_moments(command, table.moments, catalogue);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report_grown(
-      command, result, table.morphologies, grower.builders(), table.left_out, seconds.count());
+      command, all.result, all.morphologies, all.builders, table.left_out, seconds.count());
 }
 
 }  // namespace
@@ -478,6 +587,20 @@ void add_grow_command(CLI::App& program) {
                    options->columns,
                    "Other names or units of columns, as in h=H_m,dbh=DBH_mm/10")
       ->delimiter(',');
+  command->add_option(
+      "--by",
+      options->by,
+      "Column with the time of each row, such as year: a scene a time, FILE-2021.glb, "
+      "FILE-2022.glb, ...");
+  command->add_flag("--animate",
+                    options->animate,
+                    "GLB, glTF: one scene in which the trees of --by grow over time");
+  command
+      ->add_option("--seconds",
+                   options->seconds_per_unit,
+                   "Of the animation a unit of --by, or a step where it holds text")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   add_common_options(*command, options->common);
   add_example(*command,
               "silvafit grow examples/fir-mixed/inventory.csv --plot 1 --scene plot1.glb");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "silvafit/tree/growth.hpp"
 #include "silvafit/tree/morphology_table.hpp"
 #include "silvafit/tree/overlap.hpp"
 #include "silvafit/tree/scene_writer.hpp"
@@ -28,6 +29,9 @@ struct GrowCommand {
   std::string ground = "stems";
   std::vector<std::string> plots;
   std::vector<std::string> columns;
+  std::string by;
+  bool animate = false;
+  double seconds_per_unit = 1.0;
   std::vector<int> levels{0};
   std::size_t models_per_preset = 64;
   bool resolve_overlaps = false;
@@ -47,6 +51,7 @@ struct GrownTree {
   std::size_t bytes = 0;  ///< of its file, or of its mesh in the scene
   int level = 0;
   double surface_error_cm = 0.0;
+  std::string moment{};  ///< with --by
 };
 
 /// Everything that is grown, and what was found out on the way.
@@ -60,6 +65,29 @@ struct GrowResult {
   std::size_t with_guesses = 0;
   std::size_t crossing = 0;  ///< trees whose radius branches could not be parted from neighbours'
 };
+
+/// Each tree's builder with the preset that was asked for, or the species' own; null where no
+/// preset lists it, which is said.
+std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
+                                                  const tree::BuilderCatalogue& catalogue,
+                                                  const GrowCommand& command,
+                                                  const tree::Builder* for_all);
+
+tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin);
+
+/// The ground that the command asks for, under these stems.
+void add_ground(const GrowCommand& command,
+                const std::vector<tree::Morphology>& stems,
+                const tree::Position& origin,
+                tree::SceneWriter& writer);
+
+/// One file in which the trees of the moments follow each other (--animate).
+/// \param stand  all trees of all moments
+GrowResult write_animation(const GrowCommand& command,
+                           const std::vector<tree::Moment>& moments,
+                           const std::vector<tree::Morphology>& stand,
+                           const tree::BuilderCatalogue& catalogue,
+                           const tree::Builder* for_all);
 
 /// Prints the result for people, or as JSON.
 void report_grown(const GrowCommand& command,

@@ -40,6 +40,7 @@ ordered_json json_of(const GrownTree& grown) {
                     {"dbh", measured.dbh_cm},
                     {"cw", measured.radii.width_m()},
                     {"radii", json_of(measured.radii)}};
+  if (!grown.moment.empty()) json["moment"] = grown.moment;
   if (tree.removed_share) json["removed_share"] = *tree.removed_share;
   json["notes"] = std::move(notes);
   return json;
@@ -124,6 +125,7 @@ void print_json(const GrowCommand& command,
                     {"silvafit", version()},
                     {"use", command.use},
                     {"seed", command.common.seed}};
+  if (!command.by.empty()) json["by"] = command.by;
   ordered_json trees = ordered_json::array();
   if (command.share) {
     trees = shared_trees(command, result, morphologies, builders);

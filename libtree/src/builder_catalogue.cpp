@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/bamboo.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/ifs.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
@@ -35,6 +36,10 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   }
   for (const auto& file : entries_of(models / "ifs")) {
     catalogue.builders_.push_back(IfsBuilder::load(models, file));
+  }
+  for (const auto& file : entries_of(models / "bamboo")) {
+    catalogue.builders_.push_back(
+        std::make_unique<const BambooBuilder>(BambooPreset::load(models, file)));
   }
   std::sort(catalogue.builders_.begin(),
             catalogue.builders_.end(),

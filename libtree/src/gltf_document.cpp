@@ -390,6 +390,8 @@ class Reader {
     if (depth > kDeepest) refuse_gltf("its nodes are nested too deeply");
     const json& node = item(json_, "nodes", index);
     Matrix own = parent;
+    // What an animation shows at another time has no size now.
+    if (numbers<3>(node, "scale", {1, 1, 1}) == std::array<double, 3>{0, 0, 0}) return;
     if (node.contains("matrix")) {
       own = product(parent, numbers<16>(node, "matrix", identity()));
     } else {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "format_writers.hpp"
+#include "gltf_animation.hpp"
 #include "packed_part.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -39,7 +40,9 @@ ordered_json json_of(const CrownRadii& radii) {
   return {{"e", radii.east_m}, {"w", radii.west_m}, {"s", radii.south_m}, {"n", radii.north_m}};
 }
 
-std::string extras_of(const SceneTree& tree) {
+}  // namespace
+
+std::string tree_extras(const SceneTree& tree) {
   ordered_json extras{{"plot", tree.plot},
                       {"tree", tree.tree},
                       {"species", tree.species},
@@ -57,6 +60,8 @@ std::string extras_of(const SceneTree& tree) {
   }
   return extras.dump();
 }
+
+namespace {
 
 std::string quoted(const std::string& text) { return ordered_json(text).dump(); }
 
@@ -159,8 +164,35 @@ class GltfWriter final : public SceneWriter {
 
   void add_tree(const SceneTree& tree) override {
     const Model model = add_model(tree.name(), parts_of(tree.mesh, tree.preset));
-    add_node(models_[model], tree.name(), {.position = tree.position}, extras_of(tree));
+    add_node(models_[model], tree.name(), {.position = tree.position}, tree_extras(tree));
     models_.pop_back();  // nothing else stands at this model's place
+  }
+
+  void animate(const std::string& name,
+               const Position& position,
+               const std::vector<AnimatedModel>& models,
+               const std::string& extras) override {
+    std::string children;
+    for (const AnimatedModel& model : models) {
+      const std::size_t mesh_node = add_resting_node(models_[model.model], model);
+      const double shown = model.at_rest ? 1.0 : 0.0;
+      const std::size_t node =
+          nodes_.add(fmt::format("{{\"name\":{},\"scale\":[{},{},{}],\"children\":[{}]}}",
+                                 quoted(name + "@" + model.name),
+                                 shown,
+                                 shown,
+                                 shown,
+                                 mesh_node));
+      add_channel(node, model.shown, "STEP", 1.0);
+      add_channel(mesh_node, model.size, "LINEAR", models_[model.model].step_m);
+      children += (children.empty() ? "" : ",") + std::to_string(node);
+    }
+    std::string node = fmt::format("{{\"name\":{},\"translation\":{},\"children\":[{}]",
+                                   quoted(name),
+                                   triple(translation_of({.position = position})),
+                                   children);
+    if (!extras.empty()) node += ",\"extras\":" + extras;
+    roots_.add(std::to_string(nodes_.add(node + '}')));
   }
 
   std::size_t finish() override {
@@ -210,6 +242,50 @@ class GltfWriter final : public SceneWriter {
     }
     if (!extras.empty()) node += ",\"extras\":" + extras;
     roots_.add(std::to_string(nodes_.add(node + '}')));
+  }
+
+  /// As large as at its first keyframe of full size.
+  std::size_t add_resting_node(const PlacedModel& placed, const AnimatedModel& model) {
+    const double step = placed.step_m;
+    std::string node = fmt::format("{{\"mesh\":{}", placed.mesh);
+    if (step != 1.0 || !model.size.empty()) {
+      node += fmt::format(",\"scale\":[{0:.7g},{0:.7g},{0:.7g}]", step);
+    }
+    return nodes_.add(node + '}');
+  }
+
+  void add_channel(std::size_t node,
+                   const std::vector<Keyframe>& keyframes,
+                   const char* interpolation,
+                   double step_m) {
+    if (keyframes.empty()) return;
+    std::vector<float> times;
+    std::vector<float> scales;
+    for (const Keyframe& keyframe : keyframes) {
+      times.push_back(static_cast<float>(keyframe.time_s));
+      for (const double scale : keyframe.scale)
+        scales.push_back(static_cast<float>(step_m * scale));
+    }
+    const std::string sampler =
+        fmt::format("{{\"input\":{},\"interpolation\":\"{}\",\"output\":{}}}",
+                    keyframe_accessor(times, 1),
+                    interpolation,
+                    keyframe_accessor(scales, 3));
+    animation_.add_scale_channel(node, sampler);
+  }
+
+  /// Many trees share their keyframes.
+  std::size_t keyframe_accessor(const std::vector<float>& values, std::size_t each) {
+    const auto [found, is_new] = keyframes_.try_emplace({each, values}, 0);
+    if (!is_new) return found->second;
+    const std::size_t view = plain_view(values.data(), values.size() * sizeof(float), 0, 0);
+    std::string text =
+        fmt::format("{{\"bufferView\":{},\"componentType\":5126,\"count\":{},\"type\":\"{}\"",
+                    view,
+                    values.size() / each,
+                    each == 3 ? "VEC3" : "SCALAR");
+    if (each == 1) text += fmt::format(",\"min\":[{}],\"max\":[{}]", values.front(), values.back());
+    return found->second = accessors_.add(text + '}');
   }
 
   void add_instance(PlacedModel& model, const Placement& placement, std::size_t number) {
@@ -426,7 +502,7 @@ class GltfWriter final : public SceneWriter {
     pieces.add(roots_.spool());
     pieces.add("]}],\"nodes\":[");
     pieces.add(nodes_.spool());
-    pieces.add("],\"meshes\":[");
+    pieces.add("]" + animation_.json() + ",\"meshes\":[");
     pieces.add(meshes_.spool());
     pieces.add("],\"materials\":[" + material_text_ + "]," + textures() + "\"accessors\":[");
     pieces.add(accessors_.spool());
@@ -499,6 +575,8 @@ class GltfWriter final : public SceneWriter {
   std::map<std::string, std::size_t> textures_{};  ///< by name
   std::string images_text_{};
   std::vector<PlacedModel> models_{};
+  GltfAnimation animation_{};
+  std::map<std::pair<std::size_t, std::vector<float>>, std::size_t> keyframes_{};
   std::size_t unpacked_size_ = 0;
 };
 

@@ -20,6 +20,9 @@ constexpr double kThinnest = 0.01;  // cm
 constexpr double kNarrowest = 0.001;
 /// Farther than any projection's coordinates; beyond, not even a millimeter is left of a double.
 constexpr double kFarthest = 1e9;
+constexpr double kMostBent = 60.0;
+constexpr double kSteepestBranch = 70.0;
+constexpr double kMostInternodes = 200.0;
 
 class Checker {
  public:
@@ -84,6 +87,19 @@ void validate_crown(const Morphology& m, const Checker& check) {
   }
 }
 
+void validate_culm(const CulmForm& culm, const Checker& check) {
+  const auto between =
+      [&check](const std::optional<double>& value, double low, double high, const char* column) {
+        check.require(!value || (*value >= low && *value <= high),
+                      column,
+                      fmt::format("{} is outside [{}, {}]", value.value_or(0.0), low, high));
+      };
+  between(culm.bend_deg, 0.0, kMostBent, "bend_deg");
+  between(culm.bend_azimuth_deg, 0.0, 360.0, "bend_azimuth_deg");
+  between(culm.branch_angle_deg, 0.0, kSteepestBranch, "branch_angle_deg");
+  between(culm.internodes, 2.0, kMostInternodes, "internodes");
+}
+
 }  // namespace
 
 void validate(const Morphology& morphology) {
@@ -103,6 +119,7 @@ void validate(const Morphology& morphology) {
                               *morphology.age_years,
                               kOldest));
   }
+  validate_culm(morphology.culm, check);
   check.place(morphology.position.x_m, "x");
   check.place(morphology.position.y_m, "y");
   check.place(morphology.position.z_m, "z");
@@ -113,7 +130,8 @@ TreeShape complete(const Morphology& morphology, double relative_hc, const std::
   TreeShape shape{.dbh_cm = morphology.dbh_cm,
                   .h_m = morphology.h_m,
                   .hcb_m = morphology.hcb_m,
-                  .age_years = morphology.age_years};
+                  .age_years = morphology.age_years,
+                  .culm = morphology.culm};
   if (morphology.hc_m) {
     shape.hc_m = *morphology.hc_m;
   } else {

@@ -44,22 +44,16 @@ class Columns {
           const MorphologyTableOptions& options,
           UnreadableCells& unreadable)
       : table_(table), options_(options), unreadable_(unreadable) {
-    static const std::set<std::string> known{"plot",
-                                             "tree",
-                                             "species",
-                                             "x",
-                                             "y",
-                                             "z",
-                                             "dbh",
-                                             "h",
-                                             "hcb",
-                                             "cw",
-                                             "cr_e",
-                                             "cr_w",
-                                             "cr_s",
-                                             "cr_n",
-                                             "hc",
-                                             "age"};
+    static const std::set<std::string> known{"plot",       "tree",
+                                             "species",    "x",
+                                             "y",          "z",
+                                             "dbh",        "h",
+                                             "hcb",        "cw",
+                                             "cr_e",       "cr_w",
+                                             "cr_s",       "cr_n",
+                                             "hc",         "age",
+                                             "bend_deg",   "bend_azimuth_deg",
+                                             "internodes", "branch_angle_deg"};
     for (const auto& [name, expression] : options.columns) {
       if (!known.contains(name)) throw UsageError("no tree is grown from a column " + name);
     }
@@ -135,6 +129,7 @@ struct Sources {
   data::TextColumn tree;
   std::optional<data::TextColumn> species;
   std::optional<Numbers> x, y, z, cw, east, west, south, north, hc, age;
+  std::optional<Numbers> bend, bend_azimuth, internodes, branch_angle;
   Numbers dbh, h, hcb;
   UnreadableCells unreadable;
 };
@@ -159,6 +154,10 @@ Sources sources_of(const data::Table& table, const MorphologyTableOptions& optio
   const bool has_radii = from.east && from.west && from.south && from.north;
   from.cw = has_radii ? columns.numbers_if_any("cw", suffix) : columns.numbers("cw", suffix);
   from.age = columns.numbers_if_any("age");
+  from.bend = columns.numbers_if_any("bend_deg");
+  from.bend_azimuth = columns.numbers_if_any("bend_azimuth_deg");
+  from.internodes = columns.numbers_if_any("internodes");
+  from.branch_angle = columns.numbers_if_any("branch_angle_deg");
   from.x = options.needs_position ? columns.numbers("x") : columns.numbers_if_any("x");
   from.y = options.needs_position ? columns.numbers("y") : columns.numbers_if_any("y");
   from.z = columns.numbers_if_any("z");
@@ -183,6 +182,10 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
   tree.cw_m = value_if_known(from.cw, row);
   tree.hc_m = value_if_known(from.hc, row);
   tree.age_years = value_if_known(from.age, row);
+  tree.culm = {.bend_deg = value_if_known(from.bend, row),
+               .bend_azimuth_deg = value_if_known(from.bend_azimuth, row),
+               .internodes = value_if_known(from.internodes, row),
+               .branch_angle_deg = value_if_known(from.branch_angle, row)};
   const auto east = value_if_known(from.east, row);
   const auto west = value_if_known(from.west, row);
   const auto south = value_if_known(from.south, row);

@@ -37,6 +37,13 @@ std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset) {
   return parts;
 }
 
+void SceneWriter::animate(const std::string&,
+                          const Position&,
+                          const std::vector<AnimatedModel>&,
+                          const std::string&) {
+  throw UsageError("only glb and gltf hold animations");
+}
+
 std::unique_ptr<SceneWriter> open_scene(const std::filesystem::path& path,
                                         SceneFormat format,
                                         const SceneOptions& options) {

@@ -20,6 +20,18 @@ INVENTORY = """plot,tree,species,x,y,z,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n
 """
 
 
+GROWTH = """year,plot,tree,species,x,y,dbh,h,hcb,cw
+2021,1,1,SM,0,0,12,10,3,3
+2021,1,2,MH,6,0,11,9,2,3
+2022,1,1,SM,0,0,13,11,3,3
+2022,1,2,MH,6,0,12,9.5,2,3
+2022,1,2,MH,6,0,12,9.6,2,3
+2023,1,1,SM,0,0,14,12,3,3.2
+2023,1,3,SM,3,4,8,7,2,2
+,1,4,SM,3,4,8,7,2,2
+"""
+
+
 def read_glb(path):
     data = path.read_bytes()
     magic, version, size = struct.unpack_from("<4sII", data)
@@ -251,6 +263,79 @@ class Grow(ProgramTest):
         self.assertLess(packed["scenes"][0]["bytes"], result["scenes"][0]["bytes"] / 3)
         self.assertEqual(sorted(read_glb(self.folder / "p.glb")[0]["extensionsRequired"]),
                          ["EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_mesh_quantization"])
+
+    def test_times_become_scenes_of_their_own(self):
+        self.write("in.csv", GROWTH)
+        result = self.run_json("grow", "in.csv", "--by", "year", "--scene", "stand.glb")
+        self.assertEqual(result["by"], "year")
+        self.assertEqual([Path(s["file"]).name for s in result["scenes"]],
+                         ["stand-2021.glb", "stand-2022.glb", "stand-2023.glb"])
+        self.assertEqual([(t["moment"], t["tree"], round(t["h"], 3)) for t in result["trees"]],
+                         [("2021", "1", 10), ("2021", "2", 9), ("2022", "1", 11), ("2022", "2", 9.5),
+                          ("2023", "1", 12), ("2023", "3", 7)])
+        # The last row has no year; the fifth repeats a tree of its year.
+        self.assertEqual([row["line"] for row in result["left_out"]], [9, 6])
+        names = []
+        grounds = set()
+        for year in (2021, 2022, 2023):
+            gltf, binary = read_glb(self.folder / f"stand-{year}.glb")
+            names.append([node["name"] for node in gltf["nodes"]])
+            ground = gltf["meshes"][gltf["nodes"][-1]["mesh"]]["primitives"][0]["attributes"]
+            grounds.add(json.dumps(gltf["accessors"][ground["POSITION"]]["max"]))
+        self.assertEqual(names, [["1-1", "1-2", "ground"]] * 2 + [["1-1", "1-3", "ground"]])
+        # One ground under the trees of all years.
+        self.assertEqual(len(grounds), 1)
+        self.run_program("grow", "in.csv", "--by", "year", "--out", "alone")
+        self.assertEqual(sorted(str(p.relative_to(self.folder / "alone"))
+                                for p in (self.folder / "alone").glob("*/*")),
+                         ["2021/1-1.glb", "2021/1-2.glb", "2022/1-1.glb", "2022/1-2.glb",
+                          "2023/1-1.glb", "2023/1-3.glb"])
+
+    def test_one_scene_shows_the_growth(self):
+        self.write("in.csv", GROWTH)
+        result = self.run_json("grow", "in.csv", "--by", "year", "--animate", "--seconds", "2",
+                               "--scene", "growth.glb")
+        self.assertEqual(len(result["trees"]), 6)
+        self.assertEqual(len(result["scenes"]), 1)
+        gltf, binary = read_glb(self.folder / "growth.glb")
+        roots = [gltf["nodes"][i] for i in gltf["scenes"][0]["nodes"]]
+        self.assertEqual([root["name"] for root in roots], ["1-1", "1-2", "1-3", "ground"])
+        self.assertEqual([gltf["nodes"][i]["name"] for i in roots[0]["children"]],
+                         ["1-1@2021", "1-1@2022", "1-1@2023"])
+        self.assertAlmostEqual(roots[0]["extras"]["h"], 12, delta=0.01)
+        inputs = {sampler["input"] for sampler in gltf["animations"][0]["samplers"]}
+        # Three years of two seconds each.
+        self.assertEqual({gltf["accessors"][i]["max"][0] for i in inputs} - {2, 4}, {6})
+
+    def test_times_that_cannot_be_shown_are_refused(self):
+        self.write("in.csv", GROWTH)
+        for arguments in (("--animate", "--scene", "a.glb"),
+                          ("--by", "year", "--animate", "--out", "a"),
+                          ("--by", "year", "--animate", "--scene", "a.obj"),
+                          ("--by", "year", "--animate", "--scene", "a.glb", "--lod", "0,1"),
+                          ("--by", "year", "--share", "--scene", "a.glb")):
+            self.run_program("grow", "in.csv", *arguments, status=2)
+        done = self.run_program("grow", "in.csv", "--by", "month", "--scene", "a.glb", status=3)
+        self.assertIn("in.csv:1: month", done.stderr)
+
+    def test_bamboo_has_what_was_measured_of_its_culm(self):
+        rows = "plot,tree,species,x,y,dbh,h,hcb,cw,bend_deg,bend_azimuth_deg,internodes\n"
+        rows += "1,1,Phyllostachys edulis,0,0,10,14,8,2.6,1.5,90,50\n"
+        rows += "1,2,Phyllostachys edulis,5,0,10,14,8,2.6,75,90,50\n"
+        self.write("in.csv", rows)
+        result = self.run_json("grow", "in.csv", "--builder", "bamboo", "--scene", "out.glb")
+        self.assertEqual(len(result["trees"]), 1)
+        self.assertIn("75 is outside", result["left_out"][0]["reason"])
+        self.assertEqual(result["left_out"][0]["column"], "bend_deg")
+        gltf, binary = read_glb(self.folder / "out.glb")
+        seen = self.measure(vertices_of(gltf, binary, gltf["meshes"][0]))
+        self.assertAlmostEqual(seen["h"], 14, delta=0.01)
+        self.assertAlmostEqual(seen["hcb"], 8, delta=0.01)
+        self.assertAlmostEqual(seen["dbh"], 10, delta=0.1)
+        self.assertAlmostEqual(seen["e"], 1.3, delta=0.01)
+        # Bent to the east by half of 1.5 degrees over the 6 m of the crown.
+        tip = max(vertices_of(gltf, binary, gltf["meshes"][0])["stem"], key=lambda corner: corner[1])
+        self.assertAlmostEqual(tip[0], 6 * math.tan(math.radians(0.75)), delta=0.001)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,14 @@ struct CrownRadii {
   double width_m() const { return 0.5 * (east_m + west_m + south_m + north_m); }
 };
 
+/// What may be measured on a bamboo culm besides; other trees have none of it.
+struct CulmForm {
+  std::optional<double> bend_deg{};          ///< between the culm's directions at base and tip
+  std::optional<double> bend_azimuth_deg{};  ///< towards which the tip leans, from north over east
+  std::optional<double> internodes{};        ///< number from the ground to the tip
+  std::optional<double> branch_angle_deg{};  ///< mean elevation of branches above the horizontal
+};
+
 /// Something that was not measured, or not used as given, and by which rule it was filled in.
 struct Note {
   std::string about{};  ///< "hc", "radii", "preset", "branch_count", ...
@@ -48,6 +56,7 @@ struct Morphology {
   std::optional<CrownRadii> radii{};  ///< each > 0
   std::optional<double> cw_m{};       ///< crown width, a diameter; > 0; used if radii are unknown
   std::optional<double> age_years{};  ///< in (0, 5000]
+  CulmForm culm{};
 };
 
 /// Checks that a tree with these numbers can exist.
@@ -62,6 +71,7 @@ struct TreeShape {
   double hc_m = 0.0;
   CrownRadii radii{};
   std::optional<double> age_years{};
+  CulmForm culm{};
   std::vector<Note> notes{};  ///< which of these were not measured
 };
 

@@ -43,7 +43,8 @@ struct MorphologyTable {
 };
 
 /// Reads the columns plot, tree, species, x, y, z (m), dbh (cm), h, hcb, cw (m), and where there
-/// are any cr_e, cr_w, cr_s, cr_n, hc (m) and age (years). A row whose values are missing or
+/// are any cr_e, cr_w, cr_s, cr_n, hc (m), age (years), and of bamboo bend_deg, bend_azimuth_deg,
+/// internodes (number) and branch_angle_deg. A row whose values are missing or
 /// impossible, or that repeats a plot's tree, is left out with the reason.
 /// \throws InputError if a column that is needed is not there, or a chosen plot has no row;
 /// FormulaError, UsageError for an expression that cannot be read

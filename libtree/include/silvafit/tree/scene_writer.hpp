@@ -2,6 +2,7 @@
 // Scenes as files, one model and one place at a time: GLB, glTF, OBJ, PLY.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <limits>
@@ -53,6 +54,21 @@ struct ModelPart {
 /// The parts of a tree of a preset: materials PRESET-bark and PRESET-leaf.
 std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset);
 
+/// A size at a time.
+struct Keyframe {
+  double time_s = 0.0;
+  std::array<double, 3> scale{1.0, 1.0, 1.0};  ///< east, up, north
+};
+
+/// A model that is there for some of an animation's time and may grow meanwhile.
+struct AnimatedModel {
+  std::size_t model = 0;          ///< of the writer that animates it
+  std::string name{};             ///< of the time that it is of
+  std::vector<Keyframe> shown{};  ///< scales 1 or 0, each until the next one
+  std::vector<Keyframe> size{};   ///< with straight lines between them; or none
+  bool at_rest = false;           ///< whether it is seen where no animation is played
+};
+
 /// A file under construction. Meshes are written as they come and are not kept, so that memory does
 /// not grow with the number of trees (OBJ and PLY, which have no shared meshes, keep the models
 /// that are placed more than once). Without finish() nothing is left behind.
@@ -82,12 +98,23 @@ class SceneWriter {
   /// A tree with a model of its own and its measurements as extras.
   virtual void add_tree(const SceneTree& tree) = 0;
 
+  /// Several models of one tree that follow each other in time, at one place.
+  /// \param extras  JSON about the tree, or empty
+  /// \throws UsageError for formats without animations
+  virtual void animate(const std::string& name,
+                       const Position& position,
+                       const std::vector<AnimatedModel>& models,
+                       const std::string& extras);
+
   /// Writes the file, whole or not at all; nothing may be added then.
   /// \return bytes of all files written
   /// \throws InputError if it cannot be written; GeometryError if nothing was added, or the
   /// format's size is exceeded
   virtual std::size_t finish() = 0;
 };
+
+/// What GLB and glTF say of a tree besides its mesh: its names and measurements, as JSON.
+std::string tree_extras(const SceneTree& tree);
 
 /// \param path  file to write; glTF puts its buffer, OBJ its materials beside it under the same
 /// name

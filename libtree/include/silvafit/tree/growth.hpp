@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// The same trees measured several times.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "silvafit/tree/morphology_table.hpp"
+#include "silvafit/tree/scene_writer.hpp"
+
+namespace silvafit::tree {
+
+/// The trees of one time, such as a year.
+struct Moment {
+  std::string name{};
+  double time = 0.0;  ///< the column's number, or its place in the order, from 0
+  std::vector<Morphology> trees{};
+};
+
+struct Moments {
+  std::vector<Moment> moments{};  ///< in the order of time
+  std::vector<LeftOut> left_out{};
+};
+
+/// Splits a table by a column: numbers in rising order, text in the order of its first appearance.
+/// A tree may appear once at each time.
+/// \throws InputError if there is no such column, or as read_morphologies()
+Moments read_moments(const data::Table& table,
+                     const std::string& by,
+                     const MorphologyTableOptions& options);
+
+/// A time at which a tree has changed: it looks like this until its next stage.
+struct Stage {
+  std::size_t moment = 0;
+  Morphology tree{};
+};
+
+/// A tree through time.
+struct GrowingTree {
+  std::vector<Stage> stages{};  ///< at least one, in the order of time
+  std::size_t gone = 0;         ///< the moment from which it is missing for good, or their number
+};
+
+/// All trees by plot and tree, in the order of their first appearance. A tree that is missing in
+/// between was not measured and stays as it was. Times at which nothing of it has changed are no
+/// stages.
+std::vector<GrowingTree> growing_trees(std::span<const Moment> moments);
+
+/// When the moments come in an animation.
+struct Pace {
+  double seconds_per_unit = 1.0;  ///< of the moments' times; > 0
+  /// How long before its first moment a tree that comes later grows up, in units; at most back to
+  /// the moment before.
+  double growing_up = 1.0;
+};
+
+/// Keyframes of a tree's stages: each is there from its moment to the next stage's, while its
+/// height and widths grow evenly to those of the next; a new tree grows up before its first moment.
+/// One more unit follows the last moment. \param models  of the stages, in their order
+std::vector<AnimatedModel> animated(const GrowingTree& tree,
+                                    std::span<const Moment> moments,
+                                    std::span<const SceneWriter::Model> models,
+                                    const Pace& pace);
+
+}  // namespace silvafit::tree

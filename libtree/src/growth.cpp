@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/growth.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+struct RowsOfMoment {
+  std::string name{};
+  double time = 0.0;
+  std::vector<std::size_t> rows{};
+};
+
+std::vector<RowsOfMoment> rows_by(const data::Table& table,
+                                  const std::string& by,
+                                  std::vector<LeftOut>& left_out) {
+  if (!table.has(by)) {
+    throw InputError("there is no such column to split the table by",
+                     {.file = table.file(), .line = 1, .column = by});
+  }
+  const data::TextColumn labels = table.labels(by);
+  std::vector<RowsOfMoment> moments(labels.levels().size());
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (labels.is_missing(row)) {
+      left_out.push_back(
+          {{.file = table.file(), .line = table.line(row), .column = by}, "its time is missing"});
+      continue;
+    }
+    RowsOfMoment& moment = moments[labels.code(row)];
+    moment.name = labels[row];
+    moment.time = table.is_numeric(by) ? table.numbers(by)[row] : labels.code(row);
+    moment.rows.push_back(row);
+  }
+  std::erase_if(moments, [](const RowsOfMoment& moment) { return moment.rows.empty(); });
+  std::sort(moments.begin(), moments.end(), [](const RowsOfMoment& a, const RowsOfMoment& b) {
+    return a.time < b.time;
+  });
+  return moments;
+}
+
+/// The chosen plots that have a row; a plot may be measured at some times only.
+std::vector<std::string> plots_in(const data::Table& table, const MorphologyTableOptions& options) {
+  const auto mapped = options.columns.find("plot");
+  const std::string column = mapped == options.columns.end() ? "plot" : mapped->second;
+  if (!table.has(column)) return options.plots;  // refused where the table is read
+  const data::TextColumn labels = table.labels(column);
+  std::set<std::string, std::less<>> present;
+  for (std::size_t row = 0; row < labels.size(); ++row) present.emplace(labels[row]);
+  std::vector<std::string> plots;
+  std::copy_if(options.plots.begin(),
+               options.plots.end(),
+               std::back_inserter(plots),
+               [&](const std::string& plot) { return present.contains(plot); });
+  return plots;
+}
+
+bool same(const std::optional<CrownRadii>& a, const std::optional<CrownRadii>& b) {
+  if (a.has_value() != b.has_value()) return false;
+  return !a || (a->east_m == b->east_m && a->west_m == b->west_m && a->south_m == b->south_m &&
+                a->north_m == b->north_m);
+}
+
+/// Whether two measurements give the same model at the same place.
+bool same(const Morphology& a, const Morphology& b) {
+  return a.species == b.species && a.dbh_cm == b.dbh_cm && a.h_m == b.h_m && a.hcb_m == b.hcb_m &&
+         a.hc_m == b.hc_m && a.cw_m == b.cw_m && same(a.radii, b.radii) &&
+         a.age_years == b.age_years && a.culm.bend_deg == b.culm.bend_deg &&
+         a.culm.bend_azimuth_deg == b.culm.bend_azimuth_deg &&
+         a.culm.internodes == b.culm.internodes &&
+         a.culm.branch_angle_deg == b.culm.branch_angle_deg;
+}
+
+struct Extent {
+  double east_west = 0.0;
+  double up = 0.0;
+  double north_south = 0.0;
+};
+
+Extent extent_of(const Morphology& tree) {
+  if (!tree.radii) return {tree.cw_m.value_or(1.0), tree.h_m, tree.cw_m.value_or(1.0)};
+  return {
+      tree.radii->east_m + tree.radii->west_m, tree.h_m, tree.radii->north_m + tree.radii->south_m};
+}
+
+constexpr std::array<double, 3> kWhole{1.0, 1.0, 1.0};
+constexpr std::array<double, 3> kNothing{0.0, 0.0, 0.0};
+
+std::array<double, 3> growth_between(const Morphology& from, const Morphology& to) {
+  const Extent a = extent_of(from);
+  const Extent b = extent_of(to);
+  return {b.east_west / a.east_west, b.up / a.up, b.north_south / a.north_south};
+}
+
+}  // namespace
+
+Moments read_moments(const data::Table& table,
+                     const std::string& by,
+                     const MorphologyTableOptions& options) {
+  Moments result;
+  const std::vector<RowsOfMoment> all = rows_by(table, by, result.left_out);
+  for (const std::string& plot : options.plots) {
+    if (plots_in(table, {.columns = options.columns, .plots = {plot}}).empty()) {
+      throw InputError("no tree stands in plot " + plot, {.file = table.file(), .plot = plot});
+    }
+  }
+  for (const RowsOfMoment& moment : all) {
+    const data::Table part = table.select(moment.rows);
+    MorphologyTableOptions of_part = options;
+    of_part.plots = plots_in(part, options);
+    if (of_part.plots.empty() && !options.plots.empty()) continue;
+    MorphologyTable read = read_morphologies(part, of_part);
+    result.left_out.insert(result.left_out.end(), read.left_out.begin(), read.left_out.end());
+    if (read.morphologies.empty()) continue;
+    result.moments.push_back({moment.name, moment.time, std::move(read.morphologies)});
+  }
+  return result;
+}
+
+std::vector<GrowingTree> growing_trees(std::span<const Moment> moments) {
+  std::vector<GrowingTree> trees;
+  std::map<std::pair<std::string, std::string>, std::size_t> places;
+  for (std::size_t moment = 0; moment < moments.size(); ++moment) {
+    for (const Morphology& tree : moments[moment].trees) {
+      const auto [found, is_new] = places.try_emplace({tree.plot, tree.tree}, trees.size());
+      if (is_new) trees.emplace_back();
+      GrowingTree& growing = trees[found->second];
+      growing.gone = moment + 1;
+      if (is_new || !same(growing.stages.back().tree, tree)) {
+        growing.stages.push_back({moment, tree});
+      }
+    }
+  }
+  return trees;
+}
+
+std::vector<AnimatedModel> animated(const GrowingTree& tree,
+                                    std::span<const Moment> moments,
+                                    std::span<const SceneWriter::Model> models,
+                                    const Pace& pace) {
+  if (!(pace.seconds_per_unit > 0.0 && pace.growing_up >= 0.0)) {
+    throw UsageError("an animation needs more than 0 seconds a unit of time");
+  }
+  const double start = moments.front().time;
+  const auto seconds = [&](double time) { return pace.seconds_per_unit * (time - start); };
+  const double end = seconds(moments.back().time + 1.0);
+  const bool stays = tree.gone == moments.size();
+  const double last = stays ? end : seconds(moments[tree.gone].time);
+  std::vector<AnimatedModel> animated_models;
+  for (std::size_t i = 0; i < tree.stages.size(); ++i) {
+    const Stage& stage = tree.stages[i];
+    const double time = moments[stage.moment].time;
+    const double there = seconds(time);
+    const bool is_last = i + 1 == tree.stages.size();
+    const double until = is_last ? last : seconds(moments[tree.stages[i + 1].moment].time);
+    double from = there;
+    AnimatedModel model{.model = models[i], .name = moments[stage.moment].name};
+    if (i == 0 && stage.moment > 0) {
+      const double before = moments[stage.moment - 1].time;
+      from = seconds(std::max(before, time - pace.growing_up));
+      if (from < there) model.size.push_back({from, kNothing});
+    }
+    if (from > 0.0) model.shown.push_back({0.0, kNothing});
+    model.shown.push_back({from, kWhole});
+    if (until < end) model.shown.push_back({until, kNothing});
+    model.shown.push_back({end, until < end ? kNothing : kWhole});
+    if (!is_last) {
+      model.size.push_back({there, kWhole});
+      model.size.push_back({until, growth_between(stage.tree, tree.stages[i + 1].tree)});
+    } else if (!model.size.empty()) {
+      model.size.push_back({there, kWhole});
+    }
+    model.at_rest = is_last && stays;
+    animated_models.push_back(std::move(model));
+  }
+  return animated_models;
+}
+
+}  // namespace silvafit::tree
