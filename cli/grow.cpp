@@ -224,7 +224,8 @@ class Grower {
   unsigned threads() const { return command_.common.threads; }
 
   tree::GrowOptions options(int level) const {
-    return {.seed = command_.common.seed, .mesh = tree::level_of_detail(level)};
+    return {.seed = command_.common.seed,
+            .mesh = tree::level_of_detail(level, {.textured = command_.textures})};
   }
 
   void resolve() {
@@ -565,6 +566,8 @@ void add_grow_command(CLI::App& program) {
   command->add_flag(
       "--compress", options->compress, "GLB, glTF: EXT_meshopt_compression and quantization");
   command->add_flag("--ascii", options->ascii, "PLY as text");
+  command->add_flag(
+      "--textures", options->textures, "GLB, glTF, OBJ: pictures of bark and leaves in the file");
   command
       ->add_option_function<std::string>(
           "--builder",

@@ -40,6 +40,7 @@ struct GrowCommand {
   bool quantize = false;
   bool compress = false;
   bool ascii = false;
+  bool textures = false;
   tree::SceneFormat scene_format = tree::SceneFormat::kGlb;
 };
 

@@ -10,10 +10,10 @@ find_package(nlohmann_json 3.11 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(nanoflann REQUIRED)
 find_package(meshoptimizer REQUIRED)
-# Pictures are optional: without Embree or libpng the program says what is missing.
+find_package(PNG REQUIRED)
+# Ray tracing is optional: without Embree the program says what is missing.
 find_package(embree 3 QUIET)
-find_package(PNG QUIET)
-if(embree_FOUND AND PNG_FOUND)
+if(embree_FOUND)
   set(SILVAFIT_HAS_RENDER ON)
 else()
   set(SILVAFIT_HAS_RENDER OFF)

@@ -35,7 +35,9 @@ Scene scene_of(const tree::ReadScene& read) {
                                  .positions = part.mesh.positions,
                                  .normals = part.mesh.normals,
                                  .colors = part.mesh.colors,
-                                 .indices = part.mesh.indices});
+                                 .indices = part.mesh.indices,
+                                 .uvs = part.mesh.uvs,
+                                 .texture = part.mesh.texture});
     }
   }
   for (const tree::ReadInstance& instance : read.instances) {

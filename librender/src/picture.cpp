@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/render/picture.hpp"
 
-#include <png.h>
-
 #include <algorithm>
 #include <cstring>
 #include <string>
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/texture.hpp"
 
 namespace silvafit::render {
 
@@ -38,23 +37,7 @@ Picture contact_sheet(const std::vector<Picture>& pictures, std::size_t columns,
 }
 
 void write_png(const Picture& picture, const std::filesystem::path& path) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(picture.width);
-  image.height = static_cast<png_uint_32>(picture.height);
-  image.format = PNG_FORMAT_RGB;
-  png_alloc_size_t size = 0;
-  std::string bytes;
-  for (const bool measures : {true, false}) {
-    void* const target = measures ? nullptr : bytes.data();
-    if (png_image_write_to_memory(&image, target, &size, 0, picture.rgb.data(), 0, nullptr) == 0) {
-      throw InputError(std::string("the picture cannot be written (") + image.message + ")",
-                       {.file = path.string()});
-    }
-    if (measures) bytes.resize(size);
-  }
-  bytes.resize(size);
-  write_file(path, bytes);
+  write_file(path, tree::png_bytes(picture.width, picture.height, picture.rgb));
 }
 
 }  // namespace silvafit::render

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "silvafit/base/error.hpp"
+#include "texture_sampling.hpp"
 
 using namespace silvafit;
 using namespace silvafit::render;
@@ -91,6 +92,58 @@ TEST_CASE("light comes through a leaf from behind, and not through a board") {
   const double bright =
       brightness(RayTracer(scene_of({plate(0, 3, 0, leaf)})).picture(options), 32, 32);
   CHECK(bright > 1.5 * dark);
+}
+
+TEST_CASE("rays pass where a picture is transparent, and shadows have its shape") {
+  // A plate 4 m over a floor whose picture is opaque on its western half only; sun in the west at
+  // 45 degrees: that half's shadow lies 3 to 4 m to the east, and light falls on the rest.
+  Surface floor = plate(0, 0, 0, {.color = {0.5, 0.5, 0.5}});
+  for (float& value : floor.positions) value *= 8.0F;
+  Surface card = plate(0, 4, 0, {.color = {1, 1, 1}, .double_sided = true});
+  // West is left in the picture, north above.
+  card.uvs = {0, 0, 0, 1, 1, 1, 1, 0};
+  auto texture = std::make_shared<tree::Texture>(tree::Texture{.width = 64, .height = 64});
+  for (int i = 0; i < 64 * 64; ++i) {
+    const bool is_west = i % 64 < 32;
+    texture->rgba.insert(texture->rgba.end(),
+                         {255, 0, 0, static_cast<std::uint8_t>(is_west ? 255 : 0)});
+  }
+  card.texture = texture;
+  const RayTracer tracer(scene_of({floor, card}));
+  RenderOptions options = small();
+  options.camera = from_above();
+  options.sun = {.azimuth_deg = 270.0, .elevation_deg = 45.0};
+  options.has_ground = false;
+  const Picture picture = tracer.picture(options);
+  const auto column = [](double east_m) {
+    return static_cast<std::size_t>(std::lround(32.0 + east_m * 64.0 / 17.4));
+  };
+  CHECK(brightness(picture, column(3.5), 32) < 0.75 * brightness(picture, column(-4.0), 32));
+  CHECK(brightness(picture, column(4.6), 32) > 0.9 * brightness(picture, column(-4.0), 32));
+  // The opaque half is red; through the other one the floor is gray.
+  const std::uint8_t* west = picture.pixel(column(-0.5), 32);
+  const std::uint8_t* east = picture.pixel(column(0.5), 32);
+  CHECK(west[0] > 100);
+  CHECK(west[1] < 20);
+  CHECK(east[1] > 100);
+}
+
+TEST_CASE("colors between pixels are mixed in linear light and by opacity") {
+  // A black and a white pixel; between them, and over the edge, half of the light.
+  const tree::Texture pair{.width = 2, .height = 1, .rgba = {0, 0, 0, 255, 255, 255, 255, 255}};
+  CHECK(sampled(pair, 0.25F, 0.5F)[0] == Approx(0.0F).margin(1e-6));
+  CHECK(sampled(pair, 0.75F, 0.5F)[0] == Approx(1.0F).margin(1e-6));
+  CHECK(sampled(pair, 0.5F, 0.5F)[0] == Approx(0.5F).margin(1e-6));
+  CHECK(sampled(pair, 0.0F, 0.5F)[0] == Approx(0.5F).margin(1e-6));
+  CHECK(sampled(pair, 1.75F, -3.5F)[0] == Approx(1.0F).margin(1e-6));
+  CHECK(sampled(pair, -0.75F, 0.5F)[0] == Approx(0.0F).margin(1e-6));
+  // What is transparent lends no color.
+  const tree::Texture edge{.width = 2, .height = 1, .rgba = {0, 255, 0, 0, 255, 0, 0, 255}};
+  const Eigen::Vector4f mixed = sampled(edge, 0.5F, 0.5F);
+  CHECK(mixed[0] == Approx(1.0F).margin(1e-6));
+  CHECK(mixed[1] == Approx(0.0F).margin(1e-6));
+  CHECK(mixed[3] == Approx(0.5F).margin(1e-6));
+  CHECK(opacity(edge, 0.5F, 0.5F) == Approx(0.5F).margin(1e-6));
 }
 
 TEST_CASE("a mirror shows what is above it") {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "silvafit/base/error.hpp"
+#include "texture_sampling.hpp"
 
 namespace silvafit::render {
 namespace {
@@ -25,22 +26,67 @@ void check(const Surface& surface) {
   };
   const bool is_whole = surface.positions.size() == 3 * vertices &&
                         surface.indices.size() % 3 == 0 && fits(surface.normals.size(), 3) &&
-                        fits(surface.colors.size(), 4);
+                        fits(surface.colors.size(), 4) && fits(surface.uvs.size(), 2);
   const bool is_inside = std::ranges::all_of(
       surface.indices, [vertices](std::uint32_t index) { return index < vertices; });
   if (!is_whole || !is_inside) {
     throw UsageError("the buffers of a surface do not fit each other");
   }
   const auto is_finite = [](float value) { return std::isfinite(value); };
-  if (!std::ranges::all_of(surface.positions, is_finite)) {
+  if (!std::ranges::all_of(surface.positions, is_finite) ||
+      !std::ranges::all_of(surface.uvs, is_finite)) {
     throw UsageError("a surface has a coordinate that is not finite");
+  }
+}
+
+/// A picture with nothing to lay it by, or without pixels, is none.
+bool has_picture(const Surface& surface) {
+  return surface.texture != nullptr && !surface.uvs.empty() && !surface.texture->rgba.empty();
+}
+
+void check_picture(const Surface& surface) {
+  if (!has_picture(surface)) return;
+  const tree::Texture& texture = *surface.texture;
+  if (texture.rgba.size() != 4 * texture.width * texture.height) {
+    throw UsageError("the pixels of a surface's picture do not fill its width and height");
+  }
+}
+
+/// Where in its picture a triangle was hit.
+std::array<float, 2> place_in_picture(const Surface& surface,
+                                      std::uint32_t triangle,
+                                      float second,
+                                      float third) {
+  const std::uint32_t* corners = surface.indices.data() + std::size_t{3} * triangle;
+  std::array<float, 2> place{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto at = [&](int corner) { return surface.uvs[std::size_t{2} * corners[corner] + k]; };
+    place[k] = (1.0F - second - third) * at(0) + second * at(1) + third * at(2);
+  }
+  return place;
+}
+
+/// Lets rays through where a picture is less than half opaque, as viewers of glTF do.
+void pass_transparent(const RTCFilterFunctionNArguments* hit) {
+  constexpr float kOpaque = 0.5F;
+  const auto& surface = *static_cast<const Surface*>(hit->geometryUserPtr);
+  for (unsigned i = 0; i < hit->N; ++i) {
+    if (hit->valid[i] == 0) continue;
+    const auto [u, v] = place_in_picture(surface,
+                                         RTCHitN_primID(hit->hit, hit->N, i),
+                                         RTCHitN_u(hit->hit, hit->N, i),
+                                         RTCHitN_v(hit->hit, hit->N, i));
+    if (opacity(*surface.texture, u, v) < kOpaque) hit->valid[i] = 0;
   }
 }
 
 void check(const Scene& scene) {
   std::size_t triangles = 0;
   for (const Model& model : scene.models) {
-    for (const Surface& surface : model.surfaces) check(surface);
+    for (const Surface& surface : model.surfaces) {
+      check(surface);
+      check_picture(surface);
+    }
   }
   for (const Instance& instance : scene.instances) {
     if (instance.model >= scene.models.size()) {
@@ -122,6 +168,12 @@ TracedScene::Geometry TracedScene::build(const Model& model) const {
     };
     copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, surface.positions);
     copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, surface.indices);
+    if (has_picture(surface) && tree::has_transparency(*surface.texture)) {
+      // Embree hands the pointer back and does not write through it.
+      rtcSetGeometryUserData(geometry, const_cast<Surface*>(&surface));
+      rtcSetGeometryIntersectFilterFunction(geometry, pass_transparent);
+      rtcSetGeometryOccludedFilterFunction(geometry, pass_transparent);
+    }
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene.get(), geometry);
     rtcReleaseGeometry(geometry);
@@ -181,6 +233,10 @@ std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
     Vector3f sum = Vector3f::Zero();
     for (int k = 0; k < 3; ++k) sum += weights[k] * color_of(surface, corners[k]);
     hit.color = hit.color.cwiseProduct(sum);
+  }
+  if (has_picture(surface)) {
+    const auto [u, v] = place_in_picture(surface, query.hit.primID, query.hit.u, query.hit.v);
+    hit.color = hit.color.cwiseProduct(sampled(*surface.texture, u, v).head<3>());
   }
   return hit;
 }

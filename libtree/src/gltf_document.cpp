@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -347,9 +348,27 @@ class Reader {
     part.material = gltf_text(material, "name");
     part.mesh.double_sided = material.value("doubleSided", false);
     if (!material.contains("pbrMetallicRoughness")) return;
-    const auto color =
-        numbers<4>(material["pbrMetallicRoughness"], "baseColorFactor", {1, 1, 1, 1});
+    const json& base = material["pbrMetallicRoughness"];
+    const auto color = numbers<4>(base, "baseColorFactor", {1, 1, 1, 1});
     part.mesh.color = {color[0], color[1], color[2]};
+    if (!base.contains("baseColorTexture")) return;
+    const json& texture = item(json_, "textures", number(base["baseColorTexture"], "index"));
+    part.mesh.texture = picture(number(texture, "source"));
+  }
+
+  /// A PNG picture in a buffer; null where it is of another kind, or in a file of its own.
+  std::shared_ptr<const Texture> picture(std::size_t index) {
+    const auto known = pictures_.find(index);
+    if (known != pictures_.end()) return known->second;
+    const json& image = item(json_, "images", index);
+    std::shared_ptr<const Texture> texture;
+    if (image.contains("bufferView") && gltf_text(image, "mimeType") == "image/png") {
+      std::string name = gltf_text(image, "name");
+      if (name.empty()) name = fmt::format("image-{}", index);
+      texture = std::make_shared<const Texture>(
+          texture_from_png(view(number(image, "bufferView")), std::move(name)));
+    }
+    return pictures_.emplace(index, std::move(texture)).first->second;
   }
 
   void read_indices(const json& primitive, MeshPart& mesh) {
@@ -433,6 +452,7 @@ class Reader {
   json json_;
   std::vector<std::string> buffers_;
   std::map<std::size_t, std::string> unpacked_{};
+  std::map<std::size_t, std::shared_ptr<const Texture>> pictures_{};
   ReadScene scene_{};
 };
 

@@ -413,16 +413,56 @@ class GltfWriter final : public SceneWriter {
     if (is_new) {
       const Color& color = part.mesh->color;
       if (!material_text_.empty()) material_text_ += ',';
+      const Texture* const picture = picture_of(*part.mesh);
+      const bool is_cut_out = picture != nullptr && has_transparency(*picture);
       material_text_ += fmt::format(
-          "{{\"name\":{},\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],"
-          "\"metallicFactor\":0,\"roughnessFactor\":0.9}}{}}}",
+          "{{\"name\":{},\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],{}"
+          "\"metallicFactor\":0,\"roughnessFactor\":0.9}}{}{}}}",
           quoted(part.material),
           color[0],
           color[1],
           color[2],
+          picture == nullptr
+              ? std::string()
+              : fmt::format("\"baseColorTexture\":{{\"index\":{}}},", texture(*picture)),
+          is_cut_out ? ",\"alphaMode\":\"MASK\",\"alphaCutoff\":0.5" : "",
           part.mesh->double_sided ? ",\"doubleSided\":true" : "");
     }
     return found->second;
+  }
+
+  static const Texture* picture_of(const MeshPart& part) {
+    return part.uvs.empty() ? nullptr : part.texture.get();
+  }
+
+  /// The number of a texture, whose picture is put into the buffer once.
+  std::size_t texture(const Texture& picture) {
+    const auto [found, is_new] = textures_.try_emplace(picture.name, textures_.size());
+    if (is_new) {
+      const std::string bytes = png_bytes(picture);
+      if (!images_text_.empty()) images_text_ += ',';
+      images_text_ += fmt::format("{{\"name\":{},\"mimeType\":\"image/png\",\"bufferView\":{}}}",
+                                  quoted(picture.name),
+                                  plain_view(bytes.data(), bytes.size(), 0, 0));
+    }
+    return found->second;
+  }
+
+  /// Every texture is its own picture; all repeat and are smoothed.
+  std::string textures() const {
+    if (textures_.empty()) return {};
+    std::string text;
+    for (std::size_t i = 0; i < textures_.size(); ++i) {
+      text += fmt::format("{}{{\"sampler\":0,\"source\":{}}}", i > 0 ? "," : "", i);
+    }
+    constexpr int kLinear = 9729;
+    constexpr int kLinearOfSmaller = 9987;
+    return fmt::format(
+        "\"textures\":[{}],\"images\":[{}],\"samplers\":[{{\"magFilter\":{},\"minFilter\":{}}}],",
+        text,
+        images_text_,
+        kLinear,
+        kLinearOfSmaller);
   }
 
   std::string extensions() const {
@@ -464,7 +504,7 @@ class GltfWriter final : public SceneWriter {
     pieces.add(nodes_.spool());
     pieces.add("]" + animation_.json() + ",\"meshes\":[");
     pieces.add(meshes_.spool());
-    pieces.add("],\"materials\":[" + material_text_ + "],\"accessors\":[");
+    pieces.add("],\"materials\":[" + material_text_ + "]," + textures() + "\"accessors\":[");
     pieces.add(accessors_.spool());
     pieces.add("],\"bufferViews\":[");
     pieces.add(views_.spool());
@@ -532,6 +572,8 @@ class GltfWriter final : public SceneWriter {
   ArraySpool roots_;
   std::map<std::string, std::size_t> materials_{};
   std::string material_text_{};
+  std::map<std::string, std::size_t> textures_{};  ///< by name
+  std::string images_text_{};
   std::vector<PlacedModel> models_{};
   GltfAnimation animation_{};
   std::map<std::pair<std::size_t, std::vector<float>>, std::size_t> keyframes_{};

@@ -9,6 +9,7 @@
 #include "level_of_detail.hpp"
 #include "mesh_checks.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/texture_library.hpp"
 #include "tube.hpp"
 
 namespace silvafit::tree {
@@ -96,6 +97,12 @@ Mesh build_mesh(const Skeleton& skeleton,
   MeshPart foliage{.kind = PartKind::kFoliage,
                    .color = foliage_color(preset.foliage, options),
                    .double_sided = true};
+  if (options.textured) {
+    const bool has_needles = preset.foliage.kind == FoliageKind::kNeedles;
+    stem.texture = branches.texture =
+        bark_texture(has_needles ? BarkKind::kFurrowed : BarkKind::kSmooth);
+    foliage.texture = leaf_texture(has_needles ? LeafKind::kNeedles : LeafKind::kBroadleaf);
+  }
   {
     PartBuilder stem_builder(stem);
     PartBuilder branch_builder(branches);

@@ -93,11 +93,30 @@ class ObjWriter final : public BakingWriter {
 
   void describe(const std::string& material, const MeshPart& mesh) {
     if (!known_.insert(material).second) return;
-    materials_ += fmt::format("newmtl {}\nKd {:.4f} {:.4f} {:.4f}\nKs 0 0 0\nillum 1\n\n",
+    materials_ += fmt::format("newmtl {}\nKd {:.4f} {:.4f} {:.4f}\nKs 0 0 0\nillum 1\n",
                               one_word(material),
                               mesh.color[0],
                               mesh.color[1],
                               mesh.color[2]);
+    if (mesh.texture != nullptr && !mesh.uvs.empty()) {
+      const std::string file = picture_file(*mesh.texture);
+      materials_ += fmt::format("map_Kd {}\n", file);
+      if (has_transparency(*mesh.texture)) materials_ += fmt::format("map_d {}\n", file);
+    }
+    materials_ += '\n';
+  }
+
+  /// Writes a picture beside the materials, once.
+  std::string picture_file(const Texture& texture) {
+    std::filesystem::path path = materials_path_;
+    path.replace_extension();
+    path += "-" + one_word(texture.name) + ".png";
+    if (pictures_.insert(texture.name).second) {
+      const std::string bytes = png_bytes(texture);
+      write_file(path, bytes);
+      size_ += bytes.size();
+    }
+    return one_word(path.filename().string());
   }
 
   void put(const std::string& text) {
@@ -109,6 +128,7 @@ class ObjWriter final : public BakingWriter {
   AtomicFile file_;
   std::string materials_{};
   std::set<std::string> known_{};
+  std::set<std::string> pictures_{};
   std::size_t vertices_ = 0;
   std::size_t uvs_ = 0;
   std::size_t size_ = 0;

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "png_reader.hpp"
 
-#include "silvafit/base/atomic_file.hpp"
-#include "silvafit/base/error.hpp"
-
-#ifdef SILVAFIT_HAS_PNG
 #include <png.h>
 
 #include <cstring>
-#endif
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
-
-#ifdef SILVAFIT_HAS_PNG
 
 Texture read_png(const std::filesystem::path& file) {
   const std::string bytes = read_file(file);
@@ -38,14 +34,5 @@ Texture read_png(const std::filesystem::path& file) {
   }
   return picture;
 }
-
-#else
-
-Texture read_png(const std::filesystem::path& file) {
-  throw UsageError("pictures are read with libpng, which silvafit was built without",
-                   {.file = file.string()});
-}
-
-#endif
 
 }  // namespace silvafit::tree

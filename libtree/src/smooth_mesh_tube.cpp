@@ -278,12 +278,27 @@ void WoodRings::add(const Limb& limb) {
   } else {
     const std::span<const Point> corners = corners_of(limb);
     if (limb.bearer != kNone) place_base(limb, kept_.front());
+    // Up to its collar the tube widens evenly.
+    const double widest = collar_radius_m(limb);
+    for (Ring& ring : kept_) {
+      if (ring.along_m >= limb.collar_m) break;
+      const double share = ring.along_m / limb.collar_m;
+      const double base = kept_.front().radius_m;
+      ring.radius_m = std::min(ring.radius_m, base + share * (widest - base));
+    }
     fit_base_into_crown(limb, corners);
     for (std::size_t i = 1; i + 1 < kept_.size(); ++i) fit_into_crown(kept_[i], corners);
     keep_advancing(limb, corners);
     if (kept_.size() < 2) return;
   }
   rings_.insert(rings_.end(), kept_.begin(), kept_.end());
+}
+
+double WoodRings::collar_radius_m(const Limb& limb) const {
+  for (const Ring& ring : kept_) {
+    if (ring.along_m >= limb.collar_m) return ring.radius_m;
+  }
+  return kept_.back().radius_m;
 }
 
 /// Fills kept_ with the steps of the curve that are drawn.

@@ -83,6 +83,7 @@ class WoodRings {
   void take_steps(const Limb& limb, std::size_t drawn_knots);
   void keep_needed(double tolerance_m, double bend);
   void place_base(const Limb& limb, Ring& base) const;
+  double collar_radius_m(const Limb& limb) const;
   void fit_into_crown(Ring& ring, std::span<const Point> corners) const;
   void fit_base_into_crown(const Limb& limb, std::span<const Point> corners);
   void keep_advancing(const Limb& limb, std::span<const Point> corners);

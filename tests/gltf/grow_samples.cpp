@@ -56,6 +56,11 @@ void write_presets(const PresetCatalogue& catalogue, const fs::path& folder) {
   textured.trees.push_back(
       grow_tree(sample_trees().front(), catalogue.named("schima-superba"), options));
   write_glb(textured, folder / "textured.glb");
+  const auto packed =
+      open_scene(folder / "textured-packed.glb", SceneFormat::kGlb, {.compress = true});
+  packed->add_tree(textured.trees.front());
+  packed->add_tree(grow_tree(sample_trees().front(), catalogue.named("generic-conifer"), options));
+  packed->finish();
 }
 
 /// A row of twelve trees of one model, each 5 % higher and 5 % narrower north-south than the last.

@@ -12,6 +12,7 @@
 
 #include "silvafit/render/picture.hpp"
 #include "silvafit/render/sun.hpp"
+#include "silvafit/tree/texture.hpp"
 
 namespace silvafit::render {
 
@@ -32,6 +33,10 @@ struct Surface {
   std::vector<float> normals{};          ///< 3 a vertex, or none: flat triangles
   std::vector<std::uint8_t> colors{};    ///< 4 a vertex, linear, times the material's; or none
   std::vector<std::uint32_t> indices{};  ///< 3 a triangle
+  std::vector<float> uvs{};              ///< 2 a vertex, from the picture's upper left; or none
+  /// Laid over it by its UVs, repeated, and multiplied with its color, or null; where it is less
+  /// than half opaque, light goes through.
+  std::shared_ptr<const tree::Texture> texture{};
 };
 
 struct Model {

@@ -47,8 +47,9 @@ struct ReadScene {
 
 /// Reads the default scene: plain and quantized attributes (KHR_mesh_quantization), buffers packed
 /// by meshoptimizer (EXT_meshopt_compression), shared meshes and instances
-/// (EXT_mesh_gpu_instancing). Everything is checked before it is used: sizes, indices, references.
-/// \throws InputError naming the file and what is wrong with it
+/// (EXT_mesh_gpu_instancing), pictures of base colors that are PNG in a buffer. Everything is
+/// checked before it is used: sizes, indices, references. \throws InputError naming the file and
+/// what is wrong with it
 ReadScene read_scene(const std::filesystem::path& path);
 
 /// A GLB file in memory. \throws InputError

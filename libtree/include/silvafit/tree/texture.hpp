@@ -4,7 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace silvafit::tree {
@@ -18,8 +21,19 @@ struct Texture {
   std::vector<std::uint8_t> rgba{};
 };
 
+/// Whether any pixel is not opaque.
+bool has_transparency(const Texture& texture);
+
 /// The picture as a PNG file; the same picture gives the same bytes.
 /// \throws UsageError if the pixels do not fill width and height
 std::string png_bytes(const Texture& texture);
+
+/// The same of pixels without opacity, three bytes each.
+/// \throws UsageError if the pixels do not fill width and height
+std::string png_bytes(std::size_t width, std::size_t height, std::span<const std::uint8_t> rgb);
+
+/// A PNG file of any kind as a texture.
+/// \throws InputError if it cannot be read, or a side is longer than 8192 pixels
+Texture texture_from_png(std::string_view bytes, std::string name);
 
 }  // namespace silvafit::tree

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include <png.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/texture.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr std::size_t kLongestSide = 8192;
+
+std::string encoded(std::size_t width,
+                    std::size_t height,
+                    std::span<const std::uint8_t> pixels,
+                    std::uint32_t format) {
+  if (width == 0 || height == 0 || pixels.size() / PNG_IMAGE_PIXEL_SIZE(format) / width != height ||
+      pixels.size() % (width * PNG_IMAGE_PIXEL_SIZE(format)) != 0) {
+    throw UsageError("the pixels of a picture do not fill its width and height");
+  }
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(width);
+  image.height = static_cast<png_uint_32>(height);
+  image.format = format;
+  png_alloc_size_t size = 0;
+  std::string bytes;
+  for (const bool measures : {true, false}) {
+    void* const target = measures ? nullptr : bytes.data();
+    if (png_image_write_to_memory(&image, target, &size, 0, pixels.data(), 0, nullptr) == 0) {
+      throw UsageError(std::string("the picture cannot be written (") + image.message + ")");
+    }
+    if (measures) bytes.resize(size);
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+/// Frees what libpng keeps of a file, whatever happens.
+struct PngImage : png_image {
+  PngImage() : png_image{} { version = PNG_IMAGE_VERSION; }
+  ~PngImage() { png_image_free(this); }
+  PngImage(const PngImage&) = delete;
+  PngImage& operator=(const PngImage&) = delete;
+};
+
+}  // namespace
+
+bool has_transparency(const Texture& texture) {
+  for (std::size_t i = 3; i < texture.rgba.size(); i += 4) {
+    if (texture.rgba[i] != 255) return true;
+  }
+  return false;
+}
+
+std::string png_bytes(const Texture& texture) {
+  return encoded(texture.width, texture.height, texture.rgba, PNG_FORMAT_RGBA);
+}
+
+std::string png_bytes(std::size_t width, std::size_t height, std::span<const std::uint8_t> rgb) {
+  return encoded(width, height, rgb, PNG_FORMAT_RGB);
+}
+
+Texture texture_from_png(std::string_view bytes, std::string name) {
+  const auto refuse = [&](const char* why) {
+    throw InputError("the picture " + name + " cannot be read: " + why);
+  };
+  PngImage image;
+  if (png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()) == 0) {
+    refuse(image.message);
+  }
+  if (std::max(image.width, image.height) > kLongestSide) refuse("it is too large");
+  image.format = PNG_FORMAT_RGBA;
+  Texture texture{.name = name, .width = image.width, .height = image.height};
+  texture.rgba.resize(PNG_IMAGE_SIZE(image));
+  if (png_image_finish_read(&image, nullptr, texture.rgba.data(), 0, nullptr) == 0) {
+    refuse(image.message);
+  }
+  return texture;
+}
+
+}  // namespace silvafit::tree
