@@ -64,8 +64,9 @@ class Animator {
   }
 
   GrownStages grow(std::size_t i) const {
-    const tree::GrowOptions options{.seed = command_.common.seed,
-                                    .mesh = tree::level_of_detail(command_.levels.front())};
+    const tree::GrowOptions options{
+        .seed = command_.common.seed,
+        .mesh = tree::level_of_detail(command_.levels.front(), {.textured = command_.textures})};
     GrownStages grown;
     for (const tree::Stage& stage : growing_[i].stages) {
       grown.trees.push_back(tree::grow_tree(stage.tree, builder_of(i), options));
