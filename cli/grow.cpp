@@ -53,25 +53,26 @@ std::string quoted(const std::set<std::string>& names) {
   return list;
 }
 
-/// The preset of each tree: the one that was asked for, or the species' own.
-std::vector<const tree::Preset*> presets_of(const std::vector<tree::Morphology>& morphologies,
-                                            const tree::PresetCatalogue& catalogue,
-                                            const GrowCommand& command) {
-  std::vector<const tree::Preset*> presets;
+/// Each tree's builder with the preset that was asked for, or the species' own.
+std::vector<const tree::Builder*> builders_of(const std::vector<tree::Morphology>& morphologies,
+                                              const tree::BuilderCatalogue& catalogue,
+                                              const GrowCommand& command) {
+  std::vector<const tree::Builder*> builders;
   std::set<std::string> unknown;
   for (const tree::Morphology& morphology : morphologies) {
-    const tree::Preset* preset = command.preset.empty() ? catalogue.for_species(morphology.species)
-                                                        : &catalogue.named(command.preset);
-    if (preset == nullptr) unknown.insert(morphology.species);
-    presets.push_back(preset);
+    const tree::Builder* builder = command.preset.empty()
+                                       ? catalogue.for_species(command.builder, morphology.species)
+                                       : &catalogue.named(command.builder, command.preset);
+    if (builder == nullptr) unknown.insert(morphology.species);
+    builders.push_back(builder);
   }
   if (!unknown.empty()) {
     say(command.common,
         fmt::format("No preset lists the species {}; they grow as {} (see --preset).",
                     quoted(unknown),
-                    catalogue.fallback().name));
+                    catalogue.fallback(command.builder).name()));
   }
-  return presets;
+  return builders;
 }
 
 /// A file name that no file system objects to; bytes beyond letters, digits, `.`, `_` and `-`
@@ -114,14 +115,14 @@ class Grower {
  public:
   Grower(const GrowCommand& command,
          const std::vector<tree::Morphology>& morphologies,
-         const tree::PresetCatalogue& catalogue)
+         const tree::BuilderCatalogue& catalogue)
       : command_(command),
         morphologies_(morphologies),
-        listed_(presets_of(morphologies, catalogue, command)),
-        presets_(listed_),
+        listed_(builders_of(morphologies, catalogue, command)),
+        builders_(listed_),
         progress_(command.common) {
-    for (const tree::Preset*& preset : presets_) {
-      if (preset == nullptr) preset = &catalogue.fallback();
+    for (const tree::Builder*& builder : builders_) {
+      if (builder == nullptr) builder = &catalogue.fallback(command.builder);
     }
   }
 
@@ -144,7 +145,7 @@ class Grower {
     return std::move(result_);
   }
 
-  const std::vector<const tree::Preset*>& presets() const { return presets_; }
+  const std::vector<const tree::Builder*>& builders() const { return builders_; }
 
  private:
   unsigned threads() const { return command_.common.threads; }
@@ -157,7 +158,7 @@ class Grower {
     std::vector<tree::StandTree> trees(morphologies_.size());
     std::atomic<std::size_t> done = 0;
     parallel_for(trees.size(), threads(), [&](std::size_t i) {
-      trees[i] = tree::grow_for_stand(morphologies_[i], *presets_[i], options(0));
+      trees[i] = tree::grow_for_stand(morphologies_[i], *builders_[i], options(0));
       progress_.show("looking at neighbors", ++done, trees.size());
     });
     overlap_ = tree::resolve_overlaps(trees, threads());
@@ -169,12 +170,13 @@ class Grower {
   GrownTree grow(std::size_t i, int level) const {
     const tree::TreeOverlap* overlap = command_.resolve_overlaps ? &overlap_.trees[i] : nullptr;
     GrownTree grown{
-        .tree = tree::grow_tree(morphologies_[i], *presets_[i], options(level), overlap),
+        .tree = tree::grow_tree(morphologies_[i], *builders_[i], options(level), overlap),
         .level = level};
     constexpr double kPerMeter = 100.0;
     grown.surface_error_cm = kPerMeter * grown.tree.mesh.surface_error_m;
     if (listed_[i] == nullptr) {
-      grown.tree.notes.push_back({"preset", "no preset lists the species: " + presets_[i]->name});
+      grown.tree.notes.push_back(
+          {"preset", "no preset lists the species: " + builders_[i]->name()});
     }
     return grown;
   }
@@ -289,7 +291,7 @@ class Grower {
   // ---- Shared models --------------------------------------------------------------------------
 
   void share() {
-    result_.shared = tree::share_models(morphologies_, presets_, command_.models_per_preset);
+    result_.shared = tree::share_models(morphologies_, builders_, command_.models_per_preset);
     for (const int level : command_.levels) write_shared(level);
   }
 
@@ -301,9 +303,9 @@ class Grower {
     std::vector<std::size_t> triangles;
     for (const tree::SharedModel& model : result_.shared.models) {
       const tree::SceneTree grown =
-          tree::grow_tree(model.morphology, *model.preset, options(level));
-      models.push_back(
-          writer->add_model(model.morphology.tree, tree::parts_of(grown.mesh, model.preset->name)));
+          tree::grow_tree(model.morphology, *model.builder, options(level));
+      models.push_back(writer->add_model(model.morphology.tree,
+                                         tree::parts_of(grown.mesh, model.builder->name())));
       triangles.push_back(grown.measured.triangles);
       progress_.show("growing models", models.size(), result_.shared.models.size());
     }
@@ -325,8 +327,8 @@ class Grower {
 
   const GrowCommand& command_;
   const std::vector<tree::Morphology>& morphologies_;
-  std::vector<const tree::Preset*> listed_;  ///< null where no preset lists the species
-  std::vector<const tree::Preset*> presets_;
+  std::vector<const tree::Builder*> listed_;  ///< null where no preset lists the species
+  std::vector<const tree::Builder*> builders_;
   Progress progress_;
   tree::StandOverlap overlap_{};
   GrowResult result_{};
@@ -372,7 +374,7 @@ GrowResult run_named(Grower& grower, const GrowCommand& command) {
 void run(GrowCommand& command) {
   check(command);
   const auto start = std::chrono::steady_clock::now();
-  const auto catalogue = tree::PresetCatalogue::load(data_directory() / "models");
+  const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
   const tree::MorphologyTable table = read_trees(command);
   report_left_out(command, table.left_out);
   if (table.morphologies.empty()) {
@@ -382,7 +384,7 @@ void run(GrowCommand& command) {
   const GrowResult result = run_named(grower, command);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report_grown(
-      command, result, table.morphologies, grower.presets(), table.left_out, seconds.count());
+      command, result, table.morphologies, grower.builders(), table.left_out, seconds.count());
 }
 
 }  // namespace
@@ -435,9 +437,12 @@ void add_grow_command(CLI::App& program) {
   command->add_flag(
       "--compress", options->compress, "GLB, glTF: EXT_meshopt_compression and quantization");
   command->add_flag("--ascii", options->ascii, "PLY as text");
-  command->add_option("--builder", options->builder, "How trees are built")
-      ->check(CLI::IsMember({"segment"}))
-      ->capture_default_str();
+  command
+      ->add_option_function<std::string>(
+          "--builder",
+          [options](const std::string& name) { options->builder = tree::builder_from_text(name); },
+          "How trees are built: segment, lsystem, ifs or bamboo")
+      ->default_str("segment");
   command->add_option("--plot", options->plots, "Plots to grow, separated by commas (default: all)")
       ->delimiter(',');
   command

@@ -22,7 +22,7 @@ struct GrowCommand {
   std::string preset;
   std::string scene;
   std::string out;
-  std::string builder = "segment";
+  tree::BuilderKind builder = tree::BuilderKind::kSegment;
   std::string format;
   std::string ground = "stems";
   std::vector<std::string> plots;
@@ -63,7 +63,7 @@ struct GrowResult {
 void report_grown(const GrowCommand& command,
                   const GrowResult& result,
                   const std::vector<tree::Morphology>& morphologies,
-                  const std::vector<const tree::Preset*>& presets,
+                  const std::vector<const tree::Builder*>& builders,
                   const std::vector<tree::LeftOut>& left_out,
                   double seconds);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit models`: the catalogue of base models.
+// `silvafit models`: the catalogue of base models, and of the builders' presets.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include "command.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/tree/builder.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -22,6 +23,7 @@ struct ModelsOptions {
   CommonOptions common{};
   std::vector<std::string> ids{};
   std::string response{};
+  bool builders = false;
 };
 
 const char* word_of(study::Sign sign) {
@@ -100,7 +102,57 @@ std::vector<const BaseModel*> chosen(const study::Catalogue& catalogue,
   return result;
 }
 
+// ---- Presets of trees -------------------------------------------------------------------------
+
+/// The names that choose a preset; "*", which stands for all others, is said in words.
+std::string species_text(const tree::PresetHead& preset) {
+  std::vector<std::string> names = preset.species;
+  std::replace(names.begin(), names.end(), std::string("*"), std::string("any other"));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+void print_builders(const tree::BuilderCatalogue& catalogue) {
+  for (const tree::BuilderKind kind : tree::builder_kinds()) {
+    fmt::print("{}\n", tree::builder_name(kind));
+    for (const tree::Builder* builder : catalogue.of(kind)) {
+      const tree::PresetHead& preset = builder->preset();
+      fmt::print("  {:<24} {}\n", preset.name, preset.title);
+      if (!preset.species.empty()) fmt::print("  {:<24}   {}\n", "", species_text(preset));
+    }
+  }
+}
+
+void print_builders_json(const tree::BuilderCatalogue& catalogue) {
+  nlohmann::ordered_json result;
+  result["schema"] = "silvafit-builders/1";
+  result["builders"] = nlohmann::ordered_json::array();
+  for (const tree::BuilderKind kind : tree::builder_kinds()) {
+    nlohmann::ordered_json presets = nlohmann::ordered_json::array();
+    for (const tree::Builder* builder : catalogue.of(kind)) {
+      const tree::PresetHead& preset = builder->preset();
+      presets.push_back(
+          {{"name", preset.name}, {"title", preset.title}, {"species", preset.species}});
+    }
+    result["builders"].push_back(
+        {{"builder", tree::builder_name(kind)}, {"presets", std::move(presets)}});
+  }
+  fmt::print("{}\n", result.dump(2));
+}
+
+void show_builders(const ModelsOptions& options) {
+  const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
+  if (options.common.json) {
+    print_builders_json(catalogue);
+  } else {
+    print_builders(catalogue);
+  }
+}
+
 void run(const ModelsOptions& options) {
+  if (options.builders) {
+    show_builders(options);
+    return;
+  }
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   const std::vector<const BaseModel*> models = chosen(catalogue, options);
   if (options.common.json) {
@@ -116,11 +168,16 @@ void run(const ModelsOptions& options) {
 
 void add_models_command(CLI::App& program) {
   auto options = std::make_shared<ModelsOptions>();
-  CLI::App* command = program.add_subcommand("models", "Show the catalogue of base models");
+  CLI::App* command = program.add_subcommand(
+      "models", "Show the catalogue of base models, or the builders of trees");
   add_common_options(*command, options->common);
   command->add_option("id", options->ids, "Entries to show whole, such as M4");
   command->add_option("--response", options->response, "Only models of h, hcb or cw")
       ->check(CLI::IsMember({"h", "hcb", "cw"}));
+  command
+      ->add_flag("--builders", options->builders, "Builders of trees and their presets, for `grow`")
+      ->excludes("id")
+      ->excludes("--response");
   add_example(*command, "silvafit models --response cw");
   command->callback([options] { run(*options); });
 }

@@ -29,7 +29,7 @@ GrownStand grow_stand(std::vector<Morphology> morphologies,
                       unsigned threads = 1) {
   GrownStand stand{.morphologies = std::move(morphologies)};
   for (const Morphology& tree : stand.morphologies) {
-    stand.trees.push_back(grow_for_stand(tree, preset));
+    stand.trees.push_back(grow_for_stand(tree, SegmentBuilder(preset)));
   }
   stand.overlap = resolve_overlaps(stand.trees, threads);
   for (std::size_t i = 0; i < stand.trees.size(); ++i) {

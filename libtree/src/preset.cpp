@@ -2,39 +2,15 @@
 #include "silvafit/tree/preset.hpp"
 
 #include <algorithm>
-#include <cctype>
 
 #include "json_entry.hpp"
+#include "preset_head.hpp"
+#include "species_names.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
-
-std::string genus_of(const std::string& species) { return species.substr(0, species.find(' ')); }
-
-int whole(const JsonEntry& entry, const std::string& field, int low, int high) {
-  const double value = entry.number(field, low, high);
-  const int number = static_cast<int>(value);
-  if (number != value) throw InputError("must be a whole number", entry.place_of(field));
-  return number;
-}
-
-Color color_of(const JsonEntry& entry, const std::string& field) {
-  const auto color = entry.get<Color>(field);
-  for (const double channel : color) {
-    if (!(channel >= 0.0 && channel <= 1.0)) {
-      throw InputError("must be three numbers in [0, 1]", entry.place_of(field));
-    }
-  }
-  return color;
-}
 
 std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
   std::vector<AngleLayer> layers;
@@ -54,15 +30,15 @@ std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
 
 YearlyWhorls yearly_whorls_of(const JsonEntry& entry) {
   YearlyWhorls yearly;
-  yearly.low = whole(entry, "low", 1, 20);
-  yearly.high = whole(entry, "high", yearly.low, 20);
+  yearly.low = whole_number(entry, "low", 1, 20);
+  yearly.high = whole_number(entry, "high", yearly.low, 20);
   yearly.spacing_m = entry.number("spacing_m", 0.001, 1.0);
   return yearly;
 }
 
 Fork fork_of(const JsonEntry& entry) {
   Fork fork;
-  fork.limbs = whole(entry, "limbs", 1, 6);
+  fork.limbs = whole_number(entry, "limbs", 1, 6);
   fork.from = entry.number("from", 0.0, 0.9);
   fork.to = entry.number("to", fork.from, 0.95);
   fork.low_deg = entry.number("low_deg", 1.0, 89.0);
@@ -79,7 +55,7 @@ Branching branching_of(const JsonEntry& entry) {
   }
   if (arrangement == "whorls") {
     branching.arrangement = Arrangement::kWhorls;
-    branching.per_whorl = whole(entry, "per_whorl", 1, 12);
+    branching.per_whorl = whole_number(entry, "per_whorl", 1, 12);
   } else {
     branching.arrangement = Arrangement::kSpiral;
     branching.per_whorl = 1;
@@ -87,15 +63,15 @@ Branching branching_of(const JsonEntry& entry) {
   }
   branching.spacing_m = entry.number("spacing_m", 0.01, 10.0);
   branching.tip_density = entry.number("tip_density", 1.0, 3.0);
-  branching.least = whole(entry, "least", 1, 1000);
-  branching.most = whole(entry, "most", branching.least, 1000);
+  branching.least = whole_number(entry, "least", 1, 1000);
+  branching.most = whole_number(entry, "most", branching.least, 1000);
   branching.azimuth_sd_deg = entry.number("azimuth_sd_deg", 0.0, 90.0);
   branching.sag = entry.number("sag", -0.5, 0.5);
   branching.crookedness = entry.number("crookedness", 0.0, 0.3);
   branching.thickness = entry.number("thickness", 0.001, 0.4);
   branching.thickest = entry.number("thickest", 0.01, 1.0);
   branching.stem_bend = entry.number("stem_bend", 0.0, 0.5);
-  branching.segments = whole(entry, "segments", 1, 12);
+  branching.segments = whole_number(entry, "segments", 1, 12);
   branching.layers = layers_of(entry);
   if (entry.has("yearly_whorls")) branching.yearly = yearly_whorls_of(entry.child("yearly_whorls"));
   if (entry.has("fork")) branching.fork = fork_of(entry.child("fork"));
@@ -110,8 +86,8 @@ Twigs twigs_of(const JsonEntry& entry) {
   }
   twigs.arrangement = arrangement == "pairs" ? TwigArrangement::kPairs : TwigArrangement::kSpiral;
   twigs.spacing_m = entry.number("spacing_m", 0.01, 10.0);
-  twigs.least = whole(entry, "least", 0, 100);
-  twigs.most = whole(entry, "most", twigs.least, 100);
+  twigs.least = whole_number(entry, "least", 0, 100);
+  twigs.most = whole_number(entry, "most", twigs.least, 100);
   twigs.angle_low_deg = entry.number("angle_low_deg", 1.0, 120.0);
   twigs.angle_high_deg = entry.number("angle_high_deg", twigs.angle_low_deg + 1.0, 130.0);
   twigs.from = entry.number("from", 0.0, 0.95);
@@ -120,7 +96,7 @@ Twigs twigs_of(const JsonEntry& entry) {
   twigs.spread_deg = entry.number("spread_deg", 0.0, 90.0);
   twigs.lift = entry.number("lift", -1.0, 2.0);
   twigs.has_wood = entry.get<bool>("has_wood");
-  twigs.segments = whole(entry, "segments", 1, 12);
+  twigs.segments = whole_number(entry, "segments", 1, 12);
   return twigs;
 }
 
@@ -137,8 +113,8 @@ Foliage foliage_of(const JsonEntry& entry) {
     foliage.droop = entry.number("droop", 0.0, 2.0);
   } else {
     foliage.kind = FoliageKind::kLeaves;
-    foliage.tufts_per_shoot = whole(entry, "tufts_per_shoot", 0, 20);
-    foliage.leaves_per_tuft = whole(entry, "leaves_per_tuft", 2, 60);
+    foliage.tufts_per_shoot = whole_number(entry, "tufts_per_shoot", 0, 20);
+    foliage.leaves_per_tuft = whole_number(entry, "leaves_per_tuft", 2, 60);
     foliage.leaf_length_m = entry.number("leaf_length_m", 0.01, 2.0);
     foliage.leaf_aspect = entry.number("leaf_aspect", 0.05, 2.0);
     foliage.tuft = Tuft::of(foliage.leaves_per_tuft, foliage.leaf_aspect);
@@ -157,25 +133,23 @@ Foliage foliage_of(const JsonEntry& entry) {
 
 Preset preset_of(const fs::path& models, const fs::path& file) {
   const JsonEntry entry = JsonEntry::load(file, "silvafit-preset/1");
-  const JsonEntry crown = entry.child("crown");
+  const PresetHead head = preset_head_of(models, entry);
   Preset preset;
-  preset.name = entry.get<std::string>("name");
-  preset.title = entry.get<std::string>("title");
-  preset.species = entry.get<std::vector<std::string>>("species");
-  preset.crown_index = {crown.number("index_up", 1.0, 2.0), crown.number("index_down", 1.0, 2.0)};
-  preset.relative_hc = crown.number("relative_hc", 0.0, 1.0);
+  preset.name = head.name;
+  preset.title = head.title;
+  preset.species = head.species;
+  preset.crown_index = head.crown_index;
+  preset.relative_hc = head.relative_hc;
+  preset.taper = head.taper;
   preset.branching = branching_of(entry.child("branching"));
   preset.twigs = twigs_of(entry.child("twigs"));
   if (entry.has("shoots")) preset.shoots = twigs_of(entry.child("shoots"));
   preset.foliage = foliage_of(entry.child("foliage"));
   preset.bark = color_of(entry, "bark_color");
-  preset.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));
   if (entry.has("branch_count")) {
     preset.branch_count = BranchCount::load(models / "branch_count" /
                                             (entry.get<std::string>("branch_count") + ".json"));
   }
-  // Whoever reads a preset must be able to tell what is known from what is guessed.
-  entry.get<std::map<std::string, std::string>>("basis");
   return preset;
 }
 
@@ -208,18 +182,9 @@ const Preset& PresetCatalogue::named(std::string_view name) const {
 }
 
 const Preset* PresetCatalogue::for_species(std::string_view species) const {
-  const auto listing = [this](const std::string& wanted) -> const Preset* {
-    if (wanted.empty()) return nullptr;
-    for (const Preset& preset : presets_) {
-      for (const std::string& listed : preset.species) {
-        if (lower_case(listed) == wanted) return &preset;
-      }
-    }
-    return nullptr;
-  };
-  const std::string wanted = lower_case(species);
-  const Preset* exact = listing(wanted);
-  return exact != nullptr ? exact : listing(genus_of(wanted));
+  const auto found = find_species(
+      species, presets_, [](const Preset& preset) -> const auto& { return preset.species; });
+  return found == presets_.end() ? nullptr : &*found;
 }
 
 }  // namespace silvafit::tree

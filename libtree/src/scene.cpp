@@ -36,12 +36,12 @@ struct Grown {
 };
 
 Grown grow_to_skeleton(const Morphology& morphology,
-                       const Preset& preset,
+                       const Builder& builder,
                        const GrowOptions& options) {
-  TreeShape shape = complete(morphology, preset.relative_hc, "preset " + preset.name);
-  Crown crown(shape, preset.crown_index);
+  TreeShape shape = builder.shape_of(morphology);
+  Crown crown(shape, builder.preset().crown_index);
   Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
-  Skeleton skeleton = grow_skeleton(shape, crown, preset, random);
+  Skeleton skeleton = builder.grow_skeleton(shape, crown, random);
   return {std::move(shape), std::move(crown), random, std::move(skeleton)};
 }
 
@@ -56,15 +56,15 @@ std::string crossing_note(std::size_t crossing) {
 }  // namespace
 
 SceneTree grow_tree(const Morphology& morphology,
-                    const Preset& preset,
+                    const Builder& builder,
                     const GrowOptions& options,
                     const TreeOverlap* overlap) {
   return named(morphology, [&] {
-    Grown grown = grow_to_skeleton(morphology, preset, options);
+    Grown grown = grow_to_skeleton(morphology, builder, options);
     SceneTree tree{.plot = morphology.plot,
                    .tree = morphology.tree,
                    .species = morphology.species,
-                   .preset = preset.name,
+                   .preset = builder.name(),
                    .position = morphology.position,
                    .notes = grown.shape.notes};
     if (overlap != nullptr) {
@@ -72,7 +72,7 @@ SceneTree grow_tree(const Morphology& morphology,
       tree.removed_share = pruned.removed_share();
       grown.skeleton = std::move(pruned.skeleton);
     }
-    tree.mesh = build_mesh(grown.skeleton, grown.crown, preset, grown.random, options.mesh);
+    tree.mesh = builder.build_mesh(grown.skeleton, grown.crown, grown.random, options.mesh);
     if (overlap != nullptr) keep_within(overlap->territory, tree.mesh);
     tree.measured = measure(tree.mesh);
     const std::vector<Note>& notes = grown.skeleton.notes;
@@ -84,11 +84,18 @@ SceneTree grow_tree(const Morphology& morphology,
   });
 }
 
+SceneTree grow_tree(const Morphology& morphology,
+                    const Preset& preset,
+                    const GrowOptions& options,
+                    const TreeOverlap* overlap) {
+  return grow_tree(morphology, SegmentBuilder(preset), options, overlap);
+}
+
 StandTree grow_for_stand(const Morphology& morphology,
-                         const Preset& preset,
+                         const Builder& builder,
                          const GrowOptions& options) {
   return named(morphology, [&] {
-    const Grown grown = grow_to_skeleton(morphology, preset, options);
+    const Grown grown = grow_to_skeleton(morphology, builder, options);
     return stand_tree(morphology, grown.crown, grown.skeleton);
   });
 }

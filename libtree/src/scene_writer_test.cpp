@@ -366,8 +366,8 @@ TEST_CASE("the ground passes through every stem and covers the stand once") {
 TEST_CASE("shared trees have their height and crown width, and the stated error elsewhere") {
   Random random(63);
   std::vector<Morphology> trees;
-  std::vector<const Preset*> presets;
-  const auto& all = test::shipped_presets().presets();
+  std::vector<const Builder*> builders;
+  const auto all = test::shipped_builders().of(BuilderKind::kSegment);
   for (int i = 0; i < 300; ++i) {
     Morphology tree{.plot = "p", .tree = std::to_string(i)};
     tree.h_m = random.uniform(5, 25);
@@ -376,20 +376,20 @@ TEST_CASE("shared trees have their height and crown width, and the stated error 
     const auto radius = [&] { return random.uniform(0.8, 3.0); };
     tree.radii = CrownRadii{radius(), radius(), radius(), radius()};
     trees.push_back(tree);
-    presets.push_back(&all[static_cast<std::size_t>(i) % 2]);
+    builders.push_back(all[static_cast<std::size_t>(i) % 2]);
   }
   double worst_before = 1e9;
   for (const std::size_t number : {4, 30}) {
-    const SharedModels shared = share_models(trees, presets, number);
+    const SharedModels shared = share_models(trees, builders, number);
     CHECK(shared.models.size() <= 2 * number);
     double worst = 0.0;
     std::vector<SceneTree> grown;
     for (const SharedModel& model : shared.models) {
-      grown.push_back(grow_tree(model.morphology, *model.preset));
+      grown.push_back(grow_tree(model.morphology, *model.builder));
     }
     for (std::size_t i = 0; i < trees.size(); ++i) {
       const SharedTree& tree = shared.trees[i];
-      REQUIRE(shared.models[tree.model].preset == presets[i]);
+      REQUIRE(shared.models[tree.model].builder == builders[i]);
       const Measurements& model = grown[tree.model].measured;
       const CrownRadii& r = model.radii;
       const CrownRadii& own = *trees[i].radii;
@@ -408,11 +408,11 @@ TEST_CASE("shared trees have their height and crown width, and the stated error 
     worst_before = worst;
   }
   // As many models as trees: every tree is its own model, exactly.
-  const SharedModels exact = share_models(trees, presets, trees.size());
+  const SharedModels exact = share_models(trees, builders, trees.size());
   for (const SharedTree& tree : exact.trees) {
     CHECK(tree.error.hcb_cm < 1e-6);
     CHECK(tree.error.dbh_cm < 1e-6);
     CHECK(tree.error.radius_cm < 1e-6);
   }
-  CHECK_THROWS_AS(share_models(trees, presets, 0), UsageError);
+  CHECK_THROWS_AS(share_models(trees, builders, 0), UsageError);
 }

@@ -161,8 +161,9 @@ SharedTree shared(const TreeShape& tree, const SharedModel& model, std::size_t i
   // What stands at 1.3 m was elsewhere on the model's stem; of its section's area the square root
   // of both stretches is the factor of the diameter.
   const double on_model = std::min(kBreastHeight / result.stretch_up, like.h_m);
-  const double diameter = model.preset->taper.diameter_cm(on_model, like.h_m, like.dbh_cm) *
-                          std::sqrt(result.stretch_east * result.stretch_north);
+  const double diameter =
+      model.builder->preset().taper.diameter_cm(on_model, like.h_m, like.dbh_cm) *
+      std::sqrt(result.stretch_east * result.stretch_north);
   error.dbh_cm = std::abs(diameter - tree.dbh_cm);
   error.radius_cm =
       kPerMeter * std::max(std::abs(result.stretch_east * theirs.east_m - own.east_m),
@@ -173,17 +174,17 @@ SharedTree shared(const TreeShape& tree, const SharedModel& model, std::size_t i
 }  // namespace
 
 SharedModels share_models(std::span<const Morphology> trees,
-                          std::span<const Preset* const> presets,
+                          std::span<const Builder* const> builders,
                           std::size_t per_preset) {
-  if (trees.size() != presets.size()) throw UsageError("each tree needs a preset");
+  if (trees.size() != builders.size()) throw UsageError("each tree needs a preset");
   if (per_preset == 0) throw UsageError("a preset needs at least one model");
   std::vector<TreeShape> shapes;
   shapes.reserve(trees.size());
   std::map<std::string, std::vector<std::size_t>> by_preset;
   for (std::size_t i = 0; i < trees.size(); ++i) {
-    shapes.push_back(complete(trees[i], presets[i]->relative_hc, presets[i]->name));
+    shapes.push_back(builders[i]->shape_of(trees[i]));
     shapes.back().notes = {};  // a million trees' notes are a lot
-    by_preset[presets[i]->name].push_back(i);
+    by_preset[builders[i]->name()].push_back(i);
   }
   const Divider divider(shapes);
   SharedModels result;
@@ -192,7 +193,7 @@ SharedModels share_models(std::span<const Morphology> trees,
     std::size_t number = 0;
     for (const ShapeClass& one : divider.divide(members, per_preset)) {
       SharedModel model{.morphology = model_of(one.middle, fmt::format("{}-{}", name, ++number)),
-                        .preset = presets[one.trees.front()],
+                        .builder = builders[one.trees.front()],
                         .trees = one.trees.size()};
       for (const std::size_t i : one.trees) {
         result.trees[i] = shared(shapes[i], model, result.models.size());

@@ -15,6 +15,12 @@ inline const tree::PresetCatalogue& shipped_presets() {
   return catalogue;
 }
 
+inline const tree::BuilderCatalogue& shipped_builders() {
+  static const tree::BuilderCatalogue catalogue =
+      tree::BuilderCatalogue::load(source_file("models"));
+  return catalogue;
+}
+
 /// Tree 1 of the Chinese fir plot in the segment-model paper (its Table II).
 inline tree::Morphology paper_tree_1() {
   return {.plot = "1",

@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "silvafit/tree/skeleton.hpp"
+#include "silvafit/tree/texture.hpp"
 
 namespace silvafit::tree {
 
@@ -38,6 +40,9 @@ struct MeshPart {
   /// 4 a vertex, or none: the direction of growing u, of length 1, and the sign of the bitangent.
   std::vector<float> tangents{};
   std::vector<std::uint32_t> indices{};  ///< 3 a triangle, counter-clockwise from outside
+  /// Laid over the part by its UVs and multiplied with the color, or null; what is transparent in
+  /// it is not drawn.
+  std::shared_ptr<const Texture> texture{};
 
   std::size_t vertex_count() const { return positions.size() / 3; }
   std::size_t triangle_count() const { return indices.size() / 3; }

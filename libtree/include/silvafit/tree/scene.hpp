@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/overlap.hpp"
@@ -49,6 +50,11 @@ struct GrowOptions {
 /// \param overlap  what resolve_overlaps() says of this tree, or null for a tree alone
 /// \throws DomainError, GeometryError with plot and tree
 SceneTree grow_tree(const Morphology& morphology,
+                    const Builder& builder,
+                    const GrowOptions& options = {},
+                    const TreeOverlap* overlap = nullptr);
+/// The same with the segment builder.
+SceneTree grow_tree(const Morphology& morphology,
                     const Preset& preset,
                     const GrowOptions& options = {},
                     const TreeOverlap* overlap = nullptr);
@@ -56,7 +62,7 @@ SceneTree grow_tree(const Morphology& morphology,
 /// What resolve_overlaps() needs to know of the tree that grow_tree() grows from the same input.
 /// \throws as grow_tree()
 StandTree grow_for_stand(const Morphology& morphology,
-                         const Preset& preset,
+                         const Builder& builder,
                          const GrowOptions& options = {});
 
 /// An origin near the trees where coordinates are so large that single precision, which viewers

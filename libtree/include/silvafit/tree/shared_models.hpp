@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/morphology.hpp"
-#include "silvafit/tree/preset.hpp"
 #include "silvafit/tree/scene_writer.hpp"
 
 namespace silvafit::tree {
@@ -32,7 +32,7 @@ struct SharedTree {
 
 struct SharedModel {
   Morphology morphology{};  ///< in the middle of the trees that share it
-  const Preset* preset = nullptr;
+  const Builder* builder = nullptr;
   std::size_t trees = 0;
 };
 
@@ -45,11 +45,12 @@ struct SharedModels {
 /// class in which trees differ most is halved at the middle of that measure, until there are as
 /// many classes as asked for or all trees of each are alike. Trees differ by what stretching does
 /// not mend (crown base, widest height, stem thickness, skewness of the crown, in cm) and, with
-/// less weight, by how much they would be stretched. \param presets     one a tree \param
-/// per_preset  classes of a preset at most \throws UsageError if the sizes differ or `per_preset`
-/// is 0; DomainError as complete()
+/// less weight, by how much they would be stretched.
+/// \param builders    one a tree
+/// \param per_preset  classes of a preset at most
+/// \throws UsageError if the sizes differ or `per_preset` is 0; DomainError as complete()
 SharedModels share_models(std::span<const Morphology> trees,
-                          std::span<const Preset* const> presets,
+                          std::span<const Builder* const> builders,
                           std::size_t per_preset);
 
 }  // namespace silvafit::tree

@@ -29,10 +29,21 @@ struct Axis {
   std::uint32_t count = 0;   ///< number of points, at least 2
 };
 
+/// A leaf, or a picture of several, where the builder itself says where foliage grows.
+struct LeafSite {
+  Point at{};      ///< its base
+  Point along{};   ///< from base to tip, of length 1
+  Point facing{};  ///< away from its upper side, of length 1 and at a right angle to `along`
+  double length_m = 0.0;
+  std::uint32_t axis = 0;   ///< that bears it
+  std::uint32_t grade = 0;  ///< which of the preset's kinds of leaves
+};
+
 /// The axes of one tree in its own frame. The stem comes first, parents before children.
 struct Skeleton {
   std::vector<SkeletonPoint> points{};
   std::vector<Axis> axes{};
+  std::vector<LeafSite> leaves{};  ///< none where foliage follows from the axes alone
   std::vector<Note> notes{};
 
   std::span<const SkeletonPoint> points_of(const Axis& axis) const {

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// The ways in which a tree is grown from its measurements.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/morphology.hpp"
+#include "silvafit/tree/preset.hpp"
+#include "silvafit/tree/skeleton.hpp"
+#include "silvafit/tree/taper.hpp"
+
+namespace silvafit::tree {
+
+enum class BuilderKind { kSegment, kLsystem, kIfs, kBamboo };
+
+/// All of them, in the order in which they are listed.
+const std::vector<BuilderKind>& builder_kinds();
+/// Name of a kind on the command line and in files: segment, lsystem, ifs, bamboo.
+const char* builder_name(BuilderKind kind);
+/// \throws UsageError with the names there are
+BuilderKind builder_from_text(std::string_view text);
+
+/// What the presets of all builders say about a species.
+struct PresetHead {
+  std::string name{};
+  std::string title{};
+  std::vector<std::string> species{};  ///< names, genera and codes that choose this preset
+  CrownIndex crown_index{};
+  double relative_hc = 0.3;
+  Taper taper{};
+};
+
+/// A builder with one of its presets: grows any tree to its measurements.
+///
+/// Whatever the kind, height, crown base, DBH and the four crown radii come out on the mesh as they
+/// are in the shape, and nothing of branches and foliage leaves the crown.
+class Builder {
+ public:
+  virtual ~Builder() = default;
+  Builder(const Builder&) = delete;
+  Builder& operator=(const Builder&) = delete;
+
+  BuilderKind kind() const { return kind_; }
+  const PresetHead& preset() const { return preset_; }
+  const std::string& name() const { return preset_.name; }
+
+  /// What was not measured is filled in as the preset says.
+  /// \throws DomainError as validate()
+  TreeShape shape_of(const Morphology& morphology) const;
+
+  /// The stem first. The same random numbers give the same skeleton.
+  virtual Skeleton grow_skeleton(const TreeShape& shape,
+                                 const Crown& crown,
+                                 Random& random) const = 0;
+
+  /// \throws UsageError if an option is out of range; GeometryError if a coordinate is not finite
+  virtual Mesh build_mesh(const Skeleton& skeleton,
+                          const Crown& crown,
+                          Random& random,
+                          const MeshOptions& options) const = 0;
+
+ protected:
+  Builder(BuilderKind kind, PresetHead preset);
+
+ private:
+  BuilderKind kind_;
+  PresetHead preset_;
+};
+
+/// First-order branches in segments, as preset.hpp describes them.
+class SegmentBuilder : public Builder {
+ public:
+  /// \param preset  must outlive the builder
+  explicit SegmentBuilder(const Preset& preset);
+
+  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  Mesh build_mesh(const Skeleton& skeleton,
+                  const Crown& crown,
+                  Random& random,
+                  const MeshOptions& options) const override;
+
+ private:
+  const Preset& segments_;
+};
+
+/// The presets of all builders.
+class BuilderCatalogue {
+ public:
+  /// \param models  folder with presets/, lsystems/, ifs/, bamboo/ and what these name
+  /// \throws InputError naming the file and the field if an entry cannot be used
+  static BuilderCatalogue load(const std::filesystem::path& models);
+
+  /// Presets of a builder, in alphabetical order; never none.
+  std::vector<const Builder*> of(BuilderKind kind) const;
+
+  /// \throws UsageError with the names there are
+  const Builder& named(BuilderKind kind, std::string_view name) const;
+
+  /// The preset for a species: by full name or code, else by genus, regardless of case; null if no
+  /// preset lists it.
+  const Builder* for_species(BuilderKind kind, std::string_view species) const;
+
+  /// The preset for species that none lists: the one that lists "*".
+  const Builder& fallback(BuilderKind kind) const;
+
+ private:
+  std::unique_ptr<const PresetCatalogue> segment_presets_;
+  std::vector<std::unique_ptr<const Builder>> builders_;
+};
+
+}  // namespace silvafit::tree

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/builder.hpp"
+
+#include <algorithm>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+
+const std::vector<BuilderKind>& builder_kinds() {
+  static const std::vector<BuilderKind> kinds{
+      BuilderKind::kSegment, BuilderKind::kLsystem, BuilderKind::kIfs, BuilderKind::kBamboo};
+  return kinds;
+}
+
+const char* builder_name(BuilderKind kind) {
+  switch (kind) {
+    case BuilderKind::kSegment:
+      return "segment";
+    case BuilderKind::kLsystem:
+      return "lsystem";
+    case BuilderKind::kIfs:
+      return "ifs";
+    case BuilderKind::kBamboo:
+      return "bamboo";
+  }
+  return "";
+}
+
+BuilderKind builder_from_text(std::string_view text) {
+  std::string names;
+  for (const BuilderKind kind : builder_kinds()) {
+    if (text == builder_name(kind)) return kind;
+    names += (names.empty() ? "" : ", ") + std::string(builder_name(kind));
+  }
+  throw UsageError("there is no builder " + std::string(text) + "; there are " + names);
+}
+
+Builder::Builder(BuilderKind kind, PresetHead preset) : kind_(kind), preset_(std::move(preset)) {}
+
+TreeShape Builder::shape_of(const Morphology& morphology) const {
+  return complete(morphology, preset_.relative_hc, "preset " + preset_.name);
+}
+
+SegmentBuilder::SegmentBuilder(const Preset& preset)
+    : Builder(BuilderKind::kSegment,
+              {.name = preset.name,
+               .title = preset.title,
+               .species = preset.species,
+               .crown_index = preset.crown_index,
+               .relative_hc = preset.relative_hc,
+               .taper = preset.taper}),
+      segments_(preset) {}
+
+Skeleton SegmentBuilder::grow_skeleton(const TreeShape& shape,
+                                       const Crown& crown,
+                                       Random& random) const {
+  return tree::grow_skeleton(shape, crown, segments_, random);
+}
+
+Mesh SegmentBuilder::build_mesh(const Skeleton& skeleton,
+                                const Crown& crown,
+                                Random& random,
+                                const MeshOptions& options) const {
+  return tree::build_mesh(skeleton, crown, segments_, random, options);
+}
+
+}  // namespace silvafit::tree
