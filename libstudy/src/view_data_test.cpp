@@ -149,6 +149,28 @@ TEST_CASE("a tree without possible sizes is listed, but has no model there", "[s
   CHECK_THAT(view.notes[1], Contains("OLS: 1 of 4 trees"));
 }
 
+TEST_CASE("text in the place of one number does not hide the others", "[study][view]") {
+  data::Table table = four_trees();
+  table.set("h", texts({"20", "9.9", "25?", "8"}));
+  const json data = json::parse(view_of_trees(table, catalogue(), coarse()).data);
+  CHECK(data["trees"]["h"] == json({20.0, 9.9, nullptr, 8.0}));
+  CHECK(data["trees"]["layer"] == json({2, 0, nullptr, 0}));
+  CHECK(data["variants"][0]["model"][0].is_number());
+}
+
+TEST_CASE("radii make a crown width where none was measured", "[study][view]") {
+  data::Table table = four_trees();
+  for (const char* name : {"cr_e", "cr_w", "cr_s", "cr_n"}) {
+    table.set(name, std::vector<double>{2.0, 2.5, 1.5, 1.0});
+  }
+  const json data = json::parse(view_of_trees(table, catalogue(), coarse()).data);
+  CHECK(data["trees"]["cw"] == json({4.0, 5.0, 3.0, 3.0}));
+  CHECK(data["variants"][0]["radii"].is_null());
+  table.set("cr_n", std::vector<double>{1.0, 2.5, 1.5, 1.0});
+  const json uneven = json::parse(view_of_trees(table, catalogue(), coarse()).data);
+  CHECK(uneven["variants"][0]["radii"]["north"] == json({1.0, 2.5, 1.5, 1.0}));
+}
+
 TEST_CASE("models are of the tree's preset, at every level, and the ground lies below the stems",
           "[study][view]") {
   const View view = view_of_trees(four_trees(), catalogue(), coarse());

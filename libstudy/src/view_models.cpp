@@ -5,6 +5,9 @@
 #include <stdlib.h>
 
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <vector>
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -39,9 +42,30 @@ class TemporaryFolder {
   std::string path_;
 };
 
+/// A builder for each preset, and which one each tree has.
+class Builders {
+ public:
+  explicit Builders(std::span<const tree::Preset* const> presets) {
+    std::map<const tree::Preset*, const tree::Builder*> known;
+    for (const tree::Preset* preset : presets) {
+      const tree::Builder*& builder = known[preset];
+      if (builder == nullptr) {
+        builders_.push_back(std::make_unique<tree::SegmentBuilder>(*preset));
+        builder = builders_.back().get();
+      }
+      of_trees_.push_back(builder);
+    }
+  }
+  std::span<const tree::Builder* const> of_trees() const { return of_trees_; }
+
+ private:
+  std::vector<std::unique_ptr<const tree::Builder>> builders_{};
+  std::vector<const tree::Builder*> of_trees_{};
+};
+
 ViewModel view_model(const tree::SharedModel& shared) {
   const tree::Morphology& shape = shared.morphology;
-  return {.preset = shared.preset->name,
+  return {.preset = shared.builder->name(),
           .h_m = shape.h_m,
           .hcb_m = shape.hcb_m,
           .hc_m = shape.hc_m.value(),
@@ -58,7 +82,7 @@ std::vector<tree::SceneTree> grown_models(const tree::SharedModels& shared,
     const tree::SharedModel& model = shared.models[i / levels];
     const tree::GrowOptions grow{.seed = options.seed,
                                  .mesh = tree::level_of_detail(options.levels[i % levels])};
-    grown[i] = tree::grow_tree(model.morphology, *model.preset, grow);
+    grown[i] = tree::grow_tree(model.morphology, *model.builder, grow);
   });
   return grown;
 }
@@ -76,8 +100,8 @@ std::string packed(const tree::SharedModels& shared,
     const std::size_t model = i / options.levels.size();
     const std::string name =
         fmt::format("model-{}-level-{}", model, options.levels[i % options.levels.size()]);
-    const auto added =
-        writer->add_model(name, tree::parts_of(grown[i].mesh, shared.models[model].preset->name));
+    const auto added = writer->add_model(
+        name, tree::parts_of(grown[i].mesh, shared.models[model].builder->name()));
     writer->place(added, name, {.position = origin}, tree::SceneWriter::kNoTree);
   }
   const tree::MeshPart ground = tree::ground_mesh(stems, origin, {.margin_m = 4.0});
@@ -94,7 +118,9 @@ ViewModels grow_view_models(std::span<const tree::Morphology> trees,
                             std::span<const tree::Position> stems,
                             const tree::Position& origin,
                             const ViewOptions& options) {
-  const tree::SharedModels shared = tree::share_models(trees, presets, options.models_per_preset);
+  const Builders builders(presets);
+  const tree::SharedModels shared =
+      tree::share_models(trees, builders.of_trees(), options.models_per_preset);
   ViewModels result;
   for (const tree::SharedModel& model : shared.models) result.models.push_back(view_model(model));
   for (const tree::SharedTree& tree : shared.trees) result.of_tree.push_back(tree.model);

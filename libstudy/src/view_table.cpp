@@ -106,6 +106,14 @@ ReadVariant read_variant(const data::Table& table, const Kind& kind, const ViewO
   return variant;
 }
 
+/// The sizes of a tree that can be drawn. Its columns may hold text in other rows, and so be no
+/// numbers to the table; its crown width may follow from its radii.
+ViewSizes sizes_of(const tree::Morphology& tree, const ViewSizes& table) {
+  const bool has_width = !std::isnan(table.cw_m);
+  const double radii_width = tree.radii ? tree.radii->width_m() : data::kMissing;
+  return {tree.h_m, tree.hcb_m, has_width ? table.cw_m : tree.cw_m.value_or(radii_width)};
+}
+
 class StandReader {
  public:
   StandReader(const data::Table& table,
@@ -177,7 +185,11 @@ class StandReader {
                     .observed = {h[row], hcb[row], cw[row]},
                     .core = core[row]};
       for (std::size_t k = 0; k < indices.size(); ++k) tree.indices.at(k) = indices.at(k)[row];
-      if (std::isnan(cw[row]) && version.radii) tree.observed.cw_m = version.radii->width_m();
+      const auto observed = variants_.front().trees.find(keys_[i]);
+      if (variants_.front().kind->use == Use::kObserved &&
+          observed != variants_.front().trees.end()) {
+        tree.observed = sizes_of(observed->second, tree.observed);
+      }
       if (catalogue_.for_species(version.species) == nullptr) unknown.insert(version.species);
       stand_.trees.push_back(std::move(tree));
     }
@@ -200,7 +212,7 @@ class StandReader {
       if (found != read.trees.end()) {
         const tree::Preset& preset = *stand_.trees[i].preset;
         version.shape = tree::complete(found->second, preset.relative_hc, preset.name);
-        if (std::isnan(version.sizes.cw_m)) version.sizes.cw_m = version.shape->radii.width_m();
+        version.sizes = sizes_of(found->second, version.sizes);
       }
       variant.trees.push_back(std::move(version));
     }

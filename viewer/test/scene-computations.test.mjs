@@ -128,6 +128,20 @@ test("a tree that shares a model has its own height, crown base, radii and DBH",
   }
 });
 
+test("crowns from the ground up, and those that are widest at their base, keep their shape", () => {
+  const radii = { east: 2, west: 2, south: 2, north: 2 };
+  for (const [hcb, hc] of [[0, 3], [4, 4], [0, 0]]) {
+    const model = { h: 12, hcb, hc, dbh: 20, radii };
+    const tree = { h: 9, hcb, hc, ...radii, girth: 1, turn: 0 };
+    const positions = Float32Array.from([2, hc, 0, 0, 12, 0, 0.5, hcb, 0]);
+    const normals = Float32Array.from([1, 0, 0, 0, 1, 0, 0, -1, 0]);
+    toUnit(positions, normals, model, KIND.crown);
+    const points = [0, 3, 6].map((at) => fromUnit(positions.slice(at, at + 3), tree, KIND.crown));
+    [[2, hc, 0], [0, 9, 0], [0.5, hcb, 0]].forEach((expected, index) => expected.forEach((value, axis) => near(points[index][axis], value, 1e-5, `hcb ${hcb}, hc ${hc}, point ${index}`)));
+    assert.ok(normals.every(Number.isFinite));
+  }
+});
+
 test("quarter turns differ from tree to tree", () => {
   assert.deepEqual([...new Set(Array.from({ length: 64 }, (_, tree) => turnOf(tree)))].sort(), [0, 1, 2, 3]);
 });

@@ -108,7 +108,8 @@ export class Ground {
     const { min, max } = this.box;
     const length = barLength(Math.max(max.x - min.x, max.z - min.z));
     this.length = length;
-    const z = max.z + 1.5;
+    this.south = max.z + 1 + 0.06 * Math.max(max.x - min.x, max.z - min.z);
+    const z = this.south;
     const y = this.heightAt(min.x, max.z) + 2 * LIFT_M;
     const width = Math.max(0.3, length / 25);
     for (let piece = 0; piece < 5; ++piece) {
@@ -117,20 +118,20 @@ export class Ground {
       this.marks.add(mesh);
     }
     const text = label(`${length} m`, color, Math.max(0.8, length / 8));
-    text.position.set(min.x + length / 2, y + Math.max(0.6, length / 10), z);
+    text.position.set(min.x + length / 2, y, z + Math.max(0.8, length / 7));
     this.marks.add(text);
   }
 
   addNorth(color) {
     const { min, max } = this.box;
     const size = this.length / 4;
-    const at = new Vector3(min.x + 1.4 * this.length, this.heightAt(min.x, max.z) + 2 * LIFT_M, max.z + 1.5);
+    const at = new Vector3(min.x + 1.4 * this.length, this.heightAt(min.x, max.z) + 2 * LIFT_M, this.south);
     const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute([-size / 4, 0, size / 2, size / 4, 0, size / 2, 0, 0, -size / 2], 3));
     const arrow = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.95, toneMapped: false }));
     arrow.position.copy(at);
     this.marks.add(arrow);
     const text = label("N", color, Math.max(0.8, this.length / 8));
-    text.position.set(at.x, at.y + Math.max(0.6, this.length / 10), at.z - size / 2);
+    text.position.set(at.x, at.y, at.z + Math.max(0.8, this.length / 5));
     this.marks.add(text);
   }
 }

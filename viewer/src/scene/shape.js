@@ -9,7 +9,7 @@ import { radiusTowards } from "./crown.js";
 
 export const BREAST_HEIGHT_M = 1.3;
 
-/** What a vertex belongs to. CROWN_SURFACE and POLE are for the stand-ins that are drawn from far away: a stem of radius 1. */
+/** What a vertex belongs to. A pole is the stem of a tree that is drawn from far away: of radius 1, and as high as the crown base at 1. */
 export const KIND = { crown: 0, stem: 1, pole: 2 };
 
 /** Numbers of a tree in the texture: texels of four floats. */

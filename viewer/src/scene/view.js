@@ -43,7 +43,8 @@ export class View {
     this.sides = [];
     this.marks = [];
     this.adaptive = new AdaptiveBudget();
-    if (drawsInSoftware(this.renderer)) this.adaptive.budget = this.adaptive.least;
+    this.isSoftware = drawsInSoftware(this.renderer);
+    if (this.isSoftware) this.adaptive.budget = this.adaptive.least;
     this.detail = "automatic";
     this.listeners = [];
     this.stats = { calls: 0, triangles: 0, milliseconds: 0, trees: 0, byLevel: [] };
@@ -105,7 +106,7 @@ export class View {
         sun.position.copy(center).addScaledVector(SUN, radius + 10);
         Object.assign(sun.shadow.camera, { left: -radius, right: radius, top: radius, bottom: -radius, near: 1, far: 2 * radius + 20 });
         sun.shadow.camera.updateProjectionMatrix();
-        const size = Math.min(radius > 40 ? 4096 : 2048, this.renderer.capabilities.maxTextureSize);
+        const size = Math.min(radius > 40 && !this.isSoftware ? 4096 : 2048, this.renderer.capabilities.maxTextureSize);
         if (sun.shadow.mapSize.x !== size) {
           sun.shadow.mapSize.set(size, size);
           sun.shadow.map?.dispose();
