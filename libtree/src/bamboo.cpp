@@ -6,6 +6,7 @@
 
 #include "bamboo_leaves.hpp"
 #include "bamboo_skeleton.hpp"
+#include "silvafit/tree/texture_library.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -19,7 +20,7 @@ SmoothStyle style_with_pictures(const BambooPreset& preset) {
   const CulmLeaves& leaves = preset.leaves;
   const PictureRow row = side_by_side(
       leaves.pictures, static_cast<std::size_t>(leaves.picture_size), preset.head.name + "-leaves");
-  SmoothStyle style{.bark = preset.culm_color};
+  SmoothStyle style{.bark = preset.culm_color, .bark_texture = bark_texture(BarkKind::kCulm)};
   for (std::size_t i = 0; i < leaves.pictures.size(); ++i) {
     const auto left = static_cast<double>(i);
     style.leaves.push_back({.form = leaves.form,

@@ -16,7 +16,17 @@
 
 namespace silvafit::test {
 
-using namespace silvafit::tree;
+using tree::Axis;
+using tree::Crown;
+using tree::CrownIndex;
+using tree::CrownRadii;
+using tree::LeafSite;
+using tree::Morphology;
+using tree::Point;
+using tree::Skeleton;
+using tree::SkeletonPoint;
+using tree::Taper;
+using tree::TreeShape;
 
 /// Builds skeletons by hand, axis by axis.
 class HandMade {

@@ -184,6 +184,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                     "recursion",
                     "leaves",
                     "bark_color",
+                    "bark",
                     "basis"});
   PresetHead head = preset_head_of(models, entry);
   const std::vector<IfsCopy> copies = copies_of(entry);
@@ -194,6 +195,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                    .limits = limits_of(entry.child("recursion")),
                    .leaves = leaves_of(entry.child("leaves"))};
   preset.style.bark = color_of(entry, "bark_color");
+  preset.style.bark_texture = bark_picture_of(entry);
   preset.style.leaves.push_back(leaf_look_of(entry.child("leaves").child("look")));
   check_number(entry, preset);
   return std::make_unique<IfsBuilder>(std::move(head), std::move(preset));

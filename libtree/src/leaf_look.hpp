@@ -12,4 +12,8 @@ namespace silvafit::tree {
 /// \throws InputError naming file and field
 LeafLook leaf_look_of(const JsonEntry& entry);
 
+/// The picture of the bark: the field `bark`, smooth (also where it is missing) or furrowed.
+/// \throws InputError naming file and field
+std::shared_ptr<const Texture> bark_picture_of(const JsonEntry& entry);
+
 }  // namespace silvafit::tree

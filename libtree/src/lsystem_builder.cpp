@@ -80,11 +80,13 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "constants",
                     "by_height",
                     "bark_color",
+                    "bark",
                     "leaves",
                     "bud",
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
   preset.style.bark = color_of(entry, "bark_color");
+  preset.style.bark_texture = bark_picture_of(entry);
   for (const JsonEntry& look : entry.children("leaves")) {
     preset.style.leaves.push_back(leaf_look_of(look));
   }

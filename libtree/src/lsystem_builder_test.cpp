@@ -45,10 +45,7 @@ void check_promise(const Morphology& tree, const SceneTree& grown) {
                     << tree.hc_m.value_or(-1) << " dbh " << tree.dbh_cm << " radii " << radii.east_m
                     << ' ' << radii.west_m << ' ' << radii.south_m << ' ' << radii.north_m);
   REQUIRE(measured.h_m == Approx(tree.h_m).margin(0.01));
-  // The lowest limb of a bare tree begins on the stem as it is drawn, which winds within a short
-  // crown; leaves are put where the crown base is.
-  const bool is_bare = grown.preset.starts_with("honda");
-  REQUIRE(measured.hcb_m == Approx(tree.hcb_m).margin(is_bare ? 0.02 : 0.01));
+  REQUIRE(measured.hcb_m == Approx(tree.hcb_m).margin(0.01));
   REQUIRE(measured.dbh_cm == Approx(tree.dbh_cm).margin(0.1));
   REQUIRE(measured.radii.east_m == Approx(radii.east_m).margin(0.01));
   REQUIRE(measured.radii.west_m == Approx(radii.west_m).margin(0.01));
