@@ -145,8 +145,7 @@ void set_covariance(fit::ModelSpecification& specification, fit::Covariance cova
 
 void require_column(const data::Table& table, const std::string& name) {
   if (table.has(name)) return;
-  throw UsageError(fmt::format(
-      "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")));
+  throw UsageError(data::no_such_column(name, table.names()));
 }
 
 /// What all models of a command have in common.

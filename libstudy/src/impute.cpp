@@ -30,8 +30,7 @@ bool is_measured(double value) { return std::isfinite(value); }
 void check(const data::Table& table, const ImputeOptions& options) {
   for (const std::string& name : {options.response, options.by, options.group}) {
     if (name.empty() || table.has(name)) continue;
-    throw UsageError(fmt::format(
-        "there is no column '{}'; the columns are {}", name, fmt::join(table.names(), ", ")));
+    throw UsageError(data::no_such_column(name, table.names()));
   }
   if (!options.formula.empty() && !options.models.empty()) {
     throw UsageError("give either --formula or --model, not both");

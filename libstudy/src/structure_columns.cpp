@@ -204,7 +204,7 @@ std::vector<std::string> add_structure_columns(const std::vector<std::string>& n
   if (!has_stand(table)) {
     throw InputError(fmt::format("{} can be computed from columns x, y and dbh; the columns are {}",
                                  fmt::join(wanted, ", "),
-                                 fmt::join(table.names(), ", ")),
+                                 data::list_of(table.names())),
                      {.file = table.file()});
   }
   const stand::Inventory inventory = inventory_of(table);

@@ -31,7 +31,7 @@ void require_columns(const data::Expression& expression,
     throw FormulaError(
         fmt::format("there is no column '{}' (text goes in double quotes); the columns are {}",
                     column,
-                    fmt::join(table.names(), ", ")),
+                    data::list_of(table.names())),
         text,
         text.find(column) + 1);
   }
@@ -122,7 +122,7 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
     if (!table.has(name)) {
       throw InputError(fmt::format("there is no column '{}'; the columns are {}{}",
                                    name,
-                                   fmt::join(table.names(), ", "),
+                                   data::list_of(table.names()),
                                    origin_of(name, table)),
                        {.file = table.file()});
     }
