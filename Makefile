@@ -1,11 +1,12 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps configure build demo test sanitize tidy coverage bench-deps bench docs package check-package format check-format clean
+.PHONY: help deps configure build demo test fuzz sanitize tidy coverage bench-deps bench docs package check-package format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build, and run a whole study on the example"
 	@echo "make test    the same, and run every test"
 	@echo "make build   the program, at build/bin/silvafit"
 	@echo "make sanitize, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
+	@echo "make fuzz SECONDS=60   every reader of files with libFuzzer, so many seconds each"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
 	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
@@ -34,6 +35,12 @@ sanitize: deps
 tidy: deps
 	@./scripts/install-dependencies packages-debian12-tidy.txt
 	@cmake --preset tidy && cmake --build --preset tidy
+
+# Every reader of files from elsewhere, so many seconds each; docs/hardening.md.
+fuzz: deps
+	@./scripts/install-dependencies packages-debian12-tidy.txt
+	@cmake --preset fuzz && cmake --build --preset fuzz
+	@scripts/fuzz $(or $(SECONDS),60)
 
 coverage: deps
 	@cmake --preset coverage && cmake --build --preset coverage && ctest --preset coverage -j 2
