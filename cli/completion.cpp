@@ -225,10 +225,10 @@ std::string fish_completion(const CommandOutline& program) {
 void add_completion_command(CLI::App& program) {
   const auto shell = std::make_shared<std::string>();
   CLI::App& command = *program.add_subcommand("completion", "Print the completion of a shell");
-  command.group("");  // hidden: packages install what it prints
   command.add_option("shell", *shell, "The shell")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+  add_example(command, "silvafit completion bash");
   command.callback([&program, shell] {
     const CommandOutline whole = outline(program);
     const std::string text = *shell == "bash"  ? bash_completion(whole)

@@ -572,7 +572,8 @@ void add_grow_command(CLI::App& program) {
       ->add_option_function<std::string>(
           "--builder",
           [options](const std::string& name) { options->builder = tree::builder_from_text(name); },
-          "How trees are built: segment, lsystem, ifs or bamboo")
+          "How trees are built (their presets: silvafit models --builders)")
+      ->check(CLI::IsMember({"segment", "lsystem", "ifs", "bamboo"}))
       ->default_str("segment");
   command
       ->add_option("--grammar",

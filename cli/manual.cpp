@@ -159,13 +159,13 @@ std::string page(const CommandOutline& program, const CommandOutline& command) {
 void add_manual_command(CLI::App& program) {
   const auto folder = std::make_shared<std::string>();
   CLI::App& command = *program.add_subcommand("manual", "Write the manual pages");
-  command.group("");  // hidden: packages install what it writes
   command.add_option("--out", *folder, "Folder for silvafit.1, silvafit-fit.1 and so on")
       ->type_name("DIR")
       ->required();
+  add_example(command, "silvafit manual --out man/man1");
   command.callback([&program, folder] {
     const CommandOutline whole = outline(program);
-    std::filesystem::create_directories(*folder);
+    require_writable_folder(*folder);
     const auto write = [&](const CommandOutline& one) {
       write_file(std::filesystem::path(*folder) / (page_name(one) + ".1"), page(whole, one));
     };

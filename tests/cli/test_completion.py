@@ -104,12 +104,5 @@ class Completion(ProgramTest):
         self.run_program("completion", "tcsh", status=2)
 
 
-class HiddenCommands(ProgramTest):
-    def test_help_does_not_list_them(self):
-        listed = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True, check=True).stdout
-        self.assertNotIn("completion", listed)
-        self.assertNotIn("manual", listed)
-
-
 if __name__ == "__main__":
     unittest.main()
