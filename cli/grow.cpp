@@ -419,6 +419,9 @@ void check(GrowCommand& command) {
                        command.levels.end());
   for (const int level : command.levels) static_cast<void>(tree::level_of_detail(level));
   command.scene_format = tree::scene_format_from_text(format);
+  if (command.textures && command.scene_format == tree::SceneFormat::kPly) {
+    throw UsageError("PLY files hold no pictures: --textures is for glb, gltf and obj");
+  }
   if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
   check_moments(command);
 }

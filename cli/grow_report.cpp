@@ -123,6 +123,7 @@ void print_json(const GrowCommand& command,
                 double seconds) {
   ordered_json json{{"schema", "silvafit-grow/1"},
                     {"silvafit", version()},
+                    {"builder", tree::builder_name(command.builder)},
                     {"use", command.use},
                     {"seed", command.common.seed}};
   if (!command.by.empty()) json["by"] = command.by;

@@ -23,7 +23,7 @@ namespace {
 using namespace silvafit;
 using nlohmann::json;
 
-constexpr int kAllOrders = 1000;
+using tree::kAllOrders;
 constexpr double kSpacing = 0.02;  // of places where distances are taken [m]
 
 struct Subject {

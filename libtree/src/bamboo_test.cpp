@@ -81,6 +81,16 @@ double tip_reach_m(const Bamboo& bamboo, Point direction) {
 
 }  // namespace
 
+TEST_CASE("a section at breast height stands in its place in the mesh") {
+  // Where a piece of the curve ends at 1.3 m but for rounding, the section belongs to that end.
+  const Morphology tree{
+      .plot = "b", .tree = "1069", .dbh_cm = 23.8, .h_m = 2.3, .hcb_m = 0.8, .cw_m = 0.7};
+  for (int level = 0; level < kLevelsOfDetail; ++level) {
+    const SceneTree grown = grow_tree(tree, moso(), {.mesh = level_of_detail(level)});
+    CHECK(grown.measured.dbh_cm == Approx(23.8).epsilon(1e-5));
+  }
+}
+
 TEST_CASE("any legal bamboo has its measurements on the skeleton and stays inside the crown") {
   Random random(40);
   for (int i = 0; i < 400; ++i) {

@@ -419,9 +419,10 @@ class GltfWriter final : public SceneWriter {
           "{{\"name\":{},\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],{}"
           "\"metallicFactor\":0,\"roughnessFactor\":0.9}}{}{}}}",
           quoted(part.material),
-          color[0],
-          color[1],
-          color[2],
+          // glTF's factors end at 1, which a sum of shades may pass by rounding.
+          std::min(color[0], 1.0),
+          std::min(color[1], 1.0),
+          std::min(color[2], 1.0),
           picture == nullptr
               ? std::string()
               : fmt::format("\"baseColorTexture\":{{\"index\":{}}},", texture(*picture)),

@@ -17,7 +17,8 @@ using Operation = LsystemExpression::Operation;
 namespace {
 
 // Deep nesting ends in a message, not in a stack overflow.
-constexpr int kDeepest = 100;
+/// A pair of parentheses counts twice: for itself, and for what may stand before it.
+constexpr int kDeepest = 200;
 constexpr std::size_t kStack = 256;
 
 struct Function {

@@ -450,7 +450,11 @@ class GrammarParser {
         fail(begin,
              "this is neither a #define, nor a setting (name: value), nor a production (A -> B)");
       }
-      fail(position_, fmt::format("':' or '->' is expected, not {}", shown(text_[position_])));
+      const bool is_word = std::isalpha(static_cast<unsigned char>(text_[position_])) != 0;
+      fail(position_,
+           fmt::format("':' or '->' is expected, not {}{}",
+                       shown(text_[position_]),
+                       is_word ? "; a name of several letters is declared by `modules:`" : ""));
     }
     production.successor = modules(names, "the successor");
     if (production.condition && production.condition->draws_random_numbers()) {

@@ -173,7 +173,9 @@ void CurveSampler::begin(std::span<const HermitePiece> pieces, const Limb& limb)
   for (const HermitePiece& piece : pieces) {
     whole += piece.length_m();
     ends_.push_back(whole);
-    if (limb.axis == 0 && piece.at(1.0).z <= kBreastHeight) breast_height_m_ = whole;
+    // A cubic ends at its knot but for rounding.
+    constexpr double kRounding = 1e-12;
+    if (limb.axis == 0 && piece.at(1.0).z <= kBreastHeight + kRounding) breast_height_m_ = whole;
   }
 }
 

@@ -59,6 +59,9 @@ struct Mesh {
   std::size_t triangle_count() const;
 };
 
+/// Wood of every order, in MeshOptions::wood_order.
+inline constexpr int kAllOrders = 1 << 20;
+
 /// How a skeleton becomes triangles. The defaults are the finest level of detail.
 struct MeshOptions {
   int stem_sides = 12;
@@ -70,7 +73,7 @@ struct MeshOptions {
   double stem_tolerance_m = 0.0005;
   /// Bends of branches are left out where the surface moves by less than this [m]; 0 keeps all.
   double branch_tolerance_m = 0.0;
-  int wood_order = 3;   ///< highest order of branches that are drawn as wood
+  int wood_order = kAllOrders;  ///< highest order of branches that are drawn as wood
   int foliage_per = 1;  ///< of so many sprays or tufts one is drawn, larger, to keep the cover
 
   /// Each branch's tube is closed at its base, which lies inside its parent: every edge of stem and
