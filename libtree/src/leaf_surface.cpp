@@ -25,7 +25,7 @@ void LeafSurface::begin(std::size_t points,
                         double shade) {
   points_.clear();
   shade_ = shade;
-  build_.reserve(options_.textured ? 4 * leaves : points, 2 * leaves + fillings);
+  build_.reserve(options_.textured ? 4 * leaves + 3 * fillings : points, 2 * leaves + fillings);
 }
 
 Point LeafSurface::outward_of(Point at) const { return direction(stretched(at)); }
@@ -54,8 +54,12 @@ void LeafSurface::leaf(std::size_t base, std::size_t right, std::size_t tip, std
   }
 }
 
-void LeafSurface::fill(std::size_t a, std::size_t b, std::size_t c) {
-  if (!options_.textured) triangle(a, b, c);
+void LeafSurface::fill(std::size_t first, std::size_t tip, std::size_t second) {
+  if (options_.textured) {
+    triangular_card(first, tip, second);
+  } else {
+    triangle(first, tip, second);
+  }
 }
 
 /// Counter-clockwise as seen from where the normals point, so that viewers light the right side.
@@ -86,18 +90,8 @@ void LeafSurface::card(std::size_t base, std::size_t right, std::size_t tip, std
   std::array<std::uint32_t, 4> vertices{};
   for (std::size_t i = 0; i < 4; ++i) {
     const LeafPoint& corner = corners[i];
-    vertices[i] = build_.vertex(corner.at, corner.normal);
-    corners[i].vertex = vertices[i];
     const double rise = squared > 0.0 ? dot(corner.at - corners[0].at, axis) / squared : 0.5;
-    // Level with the surface that the normal stands on.
-    const Point flat = sideways - dot(sideways, corner.normal) * corner.normal;
-    const Point other = cross(corner.normal, {0.0, 0.0, 1.0});
-    const Point tangent = direction(flat, direction(other, {1.0, 0.0, 0.0}));
-    // glTF's bitangent points up in the picture, where v falls.
-    const float sign = dot(cross(corner.normal, tangent), axis) >= 0.0 ? 1.0F : -1.0F;
-    build_.texture(
-        {.u = across[i], .v = 1.0 - std::clamp(rise, 0.0, 1.0), .tangent = tangent, .sign = sign});
-    if (options_.vertex_colors) build_.color(color_at(corner.at));
+    vertices[i] = card_vertex(corner, sideways, axis, across[i], 1.0 - std::clamp(rise, 0.0, 1.0));
   }
   const auto add = [&](std::size_t b, std::size_t c) {
     const Point first = corners[b].at - corners[0].at;
@@ -114,6 +108,37 @@ void LeafSurface::card(std::size_t base, std::size_t right, std::size_t tip, std
   };
   add(1, 2);
   add(2, 3);
+}
+
+/// The middle of a picture, without its corners: the shoot goes to the tip.
+void LeafSurface::triangular_card(std::size_t first, std::size_t tip, std::size_t second) {
+  LeafPoint left = points_[first];
+  LeafPoint right = points_[second];
+  const LeafPoint& end = points_[tip];
+  const Point axis = end.at - 0.5 * (left.at + right.at);
+  const Point face = cross(right.at - left.at, axis);
+  if (is_sliver(right.at - left.at, end.at - left.at, face)) return;
+  if (dot(face, left.normal + right.normal + end.normal) < 0.0) std::swap(left, right);
+  const Point sideways = right.at - left.at;
+  constexpr double kBase = 0.75;
+  constexpr double kTip = 0.1;
+  const std::uint32_t a = card_vertex(left, sideways, axis, 0.15, kBase);
+  const std::uint32_t b = card_vertex(right, sideways, axis, 0.85, kBase);
+  build_.triangle(a, b, card_vertex(end, sideways, axis, 0.5, kTip));
+}
+
+std::uint32_t LeafSurface::card_vertex(
+    const LeafPoint& corner, Point sideways, Point axis, double u, double v) {
+  const std::uint32_t vertex = build_.vertex(corner.at, corner.normal);
+  // Level with the surface that the normal stands on.
+  const Point flat = sideways - dot(sideways, corner.normal) * corner.normal;
+  const Point other = cross(corner.normal, {0.0, 0.0, 1.0});
+  const Point tangent = direction(flat, direction(other, {1.0, 0.0, 0.0}));
+  // glTF's bitangent points up in the picture, where v falls.
+  const float sign = dot(cross(corner.normal, tangent), axis) >= 0.0 ? 1.0F : -1.0F;
+  build_.texture({.u = u, .v = v, .tangent = tangent, .sign = sign});
+  if (options_.vertex_colors) build_.color(color_at(corner.at));
+  return vertex;
 }
 
 Bytes4 LeafSurface::color_at(Point at) const {

@@ -33,8 +33,8 @@ class LeafSurface {
 
   /// A leaf folded along its middle, counter-clockwise from its base.
   void leaf(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
-  /// A triangle between leaves; cards have none.
-  void fill(std::size_t a, std::size_t b, std::size_t c);
+  /// A triangle between leaves, from the branch (`first`, `second`) out to its tip.
+  void fill(std::size_t first, std::size_t tip, std::size_t second);
 
   /// Away from the crown's inside, as on an ellipsoid with the crown's width and length.
   Point outward_of(Point at) const;
@@ -53,6 +53,10 @@ class LeafSurface {
   }
   void triangle(std::size_t a, std::size_t b, std::size_t c);
   void card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
+  void triangular_card(std::size_t first, std::size_t tip, std::size_t second);
+  /// A vertex of a card whose picture has `sideways` to the right and `axis` up.
+  std::uint32_t card_vertex(
+      const LeafPoint& corner, Point sideways, Point axis, double u, double v);
   Bytes4 color_at(Point at) const;
 
   const Crown& crown_;

@@ -203,6 +203,28 @@ TEST_CASE("pictures lie on bark and leaves as they should") {
   }
 }
 
+TEST_CASE("a conifer's sprays cover as much with pictures as without") {
+  const auto foliage_area = [](const Mesh& mesh) {
+    double sum = 0.0;
+    for (const MeshPart& part : mesh.parts) {
+      if (part.kind != PartKind::kFoliage) continue;
+      for (std::size_t i = 0; i < part.triangle_count(); ++i) {
+        const auto corners = test::triangle_of(part, i);
+        sum += 0.5 * length(cross(corners[1] - corners[0], corners[2] - corners[0]));
+      }
+    }
+    return sum;
+  };
+  for (const char* name : {"cunninghamia-lanceolata", "generic-conifer"}) {
+    const Preset& preset = test::shipped_presets().named(name);
+    const SceneTree plain = grow_tree(test::paper_tree_1(), preset);
+    const SceneTree pictured =
+        grow_tree(test::paper_tree_1(), preset, {.mesh = {.textured = true}});
+    // The same polygons, each with corners of its own; slivers are left out by the same rule.
+    CHECK(foliage_area(pictured.mesh) == Approx(foliage_area(plain.mesh)).epsilon(1e-4));
+  }
+}
+
 TEST_CASE("each level of detail keeps to its stated surface error, and is coarser") {
   Random random(25);
   for (const Preset& preset : test::shipped_presets().presets()) {

@@ -176,7 +176,7 @@ void add_needles(const Skeleton& skeleton,
                  const MeshOptions& options,
                  PartBuilder& build) {
   const std::span<const Axis> axes = skeleton.axes;
-  build.reserve((options.textured ? 4 * kLeavesPerTwig : kPointsPerTwig) * axes.size(),
+  build.reserve((options.textured ? 4 * kLeavesPerTwig + 3 : kPointsPerTwig) * axes.size(),
                 kTrianglesPerTwig * axes.size());
   FrondGrower fronds(skeleton, crown, foliage, random, options, build);
   for (std::size_t i = 0; i < axes.size(); ++i) {

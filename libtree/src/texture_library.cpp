@@ -178,7 +178,7 @@ double needles(double x, double y) {
   const double within = std::abs(number - std::floor(number) - 0.5);
   const double reach =
       (0.95 - 0.35 * base) * (0.9 + 0.1 * lattice(static_cast<std::uint32_t>(number), x < 0.0, 81));
-  const double width = 0.36 * (1.0 - std::abs(x) / reach * 0.6);
+  const double width = 0.44 * (1.0 - std::abs(x) / reach * 0.45);
   if (std::abs(x) > reach || within > width) return 0.0;
   return 0.7 + 0.5 * lattice(static_cast<std::uint32_t>(number), x < 0.0, 91) - 0.25 * within;
 }

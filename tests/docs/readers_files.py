@@ -42,6 +42,7 @@ MADE_BY = {
     "library.json": f"{STUDY} a-study && cp a-study/library.json library.json",
     "stand.glb": f"{PLOT} --scene stand.glb",
     "tree.glb": "silvafit grow examples/segment-trees/tree-1.csv --lod 2 --quiet --scene tree.glb",
+    "own.lsys": r"printf 'axiom: A(1)\niterations: 5\nA(l) -> F(l)[&(50)A(l*0.7)]/(137)A(l*0.9)\n' > own.lsys",
     "a.glb": f"{PAIR} --scene a.glb",
     "b.glb": f"{PAIR} --scene b.glb",
     "c.glb": f"{PAIR} --scene c.glb",
