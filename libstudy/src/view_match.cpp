@@ -75,12 +75,13 @@ class Places {
 class Matcher {
  public:
   Matcher(ViewStand& stand, const std::vector<std::string>& nodes, const tree::ReadScene& scene)
-      : stand_(stand), scene_(scene), has_number_(stand.trees.size(), false) {
+      : stand_(stand), scene_(scene) {
     for (std::size_t i = 0; i < nodes.size(); ++i) nodes_.emplace(nodes[i], i);
     for (const tree::ReadInstance& instance : scene.instances) {
       named_.emplace(instance.name, &instance);
       // A tree has an instance of its model for each of its materials at most.
-      if (instance.tree >= 0.0) numbered_.emplace(static_cast<std::size_t>(instance.tree), &instance);
+      if (instance.tree >= 0.0)
+        numbered_.emplace(static_cast<std::size_t>(instance.tree), &instance);
     }
   }
 
@@ -127,17 +128,18 @@ class Matcher {
     for (std::size_t i = 0; i < stand_.trees.size(); ++i) {
       if (is_drawn(stand_, i)) grown.push_back(i);
     }
+    std::map<std::size_t, std::vector<std::size_t>> numbers_of_tree;
     for (const auto& [number, instance] : numbered_) {
       const std::vector<std::size_t> trees = places.at(place_of(*instance, scene_.origin));
-      std::optional<std::size_t> tree;
-      if (trees.size() == 1) tree = trees.front();
+      if (trees.size() == 1) numbers_of_tree[trees.front()].push_back(number);
       if (trees.size() > 1 && numbered_.size() == grown.size() && number < grown.size() &&
           std::ranges::find(trees, grown[number]) != trees.end()) {
-        tree = grown[number];
+        numbers_of_tree[grown[number]].push_back(number);
       }
-      if (!tree || has_number_[*tree]) continue;
-      has_number_[*tree] = true;
-      stand_.trees[*tree].number = number;
+    }
+    for (const auto& [tree, numbers] : numbers_of_tree) {
+      if (numbers.size() > 1) continue;
+      stand_.trees[tree].number = numbers.front();
       ++placed_;
     }
   }
@@ -151,11 +153,12 @@ class Matcher {
                 "coordinates are others than those that the scene was grown from");
     }
     if (2 * placed_ < std::min(here, stand_.trees.size())) {
-      throw InputError(fmt::format(
-          "only {} of the {} trees of the scene stand where the table has one: the table, its plots "
-          "or its coordinates are others than those that the scene was grown from",
-          placed_,
-          here));
+      throw InputError(
+          fmt::format("only {} of the {} trees of the scene stand where the table has one: the "
+                      "table, its plots "
+                      "or its coordinates are others than those that the scene was grown from",
+                      placed_,
+                      here));
     }
   }
 
@@ -164,7 +167,6 @@ class Matcher {
   std::unordered_map<std::string, std::size_t> nodes_{};
   std::unordered_map<std::string, const tree::ReadInstance*> named_{};
   std::map<std::size_t, const tree::ReadInstance*> numbered_{};
-  std::vector<bool> has_number_;
   std::size_t placed_ = 0;
   std::size_t elsewhere_ = 0;
 };

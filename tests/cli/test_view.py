@@ -98,6 +98,19 @@ class Pages(ViewTest):
         refused = self.view("two.glb", "--trees", "trees.csv", "--plot", "1", status=3)
         self.assertIn("no tree of the table stands where the scene has one", refused.stderr)
 
+    def test_trees_that_places_do_not_tell_apart_get_no_measurements(self):
+        # Each plot has coordinates of its own, and a tree at 0, 0.
+        self.write("own.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n1,1,SM,0,0,20,15,6,4\n"
+                              "1,2,SM,4,3,22,16,6,4\n2,1,SM,0,0,12,10,4,3\n2,2,SM,8,3,13,11,4,3\n")
+        grow = ("grow", "own.csv", "--lod", "3", "--share", "--instancing", "--quiet", "--scene")
+        self.run_program(*grow, "two.glb", "--plot", "2")
+        said = self.view("two.glb", "--trees", "own.csv").stderr
+        self.assertIn("1 of 2 trees of the scene are not in the table, or not told apart", said)
+        self.assertEqual(self.data("two.html")["trees"]["number"], [None, None, None, 1])
+        self.run_program(*grow, "all.glb")
+        self.view("all.glb", "--trees", "own.csv")
+        self.assertEqual(self.data("all.html")["trees"]["number"], [0, 1, 2, 3])
+
     def test_a_damaged_scene_is_refused(self):
         self.run_program("grow", "trees.csv", "--scene", "stand.glb", "--lod", "3", "--quiet")
         whole = (self.folder / "stand.glb").read_bytes()
