@@ -164,8 +164,9 @@ void report(const ViewArguments& arguments,
     return;
   }
   constexpr double kMegabyte = 1e6;
-  fmt::print("{} trees, {:.1f} MB, {:.2f} s: {}\n",
+  fmt::print("{} {}, {:.1f} MB, {:.2f} s: {}\n",
              view.trees,
+             view.trees == 1 ? "tree" : "trees",
              static_cast<double>(bytes) / kMegabyte,
              seconds,
              page.string());
@@ -206,7 +207,6 @@ void add_view_command(CLI::App& program) {
                   arguments->source,
                   "Folder of `silvafit study`, GLB scene, or CSV of an inventory or predictions")
       ->type_name("DIR|FILE.glb|FILE.csv")
-      ->check(CLI::ExistingPath)
       ->required();
   command.add_option("--trees", arguments->trees, "Measurements of the trees of a GLB scene")
       ->type_name("FILE.csv");

@@ -264,6 +264,8 @@ TEST_CASE("a scene of ours tells its trees", "[study][view]") {
 
 TEST_CASE("a table gives the trees of a scene their measurements", "[study][view]") {
   data::Table table = four_trees();
+  table.set("x", std::vector<double>{0.0, 3.0, 6.0, 9.0});
+  table.set("y", std::vector<double>{4.0, 4.0, 4.0, 4.0});
   const View view = view_of_scene(two_trees_glb(), &table, catalogue(), coarse());
   const json data = json::parse(view.data);
   CHECK(data["trees"]["node"] == json({0, 1, nullptr, nullptr}));
@@ -273,6 +275,14 @@ TEST_CASE("a table gives the trees of a scene their measurements", "[study][view
   table.set("tree", texts({"1", "2", "3", "4"}));
   CHECK_THROWS_WITH(view_of_scene(two_trees_glb(), &table, catalogue(), coarse()),
                     Contains("no tree of the table is in the scene"));
+}
+
+TEST_CASE("measurements of trees at other places are never shown", "[study][view]") {
+  // The same names, 1000 m away.
+  const data::Table table = four_trees();
+  CHECK_THROWS_AS(view_of_scene(two_trees_glb(), &table, catalogue(), coarse()), InputError);
+  CHECK_THROWS_WITH(view_of_scene(two_trees_glb(), &table, catalogue(), coarse()),
+                    Contains("no tree of the table stands where the scene has one"));
 }
 
 TEST_CASE("what is no GLB file, or needs others, is refused", "[study][view]") {
@@ -294,6 +304,26 @@ TEST_CASE("what is no GLB file, or needs others, is refused", "[study][view]") {
   CHECK_THROWS_WITH(view(glb_of(R"({"images":[{"uri":"https://example.org/a.png"}]})")),
                     Contains("a.png"));
   CHECK_THROWS_AS(view(glb_of(R"({"nodes":[{"name":7}],"buffers":[{"uri":3}]})")), InputError);
-  CHECK(view(glb_of(R"({"nodes":[{"extras":{"tree":1,"h":"high"}},{"extras":5}]})")).trees == 1);
-  CHECK(view(glb_of(R"({"asset":{"version":"2.0"}})")).trees == 0);
+  const auto scene_of = [&](const std::string& more) {
+    return glb_of(R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}])" + more + "}");
+  };
+  CHECK(view(scene_of(R"(,"nodes":[{"extras":{"tree":1,"h":"high"}}])")).trees == 0);
+  CHECK(view(scene_of(R"(,"nodes":[{"extras":{"tree":1,"h":12}}])")).trees == 0);
+  CHECK(view(scene_of(R"(,"nodes":[{"extras":5}])")).trees == 0);
+  // What a page could not draw.
+  CHECK_THROWS_WITH(
+      view(scene_of(R"(,"nodes":[{}],"extensionsRequired":["KHR_draco_mesh_compression"])")),
+      Contains("KHR_draco_mesh_compression"));
+  CHECK_THROWS_WITH(view(scene_of(R"(,"nodes":[{"mesh":3}])")), Contains("meshes[3]"));
+  CHECK_THROWS_WITH(view(scene_of(R"(,"nodes":[{"children":[1]},{"children":[0]}])")),
+                    Contains("below itself"));
+  CHECK_THROWS_WITH(view(scene_of(R"(,"nodes":[{"children":[7]}])")), Contains("nodes[7]"));
+  CHECK_THROWS_AS(
+      view(scene_of(
+          R"(,"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
+          R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],)"
+          R"("bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}])")),
+      InputError);
+  const std::string whole = two_trees_glb();
+  CHECK_THROWS_WITH(view(whole.substr(0, whole.size() - 100)), Contains("not as long as it says"));
 }

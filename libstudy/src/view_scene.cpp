@@ -7,10 +7,13 @@
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <unordered_map>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/scene_reader.hpp"
+#include "view_match.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -18,7 +21,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kHeader = 20;  // of the file and of its first chunk
-constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 std::uint32_t word_at(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -108,6 +110,7 @@ ViewStand stand_of_extras(const json& description,
                           const tree::PresetCatalogue& catalogue) {
   ViewStand stand;
   ViewVariant variant{.name = "scene", .title = "As in the file"};
+  std::size_t without = 0;
   const json& nodes = description.value("nodes", json::array());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const json& extras = nodes[i].value("extras", json::object());
@@ -125,46 +128,51 @@ ViewStand stand_of_extras(const json& description,
                   .dbh_cm = number(extras, "dbh"),
                   .observed = {number(extras, "h"), number(extras, "hcb"), number(extras, "cw")},
                   .node = i};
-    variant.trees.push_back({.sizes = tree.observed, .shape = shape_of(tree, extras)});
+    std::optional<tree::TreeShape> shape = shape_of(tree, extras);
+    if (!shape) {
+      ++without;
+      continue;
+    }
+    variant.trees.push_back({.sizes = tree.observed, .shape = std::move(shape)});
     stand.trees.push_back(std::move(tree));
+  }
+  if (without > 0) {
+    stand.notes.push_back(
+        fmt::format("{} of {} trees of the file have no sizes that a tree can have; they are shown "
+                    "without measurements.",
+                    without,
+                    without + stand.trees.size()));
   }
   stand.variants.push_back(std::move(variant));
   return stand;
 }
 
-bool has_numbered_instances(const json& description) {
+std::vector<std::string> node_names(const json& description) {
+  std::vector<std::string> names;
   for (const json& node : description.value("nodes", json::array())) {
-    const json& extensions = node.value("extensions", json::object());
-    if (!extensions.contains(kInstancing)) continue;
-    if (extensions[kInstancing].value("attributes", json::object()).contains("_TREE")) return true;
+    names.push_back(node.value("name", ""));
   }
-  return false;
+  return names;
 }
 
-/// Gives the trees of a table their places in the scene.
-void match(ViewStand& stand, const json& description) {
-  std::unordered_map<std::string, std::size_t> nodes;
-  const json& list = description.value("nodes", json::array());
-  for (std::size_t i = 0; i < list.size(); ++i) nodes.emplace(list[i].value("name", ""), i);
-  const bool is_numbered = has_numbered_instances(description);
-  std::size_t found = 0;
-  std::size_t number = 0;
-  for (std::size_t i = 0; i < stand.trees.size(); ++i) {
-    ViewTree& tree = stand.trees[i];
-    const auto node = nodes.find(tree.plot + "-" + tree.tree);
-    if (node != nodes.end()) tree.node = node->second;
-    // Rows that no tree was grown from have no number.
-    if (is_numbered && stand.variants.front().trees[i].shape) tree.number = number++;
-    found += tree.node || tree.number ? 1 : 0;
-  }
-  if (found == 0) {
-    throw InputError("no tree of the table is in the scene; nodes are named plot-tree");
-  }
-  if (found < stand.trees.size()) {
-    stand.notes.push_back(fmt::format("{} of {} trees of the table are not in the scene.",
-                                      stand.trees.size() - found,
-                                      stand.trees.size()));
-  }
+/// Nodes form trees, which spares whoever walks through them endless ways.
+void check_hierarchy(const json& description) {
+  const json& nodes = description.value("nodes", json::array());
+  std::vector<int> parents(nodes.size(), 0);
+  const auto count = [&](const json& list) {
+    for (const json& index : list) {
+      const auto node = index.get<std::size_t>();
+      if (node >= parents.size())
+        throw InputError(fmt::format("there is no nodes[{}] in it", node));
+      if (++parents[node] > 1) {
+        throw InputError(fmt::format("nodes[{}] in it has two parents, or is below itself", node));
+      }
+    }
+  };
+  for (const json& node : nodes) count(node.value("children", json::array()));
+  const json& scenes = description.value("scenes", json::array());
+  const auto shown = description.value("scene", std::size_t{0});
+  if (shown < scenes.size()) count(scenes[shown].value("nodes", json::array()));
 }
 
 }  // namespace
@@ -176,6 +184,9 @@ SceneTrees trees_of_scene(std::string_view glb,
   const json description = description_of(glb);
   try {
     check_self_contained(description);
+    check_hierarchy(description);
+    // Whatever a page would stumble over is refused here.
+    const tree::ReadScene read = tree::read_glb(glb);
     SceneTrees scene{.origin = origin_of(description)};
     if (table == nullptr) {
       scene.stand = stand_of_extras(description, scene.origin, catalogue);
@@ -185,7 +196,7 @@ SceneTrees trees_of_scene(std::string_view glb,
       }
     } else {
       scene.stand = read_view_stand(*table, catalogue, options);
-      match(scene.stand, description);
+      match_trees(scene.stand, node_names(description), read);
     }
     return scene;
   } catch (const json::exception& error) {

@@ -122,6 +122,7 @@ class StandReader {
       : table_(table), catalogue_(catalogue), options_(options), columns_(table, options) {}
 
   ViewStand read() {
+    check_places();
     for (const Kind& kind : kKinds) {
       if (has_sizes(columns_, kind)) variants_.push_back(read_variant(table_, kind, options_));
     }
@@ -138,6 +139,16 @@ class StandReader {
   }
 
  private:
+  void check_places() const {
+    for (const char* name : {"x", "y"}) {
+      if (columns_.has(name)) continue;
+      throw InputError(
+          "a picture of a stand needs the trees' places: the columns x (east) and y (north) in "
+          "meters, or --columns x=...,y=... where they have other names",
+          {.file = table_.file(), .line = 1, .column = name});
+    }
+  }
+
   /// Rows that at least one variant can draw; of rows with the same key the first.
   void find_rows() {
     const std::vector<std::string> keys = columns_.keys();
@@ -194,10 +205,15 @@ class StandReader {
       stand_.trees.push_back(std::move(tree));
     }
     if (unknown.empty()) return;
+    const std::string& fallback = catalogue_.fallback().name;
+    if (unknown.erase("") > 0) {
+      stand_.notes.push_back(fmt::format("Trees without a species are drawn as {}.", fallback));
+    }
+    if (unknown.empty()) return;
     std::string names;
     for (const std::string& name : unknown) names += (names.empty() ? "" : ", ") + name;
-    stand_.notes.push_back(fmt::format(
-        "No preset lists the species {}; drawn as {}.", names, catalogue_.fallback().title));
+    stand_.notes.push_back(
+        fmt::format("No preset lists the species {}; drawn as {}.", names, fallback));
   }
 
   void add_variant(const ReadVariant& read) {
@@ -221,14 +237,7 @@ class StandReader {
 
   void say_what_is_missing() {
     for (const ViewVariant& variant : stand_.variants) {
-      const auto missing =
-          std::ranges::count_if(variant.trees, [](const auto& tree) { return !tree.shape; });
-      if (missing == 0) continue;
-      stand_.notes.push_back(
-          fmt::format("{}: {} of {} trees have no sizes that a tree can have and are not drawn.",
-                      variant.title,
-                      missing,
-                      variant.trees.size()));
+      say_what_is_missing(variant);
     }
     const std::set<std::string> shown(keys_.begin(), keys_.end());
     for (const tree::LeftOut& one : variants_.front().left_out) {
@@ -236,6 +245,28 @@ class StandReader {
         stand_.left_out.push_back(one);
       }
     }
+  }
+
+  void say_what_is_missing(const ViewVariant& variant) {
+    const auto is_unknown = [](const ViewSizes& sizes) {
+      return std::isnan(sizes.h_m) && std::isnan(sizes.hcb_m) && std::isnan(sizes.cw_m);
+    };
+    const bool is_observed = variant.name == kKinds.front().name;
+    const auto count = [&](bool unknown) {
+      return std::ranges::count_if(variant.trees, [&](const ViewVersion& tree) {
+        return !tree.shape && is_unknown(tree.sizes) == unknown;
+      });
+    };
+    const auto say = [&](std::ptrdiff_t missing, const char* what) {
+      if (missing == 0) return;
+      stand_.notes.push_back(fmt::format("{}: {} of {} trees have no {} and are not drawn.",
+                                         variant.title,
+                                         missing,
+                                         variant.trees.size(),
+                                         what));
+    };
+    say(count(true), is_observed ? "measurements" : "predictions");
+    say(count(false), "sizes that a tree can have");
   }
 
   const data::Table& table_;

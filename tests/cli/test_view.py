@@ -87,6 +87,38 @@ class Pages(ViewTest):
         self.view("stand.glb", "--trees", "trees.csv")
         self.assertEqual(self.data("stand.html")["trees"]["number"], [0, 1, 2])
 
+    def test_instances_get_the_measurements_of_the_trees_at_their_places(self):
+        # Plot 2 alone is numbered from 0, as plot 1 is in the table.
+        self.run_program("grow", "trees.csv", "--plot", "2", "--scene", "two.glb", "--share",
+                         "--instancing", "--quiet")
+        self.assertIn("2 of 3 trees of the table are not in the scene",
+                      self.view("two.glb", "--trees", "trees.csv").stderr)
+        trees = self.data("two.html")["trees"]
+        self.assertEqual(trees["number"], [None, None, 0])
+        refused = self.view("two.glb", "--trees", "trees.csv", "--plot", "1", status=3)
+        self.assertIn("no tree of the table stands where the scene has one", refused.stderr)
+
+    def test_trees_that_places_do_not_tell_apart_get_no_measurements(self):
+        # Each plot has coordinates of its own, and a tree at 0, 0.
+        self.write("own.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n1,1,SM,0,0,20,15,6,4\n"
+                              "1,2,SM,4,3,22,16,6,4\n2,1,SM,0,0,12,10,4,3\n2,2,SM,8,3,13,11,4,3\n")
+        grow = ("grow", "own.csv", "--lod", "3", "--share", "--instancing", "--quiet", "--scene")
+        self.run_program(*grow, "two.glb", "--plot", "2")
+        said = self.view("two.glb", "--trees", "own.csv").stderr
+        self.assertIn("1 of 2 trees of the scene are not in the table, or not told apart", said)
+        self.assertEqual(self.data("two.html")["trees"]["number"], [None, None, None, 1])
+        self.run_program(*grow, "all.glb")
+        self.view("all.glb", "--trees", "own.csv")
+        self.assertEqual(self.data("all.html")["trees"]["number"], [0, 1, 2, 3])
+
+    def test_a_damaged_scene_is_refused(self):
+        self.run_program("grow", "trees.csv", "--scene", "stand.glb", "--lod", "3", "--quiet")
+        whole = (self.folder / "stand.glb").read_bytes()
+        (self.folder / "half.glb").write_bytes(whole[:len(whole) // 2])
+        refused = self.view("half.glb", status=3)
+        self.assertIn("half.glb", refused.stderr)
+        self.assertFalse((self.folder / "half.html").exists())
+
     def test_what_cannot_be_shown_is_refused(self):
         self.write("bare.csv", "plot,tree,x,y,dbh\n1,1,0,0,9\n")
         self.assertIn("h, hcb and cw", self.view("bare.csv", status=3).stderr)
@@ -96,7 +128,10 @@ class Pages(ViewTest):
         self.assertIn("a page needs a .glb", self.view("scene.gltf", status=3).stderr)
         (self.folder / "empty").mkdir()
         self.assertIn("silvafit study", self.view("empty", status=3).stderr)
-        self.view("nothing.csv", status=2)
+        self.assertIn("nothing.csv", self.view("nothing.csv", status=3).stderr)
+        self.assertIn("nothing.glb", self.view("nothing.glb", status=3).stderr)
+        self.write("nowhere.csv", "plot,tree,dbh,h,hcb,cw\n1,1,9,8,4,2\n")
+        self.assertIn("needs the trees' places", self.view("nowhere.csv", status=3).stderr)
         self.view("trees.csv", "--columns", "h", status=2)
         self.view("trees.csv", "--trees", "trees.csv", status=2)
         self.view("no.glb", "--plot", "1", status=2)

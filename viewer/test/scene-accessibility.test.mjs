@@ -74,3 +74,73 @@ for (const [width, height] of [[320, 640], [768, 1024], [1280, 720], [3840, 2160
     }),
   );
 }
+
+test("the page itself never scrolls", { skip }, async () => {
+  for (const viewport of [{ width: 320, height: 640 }, { width: 768, height: 1024 }, { width: 1440, height: 900 }]) {
+    await withScene(sceneExample(), { viewport }, async (page) => {
+      const { height, inner } = await page.evaluate(() => ({ height: document.documentElement.scrollHeight, inner: innerHeight }));
+      assert.ok(height <= inner, `${height} px of ${inner} at ${viewport.width}`);
+    });
+  }
+});
+
+test("a key keeps the focus where it was", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const button = page.getByRole("button", { name: "Choose plot 2, tree 990" });
+    await button.focus();
+    await page.keyboard.press("Enter");
+    assert.equal(await page.evaluate(() => document.activeElement.getAttribute("aria-label")), "Choose plot 2, tree 990");
+  }),
+);
+
+test("the last page of the list leaves the focus on a button that works", { skip }, () => {
+  const data = sceneExample();
+  const times = (values) => Array.from({ length: 60 }, (_, tree) => values[tree % 14]);
+  data.trees = Object.fromEntries(Object.entries(data.trees).map(([name, values]) => [name, times(values)]));
+  for (const variant of data.variants) {
+    for (const name of ["h", "hcb", "cw", "hc", "model"]) variant[name] = times(variant[name]);
+    if (variant.radii) variant.radii = Object.fromEntries(Object.entries(variant.radii).map(([name, values]) => [name, times(values)]));
+  }
+  return withScene(data, {}, async (page) => {
+    await page.getByRole("button", { name: "Next" }).focus();
+    await page.keyboard.press("Enter");
+    assert.equal(await page.evaluate(() => document.activeElement.textContent), "Previous");
+    await page.keyboard.press("Enter");
+    assert.equal(await page.evaluate(() => document.activeElement.textContent), "Next");
+  });
+});
+
+test("names of the halves and the button do not cover each other", { skip }, async () => {
+  for (const viewport of [{ width: 320, height: 640 }, { width: 1100, height: 700 }]) {
+    await withScene(sceneExample(), { viewport }, async (page) => {
+      await page.getByLabel("Sizes", { exact: true }).selectOption("population");
+      await page.getByLabel("Beside them").selectOption("conditional");
+      const button = await page.getByRole("button", { name: "Hide controls" }).boundingBox();
+      for (const name of await page.locator(".side-name:visible").all()) {
+        const box = await name.boundingBox();
+        const isApart = box.x + box.width <= button.x || box.y >= button.y + button.height || box.y + box.height <= button.y || box.x >= button.x + button.width;
+        assert.ok(isApart, `${JSON.stringify(box)} and ${JSON.stringify(button)} at ${viewport.width}`);
+      }
+    });
+  }
+});
+
+test("scales and swatches keep their colors where colors are forced", { skip }, () =>
+  withScene(sceneExample(), { forcedColors: "active" }, async (page) => {
+    await page.getByLabel("Color by").selectOption("species");
+    const colors = await page.locator("#colors .swatch").evaluateAll((all) => all.map((node) => getComputedStyle(node).backgroundColor));
+    assert.equal(new Set(colors).size, colors.length);
+    await page.getByLabel("Color by").selectOption("M");
+    assert.match(await page.locator("#colors .ramp").evaluate((node) => getComputedStyle(node).backgroundImage), /gradient/);
+  }),
+);
+
+for (const [width, height] of [[768, 1024], [3840, 2160]]) {
+  test(`the scale bar is in the picture at ${width} x ${height}`, { skip }, () =>
+    withScene(sceneExample(), { viewport: { width, height } }, async (page) => {
+      const corners = await page.evaluate(() => window.silvafitView.whereIsScale());
+      const canvas = await page.locator("#canvas").boundingBox();
+      for (const { x, y } of corners) assert.ok(x >= 0 && y >= 0 && x <= canvas.width && y <= canvas.height, JSON.stringify(corners));
+    }),
+  );
+}

@@ -292,6 +292,107 @@ test("plots with coordinates of their own are shown one at a time", { skip }, ()
   });
 });
 
+/** The example as a scene of another program: no trees, but whatever is in the file. */
+function sceneAlone(glb) {
+  const data = sceneExample();
+  const none = Object.fromEntries(Object.keys(data.trees).map((name) => [name, []]));
+  return { ...data, scene: glb ?? data.models.glb, models: null, variants: [], plots: [], species: [], trees: none };
+}
+
+test("what is told of a chosen tree is seen at once", { skip }, async () => {
+  for (const viewport of [{ width: 320, height: 640 }, { width: 1440, height: 700 }, { width: 3840, height: 2160 }]) {
+    await withScene(sceneExample(), { viewport }, async (page) => {
+      const isSeen = () =>
+        page.evaluate(() => {
+          const panel = document.getElementById("panel").getBoundingClientRect();
+          const { top, height } = document.querySelector("#details .chosen").getBoundingClientRect();
+          return top >= panel.top && top + height <= panel.bottom && panel.bottom <= innerHeight + 1;
+        });
+      const at = await page.evaluate(() => window.silvafitView.whereIs(6));
+      const canvas = await page.locator("#canvas").boundingBox();
+      await page.mouse.click(canvas.x + at.x, canvas.y + at.y);
+      assert.notEqual(await page.evaluate(() => window.silvafitView.chosen()), null);
+      assert.ok(await isSeen(), `a click at ${viewport.width}`);
+      await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
+      assert.ok(await isSeen(), `the list at ${viewport.width}`);
+      await page.getByRole("button", { name: "Hide controls" }).click();
+      assert.match(await page.locator(".card").innerText(), /plot 2, tree 990/);
+    });
+  }
+});
+
+test("the whole stand is seen from orbit, whatever was before", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const isPressed = (name) => page.getByRole("button", { name, exact: true }).getAttribute("aria-pressed");
+    const leave = [() => page.getByRole("button", { name: "Whole stand" }).click(), () => page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" })];
+    for (const next of leave) {
+      await page.getByRole("button", { name: "Walk", exact: true }).click();
+      // Keys walk at once.
+      assert.equal(await page.evaluate(() => document.activeElement.id), "canvas");
+      assert.ok(await page.locator(".pad").isVisible());
+      await next();
+      assert.deepEqual([await isPressed("Walk"), await isPressed("Orbit")], ["false", "true"]);
+      assert.ok(!(await page.locator(".pad").isVisible()));
+    }
+  }),
+);
+
+test("a scene without measurements keeps its ground, and one walks on it", { skip }, () =>
+  withScene(sceneAlone(), { reducedMotion: "reduce" }, async (page) => {
+    await page.evaluate(() => window.silvafitView.draw());
+    const floor = await page.evaluate(() => window.silvafitView.hasObject("ground"));
+    assert.ok(floor);
+    await page.getByRole("button", { name: "Walk", exact: true }).click();
+    const [x, eye, z] = await page.evaluate(() => window.silvafitView.camera());
+    // The ground of the example has a relief: eyes are 1.7 m above its height at that place, or its lowest point.
+    const ground = await page.evaluate(([east, south]) => window.silvafitView.groundAt(east, south), [x, z]);
+    assert.ok(Math.abs(eye - ground - 1.7) < 1e-6, `${eye} over ${ground}`);
+    assert.ok(drawnShare(await pixels(page)) > 0.05);
+  }),
+);
+
+test("a scene that cannot be read is told of, without an error", { skip }, () =>
+  withScene(sceneAlone(Buffer.from("glTF and nothing else that could be read").toString("base64")), {}, async (page) => {
+    assert.match(await page.getByRole("alert").innerText(), /cannot be drawn/);
+  }),
+);
+
+test("a tree of the list is looked at from where nothing hides it", { skip }, () =>
+  withScene(sceneExample(), { reducedMotion: "reduce" }, async (page) => {
+    const data = sceneExample();
+    const canvas = await page.locator("#canvas").boundingBox();
+    for (let tree = 0; tree < data.trees.tree.length; ++tree) {
+      await page.locator(`[data-tree="${tree}"]`).click();
+      await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
+      assert.equal(await page.evaluate(() => window.silvafitView.chosen()), tree);
+    }
+  }),
+);
+
+test("legends and headline count the trees that are shown", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const counted = async () => (await page.locator("#colors .keys li").allInnerTexts()).reduce((sum, text) => sum + Number(/\((\d+)\)/.exec(text)[1]), 0);
+    for (const coloring of ["species", "layer"]) {
+      await page.getByLabel("Plot", { exact: true }).selectOption({ label: "all" });
+      await page.getByLabel("Color by").selectOption(coloring);
+      assert.equal(await counted(), 14);
+      await page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" });
+      assert.equal(await counted(), 5);
+      assert.match(await page.locator("#about").innerText(), /^Plot 2: 5 of 14 trees/);
+    }
+  }),
+);
+
+test("overlaps are told of each half", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
+    await page.getByLabel("Beside them").selectOption("conditional");
+    await page.getByLabel("Overlapping crowns").click();
+    const lines = await page.getByText(/crowns overlap/).allInnerTexts();
+    assert.deepEqual(lines.filter((line) => /^(OLS|NLME, plot): \d+ pair/.test(line)).length, 2, `${lines}`);
+  }),
+);
+
 const plain = inBrowser(launchWithoutWebGl);
 test("without WebGL the page says so, and the trees can still be looked up", { skip }, () =>
   plain.withPage(sceneExample(), {}, async (page) => {

@@ -33,44 +33,46 @@ export function roundUp(value) {
   return [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= value * (1 - 1e-9));
 }
 
-function speciesColoring(data) {
+const everyTree = () => true;
+
+function speciesColoring(data, passes) {
   const colorOf = (code) => SPECIES_COLORS[code] ?? OTHER_COLOR;
   const counts = data.species.map(() => 0);
-  for (const code of data.trees.species) counts[code] += 1;
-  const named = data.species.slice(0, SPECIES_COLORS.length).map((name, code) => ({ color: colorOf(code), text: `${name || "no species"} (${counts[code]})` }));
+  data.trees.species.forEach((code, tree) => (counts[code] += passes(tree) ? 1 : 0));
+  const named = data.species.slice(0, SPECIES_COLORS.length).map((name, code) => ({ color: colorOf(code), text: `${name || "no species"} (${counts[code]})`, count: counts[code] })).filter(({ count }) => count > 0);
   const others = counts.slice(SPECIES_COLORS.length).reduce((sum, count) => sum + count, 0);
   if (others > 0) named.push({ color: OTHER_COLOR, text: `other species (${others})` });
   return { title: "Species", told: "Trees are colored by species.", of: (tree) => colorOf(data.trees.species[tree]), keys: named };
 }
 
-function layerColoring(data) {
+function layerColoring(data, passes) {
   const [low, high] = data.layer_bounds;
   const ranges = [`below ${low} m`, `${low} to below ${high} m`, `${high} m and more`];
-  const counts = data.layers.map((_, layer) => data.trees.layer.filter((own) => own === layer).length);
+  const counts = data.layers.map((_, layer) => data.trees.layer.filter((own, tree) => own === layer && passes(tree)).length);
   const keys = data.layers.map((name, layer) => ({ color: LAYER_COLORS[layer], text: `${name}, ${ranges[layer] ?? ""} (${counts[layer]})` }));
   return withMissing(data, {
     title: "Layer",
     told: "Trees are colored by the layer of their observed height; higher layers are lighter.",
     of: (tree) => (data.trees.layer[tree] === null ? null : LAYER_COLORS[data.trees.layer[tree]]),
     keys,
-  });
+  }, passes);
 }
 
-function withMissing(data, coloring) {
+function withMissing(data, coloring, passes) {
   let missing = 0;
-  for (let tree = 0; tree < treeCount(data); ++tree) missing += coloring.of(tree) === null ? 1 : 0;
+  for (let tree = 0; tree < treeCount(data); ++tree) missing += passes(tree) && coloring.of(tree) === null ? 1 : 0;
   const keys = missing > 0 ? [...(coloring.keys ?? []), { color: MISSING_COLOR, text: `not known (${missing})` }] : coloring.keys;
   return { ...coloring, keys, of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
 }
 
-function indexColoring(data, index) {
+function indexColoring(data, index, passes) {
   const values = data.trees[index];
   return withMissing(data, {
     title: INDICES[index],
     told: `Trees are colored by ${INDICES[index]}: dark is 0, light is 1.`,
     of: (tree) => (values[tree] === null ? null : along(SEQUENTIAL, values[tree])),
     scale: { colors: SEQUENTIAL, labels: ["0", "0.5", "1"] },
-  });
+  }, passes);
 }
 
 /** Ends of the scale: of the residuals of all variants, 95 % lie between them. */
@@ -80,7 +82,7 @@ function residualLimit(data, variants, response) {
 }
 
 /** @param {object | null} variant  null: of the sizes that each side shows */
-function residualColoring(data, variant, response) {
+function residualColoring(data, variant, response, passes) {
   const limit = residualLimit(data, predictions(data), response);
   const residual = (tree, shown) => (shown && predictions(data).includes(shown) ? residualOf(data, shown, response, tree) : null);
   const whose = variant ? variant.title : "the sizes that are shown";
@@ -93,27 +95,27 @@ function residualColoring(data, variant, response) {
     },
     scale: { colors: DIVERGING, labels: [`−${limit} m`, "0", `+${limit} m`] },
   };
-  if (variant) return withMissing(data, coloring);
+  if (variant) return withMissing(data, coloring, passes);
   return { ...coloring, keys: [{ color: MISSING_COLOR, text: "not known; observed sizes have no residual" }], of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
 }
 
 const hasValues = (values) => values.some((value) => value !== null);
 
-/** Groups of colorings that these data allow: `{label, choices: [{value, text, make}]}`; the first one has no meaning. */
+/** Groups of colorings that these data allow: `{label, choices: [{value, text, make}]}`; the first one has no meaning. `make` counts the trees that its test lets pass. */
 export function colorings(data) {
   const groups = [{ label: null, choices: [{ value: "natural", text: "Natural", make: () => null }] }];
   if (treeCount(data) === 0) return groups;
-  groups[0].choices.push({ value: "species", text: "Species", make: () => speciesColoring(data) });
-  if (hasValues(data.trees.layer)) groups[0].choices.push({ value: "layer", text: "Layer", make: () => layerColoring(data) });
+  groups[0].choices.push({ value: "species", text: "Species", make: (passes = everyTree) => speciesColoring(data, passes) });
+  if (hasValues(data.trees.layer)) groups[0].choices.push({ value: "layer", text: "Layer", make: (passes = everyTree) => layerColoring(data, passes) });
   const indices = Object.keys(INDICES).filter((index) => hasValues(data.trees[index]));
   if (indices.length > 0) {
-    groups.push({ label: "Structural index", choices: indices.map((index) => ({ value: index, text: INDICES[index], make: () => indexColoring(data, index) })) });
+    groups.push({ label: "Structural index", choices: indices.map((index) => ({ value: index, text: INDICES[index], make: (passes = everyTree) => indexColoring(data, index, passes) })) });
   }
   if (predictions(data).length > 0) {
     const choices = Object.keys(RESPONSES).map((response) => ({
       value: `shown-${response}`,
       text: `Residual ${response}, as shown`,
-      make: () => residualColoring(data, null, response),
+      make: (passes = everyTree) => residualColoring(data, null, response, passes),
     }));
     groups.push({ label: "Residual of the sizes shown", choices });
   }
@@ -123,7 +125,7 @@ export function colorings(data) {
     const choices = responses.map((response) => ({
       value: `${variant.name}-${response}`,
       text: `Residual ${response}, ${variant.title}`,
-      make: () => residualColoring(data, variant, response),
+      make: (passes = everyTree) => residualColoring(data, variant, response, passes),
     }));
     groups.push({ label: `Residual, ${variant.title}`, choices });
   }

@@ -5,6 +5,9 @@ export const readData = () => JSON.parse(document.getElementById("view-data").te
 
 export const treeCount = (data) => data.trees.tree.length;
 
+/** "1 tree", "2 trees" */
+export const counted = (count, what) => `${count} ${what}${count === 1 ? "" : "s"}`;
+
 /** "plot 1, tree 12" */
 export function treeName(data, tree) {
   return `plot ${data.plots[data.trees.plot[tree]].name}, tree ${data.trees.tree[tree]}`;

@@ -26,6 +26,12 @@ function sizesTable(data, tree) {
   return element("table", { class: "sizes" }, element("thead", {}, head), element("tbody", {}, row("Observed", (response) => data.trees[response][tree]), ...rows));
 }
 
+/** A tree in a line. */
+export function cardText(data, tree) {
+  const sizes = RESPONSES.filter(([response]) => data.trees[response][tree] !== null).map(([response, title]) => `${title.toLowerCase()} ${decimals(data.trees[response][tree], 2)} m`);
+  return [`Chosen: ${treeName(data, tree)}`, speciesOf(data, tree), ...sizes].filter((text) => text !== "").join(", ");
+}
+
 /** @returns {Node[]} */
 export function details(data, tree) {
   if (tree === null) return [element("p", { class: "quiet" }, "None. Click a tree in the picture or in the list.")];

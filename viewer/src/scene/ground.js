@@ -32,6 +32,19 @@ function label(text, color, height) {
   return sprite;
 }
 
+/** What one stands on in a scene as it is: its ground, or else the height of its lowest point. */
+export function floorOf(scene, box) {
+  const surface = scene?.getObjectByName("ground") ?? null;
+  const raycaster = new Raycaster();
+  return {
+    heightAt(x, z) {
+      raycaster.set(new Vector3(x, SKY_M, z), DOWN);
+      const hit = surface && raycaster.intersectObject(surface, true)[0];
+      return hit ? hit.point.y : box.isEmpty() ? 0 : box.min.y;
+    },
+  };
+}
+
 export class Ground {
   /**
    * @param {import("three").Mesh | null} surface  from the page's models
@@ -120,6 +133,14 @@ export class Ground {
     const text = label(`${length} m`, color, Math.max(0.8, length / 8));
     text.position.set(min.x + length / 2, y, z + Math.max(0.8, length / 7));
     this.marks.add(text);
+  }
+
+  /** What the bar, the arrow and their names take up. */
+  markCorners() {
+    const { min, max } = this.box;
+    const y = this.heightAt(min.x, max.z);
+    const south = this.south + 0.35 * this.length + 0.4;
+    return [min.x, min.x + 1.6 * this.length].map((x) => new Vector3(x, y, south));
   }
 
   addNorth(color) {

@@ -6,9 +6,9 @@ import { onThemeChange, startTheme } from "../theme.js";
 import { colorings } from "./colors.js";
 import { overlappingPairs } from "./crown.js";
 import { crownLines, footRing, overlapMesh } from "./crown-lines.js";
-import { plotsCoincide, readData, treeCount, treeName } from "./data.js";
-import { details } from "./details.js";
-import { Ground } from "./ground.js";
+import { counted, plotsCoincide, readData, treeCount, treeName } from "./data.js";
+import { cardText, details } from "./details.js";
+import { floorOf, Ground } from "./ground.js";
 import { legend } from "./legend.js";
 import { Moves } from "./moves.js";
 import { button, check, choice, keysDialog, themeSwitch } from "./panel.js";
@@ -48,13 +48,14 @@ class Page {
     this.setSides();
     this.view.setShadows(true);
     if (treeCount(this.data) > 0) {
-      this.ground = new Ground(this.loaded.ground, this.data, this.view.box);
+      this.ground = new Ground(this.loaded.ground, this.data, this.extent());
       this.view.scene.add(this.ground.group);
     }
-    this.moves = new Moves(this.view, (x, z) => this.ground?.heightAt(x, z) ?? 0, isCalm());
+    const floor = this.ground ?? floorOf(this.loaded.rest, this.extent());
+    this.moves = new Moves(this.view, (x, z) => floor.heightAt(x, z), isCalm());
     this.dress();
     onThemeChange(() => this.dress());
-    this.moves.frame(this.extent());
+    this.frame();
     this.listen();
     this.view.onDrawn((stats) => this.tell(stats));
     this.view.draw();
@@ -64,7 +65,7 @@ class Page {
   sayTrouble(text) {
     this.main.classList.add("has-no-picture");
     this.picture.append(element("p", { class: "trouble", role: "alert" }, text));
-    this.detailsPart.replaceChildren(...details(this.data, this.chosen));
+    if (this.detailsPart.isConnected) this.detailsPart.replaceChildren(...details(this.data, this.chosen));
   }
 
   /** What there is to see: the trees, or else the scene. */
@@ -81,14 +82,17 @@ class Page {
       id: "canvas",
       tabindex: "0",
       role: "application",
-      "aria-label": `3D picture of ${count} trees`,
+      "aria-label": count > 0 ? `3D picture of ${counted(count, "tree")}` : "3D picture",
       "aria-describedby": "canvas-hint",
     });
     this.sideNames = [0, 1].map(() => element("div", { class: "overlay side-name", hidden: true }));
     this.divider = element("div", { class: "divider", hidden: true });
     this.figures = element("div", { class: "overlay figures", id: "figures", hidden: true });
+    // Where the panel is hidden, it cannot say what is chosen.
+    this.card = element("div", { class: "overlay card", hidden: true });
     this.pad = this.walkingPad();
     const hide = button("hide-panel", "Hide controls", () => this.togglePanel(hide));
+    this.hideButton = hide;
     hide.classList.add("hide-panel");
     hide.setAttribute("aria-expanded", "true");
     hide.setAttribute("aria-controls", "panel");
@@ -100,6 +104,7 @@ class Page {
       this.divider,
       ...this.sideNames,
       this.figures,
+      this.card,
       this.pad,
       hide,
     );
@@ -113,31 +118,49 @@ class Page {
     const count = treeCount(data);
     this.legendPart = element("div", { "aria-live": "polite" });
     this.detailsPart = element("div", { "aria-live": "polite", id: "details" });
+    this.detailsSection = element("section", { "aria-labelledby": "details-title" }, element("h2", { id: "details-title" }, "Chosen tree"), this.detailsPart);
     this.list = count > 0 ? new TreeList(data, (tree) => this.choose(tree, true)) : null;
     this.list?.show(this.passes());
     const sentences = data.notes.map((note) => element("p", { class: "quiet" }, note));
     const notes = sentences.length > 1 ? [element("details", {}, element("summary", {}, `${sentences.length} notes on these trees`), ...sentences)] : sentences;
-    const about = count > 0 ? [element("p", { class: "quiet" }, `${count} trees, ${data.plots.length} ${data.plots.length === 1 ? "plot" : "plots"}, ${data.species.length} species`)] : [];
+    this.aboutPart = element("p", { class: "quiet", id: "about" }, this.about());
+    const about = count > 0 ? [this.aboutPart] : [];
     const trees =
       count > 0
         ? [
             element("section", { id: "colors", "aria-labelledby": "colors-title" }, element("h2", { id: "colors-title" }, "Colors"), this.colorChoice(), this.legendPart),
-            element("section", { "aria-labelledby": "details-title" }, element("h2", { id: "details-title" }, "Chosen tree"), this.detailsPart),
+            this.detailsSection,
             this.list.node,
           ]
         : [];
-    return element("div", { class: "panel", id: "panel" }, element("h1", {}, data.title), ...about, ...notes, this.controls(), ...trees);
+    this.panelPart = element("div", { class: "panel", id: "panel" }, element("h1", {}, data.title), ...about, ...notes, this.controls(), ...trees);
+    return this.panelPart;
+  }
+
+  /** How much is shown. */
+  about() {
+    const { data, shownPlot } = this;
+    const all = treeCount(data);
+    if (shownPlot === null) return `${counted(all, "tree")}, ${counted(data.plots.length, "plot")}, ${data.species.length} species`;
+    const passes = this.passes();
+    const shown = Array.from({ length: all }, (_, tree) => tree).filter(passes);
+    const species = new Set(shown.map((tree) => data.trees.species[tree])).size;
+    return `Plot ${data.plots[shownPlot].name}: ${shown.length} of ${counted(all, "tree")}, ${species} species`;
   }
 
   controls() {
     const { data } = this;
     const count = treeCount(data);
     this.modeButtons = ["orbit", "walk"].map((mode) => {
-      const node = button(mode, mode === "orbit" ? "Orbit" : "Walk", () => this.setMode(mode));
+      const node = button(mode, mode === "orbit" ? "Orbit" : "Walk", () => {
+        this.setMode(mode);
+        // Keys walk at once.
+        if (mode === "walk") this.canvas.focus();
+      });
       node.setAttribute("aria-pressed", String(mode === "orbit"));
       return node;
     });
-    const whole = button("whole", "Whole stand", () => this.moves.frame(this.extent()));
+    const whole = button("whole", "Whole stand", () => this.frame());
     const save = button("save", "Save picture", () => this.save());
     const keys = button("show-keys", "Keys and touch", () => this.dialog.showModal());
     const parts = [element("p", { class: "buttons", role: "group", "aria-label": "Way of moving" }, ...this.modeButtons, whole), element("p", { class: "buttons" }, save, keys)];
@@ -177,7 +200,9 @@ class Page {
 
   colorChoice() {
     this.groups = colorings(this.data);
-    return choice("color", "Color by", this.groups, (value) => this.setColoring(value));
+    const node = choice("color", "Color by", this.groups, (value) => this.setColoring(value));
+    this.colorSelect = node.querySelector("select");
+    return node;
   }
 
   /** Arrows that walk while they are held, for screens without keys. */
@@ -224,8 +249,12 @@ class Page {
     const rectangles = this.view.rectangles();
     const { width, height } = this.view.size;
     rectangles.forEach((one, index) => {
-      this.sideNames[index].style.left = `${one.x + one.width / 2}px`;
-      this.sideNames[index].style.top = `${one.y + 10}px`;
+      // The button lies in the upper right corner.
+      const isUpperRight = one.y === 0 && one.x + one.width >= width - 1;
+      const { style } = this.sideNames[index];
+      style.left = `${one.x + 10}px`;
+      style.top = `${one.y + 10}px`;
+      style.maxWidth = `${one.width - 20 - (isUpperRight ? this.hideButton.offsetWidth + 10 : 0)}px`;
     });
     const second = rectangles[1];
     this.divider.hidden = !second;
@@ -254,14 +283,17 @@ class Page {
     this.shownPlot = plot === "" ? null : Number(plot);
     this.filter();
     this.list.show(this.passes());
+    this.aboutPart.textContent = this.about();
+    this.setColoring(this.colorSelect.value);
     if (this.chosen !== null && !this.passes()(this.chosen)) this.choose(null);
-    this.drawMarks();
-    this.moves.frame(this.extent());
+    if (this.ground) this.ground.box = this.extent();
+    this.dress();
+    this.frame();
   }
 
   setColoring(value) {
     const made = this.groups.flatMap(({ choices }) => choices).find((one) => one.value === value);
-    this.coloring = made.make();
+    this.coloring = made.make(this.passes());
     this.paint();
     this.view.invalidate();
   }
@@ -291,7 +323,9 @@ class Page {
       mark.geometry.dispose();
       mark.material.dispose();
     }
+    this.overlapTexts = [];
     this.view.marks = this.view.sides.flatMap((side) => this.marksOf(side));
+    this.overlapNote?.replaceChildren(...this.overlapTexts.map((text) => element("span", { class: "line" }, text)));
     for (const mark of this.view.marks) this.view.scene.add(mark);
   }
 
@@ -300,7 +334,6 @@ class Page {
     const marks = [];
     if (this.marks.crowns) marks.push(...crownLines(this.data, side, shown, cssColor("--line")));
     if (this.marks.overlaps) marks.push(overlapMesh(side, this.overlapsOf(side), cssColor("--overlap")));
-    else if (this.overlapNote) this.overlapNote.textContent = "";
     if (this.chosen !== null && side.bodies[this.chosen] && side.stand.shown[this.chosen]) {
       marks.push(...crownLines(this.data, side, [this.chosen], cssColor("--pick"), true), footRing(side, this.chosen, cssColor("--pick")));
     }
@@ -312,12 +345,19 @@ class Page {
     const { x, z } = this.moves.orbit.target;
     const distance = ({ first }) => Math.hypot(side.bodies[first].place.x - x, side.bodies[first].place.z - z);
     const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => distance(a) - distance(b)).slice(0, MOST_OVERLAPS) : pairs;
-    this.overlapNote.textContent =
-      near.length < pairs.length ? `${pairs.length} pairs of crowns overlap; shown are the ${near.length} nearest to the middle of the picture.` : `${pairs.length} pairs of crowns overlap; the space that they share is shown.`;
+    const whose = this.view.sides.length > 1 ? `${side.variant.title}: ` : "";
+    const count = pairs.length === 1 ? "1 pair of crowns overlaps" : `${pairs.length} pairs of crowns overlap`;
+    this.overlapTexts.push(`${whose}${count}; ${near.length < pairs.length ? `shown are the ${near.length} nearest to the middle of the picture.` : "the space that they share is shown."}`);
     return near;
   }
 
   // ---- What is done ---------------------------------------------------------------------------
+
+  /** All that is shown, which is seen from afar. */
+  frame() {
+    this.setMode("orbit");
+    this.moves.frame(this.extent(), this.ground?.markCorners() ?? []);
+  }
 
   setMode(mode) {
     this.moves.setMode(mode);
@@ -329,11 +369,20 @@ class Page {
     this.chosen = tree;
     this.detailsPart.replaceChildren(...details(this.data, tree));
     this.list.mark(tree);
+    this.card.hidden = tree === null;
+    this.card.textContent = tree === null ? "" : cardText(this.data, tree);
+    if (tree !== null) this.showDetails();
     if (!this.view) return;
     this.drawMarks();
     const body = tree === null ? null : this.view.sides[0].bodies[tree];
-    if (doesLook && body) this.moves.lookAt(body);
+    if (doesLook && body) this.moves.lookAt(body, (from, ahead) => pick(this.view.sides[0], this.data.trees.dbh, from, ahead) === tree);
     this.view.invalidate();
+  }
+
+  /** The panel alone is scrolled to what is told of the chosen tree. */
+  showDetails() {
+    const below = this.detailsSection.getBoundingClientRect().top - this.panelPart.getBoundingClientRect().top;
+    this.panelPart.scrollTop += below - this.panelPart.clientTop;
   }
 
   async save() {
@@ -354,7 +403,7 @@ class Page {
 
   tell({ calls, triangles, milliseconds, trees }) {
     if (this.figures.hidden) return;
-    this.figures.textContent = `${trees} trees in view, ${calls} drawing calls, ${triangles.toLocaleString("en")} triangles, ${milliseconds.toFixed(1)} ms`;
+    this.figures.textContent = `${counted(trees, "tree")} in view, ${calls} drawing calls, ${triangles.toLocaleString("en")} triangles, ${milliseconds.toFixed(1)} ms`;
   }
 
   listen() {
@@ -404,7 +453,7 @@ const page = new Page(data);
 window.silvafitView = {
   ready: page.start().catch((error) => {
     page.sayTrouble(`The picture cannot be drawn: ${error.message}`);
-    throw error;
+    page.view = null;
   }),
   draw() {
     page.view.draw();
@@ -417,5 +466,9 @@ window.silvafitView = {
   },
   camera: () => page.view.camera.position.toArray(),
   chosen: () => page.chosen,
+  groundAt: (x, z) => page.moves.groundAt(x, z),
+  hasObject: (name) => page.view.scene.getObjectByName(name) !== undefined,
+  /** Corners of the scale bar, the arrow and their names on the canvas [CSS pixels]. */
+  whereIsScale: () => page.ground.markCorners().map((corner) => page.view.onCanvas(corner)),
   names: () => Array.from({ length: treeCount(data) }, (_, tree) => treeName(data, tree)),
 };

@@ -25,6 +25,21 @@ const WALK_KEYS = {
   PageDown: [0, 0, 0, -1],
 };
 
+/** Ways to look from: as now, else from other sides, else from higher up. */
+function sightLines(away) {
+  const lines = [];
+  const level = away.clone().setY(0);
+  const flat = level.lengthSq() > 1e-9 ? level.normalize() : new Vector3(0, 0, 1);
+  const now = Math.asin(Math.min(1, Math.max(-1, away.y / away.length())));
+  for (const height of [now, ...[0.6, 0.9, 1.2, 1.5].filter((angle) => angle > now)]) {
+    for (const turn of [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6]) {
+      const line = flat.clone().applyAxisAngle(UP, (turn * Math.PI) / 6).multiplyScalar(Math.cos(height)).setY(Math.sin(height));
+      lines.push(line.multiplyScalar(away.length()));
+    }
+  }
+  return lines;
+}
+
 export class Moves {
   /** @param {import("./view.js").View} view  @param {(x: number, z: number) => number} groundAt */
   constructor(view, groundAt, isCalm) {
@@ -49,11 +64,11 @@ export class Moves {
     canvas.addEventListener("pointermove", (event) => this.drag(event));
   }
 
-  /** The whole of a box, from the south-west above. */
-  frame(box) {
+  /** The whole of a box, and other points, from the south-west above. */
+  frame(box, others = []) {
     this.setMode("orbit");
     const center = box.getCenter(new Vector3());
-    const distance = Math.max(4, this.view.distanceToFit(box, center, SOUTH_WEST_ABOVE));
+    const distance = Math.max(4, this.view.distanceToFit(box, center, SOUTH_WEST_ABOVE, others));
     this.orbit.target.copy(center);
     this.view.camera.position.copy(center).add(SOUTH_WEST_ABOVE.clone().multiplyScalar(distance));
     this.orbit.maxDistance = 5 * distance;
@@ -62,8 +77,11 @@ export class Moves {
     this.view.invalidate();
   }
 
-  /** A tree in the middle of the picture. */
-  lookAt({ place, crown }) {
+  /**
+   * A tree in the middle of the picture.
+   * @param {(from: Vector3, ahead: Vector3) => boolean} isSeen  whether nothing stands before it
+   */
+  lookAt({ place, crown }, isSeen = () => true) {
     if (this.mode === "walk") {
       this.view.camera.lookAt(place.x, place.y + crown.h / 2, place.z);
       this.view.invalidate();
@@ -72,8 +90,9 @@ export class Moves {
     const target = new Vector3(place.x, place.y + crown.h / 2, place.z);
     const away = this.view.camera.position.clone().sub(this.orbit.target);
     away.setLength(Math.min(away.length(), Math.max(8, 2.2 * crown.h)));
+    const seen = sightLines(away).find((line) => isSeen(target.clone().add(line), line.clone().normalize().negate()));
     this.orbit.target.copy(target);
-    this.view.camera.position.copy(target).add(away);
+    this.view.camera.position.copy(target).add(seen ?? away);
     this.orbit.update();
     this.view.invalidate();
   }

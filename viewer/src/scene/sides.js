@@ -78,7 +78,8 @@ class PlacedStand {
       }
     });
     taken.forEach((object) => object.removeFromParent());
-    this.ground = scene.getObjectByName("ground") ?? null;
+    // The page lays the ground under trees that it knows; any other stays as it is.
+    this.ground = treeCount(this.data) > 0 ? (scene.getObjectByName("ground") ?? null) : null;
     this.ground?.removeFromParent();
   }
 

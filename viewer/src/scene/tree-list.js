@@ -2,7 +2,7 @@
 // The list of trees: searched, sorted, a page at a time.
 import { element } from "../dom.js";
 import { decimals } from "../format.js";
-import { speciesOf, treeCount, treeName } from "./data.js";
+import { counted, speciesOf, treeCount, treeName } from "./data.js";
 
 const PAGE = 50;
 const byText = new Intl.Collator("en", { numeric: true }).compare;
@@ -55,6 +55,8 @@ export class TreeList {
     button.addEventListener("click", () => {
       this.page += by;
       this.draw();
+      // A button that can do no more cannot keep the focus.
+      if (button.disabled) (button === this.after ? this.before : this.after).focus();
     });
     return button;
   }
@@ -86,12 +88,19 @@ export class TreeList {
     this.draw();
   }
 
+  /** Draws the table anew; a tree's button keeps the focus. */
   draw() {
+    const focused = this.table.contains(document.activeElement) ? document.activeElement.dataset.tree : undefined;
+    this.lay();
+    if (focused !== undefined) this.table.querySelector(`[data-tree="${focused}"]`)?.focus({ preventScroll: true });
+  }
+
+  lay() {
     const pages = Math.max(1, Math.ceil(this.trees.length / PAGE));
     this.page = Math.min(pages - 1, Math.max(0, this.page));
     const from = this.page * PAGE;
     const rows = this.trees.slice(from, from + PAGE);
-    this.count.textContent = this.trees.length === 0 ? "No tree." : `${from + 1} to ${from + rows.length} of ${this.trees.length} trees`;
+    this.count.textContent = this.trees.length === 0 ? "No tree." : `${from + 1} to ${from + rows.length} of ${counted(this.trees.length, "tree")}`;
     this.before.disabled = this.page === 0;
     this.after.disabled = this.page >= pages - 1;
     this.table.replaceChildren(element("caption", { class: "hidden" }, "Trees; the tree's number chooses it"), this.head(), element("tbody", {}, ...rows.map((tree) => this.row(tree))));

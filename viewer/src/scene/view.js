@@ -155,9 +155,10 @@ export class View {
     this.camera.updateMatrixWorld();
   }
 
-  /** How far from the center, towards a direction, a box just fits into a side of the picture. */
-  distanceToFit(box, center, direction) {
+  /** How far from the center, towards a direction, a box and other points just fit into a side of the picture. */
+  distanceToFit(box, center, direction, others = []) {
     const corners = [box.min, box.max].flatMap(({ x }) => [box.min, box.max].flatMap(({ y }) => [box.min, box.max].map(({ z }) => new Vector3(x, y, z))));
+    corners.push(...others);
     const camera = this.camera.clone();
     const fits = (distance) => {
       camera.position.copy(center).addScaledVector(direction, distance);
