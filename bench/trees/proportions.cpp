@@ -47,9 +47,18 @@ Skeleton grown(const Builder& builder, Morphology tree, int number) {
   return builder.grow_skeleton(shape, Crown(shape, builder.preset().crown_index), random);
 }
 
-void row(const std::string& what, const std::string& published, const Sample& sample, double low, double high) {
-  std::printf("| %s | %s | mean %.1f, sd %.1f, %.1f %% of %zu within |\n", what.c_str(), published.c_str(),
-              sample.mean(), sample.sd(), 100.0 * sample.share_within(low, high), sample.values.size());
+void row(const std::string& what,
+         const std::string& published,
+         const Sample& sample,
+         double low,
+         double high) {
+  std::printf("| %s | %s | mean %.1f, sd %.1f, %.1f %% of %zu within |\n",
+              what.c_str(),
+              published.c_str(),
+              sample.mean(),
+              sample.sd(),
+              100.0 * sample.share_within(low, high),
+              sample.values.size());
 }
 
 /// Angles from the vertical by thirds of the crown's length, numbers and twigs of Chinese fir.
@@ -77,7 +86,11 @@ void chinese_fir(const Builder& fir, const Morphology& tree, double living) {
     }
     number.values.push_back(branches);
   }
-  row("first-order branches, angle from the vertical, lower third of the crown", "70 to 90", layers[0], 70, 90);
+  row("first-order branches, angle from the vertical, lower third of the crown",
+      "70 to 90",
+      layers[0],
+      70,
+      90);
   row("the same, middle third", "50 to 70", layers[1], 50, 70);
   row("the same, upper third", "30 to 50", layers[2], 30, 50);
   row("second-order branches, angle from their branch", "50 to 100", twigs, 50, 100);
@@ -106,8 +119,14 @@ int main() {
     const BuilderCatalogue catalogue = BuilderCatalogue::load(SILVAFIT_SOURCE_DIR "/models");
     // Tree 1 of the paper of the segment models; its age is not printed. At 10 years the paper's
     // models give all and dead branches as below.
-    const Morphology fir{.plot = "1", .tree = "1", .dbh_cm = 28.1, .h_m = 20.2, .hcb_m = 5.8, .hc_m = 8.8,
-                         .radii = CrownRadii{2.1, 2.5, 1.5, 2.4}, .age_years = 10.0};
+    const Morphology fir{.plot = "1",
+                         .tree = "1",
+                         .dbh_cm = 28.1,
+                         .h_m = 20.2,
+                         .hcb_m = 5.8,
+                         .hc_m = 8.8,
+                         .radii = CrownRadii{2.1, 2.5, 1.5, 2.4},
+                         .age_years = 10.0};
     constexpr double kAge = 10.0;
     const double all = -1.06 * kAge * kAge + 27.63 * kAge - 38.33;
     const double dead = 1.0553 * kAge * kAge - 9.2039 * kAge + 35.012;
