@@ -14,26 +14,13 @@
 #include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
-#include "silvafit/data/csv.hpp"
-#include "silvafit/tree/ground.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
+#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
-  std::map<std::string, std::string> map;
-  for (const std::string& entry : entries) {
-    const std::size_t equals = entry.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
-      throw UsageError("--columns takes name=expression, not " + entry);
-    }
-    map[entry.substr(0, equals)] = entry.substr(equals + 1);
-  }
-  return map;
-}
 
 tree::MorphologyTableOptions table_options(const GrowCommand& command) {
   return {.use = tree::use_from_text(command.use),
@@ -42,95 +29,16 @@ tree::MorphologyTableOptions table_options(const GrowCommand& command) {
           .needs_position = !command.scene.empty() || command.resolve_overlaps};
 }
 
-data::Table read_table(const GrowCommand& command, const tree::MorphologyTableOptions& options) {
-  data::CsvTableOptions csv{.text_columns = {"plot", "tree", "species"}};
-  for (const char* name : {"plot", "tree", "species"}) {
-    const auto mapped = options.columns.find(name);
-    if (mapped != options.columns.end()) csv.text_columns.push_back(mapped->second);
-  }
-  return data::read_csv_table(command.file, csv);
-}
-
 /// All trees of the table at one time, or the trees of each moment.
 tree::Moments read_trees(const GrowCommand& command) {
   const tree::MorphologyTableOptions options = table_options(command);
-  const data::Table table = read_table(command, options);
+  const data::Table table = read_tree_table(command.file, options.columns);
   if (!command.by.empty()) return tree::read_moments(table, command.by, options);
   tree::MorphologyTable read = tree::read_morphologies(table, options);
   tree::Moments one{.left_out = std::move(read.left_out)};
   if (!read.morphologies.empty()) one.moments.push_back({.trees = std::move(read.morphologies)});
   return one;
 }
-
-std::string quoted(const std::set<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
-  return list;
-}
-
-}  // namespace
-
-std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
-                                                  const tree::BuilderCatalogue& catalogue,
-                                                  const GrowCommand& command,
-                                                  const tree::Builder* for_all) {
-  if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
-  std::vector<const tree::Builder*> builders;
-  std::set<std::string> unknown;
-  for (const tree::Morphology& morphology : morphologies) {
-    const tree::Builder* builder = command.preset.empty()
-                                       ? catalogue.for_species(command.builder, morphology.species)
-                                       : &catalogue.named(command.builder, command.preset);
-    if (builder == nullptr) unknown.insert(morphology.species);
-    builders.push_back(builder);
-  }
-  if (!unknown.empty()) {
-    say(command.common,
-        fmt::format("No preset lists the species {}; they grow as {} (see --preset).",
-                    quoted(unknown),
-                    catalogue.fallback(command.builder).name()));
-  }
-  return builders;
-}
-
-tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin) {
-  return {.origin = origin,
-          .instancing = command.instancing,
-          .quantize = command.quantize,
-          .compress = command.compress,
-          .ascii = command.ascii};
-}
-
-void add_ground(const GrowCommand& command,
-                const std::vector<tree::Morphology>& trees,
-                const tree::Position& origin,
-                tree::SceneWriter& writer) {
-  if (command.ground == "none") return;
-  std::vector<tree::Position> stems;
-  stems.reserve(trees.size());
-  double lowest = trees.front().position.z_m;
-  for (const tree::Morphology& tree : trees) {
-    stems.push_back(tree.position);
-    lowest = std::min(lowest, tree.position.z_m);
-  }
-  if (command.ground == "flat") {
-    // Four corners span it.
-    for (tree::Position& stem : stems) stem.z_m = lowest;
-    const auto by = [&](double tree::Position::*axis) {
-      return std::minmax_element(stems.begin(), stems.end(), [axis](const auto& a, const auto& b) {
-        return a.*axis < b.*axis;
-      });
-    };
-    const auto [west, east] = by(&tree::Position::x_m);
-    const auto [south, north] = by(&tree::Position::y_m);
-    stems = {{west->x_m, south->y_m, lowest}, {east->x_m, north->y_m, lowest}};
-  }
-  const tree::MeshPart mesh = tree::ground_mesh(stems, origin);
-  const auto model = writer.add_model("ground", {{"ground", "ground", &mesh}});
-  writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
-}
-
-namespace {
 
 /// A file name that no file system objects to; bytes beyond letters, digits, `.`, `_` and `-`
 /// become %XX, so that different names stay different.

@@ -20,6 +20,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/view_data.hpp"
+#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -36,27 +37,6 @@ struct ViewArguments {
   bool does_not_open = false;
   study::ViewOptions options{};
 };
-
-std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
-  std::map<std::string, std::string> map;
-  for (const std::string& entry : entries) {
-    const std::size_t equals = entry.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == entry.size()) {
-      throw UsageError("--columns takes name=expression, not " + entry);
-    }
-    map[entry.substr(0, equals)] = entry.substr(equals + 1);
-  }
-  return map;
-}
-
-data::Table read_table(const fs::path& path, const study::ViewOptions& options) {
-  data::CsvTableOptions csv{.text_columns = {"plot", "tree", "species"}};
-  for (const char* name : {"plot", "tree", "species"}) {
-    const auto mapped = options.columns.find(name);
-    if (mapped != options.columns.end()) csv.text_columns.push_back(mapped->second);
-  }
-  return data::read_csv_table(path, csv);
-}
 
 /// The folder or file without what stands before it.
 std::string name_of(const fs::path& source) {
@@ -85,11 +65,12 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
                        {.file = source.string()});
     }
     return study::view_of_trees(
-        read_table(predictions, arguments.options), catalogue, arguments.options);
+        read_tree_table(predictions, arguments.options.columns), catalogue, arguments.options);
   }
   if (ending == ".glb") {
     std::optional<data::Table> table;
-    if (!arguments.trees.empty()) table = read_table(arguments.trees, arguments.options);
+    if (!arguments.trees.empty())
+      table = read_tree_table(arguments.trees, arguments.options.columns);
     try {
       return study::view_of_scene(
           read_file(source), table ? &*table : nullptr, catalogue, arguments.options);
@@ -102,7 +83,8 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
     throw InputError("has its buffers in files of their own; a page needs a .glb",
                      {.file = source.string()});
   }
-  return study::view_of_trees(read_table(source, arguments.options), catalogue, arguments.options);
+  return study::view_of_trees(
+      read_tree_table(source, arguments.options.columns), catalogue, arguments.options);
 }
 
 /// Where the page goes: beside the file, into the folder.

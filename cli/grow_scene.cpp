@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+// What every scene that is grown shares: the trees' builders, options of the file, the ground.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "grow_command.hpp"
+#include "silvafit/tree/ground.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+std::string quoted(const std::set<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
+  return list;
+}
+
+}  // namespace
+
+std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
+                                                  const tree::BuilderCatalogue& catalogue,
+                                                  const GrowCommand& command,
+                                                  const tree::Builder* for_all) {
+  if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
+  std::vector<const tree::Builder*> builders;
+  std::set<std::string> unknown;
+  for (const tree::Morphology& morphology : morphologies) {
+    const tree::Builder* builder = command.preset.empty()
+                                       ? catalogue.for_species(command.builder, morphology.species)
+                                       : &catalogue.named(command.builder, command.preset);
+    if (builder == nullptr) unknown.insert(morphology.species);
+    builders.push_back(builder);
+  }
+  if (!unknown.empty()) {
+    say(command.common,
+        fmt::format("No preset lists the species {}; they grow as {} (see --preset).",
+                    quoted(unknown),
+                    catalogue.fallback(command.builder).name()));
+  }
+  return builders;
+}
+
+tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin) {
+  return {.origin = origin,
+          .instancing = command.instancing,
+          .quantize = command.quantize,
+          .compress = command.compress,
+          .ascii = command.ascii};
+}
+
+void add_ground(const GrowCommand& command,
+                const std::vector<tree::Morphology>& trees,
+                const tree::Position& origin,
+                tree::SceneWriter& writer) {
+  if (command.ground == "none") return;
+  std::vector<tree::Position> stems;
+  stems.reserve(trees.size());
+  double lowest = trees.front().position.z_m;
+  for (const tree::Morphology& tree : trees) {
+    stems.push_back(tree.position);
+    lowest = std::min(lowest, tree.position.z_m);
+  }
+  if (command.ground == "flat") {
+    // Four corners span it.
+    for (tree::Position& stem : stems) stem.z_m = lowest;
+    const auto by = [&](double tree::Position::*axis) {
+      return std::minmax_element(stems.begin(), stems.end(), [axis](const auto& a, const auto& b) {
+        return a.*axis < b.*axis;
+      });
+    };
+    const auto [west, east] = by(&tree::Position::x_m);
+    const auto [south, north] = by(&tree::Position::y_m);
+    stems = {{west->x_m, south->y_m, lowest}, {east->x_m, north->y_m, lowest}};
+  }
+  const tree::MeshPart mesh = tree::ground_mesh(stems, origin);
+  const auto model = writer.add_model("ground", {{"ground", "ground", &mesh}});
+  writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
+}
+
+}  // namespace silvafit::cli
