@@ -7,61 +7,13 @@
 #include <span>
 #include <vector>
 
+#include "curve_sampler.hpp"
 #include "part_builder.hpp"
 #include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "smooth_mesh_limbs.hpp"
 
 namespace silvafit::tree {
-
-/// A section of a tube, square to `tangent`. `sideways` and `upward` are square to it and to each
-/// other; all three have length 1.
-struct Ring {
-  Point at{};
-  double radius_m = 0.0;
-  Point tangent{};
-  Point sideways{};
-  Point upward{};
-  double along_m = 0.0;   ///< length of the curve up to here
-  bool is_fixed = false;  ///< drawn whatever the tolerance is
-
-  /// A direction of the plane (x, y) in the plane of the ring.
-  Point across(Point flat) const { return flat.x * sideways + flat.y * upward; }
-};
-
-/// Equal steps of one limb's curve with frames that do not turn about it. The last one is its tip.
-///
-/// On the stem breast height is a step too, the steps below and above it being equal among
-/// themselves, and sections are level below it and nearly so a little above, so that none of them
-/// crosses breast height.
-class CurveSampler {
- public:
-  /// \param pieces       of the limb's curve, as far as it is drawn
-  /// \param tolerance_m  how far straight lines between the steps may be off
-  void sample(std::span<const HermitePiece> pieces,
-              const Limb& limb,
-              double tolerance_m,
-              std::vector<Ring>& samples);
-
-  /// The same with steps of a length that is given, or a little less.
-  void sample_evenly(std::span<const HermitePiece> pieces,
-                     const Limb& limb,
-                     double step_m,
-                     std::vector<Ring>& samples);
-
- private:
-  void begin(std::span<const HermitePiece> pieces, const Limb& limb);
-  void add_samples(const Limb& limb, std::vector<Ring>& samples);
-  void add_steps(double from_m, double to_m, std::vector<Ring>& samples);
-  void insert(double along_m, std::vector<Ring>& samples);
-  Ring ring_at(double along_m);
-
-  std::span<const HermitePiece> pieces_{};
-  std::vector<double> ends_;      ///< length of the curve up to the end of each piece
-  double breast_height_m_ = 0.0;  ///< length up to there, on the stem
-  double step_m_ = 0.0;           ///< that keeps to the tolerance
-  std::size_t piece_ = 0;         ///< the one that the last step was in
-};
 
 /// The rings that all limbs of a tree are drawn with.
 class WoodRings {
