@@ -1,11 +1,11 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps configure build demo test fuzz sanitize tidy coverage bench-deps bench docs package check-package format check-format clean
+.PHONY: help deps configure build demo test fuzz sanitize sanitize-threads tidy coverage bench-deps bench docs package check-package format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build, and run a whole study on the example"
 	@echo "make test    the same, and run every test"
 	@echo "make build   the program, at build/bin/silvafit"
-	@echo "make sanitize, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
+	@echo "make sanitize, make sanitize-threads, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make fuzz SECONDS=60   every reader of files with libFuzzer, so many seconds each"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
@@ -31,6 +31,9 @@ test: build
 sanitize: deps
 	@cmake --preset asan-ubsan && cmake --build --preset asan-ubsan && ctest --preset asan-ubsan -j 2
 	@build-asan-ubsan/bin/silvafit study examples/fir-mixed/inventory.csv --out build-asan-ubsan/study
+
+sanitize-threads: deps
+	@cmake --preset tsan && cmake --build --preset tsan && ctest --preset tsan -j 2
 
 tidy: deps
 	@./scripts/install-dependencies packages-debian12-tidy.txt
