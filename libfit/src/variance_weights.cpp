@@ -63,8 +63,8 @@ VarianceData VarianceData::of(const NonlinearModel& model) {
   VarianceData data{.response = model.response()};
   for (const VarianceFactor& factor : model.specification().variance.factors) {
     if (!factor.column.empty()) data.columns[factor.column] = model.column(factor.column);
-    const auto known = [&](const auto& strata) { return strata.column == factor.stratum; };
-    if (!factor.stratum.empty() && std::ranges::none_of(data.strata, known)) {
+    const auto is_its_own = [&](const auto& known) { return known.column == factor.stratum; };
+    if (!factor.stratum.empty() && std::ranges::none_of(data.strata, is_its_own)) {
       data.strata.push_back(model.strata(factor.stratum));
     }
   }

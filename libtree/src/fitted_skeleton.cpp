@@ -28,7 +28,6 @@ class Fitter {
  public:
   Fitter(StandingSkeleton grown, const TreeShape& shape, const Crown& crown, const Taper& taper)
       : grown_(std::move(grown)),
-        shape_(shape),
         crown_(crown),
         map_(grown_, crown),
         stem_(fitted_stem(grown_, map_, shape, crown, taper)) {}
@@ -260,7 +259,6 @@ class Fitter {
   }
 
   StandingSkeleton grown_;
-  const TreeShape& shape_;
   const Crown& crown_;
   CrownMap map_;
   std::vector<SkeletonPoint> stem_;
