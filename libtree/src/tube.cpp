@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "level_of_detail.hpp"
+#include "line_simplification.hpp"
 #include "polygon.hpp"
 
 namespace silvafit::tree {
@@ -16,50 +17,17 @@ constexpr double kBreastHeight = 1.3;
 
 /// How far the surface is off at a point that is left out between two others: its radius and its
 /// middle together.
-///
-/// \param bend  weight of the middle's error
-double error_between(const SkeletonPoint& a,
-                     const SkeletonPoint& b,
-                     const SkeletonPoint& at,
-                     double bend) {
-  const Point chord = b.at - a.at;
-  const double squared = dot(chord, chord);
-  const double part = squared > 0.0 ? dot(at.at - a.at, chord) / squared : 0.0;
-  return std::abs(at.radius_m - (a.radius_m + part * (b.radius_m - a.radius_m))) +
-         bend * length(at.at - (a.at + part * chord));
-}
+struct TubeError {
+  double bend = 1.0;  ///< weight of the middle's error
 
-/// Marks the points between `first` and `last` without which the tube, straight between the marked
-/// ones, would be off by more than the tolerance (Douglas and Peucker 1973).
-void mark_needed(std::span<const SkeletonPoint> axis,
-                 std::size_t first,
-                 std::size_t last,
-                 double tolerance,
-                 double bend,
-                 std::vector<bool>& needed) {
-  double worst = tolerance;
-  std::size_t at = first;
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const double error = error_between(axis[first], axis[last], axis[i], bend);
-    if (error > worst) {
-      worst = error;
-      at = i;
-    }
+  double operator()(const SkeletonPoint& a, const SkeletonPoint& b, const SkeletonPoint& at) const {
+    const Point chord = b.at - a.at;
+    const double squared = dot(chord, chord);
+    const double part = squared > 0.0 ? dot(at.at - a.at, chord) / squared : 0.0;
+    return std::abs(at.radius_m - (a.radius_m + part * (b.radius_m - a.radius_m))) +
+           bend * length(at.at - (a.at + part * chord));
   }
-  if (at == first) return;
-  needed[at] = true;
-  mark_needed(axis, first, at, tolerance, bend, needed);
-  mark_needed(axis, at, last, tolerance, bend, needed);
-}
-
-void take_marked(std::span<const SkeletonPoint> axis,
-                 const std::vector<bool>& needed,
-                 std::vector<SkeletonPoint>& taken) {
-  taken.clear();
-  for (std::size_t i = 0; i < axis.size(); ++i) {
-    if (needed[i]) taken.push_back(axis[i]);
-  }
-}
+};
 
 /// Joins a ring with the one before it; both have `count` vertices, one after the other, and where
 /// `seam` is set the last ones stand where the first ones do.
@@ -142,17 +110,17 @@ void needed_sections(std::span<const SkeletonPoint> stem,
                      double tolerance_m,
                      std::vector<SkeletonPoint>& sections) {
   std::vector<bool> needed(stem.size(), tolerance_m == 0.0);
-  constexpr double bend = 1.0 / kBendTolerance;
+  const TubeError error{.bend = 1.0 / kBendTolerance};
   std::size_t from = 0;
   needed.front() = needed.back() = true;
   if (tolerance_m > 0.0) {
     for (std::size_t i = 1; i + 1 < stem.size(); ++i) {
       if (stem[i].at.z != kBreastHeight) continue;
       needed[i] = true;
-      mark_needed(stem, 0, i, tolerance_m, bend, needed);
+      mark_needed(stem, 0, i, tolerance_m, error, needed);
       from = i;
     }
-    mark_needed(stem, from, stem.size() - 1, tolerance_m, bend, needed);
+    mark_needed(stem, from, stem.size() - 1, tolerance_m, error, needed);
   }
   // Sections that floats could not tell from the tip.
   constexpr double kThinnest = 0.00005;
@@ -174,7 +142,7 @@ void needed_points(std::span<const SkeletonPoint> branch,
   }
   std::vector<bool> marks(branch.size(), false);
   marks.front() = marks.back() = true;
-  mark_needed(branch, 0, branch.size() - 1, tolerance_m, 1.0, marks);
+  mark_needed(branch, 0, branch.size() - 1, tolerance_m, TubeError{}, marks);
   take_marked(branch, marks, needed);
 }
 
