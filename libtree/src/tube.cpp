@@ -40,6 +40,87 @@ void join_rings(
   }
 }
 
+/// The tube of a stem that stands upright. Pictures go round it once, and up by as much as they are
+/// wide.
+class StemTube {
+ public:
+  StemTube(std::span<const SkeletonPoint> sections, const MeshOptions& options, PartBuilder& build)
+      : sections_(sections),
+        sides_(static_cast<std::uint32_t>(options.stem_sides)),
+        seam_(options.textured),
+        polygon_(corners(options.stem_sides)),
+        enlarged_(equal_area_corner(options.stem_sides)),
+        girth_m_(kTwoPi * sections.front().radius_m),
+        build_(build) {}
+
+  void add() {
+    build_.reserve((sections_.size() + 2) * (sides_ + 2), (2 * sections_.size() + 1) * sides_);
+    add_wall();
+    add_foot();
+  }
+
+ private:
+  void add_wall() {
+    std::uint32_t ring = 0;
+    for (std::size_t k = 0; k + 1 < sections_.size(); ++k) {
+      const std::uint32_t first = add_ring(sections_[k], sections_[k + 1]);
+      if (k > 0) join_rings(build_, ring, first, sides_, seam_);
+      ring = first;
+    }
+    const SkeletonPoint& end = sections_.back();
+    const std::uint32_t tip = build_.vertex(end.at, {0.0, 0.0, 1.0});
+    texture(0, end.at.z);
+    for (std::uint32_t i = 0; i < sides_; ++i) {
+      build_.triangle(ring + i, ring + (seam_ ? i + 1 : (i + 1) % sides_), tip);
+    }
+  }
+
+  /// \returns the ring's first vertex
+  std::uint32_t add_ring(const SkeletonPoint& here, const SkeletonPoint& next) {
+    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
+    const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
+    const std::uint32_t first = build_.vertex_count();
+    const std::uint32_t around = seam_ ? sides_ + 1 : sides_;
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const Point& corner = polygon_[i % sides_];
+      build_.vertex(here.at + enlarged_ * here.radius_m * corner,
+                    {scale * corner.x, scale * corner.y, scale * slope});
+      texture(i, here.at.z);
+    }
+    return first;
+  }
+
+  void texture(std::uint32_t i, double height_m) {
+    if (!seam_) return;
+    const Point& corner = polygon_[i % sides_];
+    build_.texture({.u = static_cast<double>(i) / sides_,
+                    .v = -height_m / girth_m_,
+                    .tangent = {-corner.y, corner.x, 0.0}});
+  }
+
+  /// Closes the tube at the ground.
+  void add_foot() {
+    const SkeletonPoint& foot = sections_.front();
+    const std::uint32_t base = build_.vertex_count();
+    for (const Point& corner : polygon_) {
+      build_.vertex(foot.at + enlarged_ * foot.radius_m * corner, {0.0, 0.0, -1.0});
+      if (seam_) {
+        build_.texture(
+            {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
+      }
+    }
+    for (std::uint32_t i = 1; i + 1 < sides_; ++i) build_.triangle(base, base + i + 1, base + i);
+  }
+
+  std::span<const SkeletonPoint> sections_;
+  std::uint32_t sides_;
+  bool seam_;
+  std::vector<Point> polygon_;
+  double enlarged_;  ///< the section's corners, so that its area is the circle's
+  double girth_m_;
+  PartBuilder& build_;
+};
+
 /// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
 /// fits; half a millimeter is let pass, so that it never becomes a point.
 SkeletonPoint fitted(SkeletonPoint ring,
@@ -147,56 +228,9 @@ void needed_points(std::span<const SkeletonPoint> branch,
 }
 
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build) {
-  const auto sides = static_cast<std::uint32_t>(options.stem_sides);
-  const bool seam = options.textured;
-  const std::uint32_t around = seam ? sides + 1 : sides;
-  const std::vector<Point> polygon = corners(options.stem_sides);
-  const double enlarged = equal_area_corner(options.stem_sides);
   std::vector<SkeletonPoint> sections;
   needed_sections(stem, options.stem_tolerance_m, sections);
-  build.reserve((sections.size() + 2) * (around + 1), (2 * sections.size() + 1) * sides);
-
-  const double girth = kTwoPi * sections.front().radius_m;
-  const auto textured = [&](std::uint32_t i, double height) {
-    if (!seam) return;
-    const Point& corner = polygon[i % sides];
-    build.texture({.u = static_cast<double>(i) / sides,
-                   .v = -height / girth,
-                   .tangent = {-corner.y, corner.x, 0.0}});
-  };
-  std::uint32_t ring = 0;
-  for (std::size_t k = 0; k + 1 < sections.size(); ++k) {
-    const SkeletonPoint& here = sections[k];
-    const SkeletonPoint& next = sections[k + 1];
-    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
-    const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
-    const std::uint32_t first = build.vertex_count();
-    for (std::uint32_t i = 0; i < around; ++i) {
-      const Point& corner = polygon[i % sides];
-      build.vertex(here.at + enlarged * here.radius_m * corner,
-                   {scale * corner.x, scale * corner.y, scale * slope});
-      textured(i, here.at.z);
-    }
-    if (k > 0) join_rings(build, ring, first, sides, seam);
-    ring = first;
-  }
-  const std::uint32_t tip = build.vertex(sections.back().at, {0.0, 0.0, 1.0});
-  textured(0, sections.back().at.z);
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    build.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);
-  }
-
-  const SkeletonPoint& foot = sections.front();
-  const std::uint32_t base = build.vertex_count();
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const Point& corner = polygon[i];
-    build.vertex(foot.at + enlarged * foot.radius_m * corner, {0.0, 0.0, -1.0});
-    if (seam) {
-      build.texture(
-          {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
-    }
-  }
-  for (std::uint32_t i = 1; i + 1 < sides; ++i) build.triangle(base, base + i + 1, base + i);
+  StemTube(sections, options, build).add();
 }
 
 BranchTubes::BranchTubes(const Crown& crown, const MeshOptions& options, PartBuilder& build)
