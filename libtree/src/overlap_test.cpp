@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "promise_test_support.hpp"
 #include "silvafit/base/error.hpp"
 #include "stand_test_support.hpp"
 
@@ -197,25 +198,9 @@ Breaches mesh_breaches(const GrownStand& stand, const Preset& preset) {
   return found;
 }
 
-void check_promise(const GrownStand& stand) {
+void check_promises(const GrownStand& stand) {
   for (std::size_t i = 0; i < stand.grown.size(); ++i) {
-    const Morphology& tree = stand.morphologies[i];
-    const Measurements& measured = stand.grown[i].measured;
-    CrownRadii radii;
-    if (tree.radii) {
-      radii = *tree.radii;
-    } else {
-      radii = {*tree.cw_m / 2, *tree.cw_m / 2, *tree.cw_m / 2, *tree.cw_m / 2};
-    }
-    INFO(tree.plot << "-" << tree.tree << " radii " << radii.east_m << ' ' << radii.west_m << ' '
-                   << radii.south_m << ' ' << radii.north_m);
-    CHECK(measured.h_m == Approx(tree.h_m).margin(0.01));
-    CHECK(measured.hcb_m == Approx(tree.hcb_m).margin(0.01));
-    CHECK(measured.dbh_cm == Approx(tree.dbh_cm).margin(0.1));
-    CHECK(measured.radii.east_m == Approx(radii.east_m).margin(0.01));
-    CHECK(measured.radii.west_m == Approx(radii.west_m).margin(0.01));
-    CHECK(measured.radii.south_m == Approx(radii.south_m).margin(0.01));
-    CHECK(measured.radii.north_m == Approx(radii.north_m).margin(0.01));
+    test::check_promise(stand.morphologies[i], stand.grown[i]);
   }
 }
 
@@ -227,7 +212,7 @@ void check_resolved(const GrownStand& stand, const Preset& preset) {
   CHECK(triangles.points > 0);
   INFO("worst " << triangles.worst << " of " << triangles.points);
   CHECK(triangles.beyond == 0);
-  check_promise(stand);
+  check_promises(stand);
 }
 
 /// A dense stand drawn with hard cores so small that stems stand in each other's crowns.
@@ -367,7 +352,7 @@ TEST_CASE("stems at one place keep their measures, and what cannot be parted is 
   Morphology twin = test::paper_tree_10();
   twin.tree = "10b";
   const GrownStand same = grow_stand({test::paper_tree_10(), twin});
-  check_promise(same);
+  check_promises(same);
   CHECK(same.overlap.trees[0].crossing > 0);
   const auto& notes = same.grown[0].notes;
   CHECK(std::any_of(
