@@ -7,6 +7,7 @@
 
 #include "promise_test_support.hpp"
 #include "silvafit/base/error.hpp"
+#include "skeleton_line.hpp"
 #include "stand_test_support.hpp"
 
 using namespace silvafit;
