@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -57,6 +57,7 @@ struct GrownTree {
 /// Everything that is grown, and what was found out on the way.
 struct GrowResult {
   std::vector<GrownTree> trees{};                            ///< only with --json
+  std::vector<const tree::Builder*> builders{};              ///< of all trees, but with --animate
   std::vector<tree::PairOverlap> pairs{};                    ///< with --resolve-overlaps
   tree::SharedModels shared{};                               ///< with --share
   std::vector<std::pair<std::string, std::size_t>> files{};  ///< scenes with their bytes
@@ -65,6 +66,27 @@ struct GrowResult {
   std::size_t with_guesses = 0;
   std::size_t crossing = 0;  ///< trees whose radius branches could not be parted from neighbours'
 };
+
+/// The options of the command but for the common ones.
+/// \param options  is filled when the command line is read
+void add_grow_options(CLI::App& command, GrowCommand& options);
+
+/// Fills in what follows from the options: the scene's format, levels in order.
+/// \throws UsageError for options that do not go together
+void check_and_complete(GrowCommand& command);
+
+/// Names of files for the trees, without level and ending; no two are the same.
+std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphologies);
+
+/// The file of one tree (--out).
+/// \param name  of tree_names()
+std::filesystem::path tree_path(const GrowCommand& command, const std::string& name, int level);
+
+/// The file of all trees (--scene).
+std::filesystem::path scene_path(const GrowCommand& command, int level);
+
+/// The command for one moment: the scene STEM-MOMENT.glb, or the folder OUT/MOMENT.
+GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment);
 
 /// Each tree's builder with the preset that was asked for, or the species' own; null where no
 /// preset lists it, which is said.
@@ -81,6 +103,16 @@ void add_ground(const GrowCommand& command,
                 const tree::Position& origin,
                 tree::SceneWriter& writer);
 
+/// Grows the trees of one time and writes them.
+/// \param stand    all trees that ground and origin are common to
+/// \param for_all  as listed_builders()
+/// \throws GeometryError with the table's name for a tree, with the scene's for the whole
+GrowResult grow_trees(const GrowCommand& command,
+                      const std::vector<tree::Morphology>& morphologies,
+                      const std::vector<tree::Morphology>& stand,
+                      const tree::BuilderCatalogue& catalogue,
+                      const tree::Builder* for_all);
+
 /// One file in which the trees of the moments follow each other (--animate).
 /// \param stand  all trees of all moments
 GrowResult write_animation(const GrowCommand& command,
@@ -93,7 +125,6 @@ GrowResult write_animation(const GrowCommand& command,
 void report_grown(const GrowCommand& command,
                   const GrowResult& result,
                   const std::vector<tree::Morphology>& morphologies,
-                  const std::vector<const tree::Builder*>& builders,
                   const std::vector<tree::LeftOut>& left_out,
                   double seconds);
 

@@ -88,15 +88,14 @@ ordered_json json_of(const tree::LeftOut& left_out) {
 
 ordered_json shared_trees(const GrowCommand& command,
                           const GrowResult& result,
-                          const std::vector<tree::Morphology>& morphologies,
-                          const std::vector<const tree::Builder*>& builders) {
+                          const std::vector<tree::Morphology>& morphologies) {
   ordered_json trees = ordered_json::array();
   for (std::size_t i = 0; i < result.shared.trees.size(); ++i) {
     const tree::SharedTree& tree = result.shared.trees[i];
     trees.push_back({{"plot", morphologies[i].plot},
                      {"tree", morphologies[i].tree},
                      {"species", morphologies[i].species},
-                     {"preset", builders[i]->name()},
+                     {"preset", result.builders[i]->name()},
                      {"file", command.scene},
                      {"model", result.shared.models[tree.model].morphology.tree},
                      {"error_cm", json_of(tree.error)}});
@@ -118,7 +117,6 @@ tree::ShapeError worst_of(const tree::SharedModels& shared) {
 void print_json(const GrowCommand& command,
                 const GrowResult& result,
                 const std::vector<tree::Morphology>& morphologies,
-                const std::vector<const tree::Builder*>& builders,
                 const std::vector<tree::LeftOut>& left_out,
                 double seconds) {
   ordered_json json{{"schema", "silvafit-grow/1"},
@@ -129,7 +127,7 @@ void print_json(const GrowCommand& command,
   if (!command.by.empty()) json["by"] = command.by;
   ordered_json trees = ordered_json::array();
   if (command.share) {
-    trees = shared_trees(command, result, morphologies, builders);
+    trees = shared_trees(command, result, morphologies);
     json["shared"] = {{"models", result.shared.models.size()},
                       {"worst_error_cm", json_of(worst_of(result.shared))}};
   } else {
@@ -158,11 +156,10 @@ void print_json(const GrowCommand& command,
 void report_grown(const GrowCommand& command,
                   const GrowResult& result,
                   const std::vector<tree::Morphology>& morphologies,
-                  const std::vector<const tree::Builder*>& builders,
                   const std::vector<tree::LeftOut>& left_out,
                   double seconds) {
   if (command.common.json) {
-    print_json(command, result, morphologies, builders, left_out, seconds);
+    print_json(command, result, morphologies, left_out, seconds);
     return;
   }
   fmt::print("{} trees, {} triangles, {:.2f} s: {}\n",

@@ -27,6 +27,16 @@ struct Ring {
   void turn(Point along, Point aside);
 };
 
+/// How far a ring is from the straight tube between two others.
+struct RingOffset {
+  Point middle{};
+  Point sideways{};  ///< of the end of the radius that goes sideways, besides the middle's
+  Point upward{};
+};
+
+/// At the ring's share of the way between `a` and `b`, or at the nearer of them beyond.
+RingOffset offset_between(const Ring& a, const Ring& b, const Ring& ring);
+
 /// Equal steps of one limb's curve with frames that do not turn about it. The last one is its tip.
 ///
 /// On the stem breast height is a step too, the steps below and above it being equal among

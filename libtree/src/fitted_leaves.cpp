@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "leaf_sites.hpp"
+#include "skeleton_line.hpp"
 #include "standing_skeleton.hpp"
 
 namespace silvafit::tree {

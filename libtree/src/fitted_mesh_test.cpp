@@ -2,6 +2,7 @@
 // What fitted skeletons promise, measured on their meshes.
 #include "fitted_test_support.hpp"
 #include "mesh_test_support.hpp"
+#include "promise_test_support.hpp"
 #include "silvafit/tree/ifs.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 
@@ -10,17 +11,8 @@ using namespace silvafit::tree;
 
 namespace {
 
-/// The promise of docs/trees.md, which holds for all builders.
 void check_mesh(const Mesh& mesh, const TreeShape& shape, const Crown& crown) {
-  INFO(test::text_of(shape));
-  const Measurements measured = measure(mesh);
-  CHECK(measured.h_m == Approx(shape.h_m).margin(0.01));
-  CHECK(measured.hcb_m == Approx(shape.hcb_m).margin(0.01));
-  CHECK(measured.dbh_cm == Approx(shape.dbh_cm).margin(0.1));
-  CHECK(measured.radii.east_m == Approx(shape.radii.east_m).margin(0.01));
-  CHECK(measured.radii.west_m == Approx(shape.radii.west_m).margin(0.01));
-  CHECK(measured.radii.south_m == Approx(shape.radii.south_m).margin(0.01));
-  CHECK(measured.radii.north_m == Approx(shape.radii.north_m).margin(0.01));
+  test::check_promise(shape, measure(mesh));
   double farthest = 0.0;
   for (const MeshPart& part : mesh.parts) {
     if (part.kind == PartKind::kStem) continue;

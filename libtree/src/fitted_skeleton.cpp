@@ -12,6 +12,7 @@
 #include "fitted_stem.hpp"
 #include "radius_axes.hpp"
 #include "silvafit/tree/affine_map.hpp"
+#include "skeleton_line.hpp"
 #include "standing_skeleton.hpp"
 
 namespace silvafit::tree {
@@ -96,7 +97,7 @@ class Fitter {
     bring_to_base(i, is_measured);
     if (!is_measured) fit_in(i);
     if (direction >= 0) line_.back() = {radius_tip(direction), 0.0};
-    if (line_length() < kShortest) {
+    if (line_length_m(line_) < kShortest) {
       if (!is_measured) return;
       // Whatever it was, it has to be there: as a shoot along the stem.
       line_.back().at.z += 0.5 * (crown_.h_m() - line_.back().at.z);
@@ -123,12 +124,6 @@ class Fitter {
     }
   }
 
-  double line_length() const {
-    double sum = 0.0;
-    for (std::size_t k = 1; k < line_.size(); ++k) sum += length(line_[k].at - line_[k - 1].at);
-    return sum;
-  }
-
   /// The place on its parent where an axis begins.
   Point base_of(std::uint32_t i) const {
     const Axis& axis = grown_.skeleton.axes[i];
@@ -148,7 +143,7 @@ class Fitter {
   void bring_to_base(std::uint32_t i, bool keeps_tip) {
     const Point base = base_of(i);
     const Point shift = base - line_.front().at;
-    const double total = line_length();
+    const double total = line_length_m(line_);
     double before = 0.0;
     Point last = line_.front().at;
     for (SkeletonPoint& point : line_) {
@@ -249,7 +244,7 @@ class Fitter {
     }
     // No branch is thicker than what bears it, nor a club in a crown too narrow for the stem.
     constexpr double kThickest = 0.15;
-    const double most = std::min(bearer_m, kThickest * line_length());
+    const double most = std::min(bearer_m, kThickest * line_length_m(line_));
     if (grown_base * thickness_[i] > most) thickness_[i] = most / grown_base;
     const bool has_wood = grown_base > 0.0;
     for (SkeletonPoint& point : line_) {

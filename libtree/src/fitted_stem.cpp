@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "skeleton_line.hpp"
+
 namespace silvafit::tree {
 namespace {
 

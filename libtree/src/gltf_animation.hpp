@@ -2,31 +2,42 @@
 // The one animation of a glTF file.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include "gltf_buffers.hpp"
+#include "silvafit/tree/scene_writer.hpp"
 
 namespace silvafit::tree {
 
-/// Samplers and channels as they are added; equal samplers are written once.
+/// Between keyframes.
+enum class Interpolation { kStep, kLinear };
+
+/// Samplers and channels as they are added. Many trees share their keyframes: equal ones, and equal
+/// samplers, are written once.
 class GltfAnimation {
  public:
-  /// \param sampler  a JSON object
-  void add_scale_channel(std::size_t node, const std::string& sampler) {
-    const auto [found, is_new] = samplers_.try_emplace(sampler, samplers_.size());
-    if (is_new) sampler_text_ += (sampler_text_.empty() ? "" : ",") + sampler;
-    if (!channels_.empty()) channels_ += ',';
-    channels_ += "{\"sampler\":" + std::to_string(found->second) +
-                 ",\"target\":{\"node\":" + std::to_string(node) + ",\"path\":\"scale\"}}";
-  }
+  /// \param buffers  take the keyframes; they must outlive this
+  explicit GltfAnimation(GltfBuffers& buffers) : buffers_(buffers) {}
+
+  /// Scales of a node over time; nothing without keyframes.
+  /// \param step_m  scale of the node's model: the step of its quantized positions, or 1
+  void add_scales(std::size_t node,
+                  const std::vector<Keyframe>& keyframes,
+                  Interpolation interpolation,
+                  double step_m);
 
   /// The field "animations" after a comma, or nothing where none was added.
-  std::string json() const {
-    if (channels_.empty()) return {};
-    return ",\"animations\":[{\"name\":\"growth\",\"samplers\":[" + sampler_text_ +
-           "],\"channels\":[" + channels_ + "]}]";
-  }
+  std::string json() const;
 
  private:
+  std::size_t accessor(const std::vector<float>& values, std::size_t each);
+
+  GltfBuffers& buffers_;
+  std::map<std::pair<std::size_t, std::vector<float>>, std::size_t> accessors_{};
   std::map<std::string, std::size_t> samplers_{};
   std::string sampler_text_{};
   std::string channels_{};

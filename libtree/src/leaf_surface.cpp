@@ -8,16 +8,12 @@
 #include "sliver.hpp"
 
 namespace silvafit::tree {
+
 LeafSurface::LeafSurface(const Crown& crown,
                          const Foliage& foliage,
                          const MeshOptions& options,
                          PartBuilder& build)
-    : crown_(crown), foliage_(foliage), options_(options), build_(build) {
-  const double length = crown.h_m() - crown.hcb_m();
-  center_ = {0.0, 0.0, crown.hcb_m() + 0.35 * length};
-  across_ = 2.0 / crown.radii().width_m();
-  along_ = 2.0 / length;
-}
+    : crown_(crown), foliage_(foliage), options_(options), build_(build), light_(crown) {}
 
 void LeafSurface::begin(std::size_t points,
                         std::size_t leaves,
@@ -28,15 +24,10 @@ void LeafSurface::begin(std::size_t points,
   build_.reserve(options_.textured ? 4 * leaves + 3 * fillings : points, 2 * leaves + fillings);
 }
 
-Point LeafSurface::outward_of(Point at) const { return direction(stretched(at)); }
-
 std::size_t LeafSurface::point(Point at, Point lean) {
   const Point inside = crown_.confine(at);
-  // Leaves lit by the crown's own shape read as foliage; lit one by one they flicker. Light comes
-  // from above, and leaves turn to it.
-  const Point up = {0.0, 0.0, 0.35};
-  const Point normal = direction(stretched(inside) + up + lean);
-  LeafPoint added{inside, normal};
+  const Point normal = direction(light_.stretched(inside) + CrownLight::kAbove + lean);
+  LeafCorner added{inside, normal};
   if (!options_.textured) {
     added.vertex = build_.vertex(inside, normal);
     if (options_.vertex_colors) build_.color(color_at(inside));
@@ -62,59 +53,37 @@ void LeafSurface::fill(std::size_t first, std::size_t tip, std::size_t second) {
   }
 }
 
-/// Counter-clockwise as seen from where the normals point, so that viewers light the right side.
 void LeafSurface::triangle(std::size_t a, std::size_t b, std::size_t c) {
-  const LeafPoint& p = points_[a];
-  const LeafPoint& q = points_[b];
-  const LeafPoint& r = points_[c];
-  const Point face = cross(q.at - p.at, r.at - p.at);
-  if (is_sliver(q.at - p.at, r.at - p.at, face)) return;
-  if (dot(face, p.normal + q.normal + r.normal) >= 0.0) {
-    build_.triangle(p.vertex, q.vertex, r.vertex);
-  } else {
-    build_.triangle(p.vertex, r.vertex, q.vertex);
-  }
+  add_leaf_triangle(points_[a], points_[b], points_[c], build_);
 }
 
 void LeafSurface::card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left) {
-  std::array<LeafPoint, 4> corners{points_[base], points_[right], points_[tip], points_[left]};
+  std::array<LeafCorner, 4> corners{points_[base], points_[right], points_[tip], points_[left]};
   std::array<double, 4> across{0.5, 1.0, 0.5, 0.0};
   const Point axis = corners[2].at - corners[0].at;
   const double squared = dot(axis, axis);
   Point sum{};
-  for (const LeafPoint& corner : corners) sum = sum + corner.normal;
+  for (const LeafCorner& corner : corners) sum = sum + corner.normal;
   const Point face =
       cross(corners[1].at - corners[0].at, axis) + cross(axis, corners[3].at - corners[0].at);
   if (dot(face, sum) < 0.0) std::swap(corners[1], corners[3]);
   const Point sideways = corners[1].at - corners[3].at;
-  std::array<std::uint32_t, 4> vertices{};
   for (std::size_t i = 0; i < 4; ++i) {
-    const LeafPoint& corner = corners[i];
+    LeafCorner& corner = corners[i];
     const double rise = squared > 0.0 ? dot(corner.at - corners[0].at, axis) / squared : 0.5;
-    vertices[i] = card_vertex(corner, sideways, axis, across[i], 1.0 - std::clamp(rise, 0.0, 1.0));
+    corner.vertex =
+        card_vertex(corner, sideways, axis, across[i], 1.0 - std::clamp(rise, 0.0, 1.0));
   }
-  const auto add = [&](std::size_t b, std::size_t c) {
-    const Point first = corners[b].at - corners[0].at;
-    const Point second = corners[c].at - corners[0].at;
-    const Point normal = cross(first, second);
-    if (is_sliver(first, second, normal)) return;
-    // Folded leaves may have a half that turns away; each half faces its own normals.
-    const Point facing = corners[0].normal + corners[b].normal + corners[c].normal;
-    if (dot(normal, facing) >= 0.0) {
-      build_.triangle(vertices[0], vertices[b], vertices[c]);
-    } else {
-      build_.triangle(vertices[0], vertices[c], vertices[b]);
-    }
-  };
-  add(1, 2);
-  add(2, 3);
+  // Folded leaves may have a half that turns away; each half faces its own normals.
+  add_leaf_triangle(corners[0], corners[1], corners[2], build_);
+  add_leaf_triangle(corners[0], corners[2], corners[3], build_);
 }
 
 /// The middle of a picture, without its corners: the shoot goes to the tip.
 void LeafSurface::triangular_card(std::size_t first, std::size_t tip, std::size_t second) {
-  LeafPoint left = points_[first];
-  LeafPoint right = points_[second];
-  const LeafPoint& end = points_[tip];
+  LeafCorner left = points_[first];
+  LeafCorner right = points_[second];
+  const LeafCorner& end = points_[tip];
   const Point axis = end.at - 0.5 * (left.at + right.at);
   const Point face = cross(right.at - left.at, axis);
   if (is_sliver(right.at - left.at, end.at - left.at, face)) return;
@@ -128,7 +97,7 @@ void LeafSurface::triangular_card(std::size_t first, std::size_t tip, std::size_
 }
 
 std::uint32_t LeafSurface::card_vertex(
-    const LeafPoint& corner, Point sideways, Point axis, double u, double v) {
+    const LeafCorner& corner, Point sideways, Point axis, double u, double v) {
   const std::uint32_t vertex = build_.vertex(corner.at, corner.normal);
   // Level with the surface that the normal stands on.
   const Point flat = sideways - dot(sideways, corner.normal) * corner.normal;
@@ -142,11 +111,7 @@ std::uint32_t LeafSurface::card_vertex(
 }
 
 Bytes4 LeafSurface::color_at(Point at) const {
-  const Point from = at - center_;
-  const double reach = std::sqrt(across_ * across_ * (from.x * from.x + from.y * from.y) +
-                                 along_ * along_ * from.z * from.z);
-  const double light = std::clamp(reach, 0.0, 1.0);
-  const double mix = light * light;
+  const double mix = light_.share(at);
   Bytes4 color{0, 0, 0, 255};
   for (std::size_t i = 0; i < 3; ++i) {
     // The material holds the outer color; vertices hold their share of it.

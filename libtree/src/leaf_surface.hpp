@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "crown_light.hpp"
+#include "leaf_corner.hpp"
 #include "part_builder.hpp"
 #include "silvafit/tree/mesh.hpp"
 
@@ -37,37 +39,24 @@ class LeafSurface {
   void fill(std::size_t first, std::size_t tip, std::size_t second);
 
   /// Away from the crown's inside, as on an ellipsoid with the crown's width and length.
-  Point outward_of(Point at) const;
+  Point outward_of(Point at) const { return light_.outward(at); }
 
  private:
-  struct LeafPoint {
-    Point at{};
-    Point normal{};
-    std::uint32_t vertex = 0;
-  };
-
-  /// In a frame where the crown's ellipsoid is the sphere of radius 1.
-  Point stretched(Point at) const {
-    return {
-        (at.x - center_.x) * across_, (at.y - center_.y) * across_, (at.z - center_.z) * along_};
-  }
   void triangle(std::size_t a, std::size_t b, std::size_t c);
   void card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
   void triangular_card(std::size_t first, std::size_t tip, std::size_t second);
   /// A vertex of a card whose picture has `sideways` to the right and `axis` up.
   std::uint32_t card_vertex(
-      const LeafPoint& corner, Point sideways, Point axis, double u, double v);
+      const LeafCorner& corner, Point sideways, Point axis, double u, double v);
   Bytes4 color_at(Point at) const;
 
   const Crown& crown_;
   const Foliage& foliage_;
   const MeshOptions& options_;
   PartBuilder& build_;
-  std::vector<LeafPoint> points_;
+  CrownLight light_;
+  std::vector<LeafCorner> points_;
   double shade_ = 1.0;
-  Point center_{};
-  double across_ = 1.0;
-  double along_ = 1.0;
 };
 
 }  // namespace silvafit::tree

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "mesh_test_support.hpp"
+#include "promise_test_support.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -29,28 +30,6 @@ std::vector<const LsystemBuilder*> shipped() {
 const LsystemBuilder& shipped(const std::string& name) {
   return dynamic_cast<const LsystemBuilder&>(
       test::shipped_builders().named(BuilderKind::kLsystem, name));
-}
-
-CrownRadii radii_of(const Morphology& tree) {
-  if (tree.radii) return *tree.radii;
-  const double radius = 0.5 * *tree.cw_m;
-  return {radius, radius, radius, radius};
-}
-
-/// To a centimeter, and DBH to a millimeter: what a tree of the builder of segments promises.
-void check_promise(const Morphology& tree, const SceneTree& grown) {
-  const Measurements& measured = grown.measured;
-  const CrownRadii radii = radii_of(tree);
-  INFO(grown.preset << " h " << tree.h_m << " hcb " << tree.hcb_m << " hc "
-                    << tree.hc_m.value_or(-1) << " dbh " << tree.dbh_cm << " radii " << radii.east_m
-                    << ' ' << radii.west_m << ' ' << radii.south_m << ' ' << radii.north_m);
-  REQUIRE(measured.h_m == Approx(tree.h_m).margin(0.01));
-  REQUIRE(measured.hcb_m == Approx(tree.hcb_m).margin(0.01));
-  REQUIRE(measured.dbh_cm == Approx(tree.dbh_cm).margin(0.1));
-  REQUIRE(measured.radii.east_m == Approx(radii.east_m).margin(0.01));
-  REQUIRE(measured.radii.west_m == Approx(radii.west_m).margin(0.01));
-  REQUIRE(measured.radii.south_m == Approx(radii.south_m).margin(0.01));
-  REQUIRE(measured.radii.north_m == Approx(radii.north_m).margin(0.01));
 }
 
 Morphology sized(double dbh_cm, double h_m, double hcb_m, double cw_m) {
@@ -210,7 +189,7 @@ TEST_CASE("any legal tree of any grammar has its measurements on the mesh") {
       const Morphology tree = test::random_morphology(random, i);
       const int level = i % kLevelsOfDetail;
       const SceneTree grown = grow_tree(tree, *builder, {.mesh = level_of_detail(level)});
-      check_promise(tree, grown);
+      test::check_promise(tree, grown);
       for (const MeshPart& part : grown.mesh.parts) {
         REQUIRE(test::least_doubled_area(part) > 0.0);
         if (part.kind != PartKind::kFoliage) REQUIRE(test::open_edges(part) == 0);
@@ -227,7 +206,7 @@ TEST_CASE("extreme but legal trees of grammars keep the promise") {
                                       sized(1900, 140, 0, 100),
                                       sized(80, 10, 9.99, 0.02),
                                       sized(10, 4, 0, 20)}) {
-      check_promise(extreme, grow_tree(extreme, *builder));
+      test::check_promise(extreme, grow_tree(extreme, *builder));
     }
   }
 }
@@ -263,7 +242,7 @@ TEST_CASE("a grammar of the user's own grows with a preset's looks") {
   CHECK(builder->name() == "maple");
   const Morphology tree = sized(20, 12, 3, 5);
   const SceneTree grown = grow_tree(tree, *builder);
-  check_promise(tree, grown);
+  test::check_promise(tree, grown);
   Random random(1);
   const Skeleton free = builder->grow_freely(12.0, random);
   CHECK(free.axes.size() == 6);

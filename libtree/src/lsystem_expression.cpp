@@ -43,10 +43,6 @@ constexpr std::array kFunctions{
     Function{"normal", Operation::kNormal, 2},
 };
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-
 bool draws(Operation operation) {
   return operation == Operation::kUniform || operation == Operation::kNormal;
 }
@@ -209,17 +205,16 @@ bool LsystemExpression::draws_random_numbers() const {
 /// Recursive descent, loosest binding first; code is written as it is read.
 class ExpressionParser {
  public:
-  ExpressionParser(std::string_view text, std::size_t position, const ExpressionNames& names)
-      : text_(text), position_(position), names_(names) {}
+  ExpressionParser(GrammarCursor& cursor, const ExpressionNames& names)
+      : cursor_(cursor), names_(names) {}
 
-  LsystemExpression parse(std::size_t& position) {
-    skip_blanks();
-    const std::size_t begin = position_;
+  LsystemExpression parse() {
+    cursor_.skip_blanks();
+    const std::size_t begin = cursor_.position();
     either();
-    position = position_;
-    std::size_t end = position_;
-    while (end > begin && is_blank(text_[end - 1])) --end;
-    result_.text_ = std::string(text_.substr(begin, end - begin));
+    std::string_view read = cursor_.since(begin);
+    while (!read.empty() && is_blank(read.back())) read.remove_suffix(1);
+    result_.text_ = std::string(read);
     fold(begin);
     return std::move(result_);
   }
@@ -227,29 +222,8 @@ class ExpressionParser {
  private:
   using Instruction = LsystemExpression::Instruction;
 
-  [[noreturn]] void fail(std::string message) const { fail_at(position_, std::move(message)); }
-  [[noreturn]] static void fail_at(std::size_t offset, std::string message) {
-    throw GrammarProblem{offset, std::move(message)};
-  }
-
-  void skip_blanks() {
-    while (position_ < text_.size() && is_blank(text_[position_])) ++position_;
-  }
-
-  char peek() {
-    skip_blanks();
-    return position_ < text_.size() ? text_[position_] : '\0';
-  }
-
-  bool at(std::string_view token) {
-    skip_blanks();
-    return text_.substr(position_, token.size()) == token;
-  }
-
-  bool accept(std::string_view token) {
-    if (!at(token)) return false;
-    position_ += token.size();
-    return true;
+  [[noreturn]] void fail(std::string message) const {
+    refuse_grammar(cursor_.position(), std::move(message));
   }
 
   void emit(Operation operation, std::uint32_t index = 0, double number = 0.0) {
@@ -278,20 +252,20 @@ class ExpressionParser {
       const double value = result_.run(nullptr, unused);
       code = {{Operation::kNumber, 0, value}};
     } catch (const ArithmeticProblem& problem) {
-      fail_at(offset, problem.message + " has no value");
+      refuse_grammar(offset, problem.message + " has no value");
     }
   }
 
   void either() {
     if (++depth_ > kDeepest) fail("parentheses are nested too deeply");
     both();
-    while (accept("||")) skippable(Operation::kSkipIfTrue, [this] { both(); });
+    while (cursor_.accept("||")) skippable(Operation::kSkipIfTrue, [this] { both(); });
     --depth_;
   }
 
   void both() {
     comparison();
-    while (accept("&&")) skippable(Operation::kSkipIfFalse, [this] { comparison(); });
+    while (cursor_.accept("&&")) skippable(Operation::kSkipIfFalse, [this] { comparison(); });
   }
 
   template <typename Right>
@@ -307,28 +281,28 @@ class ExpressionParser {
   void comparison() {
     sum();
     // The arrow of a production ends a condition.
-    if (at("->") || at("-->")) return;
+    if (cursor_.at_arrow()) return;
     const auto compare = [this](Operation operation) {
       sum();
       binary(operation);
     };
-    if (accept("==")) return compare(Operation::kEqual);
-    if (accept("!=")) return compare(Operation::kNotEqual);
-    if (accept("<=")) return compare(Operation::kLessEqual);
-    if (accept(">=")) return compare(Operation::kGreaterEqual);
-    if (accept("<")) return compare(Operation::kLess);
-    if (accept(">")) return compare(Operation::kGreater);
-    if (at("=")) fail("'=' compares as '=='");
+    if (cursor_.accept("==")) return compare(Operation::kEqual);
+    if (cursor_.accept("!=")) return compare(Operation::kNotEqual);
+    if (cursor_.accept("<=")) return compare(Operation::kLessEqual);
+    if (cursor_.accept(">=")) return compare(Operation::kGreaterEqual);
+    if (cursor_.accept("<")) return compare(Operation::kLess);
+    if (cursor_.accept(">")) return compare(Operation::kGreater);
+    if (cursor_.at("=")) fail("'=' compares as '=='");
   }
 
   void sum() {
     product();
     for (;;) {
-      if (at("->") || at("-->")) return;
-      if (accept("+")) {
+      if (cursor_.at_arrow()) return;
+      if (cursor_.accept("+")) {
         product();
         binary(Operation::kAdd);
-      } else if (accept("-")) {
+      } else if (cursor_.accept("-")) {
         product();
         binary(Operation::kSubtract);
       } else {
@@ -340,13 +314,13 @@ class ExpressionParser {
   void product() {
     signed_factor();
     for (;;) {
-      if (accept("*")) {
+      if (cursor_.accept("*")) {
         signed_factor();
         binary(Operation::kMultiply);
-      } else if (accept("/")) {
+      } else if (cursor_.accept("/")) {
         signed_factor();
         binary(Operation::kDivide);
-      } else if (accept("%")) {
+      } else if (cursor_.accept("%")) {
         signed_factor();
         binary(Operation::kRemainder);
       } else {
@@ -357,18 +331,17 @@ class ExpressionParser {
 
   void signed_factor() {
     if (++depth_ > kDeepest) fail("signs and powers are nested too deeply");
-    if (accept("-")) {
+    if (cursor_.accept("-")) {
       signed_factor();
       emit(Operation::kNegate);
-    } else if (accept("+")) {
+    } else if (cursor_.accept("+")) {
       signed_factor();
-    } else if (at("!") && !at("!=")) {
-      ++position_;
+    } else if (!cursor_.at("!=") && cursor_.accept("!")) {
       signed_factor();
       emit(Operation::kNot);
     } else {
       primary();
-      if (accept("^")) {
+      if (cursor_.accept("^")) {
         signed_factor();
         binary(Operation::kPower);
       }
@@ -377,13 +350,13 @@ class ExpressionParser {
   }
 
   void primary() {
-    const char next = peek();
+    const char next = cursor_.peek();
     if (is_digit(next) || next == '.') return number();
-    if (starts_name(next)) return named();
-    if (next == '(') {
-      const std::size_t open = position_++;
+    if (is_letter(next) || next == '_') return named();
+    const std::size_t open = cursor_.position();
+    if (cursor_.accept("(")) {
       either();
-      if (!accept(")")) fail_at(open, "this '(' is not closed");
+      if (!cursor_.accept(")")) refuse_grammar(open, "this '(' is not closed");
       return;
     }
     if (next == '\0') fail("a number, a name or '(' is missing at the end");
@@ -392,22 +365,18 @@ class ExpressionParser {
 
   void number() {
     double value = 0.0;
-    const char* const begin = text_.data() + position_;
-    const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
+    const std::string_view text = cursor_.rest();
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error == std::errc::result_out_of_range) fail("this number is too large or too small");
     if (error != std::errc()) fail("this is no number");
-    position_ += static_cast<std::size_t>(end - begin);
+    cursor_.take(static_cast<std::size_t>(end - text.data()));
     push(Operation::kNumber, 0, value);
   }
 
   void named() {
-    const std::size_t begin = position_;
-    while (position_ < text_.size() &&
-           (starts_name(text_[position_]) || is_digit(text_[position_]))) {
-      ++position_;
-    }
-    const std::string_view name = text_.substr(begin, position_ - begin);
-    if (peek() == '(') return call(name, begin);
+    const std::size_t begin = cursor_.position();
+    const std::string_view name = cursor_.word();
+    if (cursor_.accept("(")) return call(name, begin);
     const auto& parameters = names_.parameters;
     const auto parameter = std::find(parameters.begin(), parameters.end(), name);
     if (parameter != parameters.end()) {
@@ -417,7 +386,7 @@ class ExpressionParser {
     const auto constant = names_.constants->find(name);
     if (constant != names_.constants->end()) return push(Operation::kNumber, 0, constant->second);
     if (name == "pi") return push(Operation::kNumber, 0, std::numbers::pi);
-    fail_at(begin, unknown(name));
+    refuse_grammar(begin, unknown(name));
   }
 
   std::string unknown(std::string_view name) const {
@@ -431,6 +400,7 @@ class ExpressionParser {
         known.substr(0, 200));
   }
 
+  /// After the parenthesis that begins the arguments.
   void call(std::string_view name, std::size_t begin) {
     const auto function = std::find_if(kFunctions.begin(),
                                        kFunctions.end(),
@@ -438,40 +408,36 @@ class ExpressionParser {
     if (function == kFunctions.end()) {
       std::string known;
       for (const Function& one : kFunctions) known += fmt::format(" {}", one.name);
-      fail_at(begin,
-              fmt::format("there is no function {}; there are{}", name.substr(0, 40), known));
+      refuse_grammar(
+          begin, fmt::format("there is no function {}; there are{}", name.substr(0, 40), known));
     }
-    ++position_;
     int arguments = 0;
     do {
       either();
       ++arguments;
-    } while (accept(","));
-    if (!accept(")")) fail_at(begin, fmt::format("{}( is not closed", name));
+    } while (cursor_.accept(","));
+    if (!cursor_.accept(")")) refuse_grammar(begin, fmt::format("{}( is not closed", name));
     if (arguments != function->arguments) {
-      fail_at(begin,
-              fmt::format("{} takes {} argument{}, not {}",
-                          name,
-                          function->arguments,
-                          function->arguments == 1 ? "" : "s",
-                          arguments));
+      refuse_grammar(begin,
+                     fmt::format("{} takes {} argument{}, not {}",
+                                 name,
+                                 function->arguments,
+                                 function->arguments == 1 ? "" : "s",
+                                 arguments));
     }
     emit(function->operation);
     height_ -= static_cast<std::size_t>(arguments - 1);
   }
 
-  std::string_view text_;
-  std::size_t position_;
+  GrammarCursor& cursor_;
   const ExpressionNames& names_;
   LsystemExpression result_{};
   std::size_t height_ = 0;
   int depth_ = 0;
 };
 
-LsystemExpression LsystemExpression::parse(std::string_view text,
-                                           std::size_t& position,
-                                           const ExpressionNames& names) {
-  return ExpressionParser(text, position, names).parse(position);
+LsystemExpression LsystemExpression::parse(GrammarCursor& cursor, const ExpressionNames& names) {
+  return ExpressionParser(cursor, names).parse();
 }
 
 }  // namespace silvafit::tree

@@ -6,18 +6,12 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "lsystem_text.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::tree {
-
-/// Something is wrong at a place of a grammar's text.
-struct GrammarProblem {
-  std::size_t offset = 0;  ///< in the text
-  std::string message{};
-};
 
 /// No number is the result of this: a division by zero, a root of a negative number.
 struct ArithmeticProblem {
@@ -34,12 +28,9 @@ struct ExpressionNames {
 /// columns at a time; this one draws random numbers and takes a module's parameters as they lie.
 class LsystemExpression {
  public:
-  /// Reads text[position ...) up to the first character that cannot continue an expression, and
-  /// leaves `position` there.
+  /// Reads up to the first character that cannot continue an expression, and stops there.
   /// \throws GrammarProblem
-  static LsystemExpression parse(std::string_view text,
-                                 std::size_t& position,
-                                 const ExpressionNames& names);
+  static LsystemExpression parse(GrammarCursor& cursor, const ExpressionNames& names);
 
   /// \param parameters  as many as there were names
   /// \throws ArithmeticProblem

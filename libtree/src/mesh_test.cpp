@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "mesh_test_support.hpp"
+#include "promise_test_support.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "tree_test_support.hpp"
@@ -16,28 +17,6 @@ using namespace silvafit;
 using namespace silvafit::tree;
 
 namespace {
-
-CrownRadii radii_of(const Morphology& tree) {
-  if (tree.radii) return *tree.radii;
-  const double radius = 0.5 * *tree.cw_m;
-  return {radius, radius, radius, radius};
-}
-
-void check_promise(const Morphology& tree, const SceneTree& grown) {
-  const Measurements& measured = grown.measured;
-  const CrownRadii radii = radii_of(tree);
-  INFO(grown.preset << " h " << tree.h_m << " hcb " << tree.hcb_m << " hc "
-                    << tree.hc_m.value_or(-1) << " dbh " << tree.dbh_cm << " radii " << radii.east_m
-                    << ' ' << radii.west_m << ' ' << radii.south_m << ' ' << radii.north_m);
-  REQUIRE(measured.h_m == Approx(tree.h_m).margin(0.01));
-  REQUIRE(measured.hcb_m == Approx(tree.hcb_m).margin(0.01));
-  REQUIRE(measured.dbh_cm == Approx(tree.dbh_cm).margin(0.1));
-  REQUIRE(measured.radii.east_m == Approx(radii.east_m).margin(0.01));
-  REQUIRE(measured.radii.west_m == Approx(radii.west_m).margin(0.01));
-  REQUIRE(measured.radii.south_m == Approx(radii.south_m).margin(0.01));
-  REQUIRE(measured.radii.north_m == Approx(radii.north_m).margin(0.01));
-  REQUIRE(measured.radii.width_m() == Approx(radii.width_m()).margin(0.01));
-}
 
 void check_buffers(const MeshPart& part) {
   REQUIRE(part.positions.size() == part.normals.size());
@@ -59,7 +38,8 @@ void check_buffers(const MeshPart& part) {
 void check_mesh(const Morphology& tree, const Preset& preset, const MeshOptions& options) {
   INFO(preset.name << " dbh " << tree.dbh_cm << " h " << tree.h_m << " hcb " << tree.hcb_m);
   const SceneTree grown = grow_tree(tree, preset, {.mesh = options});
-  check_promise(tree, grown);
+  test::check_promise(tree, grown);
+  REQUIRE(grown.measured.radii.width_m() == Approx(test::radii_of(tree).width_m()).margin(0.01));
   for (const MeshPart& part : grown.mesh.parts) check_buffers(part);
 }
 
@@ -310,7 +290,7 @@ TEST_CASE("the number of sides and sections changes neither DBH nor height") {
   for (const int sides : {3, 7, 40}) {
     for (const double tolerance : {0.0, 0.0005, 1.0}) {
       const GrowOptions options{.mesh = {.stem_sides = sides, .stem_tolerance_m = tolerance}};
-      check_promise(test::paper_tree_1(), grow_tree(test::paper_tree_1(), preset, options));
+      test::check_promise(test::paper_tree_1(), grow_tree(test::paper_tree_1(), preset, options));
     }
   }
   const GrowOptions flat{.mesh = {.stem_sides = 2}};

@@ -14,6 +14,7 @@
 #include "radius_branch.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -119,7 +120,7 @@ class RadiusBranches {
   std::vector<BranchLine> changed(std::size_t tree) const {
     std::vector<BranchLine> lines;
     for (std::size_t k = 0; k < courses_[tree].size(); ++k) {
-      if (!same_line(courses_[tree][k], trees_[tree].radius_branches[k])) {
+      if (!is_same_line(courses_[tree][k].points, trees_[tree].radius_branches[k].points)) {
         lines.push_back(courses_[tree][k]);
       }
     }
@@ -127,20 +128,10 @@ class RadiusBranches {
   }
 
  private:
-  static bool same_line(const BranchLine& a, const BranchLine& b) {
-    return std::equal(a.points.begin(),
-                      a.points.end(),
-                      b.points.begin(),
-                      b.points.end(),
-                      [](const SkeletonPoint& p, const SkeletonPoint& q) {
-                        return p.at.x == q.at.x && p.at.y == q.at.y && p.at.z == q.at.z;
-                      });
-  }
-
   bool is_same(const std::vector<std::vector<BranchLine>>& next) const {
     for (std::size_t i = 0; i < next.size(); ++i) {
       for (std::size_t k = 0; k < next[i].size(); ++k) {
-        if (!same_line(next[i][k], courses_[i][k])) return false;
+        if (!is_same_line(next[i][k].points, courses_[i][k].points)) return false;
       }
     }
     return true;

@@ -6,6 +6,7 @@
 
 #include "leaf_sites.hpp"
 #include "silvafit/tree/overlap.hpp"
+#include "skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -27,27 +28,6 @@ std::vector<SkeletonPoint> cut_back(std::span<const SkeletonPoint> line, double 
   }
   points.push_back({point_at(line, share).at, 0.0});
   return points;
-}
-
-/// The share of a line at which it comes nearest to a point.
-double nearest_share(std::span<const SkeletonPoint> line, Point point) {
-  double best = 0.0;
-  double nearest = std::numeric_limits<double>::infinity();
-  double before = 0.0;
-  const double total = line_length_m(line);
-  for (std::size_t i = 1; i < line.size(); ++i) {
-    const Point along = line[i].at - line[i - 1].at;
-    const double squared = dot(along, along);
-    if (squared == 0.0) continue;
-    const double share = std::clamp(dot(point - line[i - 1].at, along) / squared, 0.0, 1.0);
-    const double distance = length(point - (line[i - 1].at + share * along));
-    if (distance < nearest) {
-      nearest = distance;
-      best = (before + share * std::sqrt(squared)) / total;
-    }
-    before += std::sqrt(squared);
-  }
-  return best;
 }
 
 class Pruner {
@@ -201,13 +181,6 @@ class Pruner {
               point_at(now, share_now).at,
               1.0);
     return bring_inside(leaf, crown_);
-  }
-
-  static bool is_same_line(std::span<const SkeletonPoint> a, std::span<const SkeletonPoint> b) {
-    return std::equal(
-        a.begin(), a.end(), b.begin(), b.end(), [](const SkeletonPoint& p, const SkeletonPoint& q) {
-          return p.at.x == q.at.x && p.at.y == q.at.y && p.at.z == q.at.z;
-        });
   }
 
   /// Which way a line goes at a share of its length.

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "silvafit/base/error.hpp"
+#include "skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "skeleton_line.hpp"
+
 namespace silvafit::tree {
 namespace {
 

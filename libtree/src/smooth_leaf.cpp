@@ -6,7 +6,6 @@
 
 #include "moving_frame.hpp"
 #include "silvafit/base/error.hpp"
-#include "sliver.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -66,12 +65,12 @@ LeafWriter::LeafWriter(const Crown& crown,
                        const MeshOptions& options,
                        const Color& material,
                        PartBuilder& build)
-    : crown_(crown), style_(style), options_(options), material_(material), build_(build) {
-  const double length = crown.h_m() - crown.hcb_m();
-  center_ = {0.0, 0.0, crown.hcb_m() + 0.35 * length};
-  across_ = 2.0 / crown.radii().width_m();
-  along_ = 2.0 / length;
-}
+    : crown_(crown),
+      style_(style),
+      options_(options),
+      material_(material),
+      build_(build),
+      light_(crown) {}
 
 void LeafWriter::reserve(const Skeleton& skeleton) {
   std::size_t most = 0;
@@ -115,17 +114,13 @@ void LeafWriter::begin(const LeafSite& site, const LeafLook& look, double scale,
   const Point inside = crown_.confine(tip);
   base_ = crown_.confine(base_ + (inside - tip));
 
-  const Point from = base_ + 0.5 * length_ - center_;
-  const Point stretched{across_ * from.x, across_ * from.y, along_ * from.z};
-  const Point outward = direction(stretched);
-  // Leaves that are lit by themselves alone flicker; the crown's own shape and light from above
-  // make them read as foliage.
-  const Point light = outward + Point{0.0, 0.0, 0.35};
+  const Point middle = base_ + 0.5 * length_;
+  const Point light = light_.outward(middle) + CrownLight::kAbove;
   const Point seen = dot(facing_, light) >= 0.0 ? facing_ : -1.0 * facing_;
   normal_ = direction(0.8 * seen + light, seen);
   if (!options_.vertex_colors) return;
   constexpr double kShaded = 0.3;
-  const double depth = 1.0 - std::clamp(dot(stretched, stretched), 0.0, 1.0);
+  const double depth = 1.0 - light_.share(middle);
   for (std::size_t i = 0; i < 3; ++i) {
     const double share = material_[i] > 0.0 ? look.color[i] / material_[i] : 0.0;
     color_[i] = to_byte(shade * (1.0 - kShaded * depth) * share);
@@ -155,18 +150,8 @@ void LeafWriter::point(Flat flat) {
                   .sign = sign});
 }
 
-/// Counter-clockwise as seen from where the normals point, so that viewers light the right side.
 void LeafWriter::triangle(std::size_t a, std::size_t b, std::size_t c) {
-  const Corner& p = corners_[a];
-  const Corner& q = corners_[b];
-  const Corner& r = corners_[c];
-  const Point face = cross(q.at - p.at, r.at - p.at);
-  if (is_sliver(q.at - p.at, r.at - p.at, face)) return;
-  if (dot(face, p.normal + q.normal + r.normal) >= 0.0) {
-    build_.triangle(p.vertex, q.vertex, r.vertex);
-  } else {
-    build_.triangle(p.vertex, r.vertex, q.vertex);
-  }
+  add_leaf_triangle(corners_[a], corners_[b], corners_[c], build_);
 }
 
 /// A fan from the petiole's end around the outline: the polygon with the tip, and two on each side

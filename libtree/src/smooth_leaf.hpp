@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "crown_light.hpp"
+#include "leaf_corner.hpp"
 #include "part_builder.hpp"
 #include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
@@ -54,9 +56,7 @@ class LeafWriter {
   const MeshOptions& options_;
   Color material_;
   PartBuilder& build_;
-  Point center_{};  ///< of the crown, as an ellipsoid
-  double across_ = 1.0;
-  double along_ = 1.0;
+  CrownLight light_;
 
   /// Of the leaf at hand:
   const LeafLook* look_ = nullptr;
@@ -66,12 +66,7 @@ class LeafWriter {
   Point facing_{};  ///< of length 1
   Point normal_{};
   Bytes4 color_{};
-  struct Corner {
-    Point at{};
-    Point normal{};
-    std::uint32_t vertex = 0;
-  };
-  std::vector<Corner> corners_;
+  std::vector<LeafCorner> corners_;
 };
 
 }  // namespace silvafit::tree

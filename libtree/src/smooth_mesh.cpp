@@ -84,15 +84,7 @@ class WoodError {
   }
 
   double error_at(const Ring& ring, const Ring& a, const Ring& b) const {
-    const double whole = b.along_m - a.along_m;
-    const double part =
-        whole > 0.0 ? std::clamp((ring.along_m - a.along_m) / whole, 0.0, 1.0) : 0.0;
-    const auto between = [part](Point from, Point to) { return from + part * (to - from); };
-    const Point middle = ring.at - between(a.at, b.at);
-    const Point sideways =
-        ring.radius_m * ring.sideways - between(a.radius_m * a.sideways, b.radius_m * b.sideways);
-    const Point upward =
-        ring.radius_m * ring.upward - between(a.radius_m * a.upward, b.radius_m * b.upward);
+    const auto [middle, sideways, upward] = offset_between(a, b, ring);
     const double thickest = std::max({ring.radius_m, a.radius_m, b.radius_m});
     // The faces between two rings that lean to each other are bent, and their diagonals cut the
     // corner: as far as a quarter of what the sides of the polygon differ by.

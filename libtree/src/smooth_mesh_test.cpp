@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "mesh_test_support.hpp"
+#include "promise_test_support.hpp"
 #include "silvafit/base/error.hpp"
 #include "smooth_mesh_limbs.hpp"
 #include "smooth_mesh_tube.hpp"
@@ -55,26 +56,11 @@ Mesh mesh_of(const test::Stages& stages,
       stages.skeleton, stages.crown, style_with(first, second), random, options);
 }
 
-CrownRadii radii_of(const Morphology& tree) {
-  if (tree.radii) return *tree.radii;
-  const double radius = 0.5 * *tree.cw_m;
-  return {radius, radius, radius, radius};
-}
-
 void check_promise(const Morphology& tree, const Mesh& mesh) {
   const Measurements measured = measure(mesh);
-  const CrownRadii radii = radii_of(tree);
-  INFO("h " << tree.h_m << " hcb " << tree.hcb_m << " hc " << tree.hc_m.value_or(-1) << " dbh "
-            << tree.dbh_cm << " radii " << radii.east_m << ' ' << radii.west_m << ' '
-            << radii.south_m << ' ' << radii.north_m);
-  REQUIRE(measured.h_m == Approx(tree.h_m).margin(0.01));
-  REQUIRE(measured.hcb_m == Approx(tree.hcb_m).margin(0.01));
+  test::check_promise(tree, measured);
   // Floats of places within a meter of the axis, and the section's own arithmetic.
   REQUIRE(measured.dbh_cm == Approx(tree.dbh_cm).epsilon(1e-5));
-  REQUIRE(measured.radii.east_m == Approx(radii.east_m).margin(0.01));
-  REQUIRE(measured.radii.west_m == Approx(radii.west_m).margin(0.01));
-  REQUIRE(measured.radii.south_m == Approx(radii.south_m).margin(0.01));
-  REQUIRE(measured.radii.north_m == Approx(radii.north_m).margin(0.01));
 }
 
 /// Connected pieces of a part that shares its vertices: the number of each vertex's piece.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "line_simplification.hpp"
 #include "moving_frame.hpp"
 #include "polygon.hpp"
 #include "tube.hpp"
@@ -39,40 +40,15 @@ int sides_with(const Limb& limb, double radius_m, const MeshOptions& options) {
 
 /// How far the tube is off at a ring that is left out between two others: its middle, its radius,
 /// and its corners as the curve turns.
-double error_between(const Ring& a, const Ring& b, const Ring& ring, double bend) {
-  const double whole = b.along_m - a.along_m;
-  const double part = whole > 0.0 ? (ring.along_m - a.along_m) / whole : 0.0;
-  const auto between = [part](Point from, Point to) { return from + part * (to - from); };
-  const Point middle = ring.at - between(a.at, b.at);
-  const Point sideways =
-      ring.radius_m * ring.sideways - between(a.radius_m * a.sideways, b.radius_m * b.sideways);
-  const Point upward =
-      ring.radius_m * ring.upward - between(a.radius_m * a.upward, b.radius_m * b.upward);
-  return bend * length(middle) + std::sqrt(std::max(dot(sideways, sideways), dot(upward, upward)));
-}
+struct RingError {
+  double bend = 1.0;  ///< weight of the middle's error
 
-/// Marks the rings between `first` and `last` without which the tube would be off by more than the
-/// tolerance (Douglas and Peucker 1973).
-void mark_needed(std::span<const Ring> rings,
-                 std::size_t first,
-                 std::size_t last,
-                 double tolerance_m,
-                 double bend,
-                 std::vector<bool>& needed) {
-  double worst = tolerance_m;
-  std::size_t at = first;
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const double error = error_between(rings[first], rings[last], rings[i], bend);
-    if (error > worst) {
-      worst = error;
-      at = i;
-    }
+  double operator()(const Ring& a, const Ring& b, const Ring& ring) const {
+    const auto [middle, sideways, upward] = offset_between(a, b, ring);
+    return bend * length(middle) +
+           std::sqrt(std::max(dot(sideways, sideways), dot(upward, upward)));
   }
-  if (at == first) return;
-  needed[at] = true;
-  mark_needed(rings, first, at, tolerance_m, bend, needed);
-  mark_needed(rings, at, last, tolerance_m, bend, needed);
-}
+};
 
 /// Whether all corners of a ring lie ahead of another's, as seen from both.
 bool advances(const Ring& from, const Ring& to, std::span<const Point> corners, double least_m) {
@@ -183,19 +159,17 @@ void WoodRings::take_steps(const Limb& limb, std::size_t drawn_knots) {
 }
 
 void WoodRings::keep_needed(double tolerance_m, double bend) {
+  const std::span<const Ring> samples = samples_;
   is_needed_.assign(samples_.size(), false);
   is_needed_.front() = is_needed_.back() = true;
   std::size_t from = 0;
   for (std::size_t i = 1; i < samples_.size(); ++i) {
     if (!samples_[i].is_fixed && i + 1 < samples_.size()) continue;
     is_needed_[i] = true;
-    mark_needed(samples_, from, i, tolerance_m, bend, is_needed_);
+    mark_needed(samples, from, i, tolerance_m, RingError{.bend = bend}, is_needed_);
     from = i;
   }
-  kept_.clear();
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    if (is_needed_[i]) kept_.push_back(samples_[i]);
-  }
+  take_marked(samples, is_needed_, kept_);
 }
 
 /// Moves the base onto the bearer as it is drawn, and makes it so small that it is inside.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "silvafit/base/error.hpp"
+#include "skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -127,35 +128,6 @@ Point turned_with(Point v, Point from, Point to) {
   constexpr double kOpposite = 1e-9;
   if (1.0 + cosine < kOpposite) return -1.0 * v;
   return cosine * v + cross(axis, v) + (dot(axis, v) / (1.0 + cosine)) * axis;
-}
-
-PlaceOnLine nearest_place(std::span<const SkeletonPoint> line, Point point) {
-  PlaceOnLine best;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
-    const Point along = line[i + 1].at - line[i].at;
-    const Point away = point - line[i].at;
-    const double squared = dot(along, along);
-    const double part = squared > 0.0 ? std::clamp(dot(away, along) / squared, 0.0, 1.0) : 0.0;
-    const Point gap = away - part * along;
-    if (dot(gap, gap) < nearest) {
-      nearest = dot(gap, gap);
-      best = {i, part};
-    }
-  }
-  return best;
-}
-
-SkeletonPoint at_height(std::span<const SkeletonPoint> line, double z) {
-  const auto above =
-      std::lower_bound(line.begin(), line.end(), z, [](const SkeletonPoint& point, double height) {
-        return point.at.z < height;
-      });
-  if (above == line.begin()) return line.front();
-  if (above == line.end()) return line.back();
-  const SkeletonPoint& a = *(above - 1);
-  const double part = (z - a.at.z) / (above->at.z - a.at.z);
-  return {a.at + part * (above->at - a.at), a.radius_m + part * (above->radius_m - a.radius_m)};
 }
 
 StandingSkeleton standing(const Skeleton& grown) {

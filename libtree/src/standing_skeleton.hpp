@@ -23,16 +23,6 @@ struct StandingSkeleton {
 /// \throws GeometryError if a coordinate is not finite, there is no stem that rises or no branch
 StandingSkeleton standing(const Skeleton& grown);
 
-/// The place and radius of a rising line of points at a height.
-SkeletonPoint at_height(std::span<const SkeletonPoint> line, double z);
-
-/// The place on a line of points that is nearest to a point.
-struct PlaceOnLine {
-  std::size_t segment = 0;  ///< from points[segment] to points[segment + 1]
-  double part = 0.0;        ///< of the segment, 0 .. 1
-};
-PlaceOnLine nearest_place(std::span<const SkeletonPoint> line, Point point);
-
 /// The vector `v` after the least turn that takes direction `from` to direction `to`.
 Point turned_with(Point v, Point from, Point to);
 

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
+
+#include "skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -115,27 +118,6 @@ double Territory::held_share(std::span<const SkeletonPoint> line) const {
     return all;
   });
   return all ? 1.0 : held;
-}
-
-SkeletonPoint point_at(std::span<const SkeletonPoint> line, double share) {
-  double left = share * line_length_m(line);
-  for (std::size_t i = 1; i < line.size(); ++i) {
-    const SkeletonPoint& a = line[i - 1];
-    const SkeletonPoint& b = line[i];
-    const double size = length(b.at - a.at);
-    if (left <= size && size > 0.0) {
-      const double part = left / size;
-      return {a.at + part * (b.at - a.at), a.radius_m + part * (b.radius_m - a.radius_m)};
-    }
-    left -= size;
-  }
-  return line.back();
-}
-
-double line_length_m(std::span<const SkeletonPoint> line) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < line.size(); ++i) sum += length(line[i].at - line[i - 1].at);
-  return sum;
 }
 
 }  // namespace silvafit::tree

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "level_of_detail.hpp"
+#include "line_simplification.hpp"
 #include "polygon.hpp"
 
 namespace silvafit::tree {
@@ -16,50 +17,17 @@ constexpr double kBreastHeight = 1.3;
 
 /// How far the surface is off at a point that is left out between two others: its radius and its
 /// middle together.
-///
-/// \param bend  weight of the middle's error
-double error_between(const SkeletonPoint& a,
-                     const SkeletonPoint& b,
-                     const SkeletonPoint& at,
-                     double bend) {
-  const Point chord = b.at - a.at;
-  const double squared = dot(chord, chord);
-  const double part = squared > 0.0 ? dot(at.at - a.at, chord) / squared : 0.0;
-  return std::abs(at.radius_m - (a.radius_m + part * (b.radius_m - a.radius_m))) +
-         bend * length(at.at - (a.at + part * chord));
-}
+struct TubeError {
+  double bend = 1.0;  ///< weight of the middle's error
 
-/// Marks the points between `first` and `last` without which the tube, straight between the marked
-/// ones, would be off by more than the tolerance (Douglas and Peucker 1973).
-void mark_needed(std::span<const SkeletonPoint> axis,
-                 std::size_t first,
-                 std::size_t last,
-                 double tolerance,
-                 double bend,
-                 std::vector<bool>& needed) {
-  double worst = tolerance;
-  std::size_t at = first;
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const double error = error_between(axis[first], axis[last], axis[i], bend);
-    if (error > worst) {
-      worst = error;
-      at = i;
-    }
+  double operator()(const SkeletonPoint& a, const SkeletonPoint& b, const SkeletonPoint& at) const {
+    const Point chord = b.at - a.at;
+    const double squared = dot(chord, chord);
+    const double part = squared > 0.0 ? dot(at.at - a.at, chord) / squared : 0.0;
+    return std::abs(at.radius_m - (a.radius_m + part * (b.radius_m - a.radius_m))) +
+           bend * length(at.at - (a.at + part * chord));
   }
-  if (at == first) return;
-  needed[at] = true;
-  mark_needed(axis, first, at, tolerance, bend, needed);
-  mark_needed(axis, at, last, tolerance, bend, needed);
-}
-
-void take_marked(std::span<const SkeletonPoint> axis,
-                 const std::vector<bool>& needed,
-                 std::vector<SkeletonPoint>& taken) {
-  taken.clear();
-  for (std::size_t i = 0; i < axis.size(); ++i) {
-    if (needed[i]) taken.push_back(axis[i]);
-  }
-}
+};
 
 /// Joins a ring with the one before it; both have `count` vertices, one after the other, and where
 /// `seam` is set the last ones stand where the first ones do.
@@ -71,6 +39,87 @@ void join_rings(
     build.triangle(lower + i, upper + j, upper + i);
   }
 }
+
+/// The tube of a stem that stands upright. Pictures go round it once, and up by as much as they are
+/// wide.
+class StemTube {
+ public:
+  StemTube(std::span<const SkeletonPoint> sections, const MeshOptions& options, PartBuilder& build)
+      : sections_(sections),
+        sides_(static_cast<std::uint32_t>(options.stem_sides)),
+        seam_(options.textured),
+        polygon_(corners(options.stem_sides)),
+        enlarged_(equal_area_corner(options.stem_sides)),
+        girth_m_(kTwoPi * sections.front().radius_m),
+        build_(build) {}
+
+  void add() {
+    build_.reserve((sections_.size() + 2) * (sides_ + 2), (2 * sections_.size() + 1) * sides_);
+    add_wall();
+    add_foot();
+  }
+
+ private:
+  void add_wall() {
+    std::uint32_t ring = 0;
+    for (std::size_t k = 0; k + 1 < sections_.size(); ++k) {
+      const std::uint32_t first = add_ring(sections_[k], sections_[k + 1]);
+      if (k > 0) join_rings(build_, ring, first, sides_, seam_);
+      ring = first;
+    }
+    const SkeletonPoint& end = sections_.back();
+    const std::uint32_t tip = build_.vertex(end.at, {0.0, 0.0, 1.0});
+    texture(0, end.at.z);
+    for (std::uint32_t i = 0; i < sides_; ++i) {
+      build_.triangle(ring + i, ring + (seam_ ? i + 1 : (i + 1) % sides_), tip);
+    }
+  }
+
+  /// \returns the ring's first vertex
+  std::uint32_t add_ring(const SkeletonPoint& here, const SkeletonPoint& next) {
+    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
+    const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
+    const std::uint32_t first = build_.vertex_count();
+    const std::uint32_t around = seam_ ? sides_ + 1 : sides_;
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const Point& corner = polygon_[i % sides_];
+      build_.vertex(here.at + enlarged_ * here.radius_m * corner,
+                    {scale * corner.x, scale * corner.y, scale * slope});
+      texture(i, here.at.z);
+    }
+    return first;
+  }
+
+  void texture(std::uint32_t i, double height_m) {
+    if (!seam_) return;
+    const Point& corner = polygon_[i % sides_];
+    build_.texture({.u = static_cast<double>(i) / sides_,
+                    .v = -height_m / girth_m_,
+                    .tangent = {-corner.y, corner.x, 0.0}});
+  }
+
+  /// Closes the tube at the ground.
+  void add_foot() {
+    const SkeletonPoint& foot = sections_.front();
+    const std::uint32_t base = build_.vertex_count();
+    for (const Point& corner : polygon_) {
+      build_.vertex(foot.at + enlarged_ * foot.radius_m * corner, {0.0, 0.0, -1.0});
+      if (seam_) {
+        build_.texture(
+            {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
+      }
+    }
+    for (std::uint32_t i = 1; i + 1 < sides_; ++i) build_.triangle(base, base + i + 1, base + i);
+  }
+
+  std::span<const SkeletonPoint> sections_;
+  std::uint32_t sides_;
+  bool seam_;
+  std::vector<Point> polygon_;
+  double enlarged_;  ///< the section's corners, so that its area is the circle's
+  double girth_m_;
+  PartBuilder& build_;
+};
 
 /// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
 /// fits; half a millimeter is let pass, so that it never becomes a point.
@@ -142,17 +191,17 @@ void needed_sections(std::span<const SkeletonPoint> stem,
                      double tolerance_m,
                      std::vector<SkeletonPoint>& sections) {
   std::vector<bool> needed(stem.size(), tolerance_m == 0.0);
-  constexpr double bend = 1.0 / kBendTolerance;
+  const TubeError error{.bend = 1.0 / kBendTolerance};
   std::size_t from = 0;
   needed.front() = needed.back() = true;
   if (tolerance_m > 0.0) {
     for (std::size_t i = 1; i + 1 < stem.size(); ++i) {
       if (stem[i].at.z != kBreastHeight) continue;
       needed[i] = true;
-      mark_needed(stem, 0, i, tolerance_m, bend, needed);
+      mark_needed(stem, 0, i, tolerance_m, error, needed);
       from = i;
     }
-    mark_needed(stem, from, stem.size() - 1, tolerance_m, bend, needed);
+    mark_needed(stem, from, stem.size() - 1, tolerance_m, error, needed);
   }
   // Sections that floats could not tell from the tip.
   constexpr double kThinnest = 0.00005;
@@ -174,61 +223,14 @@ void needed_points(std::span<const SkeletonPoint> branch,
   }
   std::vector<bool> marks(branch.size(), false);
   marks.front() = marks.back() = true;
-  mark_needed(branch, 0, branch.size() - 1, tolerance_m, 1.0, marks);
+  mark_needed(branch, 0, branch.size() - 1, tolerance_m, TubeError{}, marks);
   take_marked(branch, marks, needed);
 }
 
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build) {
-  const auto sides = static_cast<std::uint32_t>(options.stem_sides);
-  const bool seam = options.textured;
-  const std::uint32_t around = seam ? sides + 1 : sides;
-  const std::vector<Point> polygon = corners(options.stem_sides);
-  const double enlarged = equal_area_corner(options.stem_sides);
   std::vector<SkeletonPoint> sections;
   needed_sections(stem, options.stem_tolerance_m, sections);
-  build.reserve((sections.size() + 2) * (around + 1), (2 * sections.size() + 1) * sides);
-
-  const double girth = kTwoPi * sections.front().radius_m;
-  const auto textured = [&](std::uint32_t i, double height) {
-    if (!seam) return;
-    const Point& corner = polygon[i % sides];
-    build.texture({.u = static_cast<double>(i) / sides,
-                   .v = -height / girth,
-                   .tangent = {-corner.y, corner.x, 0.0}});
-  };
-  std::uint32_t ring = 0;
-  for (std::size_t k = 0; k + 1 < sections.size(); ++k) {
-    const SkeletonPoint& here = sections[k];
-    const SkeletonPoint& next = sections[k + 1];
-    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
-    const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
-    const std::uint32_t first = build.vertex_count();
-    for (std::uint32_t i = 0; i < around; ++i) {
-      const Point& corner = polygon[i % sides];
-      build.vertex(here.at + enlarged * here.radius_m * corner,
-                   {scale * corner.x, scale * corner.y, scale * slope});
-      textured(i, here.at.z);
-    }
-    if (k > 0) join_rings(build, ring, first, sides, seam);
-    ring = first;
-  }
-  const std::uint32_t tip = build.vertex(sections.back().at, {0.0, 0.0, 1.0});
-  textured(0, sections.back().at.z);
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    build.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);
-  }
-
-  const SkeletonPoint& foot = sections.front();
-  const std::uint32_t base = build.vertex_count();
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const Point& corner = polygon[i];
-    build.vertex(foot.at + enlarged * foot.radius_m * corner, {0.0, 0.0, -1.0});
-    if (seam) {
-      build.texture(
-          {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
-    }
-  }
-  for (std::uint32_t i = 1; i + 1 < sides; ++i) build.triangle(base, base + i + 1, base + i);
+  StemTube(sections, options, build).add();
 }
 
 BranchTubes::BranchTubes(const Crown& crown, const MeshOptions& options, PartBuilder& build)

@@ -2,7 +2,6 @@
 // Whose space a point is where crowns overlap.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -78,47 +77,8 @@ class Territory {
   std::vector<Neighbour> neighbours_{};
 };
 
-/// Points along a line no farther apart than this [m] stand for the line.
-inline constexpr double kLineStep = 0.025;
-
 /// What grows keeps this distance [m] from the meeting surface, so that between two points that
 /// were looked at nothing passes it.
 inline constexpr double kClearance = 0.005;
-
-/// The point at a share of a line's length.
-SkeletonPoint point_at(std::span<const SkeletonPoint> line, double share);
-
-/// Length of a line of points [m].
-double line_length_m(std::span<const SkeletonPoint> line);
-
-/// Calls visit(share, point) at even steps of at most kLineStep along a line, from its start to its
-/// end, until it returns false.
-template <typename Visit>
-void walk(std::span<const SkeletonPoint> line, Visit visit) {
-  const double total = line_length_m(line);
-  const auto steps = static_cast<int>(total / kLineStep) + 4;
-  const double step = total / steps;
-  double before = 0.0;  // length up to the segment
-  std::size_t to = 1;
-  double size = length(line[1].at - line[0].at);
-  for (int i = 0; i <= steps; ++i) {
-    const double at = i * step;
-    while (to + 1 < line.size() && at > before + size) {
-      before += size;
-      ++to;
-      size = length(line[to].at - line[to - 1].at);
-    }
-    const SkeletonPoint& a = line[to - 1];
-    const SkeletonPoint& b = line[to];
-    // The last point is the line's own end, without rounding.
-    const bool is_end = i == steps;
-    const double part = is_end ? 1.0 : (size > 0.0 ? (at - before) / size : 0.0);
-    const SkeletonPoint point = is_end
-                                    ? line.back()
-                                    : SkeletonPoint{a.at + part * (b.at - a.at),
-                                                    a.radius_m + part * (b.radius_m - a.radius_m)};
-    if (!visit(static_cast<double>(i) / steps, point)) return;
-  }
-}
 
 }  // namespace silvafit::tree

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+// The trees of one time as they are grown and written.
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <utility>
+
+#include "grow_command.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+
+namespace silvafit::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Grows the trees of a table and writes them.
+class Grower {
+ public:
+  /// \param stand    all trees that ground and origin are common to
+  /// \param for_all  as listed_builders()
+  Grower(const GrowCommand& command,
+         const std::vector<tree::Morphology>& morphologies,
+         const std::vector<tree::Morphology>& stand,
+         const tree::BuilderCatalogue& catalogue,
+         const tree::Builder* for_all)
+      : command_(command),
+        morphologies_(morphologies),
+        stand_(stand),
+        listed_(listed_builders(morphologies, catalogue, command, for_all)),
+        builders_(listed_),
+        progress_(command.common) {
+    for (const tree::Builder*& builder : builders_) {
+      if (builder == nullptr) builder = &catalogue.fallback(command.builder);
+    }
+  }
+
+  GrowResult run() {
+    result_.tree_count = morphologies_.size();
+    result_.builders = builders_;
+    if (command_.resolve_overlaps) resolve();
+    if (command_.share) {
+      share();
+    } else {
+      for (const int level : command_.levels) {
+        if (command_.scene.empty()) {
+          write_alone(level);
+        } else {
+          write_scene(level);
+        }
+      }
+    }
+    progress_.clear();
+    result_.pairs = std::move(overlap_.pairs);
+    return std::move(result_);
+  }
+
+ private:
+  unsigned threads() const { return command_.common.threads; }
+
+  tree::GrowOptions options(int level) const {
+    return {.seed = command_.common.seed,
+            .mesh = tree::level_of_detail(level, {.textured = command_.textures})};
+  }
+
+  void resolve() {
+    std::vector<tree::StandTree> trees(morphologies_.size());
+    std::atomic<std::size_t> done = 0;
+    parallel_for(trees.size(), threads(), [&](std::size_t i) {
+      trees[i] = tree::grow_for_stand(morphologies_[i], *builders_[i], options(0));
+      progress_.show("looking at neighbors", ++done, trees.size());
+    });
+    overlap_ = tree::resolve_overlaps(trees, threads());
+    for (const tree::TreeOverlap& one : overlap_.trees) {
+      result_.crossing += one.crossing > 0 ? 1 : 0;
+    }
+  }
+
+  GrownTree grow(std::size_t i, int level) const {
+    const tree::TreeOverlap* overlap = command_.resolve_overlaps ? &overlap_.trees[i] : nullptr;
+    GrownTree grown{
+        .tree = tree::grow_tree(morphologies_[i], *builders_[i], options(level), overlap),
+        .level = level};
+    constexpr double kPerMeter = 100.0;
+    grown.surface_error_cm = kPerMeter * grown.tree.mesh.surface_error_m;
+    if (listed_[i] == nullptr) {
+      grown.tree.notes.push_back(
+          {"preset", "no preset lists the species: " + builders_[i]->name()});
+    }
+    return grown;
+  }
+
+  /// Counts a tree that is written; its mesh is not kept.
+  void take(GrownTree grown) {
+    result_.triangles += grown.tree.measured.triangles;
+    const bool first_level = grown.level == command_.levels.front();
+    const bool guessed =
+        std::any_of(grown.tree.notes.begin(), grown.tree.notes.end(), [](const tree::Note& note) {
+          return note.about != "overlap";
+        });
+    result_.with_guesses += first_level && guessed ? 1 : 0;
+    grown.tree.mesh = {};
+    if (command_.common.json) result_.trees.push_back(std::move(grown));
+  }
+
+  /// Grows a few trees at a time on all threads and hands them over in their order, so that memory
+  /// does not grow with their number.
+  template <typename Each>
+  void in_blocks(const char* stage, std::size_t count, Each each) {
+    constexpr std::size_t kBlock = 64;
+    std::vector<GrownTree> block;
+    for (std::size_t from = 0; from < count; from += kBlock) {
+      block.assign(std::min(kBlock, count - from), {});
+      parallel_for(block.size(), threads(), [&](std::size_t k) { block[k] = each(from + k); });
+      for (std::size_t k = 0; k < block.size(); ++k) hand_over_(from + k, block[k]);
+      for (GrownTree& grown : block) take(std::move(grown));
+      progress_.show(stage, from + block.size(), count);
+    }
+  }
+
+  void write_alone(int level) {
+    if (names_.empty()) names_ = tree_names(morphologies_);
+    hand_over_ = [](std::size_t, GrownTree&) {};
+    in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
+      GrownTree grown = grow(i, level);
+      const fs::path path = tree_path(command_, names_[i], level);
+      grown.file = path.string();
+      const auto writer =
+          tree::open_scene(path, command_.scene_format, scene_options(command_, {}));
+      // A tree alone stands at the origin.
+      tree::SceneTree& alone = grown.tree;
+      const tree::Position place = std::exchange(alone.position, {});
+      writer->add_tree(alone);
+      alone.position = place;
+      grown.bytes = writer->finish();
+      return grown;
+    });
+  }
+
+  void write_scene(int level) {
+    const fs::path path = scene_path(command_, level);
+    const tree::Position origin = tree::scene_origin(stand_);
+    const auto writer =
+        tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
+    hand_over_ = [&writer](std::size_t, GrownTree& grown) { writer->add_tree(grown.tree); };
+    in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
+      GrownTree grown = grow(i, level);
+      grown.file = path.string();
+      grown.bytes = tree::glb_mesh_bytes(grown.tree.mesh);
+      return grown;
+    });
+    add_ground(command_, stand_, origin, *writer);
+    result_.files.emplace_back(path.string(), writer->finish());
+  }
+
+  // ---- Shared models --------------------------------------------------------------------------
+
+  void share() {
+    result_.shared = tree::share_models(morphologies_, builders_, command_.models_per_preset);
+    for (const int level : command_.levels) write_shared(level);
+  }
+
+  void write_shared(int level) {
+    const fs::path path = scene_path(command_, level);
+    const tree::Position origin = tree::scene_origin(stand_);
+    const auto writer =
+        tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
+    std::vector<tree::SceneWriter::Model> models;
+    std::vector<std::size_t> triangles;
+    for (const tree::SharedModel& model : result_.shared.models) {
+      const tree::SceneTree grown =
+          tree::grow_tree(model.morphology, *model.builder, options(level));
+      models.push_back(writer->add_model(model.morphology.tree,
+                                         tree::parts_of(grown.mesh, model.builder->name())));
+      triangles.push_back(grown.measured.triangles);
+      progress_.show("growing models", models.size(), result_.shared.models.size());
+    }
+    for (std::size_t i = 0; i < morphologies_.size(); ++i) {
+      const tree::SharedTree& shared = result_.shared.trees[i];
+      const tree::Morphology& tree = morphologies_[i];
+      writer->place(models[shared.model],
+                    tree.plot + "-" + tree.tree,
+                    {.position = tree.position,
+                     .stretch_east = shared.stretch_east,
+                     .stretch_up = shared.stretch_up,
+                     .stretch_north = shared.stretch_north},
+                    i);
+      result_.triangles += triangles[shared.model];
+    }
+    add_ground(command_, stand_, origin, *writer);
+    result_.files.emplace_back(path.string(), writer->finish());
+  }
+
+  const GrowCommand& command_;
+  const std::vector<tree::Morphology>& morphologies_;
+  const std::vector<tree::Morphology>& stand_;
+  std::vector<const tree::Builder*> listed_;  ///< null where no preset lists the species
+  std::vector<const tree::Builder*> builders_;
+  Progress progress_;
+  tree::StandOverlap overlap_{};
+  GrowResult result_{};
+  std::vector<std::string> names_{};
+  std::function<void(std::size_t, GrownTree&)> hand_over_{};
+};
+
+}  // namespace
+
+GrowResult grow_trees(const GrowCommand& command,
+                      const std::vector<tree::Morphology>& morphologies,
+                      const std::vector<tree::Morphology>& stand,
+                      const tree::BuilderCatalogue& catalogue,
+                      const tree::Builder* for_all) {
+  Grower grower(command, morphologies, stand, catalogue, for_all);
+  try {
+    return grower.run();
+  } catch (const GeometryError& error) {
+    Place place = error.place();
+    if (place.file.empty()) place.file = place.tree.empty() ? command.scene : command.file;
+    throw GeometryError(error.message(), place);
+  }
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Which points of a line are needed to keep its shape.
+//
+// Douglas, D. H., Peucker, T. K. (1973). Algorithms for the reduction of the number of points
+// required to represent a digitized line or its caricature. Cartographica 10, 112-122.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace silvafit::tree {
+
+/// Marks the points between `first` and `last` without which the line, straight between the marked
+/// ones, would be off by more than the tolerance.
+/// \param error   error(a, b, p): how far off the straight line between points a and b is at p, in
+///                the unit of the tolerance
+/// \param needed  as many as points; marks that are set stay set
+template <typename Vertex, typename Error>
+void mark_needed(std::span<const Vertex> line,
+                 std::size_t first,
+                 std::size_t last,
+                 double tolerance,
+                 const Error& error,
+                 std::vector<bool>& needed) {
+  double worst = tolerance;
+  std::size_t at = first;
+  for (std::size_t i = first + 1; i < last; ++i) {
+    const double off = error(line[first], line[last], line[i]);
+    if (off > worst) {
+      worst = off;
+      at = i;
+    }
+  }
+  if (at == first) return;
+  needed[at] = true;
+  mark_needed(line, first, at, tolerance, error, needed);
+  mark_needed(line, at, last, tolerance, error, needed);
+}
+
+/// The points that are marked, in their order.
+template <typename Vertex>
+void take_marked(std::span<const Vertex> line,
+                 const std::vector<bool>& needed,
+                 std::vector<Vertex>& taken) {
+  taken.clear();
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (needed[i]) taken.push_back(line[i]);
+  }
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// Places on a line of skeleton points: by length, by height, nearest to a point.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "silvafit/tree/skeleton.hpp"
+
+namespace silvafit::tree {
+
+/// Length of a line of points [m].
+double line_length_m(std::span<const SkeletonPoint> line);
+
+/// The point at a share of a line's length.
+SkeletonPoint point_at(std::span<const SkeletonPoint> line, double share);
+
+/// The place and radius of a rising line of points at a height.
+SkeletonPoint at_height(std::span<const SkeletonPoint> line, double z);
+
+/// A place on a line of points.
+struct PlaceOnLine {
+  std::size_t segment = 0;  ///< from points[segment] to points[segment + 1]
+  double part = 0.0;        ///< of the segment, 0 .. 1
+};
+
+/// The place on a line that is nearest to a point; of several, the first.
+PlaceOnLine nearest_place(std::span<const SkeletonPoint> line, Point point);
+
+/// The same as a share of the line's length.
+double nearest_share(std::span<const SkeletonPoint> line, Point point);
+
+/// Whether two lines have the same points, whatever their radii.
+bool is_same_line(std::span<const SkeletonPoint> a, std::span<const SkeletonPoint> b);
+
+/// Points along a line no farther apart than this [m] stand for the line.
+inline constexpr double kLineStep = 0.025;
+
+/// Calls visit(share, point) at even steps of at most kLineStep along a line, from its start to its
+/// end, until it returns false.
+template <typename Visit>
+void walk(std::span<const SkeletonPoint> line, Visit visit) {
+  const double total = line_length_m(line);
+  const auto steps = static_cast<int>(total / kLineStep) + 4;
+  const double step = total / steps;
+  double before = 0.0;  // length up to the segment
+  std::size_t to = 1;
+  double size = length(line[1].at - line[0].at);
+  for (int i = 0; i <= steps; ++i) {
+    const double at = i * step;
+    while (to + 1 < line.size() && at > before + size) {
+      before += size;
+      ++to;
+      size = length(line[to].at - line[to - 1].at);
+    }
+    const SkeletonPoint& a = line[to - 1];
+    const SkeletonPoint& b = line[to];
+    // The last point is the line's own end, without rounding.
+    const bool is_end = i == steps;
+    const double part = is_end ? 1.0 : (size > 0.0 ? (at - before) / size : 0.0);
+    const SkeletonPoint point = is_end
+                                    ? line.back()
+                                    : SkeletonPoint{a.at + part * (b.at - a.at),
+                                                    a.radius_m + part * (b.radius_m - a.radius_m)};
+    if (!visit(static_cast<double>(i) / steps, point)) return;
+  }
+}
+
+}  // namespace silvafit::tree
