@@ -2,18 +2,23 @@
 // The names of the files that `silvafit grow` writes.
 #include <fmt/format.h>
 
+#include <cctype>
 #include <filesystem>
 #include <set>
 
 #include "grow_command.hpp"
+#include "silvafit/base/error.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A file name that no file system objects to; bytes beyond letters, digits, `.`, `_` and `-`
-/// become %XX, so that different names stay different.
+/// Names with their endings stay below what file systems take (255 bytes).
+constexpr std::size_t kLongestName = 160;
+
+/// Part of a file name that Debian's file systems take; bytes beyond letters, digits, `.`, `_` and
+/// `-` become %XX, so that different names stay different.
 std::string file_name(const std::string& name) {
   std::string safe;
   for (const char c : name) {
@@ -27,6 +32,33 @@ std::string file_name(const std::string& name) {
     }
   }
   return safe;
+}
+
+/// Whether a name ends as those of coarser levels do.
+bool looks_like_level(const std::string& name) {
+  const std::size_t end = name.find_last_not_of("0123456789");
+  return end != std::string::npos && end + 1 < name.size() &&
+         name.substr(0, end + 1).ends_with("-lod");
+}
+
+/// A name that is not too long and not that of a coarser level of another tree. A tilde, and so
+/// what it adds, is in no other name.
+std::string distinct_from_levels(const std::string& name) {
+  if (name.size() > kLongestName) return name.substr(0, kLongestName) + "~";
+  return looks_like_level(name) ? name + "~" : name;
+}
+
+/// The name, or where it is taken (whatever its case: some file systems see none) a numbered one.
+std::string untaken(const std::string& name, std::set<std::string>& taken) {
+  const auto folded = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  std::string candidate = name;
+  for (int copy = 2; !taken.insert(folded(candidate)).second; ++copy) {
+    candidate = fmt::format("{}~{}", name, copy);
+  }
+  return candidate;
 }
 
 std::string level_suffix(const GrowCommand& command, int level) {
@@ -46,11 +78,9 @@ std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphol
   std::vector<std::string> names;
   std::set<std::string> taken;
   for (const tree::Morphology& morphology : morphologies) {
-    const std::string plain = file_name(morphology.plot + "-" + morphology.tree);
-    std::string name = plain;
-    // Plot a, tree b-c and plot a-b, tree c share a name; a tilde is in no other.
-    for (int copy = 2; !taken.insert(name).second; ++copy) name = plain + fmt::format("~{}", copy);
-    names.push_back(std::move(name));
+    // Plot a, tree b-c and plot a-b, tree c would share a name.
+    names.push_back(
+        untaken(distinct_from_levels(file_name(morphology.plot + "-" + morphology.tree)), taken));
   }
   return names;
 }
@@ -67,7 +97,15 @@ fs::path scene_path(const GrowCommand& command, int level) {
 
 GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment) {
   GrowCommand one = command;
-  const std::string name = file_name(moment.name);
+  const std::string plain = file_name(moment.name);
+  if (plain.size() > kLongestName) {
+    throw InputError(fmt::format(
+        "--by {}: a value of {} characters is too long for the name of a file; shorten it: {}...",
+        command.by,
+        moment.name.size(),
+        moment.name.substr(0, 40)));
+  }
+  const std::string name = distinct_from_levels(plain);
   if (command.scene.empty()) {
     one.out = (fs::path(command.out) / name).string();
   } else {

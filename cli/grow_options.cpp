@@ -67,13 +67,17 @@ void add_file_options(CLI::App& command, GrowCommand& options) {
 }
 
 void add_builder_options(CLI::App& command, GrowCommand& options) {
+  std::vector<std::string> builders;
+  for (const tree::BuilderKind kind : tree::builder_kinds()) {
+    builders.emplace_back(tree::builder_name(kind));
+  }
   command
       .add_option_function<std::string>(
           "--builder",
           [&options](const std::string& name) { options.builder = tree::builder_from_text(name); },
           "How trees are built (their presets: silvafit models --builders)")
-      ->check(CLI::IsMember({"segment", "lsystem", "ifs", "bamboo"}))
-      ->default_str("segment");
+      ->check(CLI::IsMember(builders))
+      ->default_str(tree::builder_name(options.builder));
   command
       .add_option("--grammar",
                   options.grammar,

@@ -122,6 +122,19 @@ class Grow(ProgramTest):
             self.assertEqual(path.stat().st_size, tree["bytes"])
             self.assertEqual(read_glb(path)[0]["nodes"][0].get("translation", [0, 0, 0]), [0, 0, 0])
 
+    def test_no_file_takes_the_name_of_another(self):
+        numbers = ("2", "2-lod1", "A", "a", "x" * 300, "x" * 299 + "y")
+        rows = "".join(f"1,{number},10,8,2,3\n" for number in numbers)
+        self.write("in.csv", "plot,tree,dbh,h,hcb,cw\n" + rows)
+        result = self.run_json("grow", "in.csv", "--out", "trees", "--lod", "2,3")
+        files = [Path(tree["file"]).name for tree in result["trees"]]
+        self.assertEqual(len(files), 2 * len(numbers))
+        # Also where file systems do not tell capitals from small letters.
+        self.assertEqual(len({name.lower() for name in files}), len(files))
+        self.assertEqual({path.name for path in (self.folder / "trees").iterdir()}, set(files))
+        for tree in result["trees"]:
+            self.assertEqual((self.folder / tree["file"]).stat().st_size, tree["bytes"])
+
     def test_threads_do_not_change_the_bytes_and_the_seed_does(self):
         self.write("in.csv", INVENTORY)
         def bytes_with(*options):
@@ -317,6 +330,9 @@ class Grow(ProgramTest):
             self.run_program("grow", "in.csv", *arguments, status=2)
         done = self.run_program("grow", "in.csv", "--by", "month", "--scene", "a.glb", status=3)
         self.assertIn("in.csv:1: month", done.stderr)
+        self.write("long.csv", GROWTH.replace("2021", "2" * 300))
+        done = self.run_program("grow", "long.csv", "--by", "year", "--scene", "a.glb", status=3)
+        self.assertIn("too long for the name of a file", done.stderr)
 
     def test_bamboo_has_what_was_measured_of_its_culm(self):
         rows = "plot,tree,species,x,y,dbh,h,hcb,cw,bend_deg,bend_azimuth_deg,internodes\n"
