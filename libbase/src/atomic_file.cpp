@@ -2,6 +2,7 @@
 #include "silvafit/base/atomic_file.hpp"
 
 #include <fmt/format.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -10,6 +11,7 @@
 #include <iterator>
 #include <mutex>
 #include <set>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -26,7 +28,7 @@ fs::path temporary_beside(const fs::path& target) {
   return fs::path(fmt::format("{}.{}.{}.part", target.string(), ::getpid(), counter++));
 }
 
-/// The temporary files of this process, which a signal may end at any time.
+/// The temporary files and folders of this process, which a signal may end at any time.
 class UnfinishedFiles {
  public:
   static UnfinishedFiles& of_process() {
@@ -38,6 +40,14 @@ class UnfinishedFiles {
     const std::lock_guard lock(mutex_);
     paths_.insert(path);
   }
+  /// Makes a folder whose name is not known before; it is known here as soon as it is there.
+  /// \return its path; empty if none could be made, with the reason in errno
+  fs::path make_folder(std::string pattern) {
+    const std::lock_guard lock(mutex_);
+    if (::mkdtemp(pattern.data()) == nullptr) return {};
+    paths_.insert(pattern);
+    return pattern;
+  }
   void remove(const fs::path& path) {
     const std::lock_guard lock(mutex_);
     paths_.erase(path);
@@ -46,7 +56,7 @@ class UnfinishedFiles {
   void discard() {
     mutex_.lock();
     std::error_code ignored;
-    for (const fs::path& path : paths_) fs::remove(path, ignored);
+    for (const fs::path& path : paths_) fs::remove_all(path, ignored);
   }
 
  private:
@@ -63,12 +73,16 @@ class UnfinishedFiles {
 
 AtomicFile::AtomicFile(fs::path target)
     : target_(std::move(target)), temporary_(temporary_beside(target_)) {
+  // Before anything is made, so that nothing is made after an interrupt has tidied up.
+  UnfinishedFiles::of_process().add(temporary_);
   if (target_.has_parent_path()) {
     std::error_code error;
     fs::create_directories(target_.parent_path(), error);
-    if (error) cannot("make the folder", target_.parent_path(), error.value());
+    if (error) {
+      UnfinishedFiles::of_process().remove(temporary_);
+      cannot("make the folder", target_.parent_path(), error.value());
+    }
   }
-  UnfinishedFiles::of_process().add(temporary_);
   stream_.open(temporary_, std::ios::binary | std::ios::trunc);
   if (stream_) return;
   const int reason = errno;
@@ -92,6 +106,21 @@ void AtomicFile::commit() {
   if (error) cannot("write", target_, error.value());
   committed_ = true;
   UnfinishedFiles::of_process().remove(temporary_);
+}
+
+TemporaryFolder::TemporaryFolder(std::string_view name) {
+  std::error_code error;
+  const fs::path all = fs::temp_directory_path(error);
+  if (error) cannot("use the folder for temporary files", all, error.value());
+  const fs::path pattern = all / fmt::format("{}-XXXXXX", name);
+  path_ = UnfinishedFiles::of_process().make_folder(pattern.string());
+  if (path_.empty()) cannot("make the folder", pattern, errno);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+  UnfinishedFiles::of_process().remove(path_);
 }
 
 void require_writable_folder(const fs::path& folder) { const AtomicFile probe(folder / "probe"); }

@@ -53,3 +53,16 @@ TEST_CASE("a file that cannot be written or read is named") {
   CHECK_THROWS_WITH(silvafit::read_file("does-not-exist.csv"),
                     Catch::Matchers::Contains("does-not-exist.csv: cannot read"));
 }
+
+TEST_CASE("a temporary folder goes with all that is in it") {
+  fs::path path;
+  {
+    const silvafit::TemporaryFolder folder("silvafit-test");
+    const silvafit::TemporaryFolder other("silvafit-test");
+    path = folder.path();
+    CHECK(path != other.path());
+    CHECK(fs::is_empty(path));
+    silvafit::write_file(path / "deep" / "file.txt", "x");
+  }
+  CHECK_FALSE(fs::exists(path));
+}

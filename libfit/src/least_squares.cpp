@@ -24,6 +24,8 @@ using Eigen::VectorXd;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Sums of squares that differ by less than this share are the same minimum.
 constexpr double kSameMinimum = 1e-10;
+/// From so many observations on, descents begin on a sample.
+constexpr Index kManyObservations = 20000;
 
 bool has_sub_models(const NonlinearModel& model) {
   return std::ranges::any_of(model.specification().parameters, [](const ParameterModel& parameter) {
@@ -31,10 +33,40 @@ bool has_sub_models(const NonlinearModel& model) {
   });
 }
 
+/// Of very many observations a sample shows almost as well where the minima are, and descends to
+/// them in no time: what it reaches are starts near the end.
+std::vector<VectorXd> nearer_starts(const NonlinearModel& model,
+                                    const std::vector<VectorXd>& starts,
+                                    const LeastSquaresOptions& options) {
+  constexpr Index kSample = 4000;
+  constexpr double kSameOnSample = 1e-6;
+  /// A minimum so much higher on the sample is not the lowest on all.
+  constexpr double kHopeless = 1.5;
+  const NonlinearModel part = model.subset(even_sample(model.response(), kSample));
+  ProjectedModel projected(part);
+  std::vector<Descent> reached;
+  for (const VectorXd& start : starts) {
+    Descent descent = descend(projected,
+                              projected.nonlinear_part(start),
+                              {.maximum_iterations = options.maximum_iterations});
+    if (descent.coefficients.size() > 0) reached.push_back(std::move(descent));
+  }
+  std::ranges::stable_sort(reached, {}, &Descent::sum_of_squares);
+  std::vector<VectorXd> result;
+  double last = 0.0;
+  for (const Descent& descent : reached) {
+    if (descent.sum_of_squares > kHopeless * reached.front().sum_of_squares) break;
+    if (!result.empty() && descent.sum_of_squares <= last * (1.0 + kSameOnSample)) continue;
+    last = descent.sum_of_squares;
+    result.push_back(descent.coefficients);
+  }
+  return result;
+}
+
 /// The best of several descents on all data: each gets a while, and the best goes on to the end.
-Descent lowest(ProjectedModel& projected,
-               const std::vector<VectorXd>& starts,
-               const LeastSquaresOptions& options) {
+Descent lowest_from(ProjectedModel& projected,
+                    const std::vector<VectorXd>& starts,
+                    const LeastSquaresOptions& options) {
   constexpr int kTrial = 30;
   Descent best{.sum_of_squares = std::numeric_limits<double>::infinity()};
   int iterations = 0;
@@ -55,6 +87,18 @@ Descent lowest(ProjectedModel& projected,
   }
   best.iterations = iterations;
   return best;
+}
+
+Descent lowest(ProjectedModel& projected,
+               const std::vector<VectorXd>& starts,
+               const LeastSquaresOptions& options) {
+  const NonlinearModel& model = projected.model();
+  if (model.observations() >= kManyObservations) {
+    Descent descent = lowest_from(projected, nearer_starts(model, starts, options), options);
+    // None where a mean that is finite for the sample is not for all.
+    if (descent.coefficients.size() > 0) return descent;
+  }
+  return lowest_from(projected, starts, options);
 }
 
 /// Of minima that are mirror images of each other, as (a, b) and (-a, -b) in Naslund's curve, the

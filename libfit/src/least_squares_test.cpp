@@ -132,6 +132,35 @@ TEST_CASE("the order of the rows does not matter") {
   CHECK(one.log_likelihood == Approx(other.log_likelihood).epsilon(1e-13));
 }
 
+TEST_CASE("many copies of the data have the estimates of one") {
+  // Sums of squares are those of one copy times the number of copies; so many observations (24,000)
+  // are fitted from a sample on, the single copy is not.
+  constexpr std::size_t kCopies = 200;
+  const Table once = trees(2.0);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < kCopies * once.rows(); ++i) rows.push_back(i % once.rows());
+  const Table copies = once.select(rows);
+  struct Case {
+    std::string formula{};
+    std::vector<std::string> sub_models{};
+  };
+  for (const Case& model : {Case{"h ~ 1.3 + a*(1 - exp(-b*dbh))^c"},
+                            Case{"h ~ 1.3 + a*exp(-b/(dbh + c))"},
+                            Case{kMeyer, {"b ~ 1 + C"}},
+                            Case{"h ~ a + b*dbh + c*dbh^2"}}) {
+    const LeastSquaresFit one = fitted(model.formula, once, model.sub_models);
+    const LeastSquaresFit all = fitted(model.formula, copies, model.sub_models);
+    INFO(model.formula);
+    REQUIRE(one.convergence.converged);
+    CHECK(all.convergence.converged);
+    for (Index j = 0; j < one.estimate.size(); ++j) {
+      // Both are within 1e-5 standard errors of the optimum: what convergence means.
+      CHECK(std::abs(all.estimate[j] - one.estimate[j]) < 2e-5 * one.standard_errors()[j]);
+    }
+    CHECK(all.sum_of_squares == Approx(kCopies * one.sum_of_squares).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("a change of unit rescales the estimates and nothing else") {
   struct Case {
     std::string formula;

@@ -358,7 +358,12 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
                                      Index begin,
                                      Index end,
                                      Eigen::MatrixXd& parameters) const {
-  parameters.setZero();
+  // Of a parameter that is one value a call, only the first is read.
+  const std::vector<data::Program::Input>& inputs = mean_program_.inputs();
+  for (Index k = 0; k < parameters.cols(); ++k) {
+    const bool varies = !inputs[static_cast<std::size_t>(k)].is_scalar;
+    parameters.col(k).head(varies ? end - begin : 1).setZero();
+  }
   const bool is_one_set = coefficients.cols() == 1;
   const auto after = std::upper_bound(group_begin_.begin(), group_begin_.end(), begin);
   const Index first = is_one_set ? 0 : after - group_begin_.begin() - 1;
@@ -367,7 +372,8 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
     for (std::size_t slot_index = 0; slot_index < slots_.size(); ++slot_index) {
       const Slot& slot = slots_[slot_index];
       const double value = coefficients(static_cast<Index>(slot_index), set);
-      auto target = parameters.col(slot.parameter).segment(row - begin, stop - row);
+      const bool varies = !inputs[static_cast<std::size_t>(slot.parameter)].is_scalar;
+      auto target = parameters.col(slot.parameter).segment(row - begin, varies ? stop - row : 1);
       if (slot.covariate < 0) {
         target.array() += value;
       } else {
@@ -411,16 +417,18 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
     for (Index k = 0; k < parameter_count; ++k) {
       outputs.push_back(workspace.derivatives.col(k).data());
     }
+    // The derivative by an intercept is that by its parameter.
+    for (Index j = 0; j < coefficient_count(); ++j) {
+      const Slot& slot = slots_[static_cast<std::size_t>(j)];
+      if (slot.covariate < 0) outputs[1 + slot.parameter] = jacobian->col(j).data() + begin;
+    }
     gradient_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
     for (Index j = 0; j < coefficient_count(); ++j) {
       const Slot& slot = slots_[static_cast<std::size_t>(j)];
-      const auto derivative = workspace.derivatives.col(slot.parameter).head(rows);
-      auto target = jacobian->col(j).segment(begin, rows);
-      if (slot.covariate < 0) {
-        target = derivative;
-      } else {
-        target = derivative.cwiseProduct(covariates_.col(slot.covariate).segment(begin, rows));
-      }
+      if (slot.covariate < 0) continue;
+      const Eigen::Map<const Eigen::VectorXd> derivative(outputs[1 + slot.parameter], rows);
+      jacobian->col(j).segment(begin, rows) =
+          derivative.cwiseProduct(covariates_.col(slot.covariate).segment(begin, rows));
     }
   }
 }

@@ -8,6 +8,8 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "candidate_points.hpp"
 #include "descent.hpp"
@@ -27,21 +29,46 @@ constexpr double kCandidateFactor = 2.5;
 constexpr double kStartFactor = 1.001;
 constexpr std::size_t kStarts = 3;
 
-/// At most kSampleRows observations, evenly spread over the ordered response, so that the order
-/// of the rows in the file does not matter.
-std::vector<Index> sample(const VectorXd& response) {
-  std::vector<Index> order(static_cast<std::size_t>(response.size()));
-  std::iota(order.begin(), order.end(), Index{0});
-  if (response.size() <= kSampleRows) return order;
-  std::ranges::stable_sort(order, {}, [&](Index i) { return response[i]; });
+/// A value and its observation; of equal values the earlier observation comes first.
+using Ordered = std::pair<double, Index>;
+
+/// Puts what a sort would put at some places there, and leaves the rest between them in any order.
+/// \param first   place of the first of the values
+/// \param places  ascending, all among those of the values
+void put_in_place(std::span<Ordered> values,
+                  std::size_t first,
+                  std::span<const std::size_t> places) {
+  if (places.empty()) return;
+  const std::size_t middle = places.size() / 2;
+  const std::size_t at = places[middle] - first;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  put_in_place(values.first(at), first, places.first(middle));
+  put_in_place(values.subspan(at + 1), places[middle] + 1, places.subspan(middle + 1));
+}
+
+}  // namespace
+
+std::vector<Index> even_sample(const VectorXd& response, Index count) {
   std::vector<Index> chosen;
-  for (Index k = 0; k < kSampleRows; ++k) {
-    const Index place = k * (response.size() - 1) / (kSampleRows - 1);
-    chosen.push_back(order[static_cast<std::size_t>(place)]);
+  if (response.size() <= count) {
+    chosen.resize(static_cast<std::size_t>(response.size()));
+    std::iota(chosen.begin(), chosen.end(), Index{0});
+    return chosen;
   }
+  std::vector<Ordered> all;
+  all.reserve(static_cast<std::size_t>(response.size()));
+  for (Index i = 0; i < response.size(); ++i) all.push_back({response[i], i});
+  std::vector<std::size_t> places;
+  for (Index k = 0; k < count; ++k) {
+    places.push_back(static_cast<std::size_t>(k * (response.size() - 1) / (count - 1)));
+  }
+  put_in_place(all, 0, places);
+  for (const std::size_t place : places) chosen.push_back(all[place].second);
   std::ranges::sort(chosen);
   return chosen;
 }
+
+namespace {
 
 struct Candidate {
   VectorXd nonlinear{};
@@ -75,7 +102,7 @@ class StartSearch {
   StartSearch(const NonlinearModel& model, const StartSearchOptions& options)
       : model_(model),
         options_(options),
-        part_(model.subset(sample(model.response()))),
+        part_(model.subset(even_sample(model.response(), kSampleRows))),
         projected_(part_) {}
 
   std::vector<VectorXd> run() {

@@ -28,6 +28,12 @@ struct StartSearchOptions {
 std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
                                            const StartSearchOptions& options);
 
+/// At most so many observations, evenly spread over the ordered response, so that the order of the
+/// rows in the file does not matter.
+/// \param count  at least 2
+/// \return numbers of the observations, ascending
+std::vector<Eigen::Index> even_sample(const Eigen::VectorXd& response, Eigen::Index count);
+
 /// Looks for an observation whose mean or slope is not finite, whatever the coefficients.
 /// \throws DomainError that names the first one
 void check_domain(const NonlinearModel& model);

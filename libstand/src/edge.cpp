@@ -88,7 +88,7 @@ class EdgeWorker {
   double farthest_m(std::size_t tree) const {
     return units_.distance_m[(tree + 1) * units_.neighbors - 1];
   }
-  void weight_domain(std::size_t domain);
+  void weight_domain(std::size_t domain, const std::vector<std::size_t>& trees);
 
   const Inventory& inventory_;
   const PlotWindows& windows_;
@@ -115,21 +115,21 @@ void EdgeWorker::keep_certain_neighbors() {
     units_.core[tree] = farthest_m(tree) < to_boundary_m(tree) - kRoundingMeters ? 1 : 0;
   });
   units_.weight.assign(inside_.size(), 0.0);
-  for (std::size_t i = 0; i < windows_.domains.size(); ++i) weight_domain(i);
+  std::vector<std::vector<std::size_t>> kept(windows_.domains.size());
+  for (std::size_t tree = 0; tree < inside_.size(); ++tree) {
+    if (units_.core[tree] == 0) continue;
+    kept[*windows_.domain_of_plot[inventory_.plot.code(tree)]].push_back(tree);
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (!kept[i].empty()) weight_domain(i, kept[i]);
+  }
 }
 
 /// Weights are the window's area over the area where a tree with such a neighbor would be kept.
-void EdgeWorker::weight_domain(std::size_t domain) {
+void EdgeWorker::weight_domain(std::size_t domain, const std::vector<std::size_t>& trees) {
   const Window& window = windows_.domains[domain].window;
-  std::vector<std::size_t> trees;
   double largest = 0.0;
-  for (std::size_t tree = 0; tree < inside_.size(); ++tree) {
-    const auto own = windows_.domain_of_plot[inventory_.plot.code(tree)];
-    if (units_.core[tree] == 0 || own != domain) continue;
-    trees.push_back(tree);
-    largest = std::max(largest, farthest_m(tree));
-  }
-  if (trees.empty()) return;
+  for (const std::size_t tree : trees) largest = std::max(largest, farthest_m(tree));
   const bool is_few = trees.size() <= 2 * kPanels;
   const std::optional<ErodedArea> table =
       is_few ? std::nullopt : std::optional<ErodedArea>(std::in_place, window, largest);

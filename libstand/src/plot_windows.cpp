@@ -2,7 +2,6 @@
 #include "silvafit/stand/plot_windows.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -84,7 +84,7 @@ void assume_plots(const Inventory& inventory, AssumedWindow assumed, PlotWindows
   if (!without_area.empty()) {
     result.notes.push_back(
         fmt::format("trees on one line make no window, so there is no core tree in: {}",
-                    fmt::join(without_area, ", ")));
+                    data::list_of(without_area)));
   }
 }
 
@@ -127,7 +127,7 @@ void Assignment::run(SearchScope scope, PlotWindows& result) {
     for (const std::size_t plot : in_stand) missing.push_back(names[plot]);
   }
   if (!missing.empty()) {
-    throw InputError(fmt::format("the windows have none for plot {}", fmt::join(missing, ", ")),
+    throw InputError(fmt::format("the windows have none for plot {}", data::list_of(missing)),
                      {.file = inventory_.file, .column = "plot"});
   }
   if (scope == SearchScope::kPlot && in_stand.size() > 1) {

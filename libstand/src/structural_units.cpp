@@ -8,6 +8,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <span>
 
@@ -119,7 +120,12 @@ class Calculator {
   std::vector<Point> positions() const;
   std::vector<std::vector<std::uint32_t>> groups() const;
   std::optional<Torus> torus_of(std::uint32_t tree) const;
-  void build_searches();
+  NeighborSearch search_among(std::vector<std::uint32_t> trees,
+                              const std::vector<Point>& positions) const;
+  void compute_small_groups(std::vector<std::vector<std::uint32_t>> groups,
+                            const std::vector<Point>& positions);
+  void compute_large_groups(std::vector<std::vector<std::uint32_t>> groups,
+                            const std::vector<Point>& positions);
   void compute_trees(const NeighborSearch& search, std::size_t begin, std::size_t end);
   void compute_tree(std::size_t tree, std::span<const Neighbor> neighbors);
   void compute_all();
@@ -137,7 +143,6 @@ class Calculator {
   PlotWindows windows_{};
   std::vector<char> inside_{};
   std::vector<double> limit_angle_rad_{};  ///< by code of species, the last for missing species
-  std::vector<NeighborSearch> searches_{};
   StructuralUnits units_{};
   std::vector<double>* overlap_ = nullptr;
   std::vector<double>* differentiation_ = nullptr;
@@ -252,21 +257,16 @@ std::optional<Torus> Calculator::torus_of(std::uint32_t tree) const {
   return Torus{.low = window.low(), .high = window.high()};
 }
 
-void Calculator::build_searches() {
+NeighborSearch Calculator::search_among(std::vector<std::uint32_t> trees,
+                                        const std::vector<Point>& positions) const {
   const auto smaller_id = [this](std::uint32_t left, std::uint32_t right) {
     const int by_tree = compare_labels(inventory_.tree[left], inventory_.tree[right]);
     if (by_tree != 0) return by_tree < 0;
     const int by_plot = compare_labels(inventory_.plot[left], inventory_.plot[right]);
     return by_plot != 0 ? by_plot < 0 : left < right;
   };
-  std::vector<std::vector<std::uint32_t>> all = groups();
-  const std::vector<Point> points = positions();
-  std::vector<std::optional<NeighborSearch>> built(all.size());
-  parallel_for(all.size(), options_.threads, [&](std::size_t i) {
-    const std::optional<Torus> torus = torus_of(all[i].front());
-    built[i].emplace(std::move(all[i]), points, smaller_id, torus);
-  });
-  for (auto& search : built) searches_.push_back(std::move(*search));
+  const std::optional<Torus> torus = torus_of(trees.front());
+  return NeighborSearch(std::move(trees), positions, smaller_id, torus);
 }
 
 void Calculator::compute_tree(std::size_t tree, std::span<const Neighbor> neighbors) {
@@ -307,22 +307,60 @@ void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, 
   }
 }
 
-void Calculator::compute_all() {
+/// Each search lives no longer than its group: a million of them would take gigabytes.
+void Calculator::compute_small_groups(std::vector<std::vector<std::uint32_t>> groups,
+                                      const std::vector<Point>& positions) {
+  // Runs of groups with about as many trees as a task of a large group.
+  std::vector<std::size_t> begins{0};
+  std::size_t trees = 0;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    trees += groups[i].size();
+    if (trees < kTreesPerTask && i + 1 < groups.size()) continue;
+    begins.push_back(i + 1);
+    trees = 0;
+  }
+  parallel_for(begins.size() - 1, options_.threads, [&](std::size_t task) {
+    for (std::size_t i = begins[task]; i < begins[task + 1]; ++i) {
+      const NeighborSearch search = search_among(std::move(groups[i]), positions);
+      compute_trees(search, 0, search.trees().size());
+    }
+  });
+}
+
+/// All are searched first, so that one large group among few is shared between threads.
+void Calculator::compute_large_groups(std::vector<std::vector<std::uint32_t>> groups,
+                                      const std::vector<Point>& positions) {
+  std::vector<std::optional<NeighborSearch>> searches(groups.size());
+  parallel_for(groups.size(), options_.threads, [&](std::size_t i) {
+    searches[i].emplace(search_among(std::move(groups[i]), positions));
+  });
   struct Task {
     const NeighborSearch* search;
     std::size_t begin;
     std::size_t end;
   };
   std::vector<Task> tasks;
-  for (const NeighborSearch& search : searches_) {
-    const std::size_t trees = search.trees().size();
+  for (const auto& search : searches) {
+    const std::size_t trees = search->trees().size();
     for (std::size_t begin = 0; begin < trees; begin += kTreesPerTask) {
-      tasks.push_back({&search, begin, std::min(trees, begin + kTreesPerTask)});
+      tasks.push_back({&*search, begin, std::min(trees, begin + kTreesPerTask)});
     }
   }
   parallel_for(tasks.size(), options_.threads, [&](std::size_t i) {
     compute_trees(*tasks[i].search, tasks[i].begin, tasks[i].end);
   });
+}
+
+void Calculator::compute_all() {
+  const std::vector<Point> all_positions = positions();
+  std::vector<std::vector<std::uint32_t>> small = groups();
+  const auto first_large = std::stable_partition(
+      small.begin(), small.end(), [](const auto& group) { return group.size() <= kTreesPerTask; });
+  std::vector<std::vector<std::uint32_t>> large(std::make_move_iterator(first_large),
+                                                std::make_move_iterator(small.end()));
+  small.erase(first_large, small.end());
+  compute_small_groups(std::move(small), all_positions);
+  compute_large_groups(std::move(large), all_positions);
 }
 
 void Calculator::compute_density() {
@@ -384,9 +422,7 @@ StructuralUnits Calculator::run() {
   set_limit_angles();
   allocate();
   compute_density();
-  build_searches();
   compute_all();
-  searches_.clear();
   correct_edge(inventory_, windows_, inside_, options_, units_);
   note_competition_radius();
   add_notes();

@@ -151,7 +151,7 @@ struct Window::Shape {
   std::optional<Circle> circle{};  ///< instead of a region with edges
   BoostRegion region{};
   std::vector<Edge> edge_list{};
-  EdgeTree edges{};
+  std::optional<EdgeTree> edges{};  ///< where there are more than few edges
   Point low{};
   Point high{};
   double area_m2 = 0.0;
@@ -167,7 +167,8 @@ void Window::Shape::complete() {
     append_edges(polygon.outer(), edge_list);
     for (const auto& hole : polygon.inners()) append_edges(hole, edge_list);
   }
-  edges = EdgeTree(edge_list);
+  edge_list.shrink_to_fit();
+  if (edge_list.size() > kFewEdges) edges.emplace(edge_list);
   const auto box = bg::return_envelope<bg::model::box<BoostPoint>>(region);
   low = {box.min_corner().x(), box.min_corner().y()};
   high = {box.max_corner().x(), box.max_corner().y()};
@@ -242,11 +243,12 @@ bool Window::contains(Point point) const {
   const auto count = [&](const Edge& edge) {
     if (crosses_ray(point, edge)) is_inside = !is_inside;
   };
-  if (shape_->edge_list.size() <= kFewEdges) {
+  if (!shape_->edges) {
     for (const Edge& edge : shape_->edge_list) count(edge);
   } else {
     const bg::model::box<BoostPoint> ray({point.x, point.y}, {shape_->high.x, point.y});
-    for (auto edge = shape_->edges.qbegin(bg::index::intersects(ray)); edge != shape_->edges.qend();
+    for (auto edge = shape_->edges->qbegin(bg::index::intersects(ray));
+         edge != shape_->edges->qend();
          ++edge) {
       count(*edge);
     }
@@ -258,7 +260,7 @@ double Window::distance_to_boundary_m(Point point) const {
   if (shape_->circle) {
     return std::abs(shape_->circle->radius_m - shape_->circle->from_center_m(point));
   }
-  if (shape_->edge_list.size() <= kFewEdges) {
+  if (!shape_->edges) {
     const auto nearest_edge =
         std::ranges::min_element(shape_->edge_list, {}, [point](const Edge& edge) {
           return squared_distance_m2(point, edge);
@@ -266,7 +268,7 @@ double Window::distance_to_boundary_m(Point point) const {
     return distance_m(point, *nearest_edge);
   }
   const auto nearest = bg::index::nearest(BoostPoint(point.x, point.y), 1);
-  return distance_m(point, *shape_->edges.qbegin(nearest));
+  return distance_m(point, *shape_->edges->qbegin(nearest));
 }
 
 double Window::eroded_area_m2(double distance_m) const {

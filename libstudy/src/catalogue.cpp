@@ -299,20 +299,23 @@ std::vector<const BaseModel*> Catalogue::candidates(std::string_view response) c
 
 std::vector<double> start_values(const BaseModel& model, const data::Table& table) {
   const Names columns = columns_of_start_rules(model);
-  std::map<std::string, std::vector<double>> values;
+  std::vector<std::span<const double>> sources;
+  for (const std::string& column : columns) sources.push_back(table.numbers(column));
+  std::vector<std::vector<double>> complete(sources.size());
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const bool complete = std::all_of(columns.begin(), columns.end(), [&](const auto& column) {
-      return std::isfinite(table.numbers(column)[row]);
-    });
-    if (!complete) continue;
-    for (const std::string& column : columns) values[column].push_back(table.numbers(column)[row]);
+    const bool is_complete = std::ranges::all_of(
+        sources, [row](std::span<const double> source) { return std::isfinite(source[row]); });
+    if (!is_complete) continue;
+    for (std::size_t k = 0; k < sources.size(); ++k) complete[k].push_back(sources[k][row]);
   }
   std::map<std::string, double> summaries;
+  std::size_t next = 0;
   for (const std::string& column : columns) {
-    if (values[column].empty()) {
+    std::vector<double>& values = complete[next++];
+    if (values.empty()) {
       throw UsageError("no row has all the values that start values need", {.column = column});
     }
-    summarize(column, values[column], summaries);
+    summarize(column, values, summaries);
   }
   std::vector<double> result;
   for (const BaseParameter& parameter : model.parameters) {

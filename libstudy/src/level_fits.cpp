@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "level_fits.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -93,6 +94,7 @@ LevelFits::LevelFits(std::string name,
       criterion_(criterion),
       group_(std::move(group)),
       results_(works.size()),
+      whole_(works.size()),
       cross_validated_(works.size()) {}
 
 void LevelFits::add(std::size_t work, std::vector<Trial> trials) {
@@ -112,16 +114,49 @@ void LevelFits::run(unsigned threads,
   parallel_for(tasks_.size(), threads, [&](std::size_t i) {
     const Task& task = tasks_[i];
     const data::Table& table = works_[task.work].table;
-    fit::FitResult& result = results_[task.work][task.position];
-    result = fit_trial(task.trial, table);
+    fit::FitResult result = fit_trial(task.trial, table);
     if (criterion_ == Criterion::kCrossValidation) {
       cross_validated_[task.work][task.position] = cross_validated(result.fit, table, group_);
     }
+    take(task, std::move(result));
     const std::size_t count = ++done;
     if (progress) progress(name_, count, tasks_.size());
   });
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   stages.push_back({.name = name_, .seconds = seconds.count(), .fits = tasks_.size()});
+}
+
+/// Values of each observation are many, and wanted of the chosen fit only.
+void LevelFits::take(const Task& task, fit::FitResult result) {
+  constexpr std::size_t kWhole = 3;
+  const std::lock_guard lock(taking_);
+  results_[task.work][task.position] = std::move(result);
+  whole_[task.work].push_back(task.position);
+  if (whole_[task.work].size() > kWhole) forget_worst(task.work);
+}
+
+void LevelFits::forget_worst(std::size_t work) {
+  std::vector<std::size_t>& whole = whole_[work];
+  const auto worst = std::ranges::max_element(whole, {}, [&](std::size_t position) {
+    const double aic = results_[work][position].fit.aic();
+    return std::isnan(aic) ? std::numeric_limits<double>::infinity() : aic;
+  });
+  fit::FittedModel fit = std::move(results_[work][*worst].fit);
+  results_[work][*worst] = {.fit = std::move(fit)};
+  whole.erase(worst);
+}
+
+const LevelFits::Task& LevelFits::task_of(std::size_t work, std::size_t position) const {
+  return *std::ranges::find_if(
+      tasks_, [&](const Task& task) { return task.work == work && task.position == position; });
+}
+
+fit::FitResult LevelFits::result(std::size_t work, std::size_t position) const {
+  const fit::FitResult& known = results_[work][position];
+  if (std::ranges::find(whole_[work], position) != whole_[work].end()) return known;
+  fit::FitResult again = fit_trial(task_of(work, position).trial, works_[work].table);
+  again.fit = known.fit;
+  return again;
 }
 
 std::vector<Candidate> LevelFits::candidates(std::size_t work) const {

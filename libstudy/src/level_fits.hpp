@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,9 +27,8 @@ class LevelFits {
   void run(unsigned threads, const ProgressCallback& progress, std::vector<StageTime>& stages);
   /// The fits of one work as candidates, in the order in which they were added.
   std::vector<Candidate> candidates(std::size_t work) const;
-  const fit::FitResult& result(std::size_t work, std::size_t position) const {
-    return results_[work][position];
-  }
+  /// One fit of a work, in that order. Fits that are far from the best are done again.
+  fit::FitResult result(std::size_t work, std::size_t position) const;
 
  private:
   /// One fit to be done, and where its result goes.
@@ -38,12 +38,19 @@ class LevelFits {
     std::size_t position = 0;
   };
 
+  void take(const Task& task, fit::FitResult result);
+  void forget_worst(std::size_t work);
+  const Task& task_of(std::size_t work, std::size_t position) const;
+
   std::string name_;
   const std::vector<Work>& works_;
   Criterion criterion_;
   std::string group_;
   std::vector<Task> tasks_;
   std::vector<std::vector<fit::FitResult>> results_;
+  /// Positions of each work's fits that still have the values of their observations.
+  std::vector<std::vector<std::size_t>> whole_;
+  std::mutex taking_;
   std::vector<std::vector<std::optional<CrossValidated>>> cross_validated_;
 };
 

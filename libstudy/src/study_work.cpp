@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::study {
 
@@ -18,13 +20,6 @@ bool has_numbers(const data::Table& table, const std::string& name) {
 
 namespace {
 
-bool all_present(const data::Table& table,
-                 const std::vector<std::string>& columns,
-                 std::size_t row) {
-  return std::ranges::none_of(
-      columns, [&](const std::string& name) { return std::isnan(table.numbers(name)[row]); });
-}
-
 /// Columns among those wanted that the table has with values that differ.
 std::vector<std::string> varying_columns(const data::Table& table,
                                          const std::vector<std::string>& wanted,
@@ -33,9 +28,10 @@ std::vector<std::string> varying_columns(const data::Table& table,
   std::vector<std::string> result;
   for (const std::string& name : wanted) {
     if (!has_numbers(table, name)) continue;
+    const std::span<const double> column = table.numbers(name);
     std::set<double> values;
     for (const std::size_t row : rows) {
-      const double value = table.numbers(name)[row];
+      const double value = column[row];
       if (!std::isnan(value)) values.insert(value);
       if (values.size() > 1) break;
     }
@@ -54,9 +50,13 @@ std::vector<std::string> varying_columns(const data::Table& table,
 std::vector<std::size_t> rows_of_species(const data::Table& table, const std::string& species) {
   std::vector<std::size_t> rows;
   const data::TextColumn column = table.labels("species");
+  const std::uint32_t code = column.code_of(species);
+  if (code == data::TextColumn::kMissingCode) return rows;
+  std::span<const double> core;
+  if (has_numbers(table, "core")) core = table.numbers("core");
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const bool counts = !has_numbers(table, "core") || table.numbers("core")[row] == 1.0;
-    if (counts && !column.is_missing(row) && column[row] == species) rows.push_back(row);
+    const bool counts = core.empty() || core[row] == 1.0;
+    if (counts && column.code(row) == code) rows.push_back(row);
   }
   return rows;
 }
@@ -64,9 +64,13 @@ std::vector<std::size_t> rows_of_species(const data::Table& table, const std::st
 std::vector<std::size_t> complete_rows(const data::Table& table,
                                        const std::vector<std::size_t>& rows,
                                        const std::vector<std::string>& columns) {
+  std::vector<std::span<const double>> values;
+  for (const std::string& name : columns) values.push_back(table.numbers(name));
   std::vector<std::size_t> complete;
   for (const std::size_t row : rows) {
-    if (all_present(table, columns, row)) complete.push_back(row);
+    const bool is_complete = std::ranges::none_of(
+        values, [row](std::span<const double> column) { return std::isnan(column[row]); });
+    if (is_complete) complete.push_back(row);
   }
   return complete;
 }
@@ -104,6 +108,39 @@ std::vector<BaseCandidate> candidates_of(const std::string& response,
   return candidates;
 }
 
+/// Some columns of a table, as far as it has them.
+data::Table with_columns(const data::Table& table, const std::vector<std::string>& names) {
+  data::Table part(table.rows());
+  for (const std::string& name : names) {
+    if (!table.has(name) || part.has(name)) continue;
+    if (table.is_numeric(name)) {
+      const std::span<const double> values = table.numbers(name);
+      part.set(name, std::vector<double>(values.begin(), values.end()));
+    } else {
+      part.set(name, table.text(name));
+    }
+  }
+  std::vector<std::uint32_t> lines(table.rows());
+  for (std::size_t row = 0; row < lines.size(); ++row) {
+    lines[row] = static_cast<std::uint32_t>(table.line(row));
+  }
+  part.set_origin(table.file(), std::move(lines));
+  return part;
+}
+
+/// Columns that the variance functions of level 3 read.
+std::vector<std::string> variance_columns(const StudyOptions& options) {
+  std::vector<std::string> names;
+  for (const std::string& text : options.variance_functions) {
+    for (const fit::VarianceFactor& factor : fit::parse_variance_function(text).factors) {
+      for (const std::string& name : {factor.column, factor.stratum}) {
+        if (!name.empty()) names.push_back(name);
+      }
+    }
+  }
+  return names;
+}
+
 }  // namespace
 
 Work prepared(const data::Table& table,
@@ -129,7 +166,10 @@ Work prepared(const data::Table& table,
     work.result.notes.push_back(fmt::format("{} trees without structural unit were left out.",
                                             rows.size() - work.result.rows.size()));
   }
-  work.table = table.select(work.result.rows);
+  columns.push_back(options.group);
+  for (const std::string& name : variance_columns(options)) columns.push_back(name);
+  // Not all of them: a study of a million trees would have each column nine times.
+  work.table = with_columns(table, columns).select(work.result.rows);
   work.result.plots = count_groups(work.table, options.group);
   return work;
 }

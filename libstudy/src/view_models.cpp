@@ -2,7 +2,6 @@
 #include "view_models.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <map>
@@ -18,29 +17,6 @@
 
 namespace silvafit::study {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// A folder of its own for a file that passes through the disk.
-class TemporaryFolder {
- public:
-  TemporaryFolder() : path_((fs::temp_directory_path() / "silvafit-view-XXXXXX").string()) {
-    if (::mkdtemp(path_.data()) == nullptr) {
-      throw InputError("no temporary folder can be made", {.file = path_});
-    }
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  fs::path file(const char* name) const { return fs::path(path_) / name; }
-
- private:
-  std::string path_;
-};
 
 /// A builder for each preset, and which one each tree has.
 class Builders {
@@ -91,8 +67,9 @@ std::string packed(const tree::SharedModels& shared,
                    std::span<const tree::Position> stems,
                    const tree::Position& origin,
                    const ViewOptions& options) {
-  const TemporaryFolder folder;
-  const fs::path path = folder.file("models.glb");
+  // The scene passes through the disk.
+  const TemporaryFolder folder("silvafit-view");
+  const std::filesystem::path path = folder.path() / "models.glb";
   const auto writer =
       tree::open_scene(path, tree::SceneFormat::kGlb, {.origin = origin, .compress = true});
   const std::vector<tree::SceneTree> grown = grown_models(shared, options);

@@ -2,6 +2,7 @@
 """What goes wrong around the program ends with a message, and leaves nothing half-written."""
 
 import csv
+import itertools
 import json
 import os
 import random
@@ -158,6 +159,43 @@ class LargeAndOdd(ProgramTest):
             fixed = self.run_json("fit", *arguments, "--formula", formula)["fixed"]
             self.assertAlmostEqual(fixed["a"]["estimate"], 25, delta=0.25)
             self.assertAlmostEqual(fixed["b"]["estimate"], 0.05, delta=0.0015)
+
+    def cost(self, *arguments):
+        """Processor time [s] and peak of memory [MB] of a run: they mind other work on the machine less than a clock."""
+        with open(self.folder / "messages", "w", encoding="utf-8") as messages:
+            process = subprocess.Popen([PROGRAM, *arguments], cwd=self.folder, stdout=messages, stderr=messages)
+            _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said = (self.folder / "messages").read_text(encoding="utf-8")
+        self.assertEqual(process.returncode, 0, said[-2000:])
+        return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024, said
+
+    def test_units_of_many_small_plots(self):
+        draw = random.Random(8)
+        count = 100_000 * self.times
+        header = "plot,tree,species,x,y,dbh\n"
+        self.write("alone.csv", header + "".join(f"{i},{i},SM,5,5,20\n" for i in range(count)))
+        seconds, megabytes, said = self.cost("indices", "alone.csv", "--out", "alone-units.csv")
+        # Taken: 0.3 s and 45 MB; with a search tree of each plot kept, 480 MB.
+        self.assertLess(megabytes, 250 * self.times)
+        self.assertLess(seconds, 10 * self.times)
+        self.assertIn(f"{count - 40} more", said)  # not a hundred thousand names
+        self.assertLess(len(said), 5000)
+
+        self.write("five.csv", header + "".join(
+            f"{i // 5},{i},SM,{draw.uniform(-5, 5):.2f},{draw.uniform(-5, 5):.2f},20\n" for i in range(5 * count)))
+        seconds, _, _ = self.cost("indices", "five.csv", "--circle", "0,0,10", "--edge", "hanisch", "--out", "units.csv")
+        # Taken: 1 s; where the weights of each window look at all trees, more than 100 s.
+        self.assertLess(seconds, 20 * self.times)
+
+        def head(name, lines):
+            with open(self.folder / name, encoding="utf-8") as file:
+                return "".join(itertools.islice(file, lines))
+
+        # Those of the first plots are as if there were no others.
+        self.write("few.csv", head("five.csv", 51))
+        self.run_program("indices", "few.csv", "--circle", "0,0,10", "--edge", "hanisch", "--out", "few-units.csv")
+        self.assertEqual(head("units.csv", 51), head("few-units.csv", 100))
 
     def test_odd_numbers_everywhere_end_with_a_message(self):
         draw = random.Random(6)

@@ -51,6 +51,29 @@ class Interrupts(ProgramTest):
             self.assert_whole(self.folder / out)
         self.assertIn(-signal.SIGINT, ended)
 
+    def test_a_page_in_3d_leaves_no_folder_among_the_temporary_files(self):
+        # The models of the page pass through a folder of their own.
+        temporary = self.folder / "temporary"
+        temporary.mkdir()
+
+        def start():
+            return subprocess.Popen(
+                [PROGRAM, "view", str(INVENTORY), "--plot", "1,2,3", "--models", "40", "--out", "page.html", "--no-open"],
+                cwd=self.folder, env=os.environ | {"TMPDIR": str(temporary)}, stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+
+        for i in range(12):
+            process = start()
+            while not list(temporary.iterdir()) and process.poll() is None:
+                time.sleep(0.002)
+            self.assertIsNone(process.poll(), "it ended before it had a temporary folder")
+            time.sleep(0.01 * i)
+            number = signal.SIGTERM if i % 2 else signal.SIGINT
+            process.send_signal(number)
+            self.assertIn(process.wait(timeout=60), (0, -number))
+            self.assertEqual(list(temporary.iterdir()), [])
+            self.assertEqual([path.name for path in self.folder.iterdir() if path.suffix == ".part"], [])
+
     def test_a_folder_that_cannot_be_written_is_refused_before_the_fits(self):
         self.write("file", "")
         error = self.run_program("study", str(INVENTORY), "--out", "file", status=3).stderr

@@ -39,8 +39,25 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 /// \throws InputError if not
 void require_writable_folder(const std::filesystem::path& folder);
 
-/// Removes the temporary files of all AtomicFiles that are not committed. For the end of a process
-/// that is interrupted: no file can be begun or committed after it.
+/// A folder of its own in the system's folder for temporary files, removed with all that is in it.
+///
+/// \throws InputError if none can be made
+class TemporaryFolder {
+ public:
+  /// \param name  what the folder's name begins with
+  explicit TemporaryFolder(std::string_view name);
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Removes the temporary files of all AtomicFiles that are not committed, and all TemporaryFolders.
+/// For the end of a process that is interrupted: none can be begun or committed after it.
 void discard_unfinished_files();
 
 /// The bytes of a file.
