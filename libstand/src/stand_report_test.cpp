@@ -8,7 +8,7 @@
 
 #include "reference.hpp"
 #include "silvafit/base/error.hpp"
-#include "test_stand.hpp"
+#include "stand_test_support.hpp"
 
 using namespace silvafit::stand;
 using namespace silvafit::stand::test;

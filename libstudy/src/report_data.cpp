@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "report_fit.hpp"
 #include "report_map.hpp"
 #include "report_repeat.hpp"
-#include "report_values.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "study_curves.hpp"
@@ -310,7 +310,7 @@ ordered_json cell_value(const TableCell& cell) {
 /// The tables that sum up the whole study, as its folder has them.
 ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogue) {
   ordered_json tables = ordered_json::array();
-  for (const StudyTable& table : study_tables(record, catalogue)) {
+  for (const FormattedTable& table : study_tables(record, catalogue)) {
     const bool is_summary =
         table.name == "species" || table.name == "gains" || table.name == "level_tests";
     if (!is_summary || table.rows.empty()) continue;

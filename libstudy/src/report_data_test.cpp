@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "silvafit/fit/prediction.hpp"
-#include "study_record_support.hpp"
+#include "study_record_test_support.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;

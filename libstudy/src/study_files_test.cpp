@@ -6,7 +6,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "study_record_support.hpp"
+#include "study_record_test_support.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;

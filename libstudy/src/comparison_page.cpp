@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include "silvafit/study/comparison_page.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "report_comparison_curves.hpp"
+#include "comparison_curves.hpp"
+#include "report_fit.hpp"
 #include "report_repeat.hpp"
-#include "report_values.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/study/comparison_page.hpp"
 #include "silvafit/study/report_page.hpp"
 
 namespace silvafit::study {

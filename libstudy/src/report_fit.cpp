@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report_values.hpp"
+#include "report_fit.hpp"
 
 #include <cmath>
 
