@@ -254,6 +254,10 @@ TEST_CASE("a report counts plots without trees, and says what it leaves out") {
   CHECK_THAT(notes, Contains("1 trees without position or outside"));
   CHECK_THAT(notes, Contains("1 plots have a window and no tree"));
 
+  CHECK_THROWS_WITH(
+      stand_report(stand_of({{.x = 1}, {.x = 2}}), {}),
+      Contains("no plot has an area") && Contains("--window") && Contains("--plot-area"));
+
   stand.x.clear();
   stand.y.clear();
   CHECK_THROWS_WITH(stand_report(stand, {}), Contains("--plot-area"));
