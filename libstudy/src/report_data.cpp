@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The data of the report page: what was found, as docs/report-data.md lays it out.
+#include "silvafit/study/report_data.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +16,6 @@
 #include "report_map.hpp"
 #include "report_repeat.hpp"
 #include "silvafit/fit/fit_json.hpp"
-#include "silvafit/study/study_files.hpp"
 #include "study_curves.hpp"
 #include "study_tables.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The data of the report page against the study that they show.
+#include "silvafit/study/report_data.hpp"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>

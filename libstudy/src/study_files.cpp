@@ -11,6 +11,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
+#include "silvafit/study/report_data.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/scenes.hpp"
 

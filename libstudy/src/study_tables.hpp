@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "formatted_table.hpp"
-#include "silvafit/study/study_files.hpp"
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/study_record.hpp"
 
 namespace silvafit::study {
 
