@@ -18,6 +18,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -123,12 +124,12 @@ void print_summary(const PredictArguments& arguments,
        arguments.interval > 0.0 ? ordered_json(arguments.interval) : ordered_json(nullptr)},
       {"interval_kind",
        arguments.interval > 0.0 ? ordered_json(arguments.interval_kind) : ordered_json(nullptr)},
-      {"out", arguments.out.empty() ? ordered_json(nullptr) : ordered_json(arguments.out)},
+      {"out", text_or_null(arguments.out)},
       {"n", predictions.flags.size()},
       {"predicted", std::move(predicted)},
       {"flags", flags},
       {"notes", predictions.notes}};
-  fmt::print("{}\n", result.dump(2));
+  print_json_value(result);
 }
 
 void refuse_known_columns(const PredictArguments& arguments,

@@ -9,6 +9,7 @@
 
 #include "fingerprint.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/report_data.hpp"
@@ -100,7 +101,7 @@ std::string run_json(const StudyRecord& record, const ModelLibrary& library) {
     run["stages"].push_back(
         {{"name", stage.name}, {"fits", stage.fits}, {"seconds", stage.seconds}});
   }
-  return run.dump(2) + "\n";
+  return json_text(run, 2) + "\n";
 }
 
 }  // namespace
