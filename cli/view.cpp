@@ -170,7 +170,7 @@ void run(ViewArguments& arguments) {
   const auto catalogue = tree::PresetCatalogue::load(data / "models");
   const study::View view = view_of_file(arguments, catalogue);
   const fs::path page = page_path(arguments);
-  write_report_page(data / "viewer" / "scene.html", view.data, options.title, page);
+  study::write_report_page(data / "viewer" / "scene.html", view.data, options.title, page);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report(arguments, view, page, seconds.count());
   if (arguments.does_not_open || arguments.common.json || !has_desktop()) return;
