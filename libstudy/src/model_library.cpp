@@ -138,10 +138,17 @@ ModelLibrary read_library(const std::filesystem::path& path) {
 
 std::vector<std::string> published_libraries(const std::filesystem::path& models_directory) {
   std::vector<std::string> names;
-  std::error_code ignored;
   const std::filesystem::path folder = models_directory / "published";
-  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  try {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    }
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw InputError(
+        fmt::format("the published libraries cannot be read ({}); reinstall silvafit, or say where "
+                    "its folder models is",
+                    error.code().message()),
+        {.file = folder.string()});
   }
   std::ranges::sort(names);
   return names;
