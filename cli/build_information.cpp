@@ -11,7 +11,9 @@
 #include "build_settings.hpp"
 #include "command.hpp"
 #include "revision.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/data/vector_instructions.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -19,11 +21,6 @@ namespace {
 // Both are empty where there is nothing to say: outside of a checkout, and without the libraries.
 constexpr std::string_view kRevision = SILVAFIT_REVISION;
 constexpr std::string_view kRenderer = SILVAFIT_RENDERER;
-
-nlohmann::ordered_json text_or_null(std::string_view text) {
-  if (text.empty()) return nullptr;
-  return std::string(text);
-}
 
 std::string build_as_text() {
   std::string text = fmt::format("silvafit {}\n", version());
@@ -47,7 +44,7 @@ std::string build_as_json() {
       {"render", text_or_null(kRenderer)},
       {"vector_instructions", data::vector_instructions()},
   };
-  return build.dump(2);
+  return json_text(build, 2);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::cli {
 
@@ -26,7 +27,7 @@ void add_example(CLI::App& command, const std::string& example) {
 }
 
 void say(const CommonOptions& options, const std::string& message) {
-  if (!options.quiet) fmt::print(stderr, "{}\n", message);
+  if (!options.quiet) fmt::print(stderr, "{}\n", with_visible_controls(message));
 }
 
 struct Progress::State {

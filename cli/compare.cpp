@@ -17,6 +17,7 @@
 #include "silvafit/fit/likelihood_ratio.hpp"
 #include "silvafit/study/comparison_page.hpp"
 #include "silvafit/study/model_library.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -79,27 +80,19 @@ NamedFits read_fits(const std::vector<std::string>& files) {
   return result;
 }
 
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
-ordered_json text_or_null(const std::string& text) {
-  return text.empty() ? ordered_json(nullptr) : ordered_json(text);
-}
-
 ordered_json json_of(const fit::ComparedFit& one, const NamedFits& named) {
   const fit::FittedModel& fit = *one.fit;
   return {{"name", named.names.at(&fit)},
           {"model", text_or_null(fit.model)},
           {"method", fit::method_text(fit.method)},
           {"k", fit.parameter_count},
-          {"log_likelihood", number(fit.log_likelihood)},
-          {"aic", number(fit.aic())},
-          {"aicc", number(fit.aicc())},
-          {"bic", number(fit.bic())},
-          {"bic_groups", number(fit.bic_groups())},
-          {"aic_difference", number(one.aic_difference)},
-          {"akaike_weight", number(one.akaike_weight)}};
+          {"log_likelihood", number_or_null(fit.log_likelihood)},
+          {"aic", number_or_null(fit.aic())},
+          {"aicc", number_or_null(fit.aicc())},
+          {"bic", number_or_null(fit.bic())},
+          {"bic_groups", number_or_null(fit.bic_groups())},
+          {"aic_difference", number_or_null(one.aic_difference)},
+          {"akaike_weight", number_or_null(one.akaike_weight)}};
 }
 
 ordered_json json_of(const fit::ComparedPair& pair,
@@ -112,10 +105,10 @@ ordered_json json_of(const fit::ComparedPair& pair,
     return result;
   }
   const fit::NestedTest& test = *pair.test;
-  result["statistic"] = number(test.statistic);
+  result["statistic"] = number_or_null(test.statistic);
   result["df"] = test.degrees_of_freedom;
-  result["p_chi_squared"] = number(test.p_chi_squared);
-  result["p"] = number(test.p);
+  result["p_chi_squared"] = number_or_null(test.p_chi_squared);
+  result["p"] = number_or_null(test.p);
   result["reference"] = test.reference.text();
   if (!test.note.empty()) result["note"] = test.note;
   return result;
@@ -236,7 +229,7 @@ void run(const CompareArguments& arguments) {
     for (const Subject& subject : named.subjects) {
       result["comparisons"].push_back(json_of(subject, named));
     }
-    fmt::print("{}\n", result.dump(2));
+    print_json_value(result);
     return;
   }
   bool is_first = true;

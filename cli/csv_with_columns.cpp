@@ -5,8 +5,8 @@
 #include <iostream>
 
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -49,8 +49,7 @@ void write_with_columns(const std::string& in,
     file.commit();
   } else if (!common.json) {
     write_rows(in, columns, std::cout);
-    std::cout.flush();
-    if (!std::cout) throw InputError("writing to standard output failed");
+    finish_standard_output();
   }
 }
 

@@ -304,6 +304,7 @@ void run(FitArguments arguments) {
   }
 }
 
+/// What the model is: its formula, sub-models, random effects and variance function.
 void add_model_options(CLI::App& command, FitArguments& arguments) {
   command
       .add_option(
@@ -338,6 +339,10 @@ void add_model_options(CLI::App& command, FitArguments& arguments) {
       "Of the residuals: none (default), exponential, power or constant-plus-power of "
       "the fitted value, or of a column as in power(dbh); by stratum as in power(fitted | "
       "species); stratum(species); products with *; held as in power(delta = 0.5)");
+}
+
+/// How it is fitted: method, ranges and start values of the coefficients.
+void add_method_options(CLI::App& command, FitArguments& arguments) {
   command.add_option("--method",
                      arguments.method,
                      "ols, gnls, lb, foce, focei, laplace or agq (default: lb with random effects, "
@@ -371,6 +376,7 @@ void add_fit_command(CLI::App& program) {
       ->type_name("DATA.csv")
       ->required();
   add_model_options(command, *arguments);
+  add_method_options(command, *arguments);
   add_resampling_options(command, arguments->resampling);
   command
       .add_option(

@@ -9,8 +9,10 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/residuals.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -70,12 +72,8 @@ Resampling resample_one(const fit::FittedModel& fit,
   return result;
 }
 
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
 ordered_json interval(const fit::Interval& value) {
-  return {number(value.low), number(value.high)};
+  return {number_or_null(value.low), number_or_null(value.high)};
 }
 
 ordered_json reasons(const std::vector<fit::CountedReason>& counted) {
@@ -89,10 +87,10 @@ ordered_json reasons(const std::vector<fit::CountedReason>& counted) {
 ordered_json bootstrap_json(const fit::Bootstrap& bootstrap) {
   ordered_json parameters = ordered_json::object();
   for (const fit::BootstrapParameter& parameter : bootstrap.parameters) {
-    parameters[parameter.name] = {{"estimate", number(parameter.estimate)},
+    parameters[parameter.name] = {{"estimate", number_or_null(parameter.estimate)},
                                   {"replicates", parameter.replicates},
-                                  {"bias", number(parameter.bias)},
-                                  {"se", number(parameter.standard_error)},
+                                  {"bias", number_or_null(parameter.bias)},
+                                  {"se", number_or_null(parameter.standard_error)},
                                   {"percentile", interval(parameter.percentile)},
                                   {"basic", interval(parameter.basic)}};
   }
@@ -107,10 +105,10 @@ ordered_json bootstrap_json(const fit::Bootstrap& bootstrap) {
 }
 
 ordered_json statistics_json(const fit::FitStatistics& values) {
-  return {{"r2", number(values.r2)},
-          {"mean_error", number(values.mean_error)},
-          {"rmse", number(values.rmse)},
-          {"mae", number(values.mae)}};
+  return {{"r2", number_or_null(values.r2)},
+          {"mean_error", number_or_null(values.mean_error)},
+          {"rmse", number_or_null(values.rmse)},
+          {"mae", number_or_null(values.mae)}};
 }
 
 ordered_json cross_validation_json(const fit::CrossValidation& result) {
@@ -131,7 +129,7 @@ ordered_json cross_validation_json(const fit::CrossValidation& result) {
           {"seed", result.seed},
           {"predicted", result.predicted_count},
           {"population", statistics_json(result.statistics)},
-          {"mean_log_density", number(result.log_density)},
+          {"mean_log_density", number_or_null(result.log_density)},
           {"calibrated", std::move(calibrated)},
           {"failed", std::move(failed)}};
 }
@@ -316,7 +314,7 @@ std::string with_resampling(const std::string& fit_json, const Resampling& resam
   if (resampling.cross_validation) {
     json["cross_validation"] = cross_validation_json(*resampling.cross_validation);
   }
-  return json.dump(2);
+  return json_text(json, 2);
 }
 
 void print_resampling(const std::vector<fit::FittedModel>& fits,

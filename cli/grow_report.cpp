@@ -8,6 +8,7 @@
 
 #include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -148,7 +149,7 @@ void print_json(const GrowCommand& command,
   json["left_out"] = std::move(rows);
   json["triangles"] = result.triangles;
   json["seconds"] = seconds;
-  fmt::print("{}\n", json.dump());
+  fmt::print("{}\n", json_text(json));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -16,6 +17,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -93,27 +95,25 @@ void print_json(const ImputeArguments& arguments, const study::Imputation& resul
   using study::ImputeSource;
   ordered_json models = ordered_json::array();
   for (const study::ImputeModel& model : result.models) {
-    models.push_back(
-        {{"label", model.label.empty() ? ordered_json(nullptr) : ordered_json(model.label)},
-         {"fit", ordered_json::parse(fit::to_json(model.fit))}});
+    models.push_back({{"label", text_or_null(model.label)},
+                      {"fit", ordered_json::parse(fit::to_json(model.fit))}});
   }
-  const ordered_json summary{
-      {"schema", "silvafit-impute/1"},
-      {"silvafit", version()},
-      {"response", arguments.impute.response},
-      {"out", arguments.out.empty() ? ordered_json(nullptr) : ordered_json(arguments.out)},
-      {"n", result.value.size()},
-      {"measured", result.count(ImputeSource::kMeasured)},
-      {"imputed",
-       {{"plot", result.count(ImputeLevel::kPlot)},
-        {"stand", result.count(ImputeLevel::kStand)},
-        {"population", result.count(ImputeLevel::kPopulation)}}},
-      {"missing", result.count(ImputeSource::kMissing)},
-      {"flags", flag_counts(result)},
-      {"residual_added", arguments.impute.add_residual},
-      {"models", std::move(models)},
-      {"notes", result.notes}};
-  fmt::print("{}\n", summary.dump(2));
+  const ordered_json summary{{"schema", "silvafit-impute/1"},
+                             {"silvafit", version()},
+                             {"response", arguments.impute.response},
+                             {"out", text_or_null(arguments.out)},
+                             {"n", result.value.size()},
+                             {"measured", result.count(ImputeSource::kMeasured)},
+                             {"imputed",
+                              {{"plot", result.count(ImputeLevel::kPlot)},
+                               {"stand", result.count(ImputeLevel::kStand)},
+                               {"population", result.count(ImputeLevel::kPopulation)}}},
+                             {"missing", result.count(ImputeSource::kMissing)},
+                             {"flags", flag_counts(result)},
+                             {"residual_added", arguments.impute.add_residual},
+                             {"models", std::move(models)},
+                             {"notes", result.notes}};
+  print_json_value(summary);
 }
 
 /// Such as ", random a | stand; a + b | plot"; empty without.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +15,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/unit_summary.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -35,10 +35,6 @@ struct Seconds {
   double units = 0.0;  ///< structural units alone
   double all = 0.0;    ///< with reading and writing
 };
-
-ordered_json number_or_null(double value) {
-  return std::isnan(value) ? ordered_json(nullptr) : ordered_json(value);
-}
 
 ordered_json summary_json(const stand::UnitSummary& summary,
                           const std::vector<stand::FurtherIndex>& further) {
@@ -117,9 +113,7 @@ class UnitTable {
 
   void finish() {
     if (file_) file_->commit();
-    if (stream_ != &std::cout) return;
-    std::cout.flush();
-    if (!std::cout) throw InputError("writing to standard output failed");
+    if (stream_ == &std::cout) finish_standard_output();
   }
 
  private:
@@ -206,7 +200,7 @@ void run(const IndicesArguments& arguments) {
   if (!arguments.excluded.empty()) stand::write_excluded(outcome.excluded, arguments.excluded);
   table.finish();
   outcome.seconds.all = seconds_since(start);
-  if (arguments.common.json) fmt::print("{}\n", result_json(arguments, outcome).dump(2));
+  if (arguments.common.json) print_json_value(result_json(arguments, outcome));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/scenes.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -54,7 +55,7 @@ void show(const ShowArguments& arguments) {
   if (arguments.library.empty()) {
     const std::vector<std::string> names = study::published_libraries(data_directory() / "models");
     if (arguments.common.json) {
-      fmt::print("{}\n", ordered_json{{"published", names}}.dump(2));
+      print_json_value({{"published", names}});
     } else {
       for (const std::string& name : names) fmt::print("{}\n", name);
     }
@@ -98,13 +99,11 @@ void print_summary(const SceneArguments& arguments, const study::Scenes& scenes)
                        {"indices", of.indices},
                        {"scenes", of.scenes}});
   }
-  fmt::print("{}\n",
-             ordered_json{{"schema", "silvafit-scenes/1"},
-                          {"silvafit", version()},
-                          {"out", arguments.out},
-                          {"species", std::move(species)},
-                          {"trees", scenes.trees.rows()}}
-                 .dump(2));
+  print_json_value({{"schema", "silvafit-scenes/1"},
+                    {"silvafit", version()},
+                    {"out", arguments.out},
+                    {"species", std::move(species)},
+                    {"trees", scenes.trees.rows()}});
 }
 
 void make_scenes(SceneArguments arguments) {
@@ -116,8 +115,7 @@ void make_scenes(SceneArguments arguments) {
       study::scenes_of(library_named(arguments.library), arguments.options);
   if (arguments.out.empty()) {
     data::write_csv_table(scenes.trees, std::cout);
-    std::cout.flush();
-    if (!std::cout) throw InputError("writing to standard output failed");
+    finish_standard_output();
   } else {
     data::write_csv_table(scenes.trees, arguments.out);
   }

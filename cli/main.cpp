@@ -2,27 +2,21 @@
 // The program silvafit: reads the command line, runs a subcommand, maps errors to exit statuses.
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <exception>
 
 #include "build_information.hpp"
 #include "command.hpp"
 #include "interrupts.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 int report(const char* kind, const std::exception& error, ExitStatus status) {
-  fmt::print(stderr, "silvafit: {}{}\n", kind, error.what());
+  fmt::print(stderr, "silvafit: {}{}\n", kind, with_visible_controls(error.what()));
   return status;
-}
-
-/// A result that did not arrive is no success, even where the disk filled up in its last lines.
-void require_written_output() {
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    throw InputError("writing to standard output failed");
-  }
 }
 
 int run(int argc, char** argv) {
@@ -49,7 +43,7 @@ int run(int argc, char** argv) {
 
   try {
     program.parse(argc, argv);
-    require_written_output();
+    finish_standard_output();
     return kDone;
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? kDone : kBadUsage;

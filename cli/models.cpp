@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -13,6 +12,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/tree/builder.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -88,7 +88,7 @@ void print_json(const std::vector<const BaseModel*>& models) {
   for (const BaseModel* model : models) {
     result["models"].push_back(nlohmann::ordered_json::parse(read_file(model->file)));
   }
-  fmt::print("{}\n", result.dump(2));
+  print_json_value(result);
 }
 
 std::vector<const BaseModel*> chosen(const study::Catalogue& catalogue,
@@ -136,7 +136,7 @@ void print_builders_json(const tree::BuilderCatalogue& catalogue) {
     result["builders"].push_back(
         {{"builder", tree::builder_name(kind)}, {"presets", std::move(presets)}});
   }
-  fmt::print("{}\n", result.dump(2));
+  print_json_value(result);
 }
 
 void show_builders(const ModelsOptions& options) {

@@ -18,6 +18,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -123,12 +124,12 @@ void print_summary(const PredictArguments& arguments,
        arguments.interval > 0.0 ? ordered_json(arguments.interval) : ordered_json(nullptr)},
       {"interval_kind",
        arguments.interval > 0.0 ? ordered_json(arguments.interval_kind) : ordered_json(nullptr)},
-      {"out", arguments.out.empty() ? ordered_json(nullptr) : ordered_json(arguments.out)},
+      {"out", text_or_null(arguments.out)},
       {"n", predictions.flags.size()},
       {"predicted", std::move(predicted)},
       {"flags", flags},
       {"notes", predictions.notes}};
-  fmt::print("{}\n", result.dump(2));
+  print_json_value(result);
 }
 
 void refuse_known_columns(const PredictArguments& arguments,
@@ -178,61 +179,74 @@ void run(PredictArguments arguments) {
   if (arguments.common.json) print_summary(arguments, predictions);
 }
 
-}  // namespace
-
-void add_predict_command(CLI::App& program) {
-  const auto arguments = std::make_shared<PredictArguments>();
-  CLI::App& command =
-      *program.add_subcommand("predict", "Predict heights, crown bases and crown widths of trees");
+void add_file_options(CLI::App& command, PredictArguments& arguments) {
   command
       .add_option(
           "files",
-          arguments->files,
+          arguments.files,
           "The library (library.json of a study, what `silvafit fit --json` printed, or a "
           "published one such as shanxia-2023) and the trees, a CSV file with a header; with "
           "--library the trees alone")
       ->type_name("LIBRARY.json NEW.csv")
       ->expected(1, 2)
       ->required();
-  command.add_option("--library", arguments->library, "The library, instead of the first file")
+  command.add_option("--library", arguments.library, "The library, instead of the first file")
       ->type_name("LIBRARY");
+}
+
+/// What is predicted for which groups.
+void add_level_options(CLI::App& command, PredictArguments& arguments) {
   command
       .add_option("--level",
-                  arguments->level,
+                  arguments.level,
                   "population: random effects 0; conditional: those of the fit; calibrated: those "
                   "that the trees measured in the file say; marginal: the mean over all groups")
       ->check(CLI::IsMember({"population", "conditional", "calibrated", "marginal"}))
       ->capture_default_str();
   command
       .add_option("--new-groups",
-                  arguments->new_groups,
+                  arguments.new_groups,
                   "Conditional predictions for groups that the fit has not seen, and calibrated "
                   "ones for such groups without a measured tree")
       ->check(CLI::IsMember({"population", "marginal", "missing", "error"}))
       ->capture_default_str();
   command
       .add_option("--seen-groups",
-                  arguments->seen_groups,
+                  arguments.seen_groups,
                   "Calibrated predictions for groups that the fit has seen: with its own random "
                   "effects (their trees in the file are those it was fitted to), with those of the "
                   "file's trees alone (new), or with both (combined)")
       ->check(CLI::IsMember({"fitted", "new", "combined"}))
       ->capture_default_str();
+}
+
+void add_interval_options(CLI::App& command, PredictArguments& arguments) {
   command
       .add_option("--interval",
-                  arguments->interval,
+                  arguments.interval,
                   "Adds the ends of intervals of this coverage, such as 0.95")
       ->type_name("LEVEL")
       ->check(CLI::Range(1e-6, 1.0 - 1e-9));
   command
       .add_option("--interval-kind",
-                  arguments->interval_kind,
+                  arguments.interval_kind,
                   "prediction: for a tree's value; confidence: for the mean of such trees")
       ->check(CLI::IsMember({"prediction", "confidence"}))
       ->capture_default_str();
   command.add_flag("--standard-errors",
-                   arguments->standard_errors,
+                   arguments.standard_errors,
                    "Adds the standard error of what --interval-kind says");
+}
+
+}  // namespace
+
+void add_predict_command(CLI::App& program) {
+  const auto arguments = std::make_shared<PredictArguments>();
+  CLI::App& command =
+      *program.add_subcommand("predict", "Predict heights, crown bases and crown widths of trees");
+  add_file_options(command, *arguments);
+  add_level_options(command, *arguments);
+  add_interval_options(command, *arguments);
   command.add_option("--role", arguments->role, "Which models of a study predict")
       ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
       ->capture_default_str();

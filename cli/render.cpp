@@ -15,6 +15,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/render/models.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -139,12 +140,10 @@ void run(const RenderArguments& arguments) {
   }
   const Drawn drawn = draw(arguments);
   if (arguments.common.json) {
-    fmt::print("{}\n",
-               ordered_json{{"schema", "silvafit-render/1"},
-                            {"silvafit", version()},
-                            {"files", drawn.files},
-                            {"triangles", drawn.triangles}}
-                   .dump(2));
+    print_json_value({{"schema", "silvafit-render/1"},
+                      {"silvafit", version()},
+                      {"files", drawn.files},
+                      {"triangles", drawn.triangles}});
   } else {
     say(arguments.common,
         fmt::format("{} triangles: {}", drawn.triangles, fmt::join(drawn.files, ", ")));

@@ -12,6 +12,7 @@
 #include "command.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -37,7 +38,7 @@ void print_summary(const SimulateOptions& options,
     for (std::size_t s = 0; s < design.species.size(); ++s) {
       result["species"][design.species[s].code] = stand.species[s].trees;
     }
-    fmt::print("{}\n", result.dump(2));
+    print_json_value(result);
     return;
   }
   fmt::print("{:<8} {:>7}\n", "species", "trees");

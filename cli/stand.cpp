@@ -11,6 +11,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "stand_output.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -59,7 +60,7 @@ void print_json(const StandArguments& arguments,
   result.update(stand_json(report));
   result["notes"] = std::move(notes);
   result["seconds"] = seconds;
-  fmt::print("{}\n", result.dump(2));
+  print_json_value(result);
 }
 
 void run(const StandArguments& arguments) {

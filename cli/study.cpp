@@ -20,6 +20,7 @@
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_configuration.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -201,23 +202,20 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
                        {"notes", record.study.notes},
                        {"results", ordered_json::array()}};
   for (const study::ResponseStudy& result : record.study.results) {
-    const auto number = [](double value) {
-      return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-    };
     summary["results"].push_back(
         {{"species", result.species},
          {"response", result.response},
          {"n", result.rows.size()},
-         {"model", result.ols ? ordered_json(result.ols->fit.model) : ordered_json(nullptr)},
+         {"model", text_or_null(result.ols ? result.ols->fit.model : "")},
          {"covariates", chosen_terms(result.covariates, "; ")},
          {"random", chosen_terms(result.random, " + ")},
          {"variance", result.nlme ? result.nlme->fit.variance.function().text() : ""},
-         {"r2_ols", number(result.ols ? result.ols->fit.population.r2 : NAN)},
-         {"r2_nlme", number(result.nlme ? result.nlme->fit.conditional.r2 : NAN)},
+         {"r2_ols", number_or_null(result.ols ? result.ols->fit.population.r2 : NAN)},
+         {"r2_nlme", number_or_null(result.nlme ? result.nlme->fit.conditional.r2 : NAN)},
          {"converged", result.converged()},
          {"verdict", result.verdict()}});
   }
-  fmt::print("{}\n", summary.dump(2));
+  print_json_value(summary);
 }
 
 /// Columns of the file that a study reads besides those of an inventory: covariates, the group, and

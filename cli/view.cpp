@@ -20,6 +20,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/view_data.hpp"
+#include "standard_output.hpp"
 #include "tree_table.hpp"
 
 namespace silvafit::cli {
@@ -131,18 +132,17 @@ void report(const ViewArguments& arguments,
   for (const std::string& note : view.notes) say(arguments.common, note);
   const std::size_t bytes = fs::file_size(page);
   if (arguments.common.json) {
-    fmt::print("{}\n",
-               ordered_json{{"schema", "silvafit-view-command/1"},
-                            {"silvafit", version()},
-                            {"page", page.string()},
-                            {"bytes", bytes},
-                            {"trees", view.trees},
-                            {"variants", view.variants},
-                            {"models", view.models},
-                            {"left_out", view.left_out.size()},
-                            {"notes", view.notes},
-                            {"seconds", seconds}}
-                   .dump());
+    print_json_value({{"schema", "silvafit-view-command/1"},
+                      {"silvafit", version()},
+                      {"page", page.string()},
+                      {"bytes", bytes},
+                      {"trees", view.trees},
+                      {"variants", view.variants},
+                      {"models", view.models},
+                      {"left_out", view.left_out.size()},
+                      {"notes", view.notes},
+                      {"seconds", seconds}},
+                     -1);
     return;
   }
   constexpr double kMegabyte = 1e6;
@@ -170,7 +170,7 @@ void run(ViewArguments& arguments) {
   const auto catalogue = tree::PresetCatalogue::load(data / "models");
   const study::View view = view_of_file(arguments, catalogue);
   const fs::path page = page_path(arguments);
-  write_report_page(data / "viewer" / "scene.html", view.data, options.title, page);
+  study::write_report_page(data / "viewer" / "scene.html", view.data, options.title, page);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report(arguments, view, page, seconds.count());
   if (arguments.does_not_open || arguments.common.json || !has_desktop()) return;

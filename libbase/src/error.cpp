@@ -5,6 +5,8 @@
 
 #include <utility>
 
+#include "silvafit/base/text.hpp"
+
 namespace silvafit {
 namespace {
 
@@ -27,7 +29,7 @@ std::string describe(const Place& place, std::string_view message) {
   if (place.line) text += fmt::format("{}{}", text.empty() ? "line " : ":", *place.line);
   if (!text.empty()) text += ": ";
   if (!place.column.empty()) text += place.column + ": ";
-  return text + std::string(message) + subject_of(place);
+  return with_visible_controls(text + std::string(message) + subject_of(place));
 }
 
 Error::Error(const std::string& message, Place place)

@@ -28,3 +28,8 @@ TEST_CASE("a formula error points at the column") {
   CHECK(error.position() == 7);
   CHECK(std::string(error.what()) == "column 7: unknown name 'dhb'\n  h ~ a*dhb\n        ^");
 }
+
+TEST_CASE("a name with control characters cannot move a terminal's cursor") {
+  const silvafit::InputError error("unknown species 'S\x1b[2J'", {.file = "a\x1b.csv"});
+  CHECK(std::string(error.what()) == "a\\x1b.csv: unknown species 'S\\x1b[2J'");
+}

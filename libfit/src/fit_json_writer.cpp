@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "intervals_json.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
@@ -282,7 +283,7 @@ std::string to_json(const FittedModel& model, int indent) {
       {"seconds", number(fit.seconds)}};
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);
-  return result.dump(indent);
+  return json_text(result, indent);
 }
 
 }  // namespace silvafit::fit

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "degree.hpp"
+
 namespace silvafit::render {
 namespace {
 
@@ -57,7 +59,6 @@ Vector3f mixed(const Vector3f& a, const Vector3f& b, float share) { return a + s
 }  // namespace
 
 Vector3f sky_direction(double azimuth_deg, double elevation_deg) {
-  constexpr double kDegree = std::numbers::pi / 180.0;
   const double azimuth = kDegree * azimuth_deg;
   const double elevation = kDegree * elevation_deg;
   return Eigen::Vector3d(std::sin(azimuth) * std::cos(elevation),

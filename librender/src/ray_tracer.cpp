@@ -6,8 +6,8 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include "degree.hpp"
 #include "light.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -49,7 +49,6 @@ class Lens {
  public:
   Lens(const std::array<Vector3f, 2>& bounds, const RenderOptions& options)
       : width_(static_cast<float>(options.width)), height_(static_cast<float>(options.height)) {
-    constexpr double kDegree = std::numbers::pi / 180.0;
     const Camera& camera = options.camera;
     Vector3f target = 0.5F * (bounds[0] + bounds[1]);
     if (camera.target) {

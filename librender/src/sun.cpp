@@ -4,15 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string>
 
+#include "degree.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::render {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// The angle in [0, 360).
 double turned(double degrees) {

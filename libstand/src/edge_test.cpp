@@ -7,7 +7,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/unit_summary.hpp"
-#include "test_stand.hpp"
+#include "stand_test_support.hpp"
 
 using namespace silvafit::stand;
 using namespace silvafit::stand::test;

@@ -7,7 +7,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/unit_summary.hpp"
-#include "test_stand.hpp"
+#include "stand_test_support.hpp"
 #include "unit_indices.hpp"
 
 using namespace silvafit::stand;

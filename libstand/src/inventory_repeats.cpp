@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "inventory_columns.hpp"
+#include "silvafit/base/error.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -56,6 +57,45 @@ class IdSupply {
   std::map<PlotAndTree, std::size_t> last_number_{};
 };
 
+void exclude_same_tree(const RepeatedTree& tree,
+                       const std::string& tree_column,
+                       CheckedInventory& checked) {
+  const Inventory& inventory = checked.inventory;
+  ++checked.excluded_tree_count;
+  checked.excluded.push_back(
+      {.line = inventory.lines[tree.row],
+       .plot = std::string(inventory.plot[tree.row]),
+       .tree = std::string(inventory.tree[tree.row]),
+       .column = tree_column,
+       .value = std::string(inventory.tree[tree.row]),
+       .reason = fmt::format("the same tree is on line {}", inventory.lines[tree.first_row])});
+}
+
+void keep_rows(const std::vector<std::size_t>& rows,
+               Inventory& inventory,
+               std::vector<std::size_t>& positions) {
+  if (rows.size() == inventory.size()) return;
+  const auto select = [&rows](auto& values) {
+    if (values.empty()) return;
+    for (std::size_t i = 0; i < rows.size(); ++i) values[i] = values[rows[i]];
+    values.resize(rows.size());
+  };
+  const auto select_text = [&rows](data::TextColumn& column) {
+    data::TextColumn kept;
+    kept.reserve(rows.size());
+    for (const std::size_t row : rows) {
+      column.is_missing(row) ? kept.append_missing() : kept.append(column[row]);
+    }
+    column = std::move(kept);
+  };
+  for (std::size_t i = 0; i < kMeasureCount; ++i) select(values_of(inventory, i));
+  select(inventory.lines);
+  select(positions);
+  select_text(inventory.plot);
+  select_text(inventory.tree);
+  select_text(inventory.species);
+}
+
 }  // namespace
 
 std::vector<RepeatedTree> repeated_trees(const Inventory& inventory) {
@@ -89,6 +129,41 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory) {
     tree.new_id = ids.next(inventory.plot.code(tree.row), std::string(inventory.tree[tree.row]));
   }
   return repeated;
+}
+
+void resolve_repeated_trees(const std::string& tree_column,
+                            CheckedInventory& checked,
+                            std::vector<std::size_t>& positions) {
+  Inventory& inventory = checked.inventory;
+  const std::vector<RepeatedTree> repeated = repeated_trees(inventory);
+  if (repeated.empty()) return;
+  std::vector<std::size_t> kept;
+  data::TextColumn ids;
+  std::size_t renamed = 0;
+  std::string first_renamed;
+  auto next = repeated.begin();
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    const bool is_repeated = next != repeated.end() && next->row == row;
+    if (is_repeated && next->is_same_tree) {
+      exclude_same_tree(*next++, tree_column, checked);
+      continue;
+    }
+    kept.push_back(row);
+    ids.append(is_repeated ? std::string_view(next->new_id) : inventory.tree[row]);
+    if (!is_repeated) continue;
+    if (renamed++ == 0) first_renamed = describe(inventory.place(row), "now " + next->new_id);
+    ++next;
+  }
+  keep_rows(kept, inventory, positions);
+  inventory.tree = std::move(ids);
+  std::ranges::stable_sort(checked.excluded, {}, &ExcludedRow::line);
+  if (renamed > 0) {
+    checked.notes.push_back(fmt::format(
+        "{} trees have the number of another tree of their plot and got one of their own, the "
+        "first: {}",
+        renamed,
+        first_renamed));
+  }
 }
 
 }  // namespace silvafit::stand

@@ -23,4 +23,12 @@ struct RepeatedTree {
 /// is no reason to lose one of them.
 std::vector<RepeatedTree> repeated_trees(const Inventory& inventory);
 
+/// Excludes rows that tell of a tree once more, and gives other trees ids of their own.
+/// \param tree_column  what the file calls the tree's id
+/// \param checked      gets the exclusions, in the order of lines, and a note of new ids
+/// \param positions    for each tree its row of the file; loses those of excluded rows
+void resolve_repeated_trees(const std::string& tree_column,
+                            CheckedInventory& checked,
+                            std::vector<std::size_t>& positions);
+
 }  // namespace silvafit::stand

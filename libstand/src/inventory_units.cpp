@@ -11,6 +11,7 @@
 
 #include "inventory_checks.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/median.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -24,10 +25,7 @@ constexpr std::size_t kEnoughTrees = 10;
 double positive_median(const std::vector<double>& values) {
   std::vector<double> positive;
   std::ranges::copy_if(values, std::back_inserter(positive), [](double v) { return v > 0.0; });
-  if (positive.empty()) return 0.0;
-  const auto middle = positive.begin() + static_cast<std::ptrdiff_t>(positive.size() / 2);
-  std::ranges::nth_element(positive, middle);
-  return *middle;
+  return positive.empty() ? 0.0 : median(std::move(positive));
 }
 
 /// Median of h / dbh, both in the same unit; 0 where no tree has both. Stands have 20 to 200.

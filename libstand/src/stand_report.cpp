@@ -131,7 +131,11 @@ StandReport ReportMaker::run() {
   std::vector<SampledArea> areas = find_areas();
   note_trees_left_out(areas);
   const std::vector<std::string> strata = strata_of(areas);
-  if (areas.empty()) throw InputError("no plot has an area", {.file = inventory_.file});
+  if (areas.empty())
+    throw InputError(
+        "no plot has an area; convex hulls need three trees that are not in a line: give --window, "
+        "--circle or --plot-area",
+        {.file = inventory_.file});
   add_structure();
   add_species(areas);
   report_.strata = stratum_figures(inventory_, areas, strata, options_.stratum_areas_ha);

@@ -8,7 +8,7 @@
 
 #include "reference.hpp"
 #include "silvafit/base/error.hpp"
-#include "test_stand.hpp"
+#include "stand_test_support.hpp"
 
 using namespace silvafit::stand;
 using namespace silvafit::stand::test;
@@ -253,6 +253,10 @@ TEST_CASE("a report counts plots without trees, and says what it leaves out") {
       });
   CHECK_THAT(notes, Contains("1 trees without position or outside"));
   CHECK_THAT(notes, Contains("1 plots have a window and no tree"));
+
+  CHECK_THROWS_WITH(
+      stand_report(stand_of({{.x = 1}, {.x = 2}}), {}),
+      Contains("no plot has an area") && Contains("--window") && Contains("--plot-area"));
 
   stand.x.clear();
   stand.y.clear();

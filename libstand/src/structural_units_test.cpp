@@ -9,7 +9,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/stand/unit_summary.hpp"
-#include "test_stand.hpp"
+#include "stand_test_support.hpp"
 
 using namespace silvafit::stand;
 using namespace silvafit::stand::test;

@@ -2,8 +2,6 @@
 // Which format a file of windows has, and what all formats share.
 #include "window_files.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <iterator>

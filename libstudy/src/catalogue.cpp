@@ -13,6 +13,7 @@
 
 #include "json_reader.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/median.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -210,13 +211,6 @@ double evaluate(const data::Expression& expression, const std::map<std::string, 
     numbers.push_back(value);
   }
   return expression.value(names, numbers);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 void summarize(const std::string& column,

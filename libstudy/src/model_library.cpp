@@ -9,9 +9,11 @@
 #include <utility>
 
 #include "json_reader.hpp"
+#include "json_values.hpp"
 #include "published_library.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::study {
@@ -20,10 +22,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::string_view kSchema = "silvafit-library/1";
-
-ordered_json text_or_null(const std::string& text) {
-  return text.empty() ? ordered_json(nullptr) : ordered_json(text);
-}
 
 std::string text_or_empty(const JsonReader& json, std::string_view key) {
   const JsonReader value = json.at(key);
@@ -44,7 +42,7 @@ void check_schema(const JsonReader& json) {
 /// The text of a fit within the file, its members in their own order, on which that of groups
 /// depends.
 fit::FittedModel read_fit(const ordered_json& json, const JsonReader& place) {
-  return fit::from_json(json.dump(), place.file(), place.key());
+  return fit::from_json(json_text(json), place.file(), place.key());
 }
 
 LibraryModel plain_model(fit::FittedModel fit) {
@@ -123,7 +121,7 @@ std::string to_json(const ModelLibrary& library) {
                               {"trees", library.inventory.trees},
                               {"commonest_dbh", library.inventory.commonest_dbh_cm}}},
                             {"models", std::move(models)}};
-  return result.dump(1) + "\n";
+  return json_text(result, 1) + "\n";
 }
 
 void write_library(const ModelLibrary& library, const std::filesystem::path& path) {
@@ -140,10 +138,17 @@ ModelLibrary read_library(const std::filesystem::path& path) {
 
 std::vector<std::string> published_libraries(const std::filesystem::path& models_directory) {
   std::vector<std::string> names;
-  std::error_code ignored;
   const std::filesystem::path folder = models_directory / "published";
-  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  try {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    }
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw InputError(
+        fmt::format("the published libraries cannot be read ({}); reinstall silvafit, or say where "
+                    "its folder models is",
+                    error.code().message()),
+        {.file = folder.string()});
   }
   std::ranges::sort(names);
   return names;

@@ -78,8 +78,11 @@ std::vector<ResponseModels> chosen_models(const ModelLibrary& library,
     }
   }
   if (result.empty()) {
-    throw UsageError(fmt::format(
-        "the library has no model of the role {}; it has {}", role, fmt::join(roles, ", ")));
+    if (library.models.empty()) throw InputError("the library has no models at all");
+    throw UsageError(
+        fmt::format("the library has no model of the role {} that converged; it has {}",
+                    role,
+                    fmt::join(roles, ", ")));
   }
   return result;
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The data of the report page: what was found, as docs/report-data.md lays it out.
+#include "silvafit/study/report_data.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,11 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "json_values.hpp"
+#include "report_fit.hpp"
 #include "report_map.hpp"
 #include "report_repeat.hpp"
-#include "report_values.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/fit_json.hpp"
-#include "silvafit/study/study_files.hpp"
 #include "study_curves.hpp"
 #include "study_tables.hpp"
 
@@ -22,8 +25,6 @@ namespace silvafit::study {
 namespace {
 
 using nlohmann::ordered_json;
-using report::number;
-using report::numbers;
 
 // More points than this only blacken the page; every k-th tree is shown then.
 constexpr std::size_t kMostPoints = 4000;
@@ -33,11 +34,11 @@ void add_criteria(ordered_json& row, const Candidate& candidate) {
   row["converged"] = fit.convergence.converged;
   row["verdict"] = fit.convergence.verdict;
   row["k"] = fit.parameter_count;
-  row["log_likelihood"] = number(fit.log_likelihood);
-  row["aic"] = number(fit.aic());
-  row["bic"] = number(fit.bic());
+  row["log_likelihood"] = number_or_null(fit.log_likelihood);
+  row["aic"] = number_or_null(fit.aic());
+  row["bic"] = number_or_null(fit.bic());
   const auto& validated = candidate.cross_validated;
-  row["cv_rmse"] = validated ? number(validated->rmse) : ordered_json(nullptr);
+  row["cv_rmse"] = validated ? number_or_null(validated->rmse) : ordered_json(nullptr);
   row["cv_failed_folds"] = validated ? ordered_json(validated->failed) : ordered_json(nullptr);
   row["rank"] = candidate.rank > 0 ? ordered_json(candidate.rank) : ordered_json(nullptr);
   row["chosen"] = candidate.chosen;
@@ -45,16 +46,16 @@ void add_criteria(ordered_json& row, const Candidate& candidate) {
 
 void add_test(ordered_json& row, const Candidate& candidate) {
   const auto& test = candidate.test;
-  row["likelihood_ratio"] = test ? number(test->statistic) : ordered_json(nullptr);
+  row["likelihood_ratio"] = test ? number_or_null(test->statistic) : ordered_json(nullptr);
   row["df"] = test ? ordered_json(test->degrees_of_freedom) : ordered_json(nullptr);
-  row["p"] = test ? number(test->p) : ordered_json(nullptr);
+  row["p"] = test ? number_or_null(test->p) : ordered_json(nullptr);
 }
 
 void add_accuracy(ordered_json& row, const fit::FitStatistics& values) {
-  row["r2"] = number(values.r2);
-  row["mean_error"] = number(values.mean_error);
-  row["rmse"] = number(values.rmse);
-  row["mae"] = number(values.mae);
+  row["r2"] = number_or_null(values.r2);
+  row["mean_error"] = number_or_null(values.mean_error);
+  row["rmse"] = number_or_null(values.rmse);
+  row["mae"] = number_or_null(values.mae);
 }
 
 ordered_json base_rows(const ResponseStudy& result, const Catalogue& catalogue) {
@@ -102,10 +103,11 @@ ordered_json variance_rows(const ResponseStudy& result) {
     const fit::VarianceEstimate& variance = candidate.fit.variance;
     const fit::VarianceFunction function = variance.function();
     const int count = function.parameter_count();
-    ordered_json row{{"function", function.text()},
-                     {"of", count > 0 ? ordered_json("fitted") : ordered_json(nullptr)},
-                     {"delta", count > 0 ? number(variance.delta()) : ordered_json(nullptr)},
-                     {"constant", count > 1 ? number(variance.constant()) : ordered_json(nullptr)}};
+    ordered_json row{
+        {"function", function.text()},
+        {"of", count > 0 ? ordered_json("fitted") : ordered_json(nullptr)},
+        {"delta", count > 0 ? number_or_null(variance.delta()) : ordered_json(nullptr)},
+        {"constant", count > 1 ? number_or_null(variance.constant()) : ordered_json(nullptr)}};
     add_test(row, candidate);
     add_criteria(row, candidate);
     rows.push_back(std::move(row));
@@ -113,15 +115,15 @@ ordered_json variance_rows(const ResponseStudy& result) {
   return rows;
 }
 
-ordered_json fit_object(const std::optional<fit::FitResult>& result) {
-  return result ? report::fit_object(result->fit) : ordered_json(nullptr);
+ordered_json fit_or_null(const std::optional<fit::FitResult>& result) {
+  return result ? fit_object(result->fit) : ordered_json(nullptr);
 }
 
 ordered_json gain(const ResponseStudy& result) {
   if (!result.ols || !result.nlme) return {{"population", nullptr}, {"conditional", nullptr}};
   const double ols = result.ols->fit.population.r2;
-  return {{"population", number(100.0 * (result.nlme->fit.population.r2 - ols))},
-          {"conditional", number(100.0 * (result.nlme->fit.conditional.r2 - ols))}};
+  return {{"population", number_or_null(100.0 * (result.nlme->fit.population.r2 - ols))},
+          {"conditional", number_or_null(100.0 * (result.nlme->fit.conditional.r2 - ols))}};
 }
 
 /// Values of a fit by the position of the tree among the rows of the result; NaN without a fit.
@@ -186,7 +188,7 @@ class Observations {
 
   ordered_json chosen(const std::vector<double>& values) const {
     ordered_json array = ordered_json::array();
-    for (const std::size_t i : shown_) array.push_back(number(values[i]));
+    for (const std::size_t i : shown_) array.push_back(number_or_null(values[i]));
     return array;
   }
 
@@ -202,22 +204,24 @@ class Observations {
 };
 
 ordered_json curves_object(const Curves& curves) {
-  ordered_json object{{"held_at", ordered_json::object()}, {"dbh", numbers(curves.dbh_cm)}};
-  for (const auto& [name, value] : curves.held_at) object["held_at"][name] = number(value);
-  if (!curves.h_m.empty()) object["h"] = numbers(curves.h_m);
-  object["ols"] = numbers(curves.ols);
-  object["population"] = numbers(curves.population);
+  ordered_json object{{"held_at", ordered_json::object()}, {"dbh", numbers_or_null(curves.dbh_cm)}};
+  for (const auto& [name, value] : curves.held_at) object["held_at"][name] = number_or_null(value);
+  if (!curves.h_m.empty()) object["h"] = numbers_or_null(curves.h_m);
+  object["ols"] = numbers_or_null(curves.ols);
+  object["population"] = numbers_or_null(curves.population);
   object["plots"] = ordered_json::object();
-  for (const auto& [plot, values] : curves.plots) object["plots"][plot] = numbers(values);
+  for (const auto& [plot, values] : curves.plots) object["plots"][plot] = numbers_or_null(values);
   object["by_class"] = ordered_json::array();
   for (const ClassCurves& each : curves.by_class) {
     ordered_json entry{{"covariate", each.covariate},
-                       {"classes", numbers(each.classes)},
+                       {"classes", numbers_or_null(each.classes)},
                        {"trees", each.trees},
                        {"covariates", ordered_json::array()},
                        {"population", ordered_json::array()}};
-    for (const auto& values : each.covariates) entry["covariates"].push_back(numbers(values));
-    for (const auto& values : each.population) entry["population"].push_back(numbers(values));
+    for (const auto& values : each.covariates)
+      entry["covariates"].push_back(numbers_or_null(values));
+    for (const auto& values : each.population)
+      entry["population"].push_back(numbers_or_null(values));
     object["by_class"].push_back(std::move(entry));
   }
   return object;
@@ -239,9 +243,9 @@ ordered_json result_object(const ResponseStudy& result,
                       {"random", random_rows(result)},
                       {"variance", variance_rows(result)},
                       {"fits",
-                       {{"ols", fit_object(result.ols)},
-                        {"covariates", fit_object(result.with_covariates)},
-                        {"nlme", fit_object(result.nlme)}}},
+                       {{"ols", fit_or_null(result.ols)},
+                        {"covariates", fit_or_null(result.with_covariates)},
+                        {"nlme", fit_or_null(result.nlme)}}},
                       {"gain", gain(result)},
                       {"observations", Observations(result, record.table).json()}};
   const auto curves = curves_of(result, record);
@@ -304,13 +308,13 @@ const char* kind_text(ColumnKind kind) {
 ordered_json cell_value(const TableCell& cell) {
   if (const auto* text = std::get_if<std::string>(&cell)) return *text;
   const auto* value = std::get_if<double>(&cell);
-  return value != nullptr ? number(*value) : ordered_json(nullptr);
+  return value != nullptr ? number_or_null(*value) : ordered_json(nullptr);
 }
 
 /// The tables that sum up the whole study, as its folder has them.
 ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogue) {
   ordered_json tables = ordered_json::array();
-  for (const StudyTable& table : study_tables(record, catalogue)) {
+  for (const FormattedTable& table : study_tables(record, catalogue)) {
     const bool is_summary =
         table.name == "species" || table.name == "gains" || table.name == "level_tests";
     if (!is_summary || table.rows.empty()) continue;
@@ -362,7 +366,7 @@ std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
   }
   report["tables"] = summary_tables(record, catalogue);
   if (auto map = report_map(record)) report["map"] = std::move(*map);
-  return report.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  return json_text(report);
 }
 
 }  // namespace silvafit::study

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The data of the report page against the study that they show.
+#include "silvafit/study/report_data.hpp"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "silvafit/fit/prediction.hpp"
-#include "study_record_support.hpp"
+#include "study_record_test_support.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;

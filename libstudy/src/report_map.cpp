@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "json_values.hpp"
 #include "silvafit/stand/species_table.hpp"
 
 namespace silvafit::study {
@@ -18,10 +19,6 @@ constexpr std::size_t kMostTrees = 20000;
 ordered_json millimeters(double value) {
   if (!std::isfinite(value)) return nullptr;
   return std::round(value * 1e3) / 1e3;
-}
-
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
 }
 
 ordered_json ring(const std::vector<stand::Point>& corners) {
@@ -45,8 +42,7 @@ ordered_json rings_of(const stand::Window& window) {
 ordered_json areas_of(const stand::Inventory& inventory, const stand::PlotWindows& windows) {
   ordered_json areas = ordered_json::array();
   const auto add = [&areas](const std::string& name, ordered_json rings) {
-    areas.push_back({{"name", name.empty() ? ordered_json(nullptr) : ordered_json(name)},
-                     {"rings", std::move(rings)}});
+    areas.push_back({{"name", text_or_null(name)}, {"rings", std::move(rings)}});
   };
   if (windows.domains.empty()) {
     for (const std::string& plot : inventory.plot.levels()) add(plot, ordered_json::array());
@@ -79,7 +75,7 @@ class TreeColumns {
   }
   ordered_json measure(const std::vector<double>& values) const {
     return column(
-        [&](std::size_t tree) { return values.empty() ? nullptr : number(values[tree]); });
+        [&](std::size_t tree) { return values.empty() ? nullptr : number_or_null(values[tree]); });
   }
   ordered_json area_of(std::size_t tree) const;
   ordered_json neighbors_of(std::size_t tree) const;

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "silvafit/study/study_files.hpp"
+#include "silvafit/study/study_record.hpp"
 
 namespace silvafit::study {
 

@@ -7,13 +7,14 @@
 #include <nlohmann/json.hpp>
 
 #include "reference.hpp"
+#include "script_text.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace fs = std::filesystem;
 using Catch::Matchers::Contains;
-using silvafit::escape_for_script;
-using silvafit::write_report_page;
+using silvafit::study::escape_for_script;
+using silvafit::study::write_report_page;
 
 namespace {
 
@@ -56,6 +57,14 @@ TEST_CASE("a filled page keeps every byte of the template but for its tags") {
         "<!doctype html>\n<title>Fir &amp; beech</title>\n"
         "<script type=\"application/json\" id=\"report-data\">{\"n\": 1}</script>\n"
         "<script>\n  const f = ({a: {{}}, b}) => `${a}` + \"{{title}}\";\n\n</script>\n");
+}
+
+TEST_CASE("a title that is not UTF-8 makes a page that is") {
+  const Folder folder;
+  write_report_page(
+      folder.file("t.html", kTemplate), "{}", "S\u00e9ne\xff", folder.path / "r.html");
+  const std::string page = silvafit::read_file(folder.path / "r.html");
+  CHECK(between(page, "<title>", "</title>") == "S\u00e9ne\uFFFD");
 }
 
 TEST_CASE("no text in the data can leave its element or be taken for a tag") {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "silvafit/study/study_files.hpp"
+#include "silvafit/study/study_record.hpp"
 
 namespace silvafit::study {
 

@@ -92,6 +92,8 @@ TEST_CASE("a published library survives a library file") {
 TEST_CASE("what is neither a file nor a published library is refused with those there are") {
   CHECK(published_libraries(test::source_file("models")) ==
         std::vector<std::string>{"shanxia-2023"});
+  CHECK_THROWS_WITH(find_library("shanxia-2023", "/nowhere/models"),
+                    Contains("/nowhere/models/published") && Contains("No such file"));
   CHECK_THROWS_WITH(find_library("shanxia", test::source_file("models")),
                     Contains("shanxia: is neither") && Contains("shanxia-2023"));
 }

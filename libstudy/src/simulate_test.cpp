@@ -8,58 +8,20 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "covariance_root.hpp"
 #include "reference.hpp"
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/base/error.hpp"
-#include "silvafit/base/random.hpp"
 #include "silvafit/data/csv.hpp"
-#include "smooth_field.hpp"
+#include "simulation_test_support.hpp"
 
 using namespace silvafit;
 using nlohmann::json;
+using test::check_standard_normal;
+using test::mean;
+using test::plain_design;
+using test::stand_of;
+using test::variance;
 
 namespace {
-
-/// One species whose responses stay far from all limits, on 100 m x 100 m.
-json plain_design() {
-  return json::parse(R"({
-    "schema": "silvafit-design/1",
-    "plots": {"grid": {"columns": 2, "rows": 2, "width": 50, "height": 50}},
-    "stems": {"minimum_distance": 0.7, "patch_length": 15},
-    "species": [{
-      "code": "A", "density": 3000,
-      "dbh": {"minimum": 5, "mean": 24.86, "sd": 8.91},
-      "h": {"formula": "h ~ a + b*dbh", "fixed": {"a": 30, "b": 0.5}, "sigma": 1},
-      "hcb": {"formula": "hcb ~ a*h", "fixed": {"a": 0.5}, "sigma": 1},
-      "cw": {"formula": "cw ~ a + b*dbh", "fixed": {"a": 3, "b": 0.05}, "sigma": 0.2}
-    }]
-  })");
-}
-
-study::SimulatedStand stand_of(const json& design, std::uint64_t seed = 1) {
-  return study::simulate(study::parse_design(design.dump(), "design.json"), seed);
-}
-
-double mean(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
-double variance(const std::vector<double>& values) {
-  const double center = mean(values);
-  double sum = 0.0;
-  for (const double value : values) sum += (value - center) * (value - center);
-  return sum / static_cast<double>(values.size() - 1);
-}
-
-/// Mean 0 and variance 1, as standard normal variates have them.
-void check_standard_normal(const std::vector<double>& values) {
-  const auto n = static_cast<double>(values.size());
-  CHECK(std::abs(mean(values)) < 4.0 / std::sqrt(n));
-  CHECK(std::abs(variance(values) - 1.0) < 4.0 * std::sqrt(2.0 / n));
-}
 
 std::string csv_of(const study::SimulatedStand& stand) {
   std::ostringstream stream;
@@ -302,119 +264,6 @@ TEST_CASE("the inventory reader takes every simulated tree") {
   CHECK(read.excluded.empty());
   CHECK(read.inventory.size() == stand.inventory.size());
   CHECK(read.inventory.cw_m == stand.inventory.cw_m);
-}
-
-TEST_CASE("designs that cannot be drawn are refused with the reason") {
-  json design = plain_design();
-  SECTION("no room") {
-    design["stems"]["minimum_distance"] = 3;
-    CHECK_THROWS_AS(stand_of(design), InputError);
-    CHECK_THROWS_WITH(stand_of(design),
-                      Catch::Contains("stems.minimum_distance") && Catch::Contains("no room"));
-  }
-  SECTION("too few trees for neighbors") {
-    design["species"][0]["density"] = 12;
-    design["neighbors"] = {{"count", 4}, {"within", "plot"}};
-    CHECK_THROWS_WITH(stand_of(design),
-                      Catch::Contains("neighbors.count") && Catch::Contains("too few"));
-  }
-  SECTION("a mean that is not finite") {
-    design["species"][0]["h"]["formula"] = "h ~ a + b*log(5 - dbh)";
-    CHECK_THROWS_AS(stand_of(design), DomainError);
-  }
-}
-
-TEST_CASE("a wrong key or value of a design is named") {
-  struct Mistake {
-    const char* pointer;
-    const char* value;
-    const char* message;
-  };
-  const Mistake mistakes[] = {
-      {"/plots/grid/rows", "0", "plots.grid.rows: must be a whole number above 0, is 0"},
-      {"/plots/grid/width", "-3", "plots.grid.width: must be above 0"},
-      {"/plots",
-       R"([{"id":"1","x0":0,"y0":0,"x1":9,"y1":9},{"id":"2","x0":5,"y0":0,"x1":9,"y1":9}])",
-       "plots: the plots 1 and 2 overlap"},
-      {"/plots", R"([{"id":"1","x0":9,"y0":0,"x1":0,"y1":9}])", "plots[0]: x0 must be below x1"},
-      {"/schema", R"("silvafit-design/9")", "schema: must be one of silvafit-design/1"},
-      {"/specie", "1", "the key \"specie\" is not known here"},
-      {"/species/0/code", "7", "species[0].code: must be a text, is 7"},
-      {"/species/0/density", "\"many\"", "species[0].density: must be a number, is \"many\""},
-      {"/species/0/dbh/mean", "4", "species[0].dbh.mean: must be above the minimum of 5 cm"},
-      {"/species/0/dbh/plot_log_sd", "2", "species[0].dbh.plot_log_sd: the plots alone"},
-      {"/species/0/h/formula", R"("h ~ a + b*D")", "species[0].h"},
-      {"/species/0/h/formula", R"("h ~ a + (b*dbh")", "species[0].h.formula: column"},
-      {"/species/0/h/formula", R"("cw ~ a + b*dbh")", "species[0].h.formula: must begin with h ~"},
-      {"/species/0/h/formula",
-       R"("h ~ a + b*dbh + C")",
-       "'C' can enter by a parameter's sub-model"},
-      {"/species/0/h/parameters",
-       R"(["b ~ 1 + X"])",
-       "species[0].h.parameters[0]: 'X' is no covariate"},
-      {"/species/0/h/parameters",
-       R"(["q ~ 1 + C"])",
-       "species[0].h.parameters[0]: 'q' is no parameter"},
-      {"/species/0/h/parameters", R"(["b ~ 1 + C"])", "species[0].h.fixed: must give a, b, b:C"},
-      {"/species/0/h/random",
-       R"({"effects": ["c"], "variance": [1]})",
-       "species[0].h.random.effects: 'c' is no coefficient"},
-      {"/species/0/h/random",
-       R"({"effects": ["a"], "variance": [1, 2]})",
-       "species[0].h.random.variance: must have 1 numbers"},
-      {"/species/0/h/random",
-       R"({"effects": ["a", "b"], "variance": [1, 1], "correlation": [[1, 2], [2, 1]]})",
-       "species[0].h.random: the covariance of the effects is not positive semidefinite"},
-      {"/species/0/h/random",
-       R"({"effects": ["a", "b"], "covariance": [[1, 0.5], [0.4, 1]]})",
-       "species[0].h.random.covariance: must be symmetric"},
-      {"/species/0/h/variance", R"({"function": "power"})", "the key \"delta\" is missing"},
-      {"/species/0/h/variance",
-       R"({"function": "none", "delta": 1})",
-       "species[0].h.variance.delta: this function has none"},
-      {"/species/0/h/variance", R"({"function": "cubic"})", "species[0].h.variance.function: "},
-      {"/species/0/h/residual_rms", "1", "species[0].h: needs either sigma or residual_rms"},
-      {"/neighbors",
-       R"({"count": 4, "within": "forest"})",
-       "neighbors.within: must be one of stand, plot"},
-  };
-  for (const Mistake& mistake : mistakes) {
-    json design = plain_design();
-    design[json::json_pointer(mistake.pointer)] = json::parse(mistake.value);
-    INFO(mistake.pointer << " = " << mistake.value);
-    CHECK_THROWS_AS(study::parse_design(design.dump(), "design.json"), InputError);
-    CHECK_THROWS_WITH(study::parse_design(design.dump(), "design.json"),
-                      Catch::StartsWith("design.json: ") && Catch::Contains(mistake.message));
-  }
-}
-
-TEST_CASE("covariance roots exist for singular matrices, not for indefinite ones") {
-  Eigen::MatrixXd singular(3, 3);
-  singular << 4, 2, 0, 2, 1, 0, 0, 0, 0;
-  const auto root = study::covariance_root(singular);
-  REQUIRE(root.has_value());
-  CHECK((*root * root->transpose() - singular).cwiseAbs().maxCoeff() < 1e-15);
-  Eigen::MatrixXd indefinite(2, 2);
-  indefinite << 1, 1.01, 1.01, 1;
-  CHECK_FALSE(study::covariance_root(indefinite).has_value());
-  Eigen::MatrixXd covariance_without_variance(2, 2);
-  covariance_without_variance << 0, 0.1, 0.1, 1;
-  CHECK_FALSE(study::covariance_root(covariance_without_variance).has_value());
-}
-
-TEST_CASE("smooth fields have unit variance and fall off over their length") {
-  constexpr int kFields = 4000;
-  Random random(3);
-  std::vector<double> here;
-  std::vector<double> products;
-  for (int i = 0; i < kFields; ++i) {
-    const study::SmoothField field(20.0, random);
-    here.push_back(field(13.0, 41.0));
-    products.push_back(here.back() * field(33.0, 41.0));
-  }
-  check_standard_normal(here);
-  // Correlation exp(-d^2 / (2 length^2)) at d = length; the product's variance is at most 2.
-  CHECK(std::abs(mean(products) - std::exp(-0.5)) < 4.0 * std::sqrt(2.0 / kFields));
 }
 
 namespace {

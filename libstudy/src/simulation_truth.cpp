@@ -2,6 +2,7 @@
 // What a simulated stand was made of, as JSON.
 #include <nlohmann/json.hpp>
 
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/study/simulate.hpp"
 
 namespace silvafit::study {
@@ -85,7 +86,7 @@ std::string truth_json(const SimulationDesign& design,
                                        {"hcb", response(species.hcb, drawn.hcb, design.plots)},
                                        {"cw", response(species.cw, drawn.cw, design.plots)}};
   }
-  return result.dump(2) + "\n";
+  return json_text(result, 2) + "\n";
 }
 
 }  // namespace silvafit::study

@@ -10,6 +10,7 @@
 #include "json_reader.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::study {
@@ -124,7 +125,7 @@ class CommentedJson {
   void comment(const std::string& text) { text_ += "  // " + text + "\n"; }
   void blank() { text_ += "\n"; }
   void add(const std::string& key, const ordered_json& value, const std::string& note = "") {
-    text_ += fmt::format("  \"{}\": {},", key, value.dump());
+    text_ += fmt::format("  \"{}\": {},", key, json_text(value));
     if (!note.empty()) text_ += "  // " + note;
     text_ += "\n";
   }
@@ -137,7 +138,7 @@ class CommentedJson {
   }
   /// The last entry, which no comma follows.
   std::string finish(const std::string& key, const ordered_json& value, const std::string& note) {
-    text_ += fmt::format("  \"{}\": {}  // {}\n", key, value.dump(), note);
+    text_ += fmt::format("  \"{}\": {}  // {}\n", key, json_text(value), note);
     return "{\n" + text_ + "}\n";
   }
 

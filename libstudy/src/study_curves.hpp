@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "silvafit/study/study_files.hpp"
+#include "silvafit/study/study_record.hpp"
 
 namespace silvafit::study {
 

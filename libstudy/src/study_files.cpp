@@ -9,8 +9,11 @@
 
 #include "fingerprint.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
+#include "silvafit/study/report_data.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/scenes.hpp"
 
@@ -99,7 +102,18 @@ std::string run_json(const StudyRecord& record, const ModelLibrary& library) {
     run["stages"].push_back(
         {{"name", stage.name}, {"fits", stage.fits}, {"seconds", stage.seconds}});
   }
-  return run.dump(2) + "\n";
+  return json_text(run, 2) + "\n";
+}
+
+/// Those of an earlier study are of other trees; a reader would take them for this study's.
+void remove_earlier_indices(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::remove(path, error);
+  if (!error) return;
+  throw InputError(fmt::format("is of an earlier study and cannot be removed ({}); remove it, or "
+                               "choose another folder",
+                               error.message()),
+                   {.file = path.string()});
 }
 
 }  // namespace
@@ -162,9 +176,7 @@ void write_study(const StudyRecord& record,
     stand::write_structural_units(record.inventory.inventory, *record.units, units);
     write_file(folder / "indices.csv", units.str());
   } else {
-    // Those of an earlier study would be of other trees.
-    std::error_code ignored;
-    std::filesystem::remove(folder / "indices.csv", ignored);
+    remove_earlier_indices(folder / "indices.csv");
   }
   data::write_csv_table(predictions_of(record, library), folder / "predictions.csv");
   stand::write_excluded(record.inventory.excluded, folder / "excluded.csv");

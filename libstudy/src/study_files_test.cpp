@@ -6,7 +6,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "study_record_support.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "study_record_test_support.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;
@@ -115,4 +116,21 @@ TEST_CASE("numbers of the tables read back as the same doubles") {
     CHECK(table.numbers("bic")[i] == fit.bic());
     CHECK(table.numbers("rmse")[i] == fit.population.rmse);
   }
+}
+
+TEST_CASE("indices of an earlier study go, or the study is refused") {
+  const test::RecordedStudy recorded({});
+  const ScratchFolder folder;
+  const std::filesystem::path page = folder.path() / "template.html";
+  write_file(page, "{{=<% %>=}}<title><% title %></title><script><%& data %></script>");
+  const std::filesystem::path out = folder.path() / "out";
+  const std::filesystem::path indices = out / "indices.csv";
+  write_file(indices, "plot,tree,W\n1,1,0.5\n");
+  write_study(recorded.record, test::catalogue(), page, out);
+  CHECK_FALSE(std::filesystem::exists(indices));
+  // A folder with something in it cannot be removed like a file, whoever runs the test.
+  write_file(indices / "other", "");
+  CHECK_THROWS_WITH(
+      write_study(recorded.record, test::catalogue(), page, out),
+      Catch::Matchers::Contains("indices.csv") && Catch::Matchers::Contains("earlier study"));
 }

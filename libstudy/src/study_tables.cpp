@@ -86,8 +86,8 @@ std::string joined_terms(const Candidate& candidate, const char* joint) {
   return fmt::format("{}", fmt::join(candidate.terms, joint));
 }
 
-StudyTable candidates_table(const Study& study, const Catalogue& catalogue) {
-  StudyTable table{
+FormattedTable candidates_table(const Study& study, const Catalogue& catalogue) {
+  FormattedTable table{
       .name = "candidates",
       .caption = "Level 1: base models by least squares",
       .columns = joined(
@@ -107,8 +107,8 @@ StudyTable candidates_table(const Study& study, const Catalogue& catalogue) {
   return table;
 }
 
-StudyTable covariates_table(const Study& study) {
-  StudyTable table{
+FormattedTable covariates_table(const Study& study) {
+  FormattedTable table{
       .name = "covariates",
       .caption = "Level 2: covariates on parameters of the base model",
       .columns = joined(
@@ -126,8 +126,8 @@ StudyTable covariates_table(const Study& study) {
   return table;
 }
 
-StudyTable random_effects_table(const Study& study) {
-  StudyTable table{
+FormattedTable random_effects_table(const Study& study) {
+  FormattedTable table{
       .name = "random_effects",
       .caption = "Level 3: random effects, tested against none",
       .columns = joined(
@@ -148,8 +148,8 @@ StudyTable random_effects_table(const Study& study) {
   return table;
 }
 
-StudyTable variance_functions_table(const Study& study) {
-  StudyTable table{
+FormattedTable variance_functions_table(const Study& study) {
+  FormattedTable table{
       .name = "variance_functions",
       .caption = "Level 3: variance functions",
       .columns = joined(joined(joined(kSubject,
@@ -181,17 +181,17 @@ std::vector<std::pair<std::string, const fit::FittedModel*>> chosen_fits(
   return fits;
 }
 
-StudyTable estimates_table(const Study& study) {
-  StudyTable table{.name = "estimates",
-                   .caption = "Coefficients of the chosen models",
-                   .columns = joined(kSubject,
-                                     {{"level", "Level"},
-                                      {"coefficient", "Coefficient"},
-                                      {"estimate", "Estimate", ColumnKind::kEstimate},
-                                      {"se", "Standard error", ColumnKind::kEstimate},
-                                      {"df", "df", ColumnKind::kCount},
-                                      {"t", "t", ColumnKind::kCriterion},
-                                      {"p", "p", ColumnKind::kP}})};
+FormattedTable estimates_table(const Study& study) {
+  FormattedTable table{.name = "estimates",
+                       .caption = "Coefficients of the chosen models",
+                       .columns = joined(kSubject,
+                                         {{"level", "Level"},
+                                          {"coefficient", "Coefficient"},
+                                          {"estimate", "Estimate", ColumnKind::kEstimate},
+                                          {"se", "Standard error", ColumnKind::kEstimate},
+                                          {"df", "df", ColumnKind::kCount},
+                                          {"t", "t", ColumnKind::kCriterion},
+                                          {"p", "p", ColumnKind::kP}})};
   for (const ResponseStudy& result : study.results) {
     for (const auto& [level, fit] : chosen_fits(result)) {
       const Eigen::VectorXd errors = fit->standard_errors();
@@ -213,7 +213,9 @@ StudyTable estimates_table(const Study& study) {
   return table;
 }
 
-void add_components(const ResponseStudy& result, const fit::FittedModel& fit, StudyTable& table) {
+void add_components(const ResponseStudy& result,
+                    const fit::FittedModel& fit,
+                    FormattedTable& table) {
   const auto add = [&](const std::string& component, double value) {
     table.rows.push_back(joined(subject(result), {component, value}));
   };
@@ -234,8 +236,8 @@ void add_components(const ResponseStudy& result, const fit::FittedModel& fit, St
   if (parameters > 1) add("constant", fit.variance.constant());
 }
 
-StudyTable variance_components_table(const Study& study) {
-  StudyTable table{
+FormattedTable variance_components_table(const Study& study) {
+  FormattedTable table{
       .name = "variance_components",
       .caption = "Variance components of the chosen mixed models",
       .columns = joined(kSubject,
@@ -246,20 +248,21 @@ StudyTable variance_components_table(const Study& study) {
   return table;
 }
 
-StudyTable statistics_table(const Study& study) {
-  StudyTable table{.name = "statistics",
-                   .caption = "Fit statistics of the chosen models",
-                   .columns = joined(joined(joined(kSubject,
-                                                   {{"level", "Level"},
-                                                    {"prediction", "Prediction"},
-                                                    {"formula", "Formula"},
-                                                    {"n", "n", ColumnKind::kCount}}),
-                                            kStatistics),
-                                     {{"k", "k", ColumnKind::kCount},
-                                      {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
-                                      {"aic", "AIC", ColumnKind::kCriterion},
-                                      {"bic", "BIC", ColumnKind::kCriterion},
-                                      {"converged", "Converged"}})};
+FormattedTable statistics_table(const Study& study) {
+  FormattedTable table{
+      .name = "statistics",
+      .caption = "Fit statistics of the chosen models",
+      .columns = joined(joined(joined(kSubject,
+                                      {{"level", "Level"},
+                                       {"prediction", "Prediction"},
+                                       {"formula", "Formula"},
+                                       {"n", "n", ColumnKind::kCount}}),
+                               kStatistics),
+                        {{"k", "k", ColumnKind::kCount},
+                         {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                         {"aic", "AIC", ColumnKind::kCriterion},
+                         {"bic", "BIC", ColumnKind::kCriterion},
+                         {"converged", "Converged"}})};
   for (const ResponseStudy& result : study.results) {
     for (const auto& [level, fit] : chosen_fits(result)) {
       const auto add = [&, &name = level, &model = fit](const std::string& prediction,
@@ -284,19 +287,20 @@ StudyTable statistics_table(const Study& study) {
   return table;
 }
 
-StudyTable gains_table(const Study& study) {
-  StudyTable table{.name = "gains",
-                   .caption = "What the mixed model gains over ordinary least squares",
-                   .columns = joined(kSubject,
-                                     {{"r2_ols", "R2 OLS", ColumnKind::kShare},
-                                      {"r2_nlme", "R2 NLME", ColumnKind::kShare},
-                                      {"gain", "Gain (%)", ColumnKind::kPercent},
-                                      {"rmse_ols", "RMSE OLS", ColumnKind::kShare},
-                                      {"rmse_nlme", "RMSE NLME", ColumnKind::kShare},
-                                      {"rmse_reduction", "RMSE lower by (%)", ColumnKind::kPercent},
-                                      {"aic_ols", "AIC OLS", ColumnKind::kCriterion},
-                                      {"aic_nlme", "AIC NLME", ColumnKind::kCriterion},
-                                      {"r2_population", "R2 NLME, b = 0", ColumnKind::kShare}})};
+FormattedTable gains_table(const Study& study) {
+  FormattedTable table{
+      .name = "gains",
+      .caption = "What the mixed model gains over ordinary least squares",
+      .columns = joined(kSubject,
+                        {{"r2_ols", "R2 OLS", ColumnKind::kShare},
+                         {"r2_nlme", "R2 NLME", ColumnKind::kShare},
+                         {"gain", "Gain (%)", ColumnKind::kPercent},
+                         {"rmse_ols", "RMSE OLS", ColumnKind::kShare},
+                         {"rmse_nlme", "RMSE NLME", ColumnKind::kShare},
+                         {"rmse_reduction", "RMSE lower by (%)", ColumnKind::kPercent},
+                         {"aic_ols", "AIC OLS", ColumnKind::kCriterion},
+                         {"aic_nlme", "AIC NLME", ColumnKind::kCriterion},
+                         {"r2_population", "R2 NLME, b = 0", ColumnKind::kShare}})};
   for (const ResponseStudy& result : study.results) {
     if (!result.ols || !result.nlme) continue;
     const fit::FitStatistics& ols = result.ols->fit.population;
@@ -323,7 +327,9 @@ bool differ(const fit::FittedModel& larger,
   return std::abs(larger.aic() - smaller.aic()) > options.equally_good;
 }
 
-void add_level_tests(const ResponseStudy& result, const StudyOptions& options, StudyTable& table) {
+void add_level_tests(const ResponseStudy& result,
+                     const StudyOptions& options,
+                     FormattedTable& table) {
   const auto fits = chosen_fits(result);
   std::vector<std::vector<bool>> differs(fits.size(), std::vector<bool>(fits.size(), false));
   for (std::size_t i = 0; i < fits.size(); ++i) {
@@ -341,8 +347,8 @@ void add_level_tests(const ResponseStudy& result, const StudyOptions& options, S
   }
 }
 
-StudyTable level_tests_table(const Study& study) {
-  StudyTable table{
+FormattedTable level_tests_table(const Study& study) {
+  FormattedTable table{
       .name = "level_tests",
       .caption =
           "Chosen models of the levels, each tested against the one before; "
@@ -360,8 +366,8 @@ StudyTable level_tests_table(const Study& study) {
 }
 
 /// Table 1 of Wang and others 2023. Areas, and what is by hectare, need windows.
-StudyTable species_table_of(const StudyRecord& record) {
-  StudyTable table{
+FormattedTable species_table_of(const StudyRecord& record) {
+  FormattedTable table{
       .name = "species",
       .caption = "Species by importance value",
       .columns = {{"species", "Species"},
@@ -396,7 +402,7 @@ StudyTable species_table_of(const StudyRecord& record) {
 
 }  // namespace
 
-std::vector<StudyTable> study_tables(const StudyRecord& record, const Catalogue& catalogue) {
+std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalogue& catalogue) {
   const Study& study = record.study;
   return {species_table_of(record),
           candidates_table(study, catalogue),
@@ -413,7 +419,7 @@ std::vector<StudyTable> study_tables(const StudyRecord& record, const Catalogue&
 void write_study_tables(const StudyRecord& record,
                         const Catalogue& catalogue,
                         const std::filesystem::path& folder) {
-  for (const StudyTable& table : study_tables(record, catalogue)) {
+  for (const FormattedTable& table : study_tables(record, catalogue)) {
     write_file(folder / (table.name + ".csv"), to_csv(table));
     write_file(folder / (table.name + ".md"), to_markdown(table));
     write_file(folder / (table.name + ".tex"), to_latex(table));

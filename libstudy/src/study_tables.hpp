@@ -4,14 +4,15 @@
 
 #include <vector>
 
-#include "silvafit/study/study_files.hpp"
-#include "study_table.hpp"
+#include "formatted_table.hpp"
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/study_record.hpp"
 
 namespace silvafit::study {
 
 /// All tables in the order of the levels: species (importance values), candidates, covariates,
 /// random_effects, variance_functions, estimates, variance_components, statistics, gains,
 /// level_tests.
-std::vector<StudyTable> study_tables(const StudyRecord& record, const Catalogue& catalogue);
+std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalogue& catalogue);
 
 }  // namespace silvafit::study

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base64.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/window.hpp"
 #include "view_stand.hpp"
@@ -240,7 +241,7 @@ std::string view_json(const ViewStand& stand,
        drawing.models == nullptr ? ordered_json(nullptr) : models_json(*drawing.models, options)},
       {"scene",
        drawing.scene.empty() ? ordered_json(nullptr) : ordered_json(base64(drawing.scene))}};
-  return json.dump();
+  return json_text(json);
 }
 
 }  // namespace silvafit::study

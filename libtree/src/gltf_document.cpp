@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -141,7 +142,7 @@ class Reader {
     if (required == json_.end()) return;
     for (const json& name : *required) {
       if (name != kMeshopt && name != kInstancing && name != "KHR_mesh_quantization") {
-        refuse_gltf("it requires " + name.dump());
+        refuse_gltf("it requires " + json_text(name));
       }
     }
   }

@@ -5,9 +5,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "silvafit/base/json_text.hpp"
+
 namespace silvafit::tree {
 
-std::string json_quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+std::string json_quoted(const std::string& text) { return json_text(nlohmann::json(text)); }
 
 std::string json_triple(const std::array<double, 3>& values) {
   return fmt::format("[{},{},{}]", values[0], values[1], values[2]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <nlohmann/json.hpp>
 
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/tree/scene_writer.hpp"
 
 namespace silvafit::tree {
@@ -30,7 +31,7 @@ std::string tree_extras(const SceneTree& tree) {
     for (const Note& note : tree.notes) notes.push_back(note.about + ": " + note.text);
     extras["notes"] = std::move(notes);
   }
-  return extras.dump();
+  return json_text(extras);
 }
 
 }  // namespace silvafit::tree

@@ -42,7 +42,9 @@ export function singleFile(name) {
   };
 }
 
-/** While developing (`npm run dev`), the page shows an example. */
+const POLICY = /<meta http-equiv="Content-Security-Policy"[^>]*>\n/;
+
+/** While developing (`npm run dev`), the page shows an example, and may load its parts from the server. */
 export function fillWithExample(path) {
   return {
     name: "silvafit-example",
@@ -51,6 +53,7 @@ export function fillWithExample(path) {
       order: "pre",
       handler: (html) =>
         html
+          .replace(POLICY, "")
           .replace("<% title %>", "Example")
           .replace("<%& data %>", () => readFileSync(path, "utf8").replaceAll("<", "\\u003c")),
     },

@@ -14,10 +14,10 @@ export function inBrowser(start = launch) {
   after(() => browser?.close());
   return {
     skip: hasChromium ? false : `no Chromium at ${chromiumPath}; SILVAFIT_CHROMIUM can name another`,
-    /** Opens the page, hands it over, closes it, and fails on errors and requests. */
+    /** Opens the page, hands it over with the problems so far, closes it, and fails on errors and requests that are left among them. */
     async withPage(data, options, use) {
       const { page, problems } = await openPage(browser, writePage(data), options);
-      await use(page);
+      await use(page, problems);
       assert.deepEqual(problems, []);
       await page.context().close();
     },

@@ -42,6 +42,23 @@ test("opens without a network, draws every chart, and reports no error", { skip 
   }),
 );
 
+test("the page may fetch nothing, whatever its data ask for", { skip }, () =>
+  withPage(example(), {}, async (page, problems) => {
+    const refused = await page.evaluate(async () => {
+      const image = new Image();
+      const broken = new Promise((resolve) => image.addEventListener("error", () => resolve("image")));
+      image.src = "http://127.0.0.1:9/picture.png";
+      const request = fetch("http://127.0.0.1:9/").catch(() => "request");
+      return Promise.all([broken, request]);
+    });
+    assert.deepEqual(refused, ["image", "request"]);
+    // Without the policy, both would fail too: at a port where nobody answers.
+    const reasons = problems.splice(0).filter((problem) => problem.includes("Content Security Policy"));
+    assert.ok(reasons.some((reason) => reason.includes("img-src")), reasons.join("\n"));
+    assert.ok(reasons.some((reason) => reason.includes("connect-src")), reasons.join("\n"));
+  }),
+);
+
 test("the summary and the tables hold the numbers of the data", { skip }, () =>
   withPage(example(), {}, async (page) => {
     const [result] = example().results;

@@ -4,23 +4,20 @@ import { Color } from "three";
 import { element } from "../dom.js";
 import { onThemeChange, startTheme } from "../theme.js";
 import { colorings } from "./colors.js";
-import { overlappingPairs } from "./crown.js";
-import { crownLines, footRing, overlapMesh } from "./crown-lines.js";
+import { controls, walkingPad } from "./controls.js";
 import { counted, plotsCoincide, readData, treeCount, treeName } from "./data.js";
 import { cardText, details } from "./details.js";
 import { floorOf, Ground } from "./ground.js";
+import { listenToClicks, listenToKeys } from "./keyboard.js";
 import { legend } from "./legend.js";
+import { Marks } from "./marks.js";
 import { Moves } from "./moves.js";
-import { button, check, choice, keysDialog, themeSwitch } from "./panel.js";
+import { button, choice, keysDialog } from "./panel.js";
 import { pick } from "./pick.js";
 import "./scene.css";
 import { loadStand } from "./sides.js";
 import { TreeList } from "./tree-list.js";
 import { View } from "./view.js";
-
-/** Of stands with more overlapping pairs, those nearest to the middle of the picture are shown. */
-const MOST_OVERLAPS = 1500;
-const CLICK_PX = 6;
 
 const cssColor = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const isCalm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -32,7 +29,6 @@ class Page {
     this.chosen = null;
     this.coloring = null;
     this.shownPlot = plotsCoincide(data) ? 0 : null;
-    this.marks = { crowns: false, overlaps: false };
   }
 
   async start() {
@@ -42,6 +38,7 @@ class Page {
       return;
     }
     this.view = new View(this.canvas);
+    this.marks = new Marks(this.data, this.view, cssColor);
     this.loaded = await loadStand(this.data);
     this.variants = [this.data.variants[0], null];
     if (this.loaded.rest) this.view.scene.add(this.loaded.rest);
@@ -90,7 +87,7 @@ class Page {
     this.figures = element("div", { class: "overlay figures", id: "figures", hidden: true });
     // Where the panel is hidden, it cannot say what is chosen.
     this.card = element("div", { class: "overlay card", hidden: true });
-    this.pad = this.walkingPad();
+    this.pad = walkingPad({ press: (code) => this.moves.press(code), release: (code) => this.moves.release(code) });
     const hide = button("hide-panel", "Hide controls", () => this.togglePanel(hide));
     this.hideButton = hide;
     hide.classList.add("hide-panel");
@@ -149,53 +146,29 @@ class Page {
   }
 
   controls() {
-    const { data } = this;
-    const count = treeCount(data);
-    this.modeButtons = ["orbit", "walk"].map((mode) => {
-      const node = button(mode, mode === "orbit" ? "Orbit" : "Walk", () => {
+    const parts = controls(this.data, this.shownPlot, {
+      setMode: (mode) => {
         this.setMode(mode);
         // Keys walk at once.
         if (mode === "walk") this.canvas.focus();
-      });
-      node.setAttribute("aria-pressed", String(mode === "orbit"));
-      return node;
-    });
-    const whole = button("whole", "Whole stand", () => this.frame());
-    const save = button("save", "Save picture", () => this.save());
-    const keys = button("show-keys", "Keys and touch", () => this.dialog.showModal());
-    const parts = [element("p", { class: "buttons", role: "group", "aria-label": "Way of moving" }, ...this.modeButtons, whole), element("p", { class: "buttons" }, save, keys)];
-    if (data.models && data.variants.length > 0) {
-      const names = data.variants.map(({ name, title }) => ({ value: name, text: title }));
-      parts.push(choice("variant", "Sizes", [{ label: null, choices: names }], (name) => this.setVariant(0, name)));
-      if (names.length > 1) {
-        parts.push(choice("beside", "Beside them", [{ label: null, choices: [{ value: "", text: "nothing" }, ...names] }], (name) => this.setVariant(1, name)));
-      }
-    }
-    if (data.plots.length > 1) {
-      const plots = data.plots.map(({ name }, index) => ({ value: String(index), text: name }));
-      const plotChoice = choice("plot", "Plot", [{ label: null, choices: [{ value: "", text: "all" }, ...plots] }], (plot) => this.setPlot(plot));
-      parts.push(plotChoice);
-      if (this.shownPlot !== null) {
-        plotChoice.querySelector("select").value = String(this.shownPlot);
-        parts.push(element("p", { class: "quiet" }, "Plots lie on each other, as if each had coordinates of its own: one is shown at a time."));
-      }
-    }
-    parts.push(
-      choice("detail", "Detail", [{ label: null, choices: ["automatic", "low", "high"].map((value) => ({ value, text: value })) }], (detail) => {
+      },
+      frame: () => this.frame(),
+      save: () => this.save(),
+      showKeys: () => this.dialog.showModal(),
+      setVariant: (side, name) => this.setVariant(side, name),
+      setPlot: (plot) => this.setPlot(plot),
+      setDetail: (detail) => {
         this.view.detail = detail;
         this.view.invalidate();
-      }),
-    );
-    if (count > 0) {
-      this.crownCheck = check("crowns", "Crown curves", false, (isOn) => this.setMarks({ crowns: isOn }));
-      this.overlapCheck = check("overlaps", "Overlapping crowns", false, (isOn) => this.setMarks({ overlaps: isOn }));
-      this.overlapNote = element("p", { class: "quiet", role: "status" });
-      parts.push(this.crownCheck, this.overlapCheck, this.overlapNote);
-      parts.push(check("shadows", "Shadows", true, (isOn) => this.view.setShadows(isOn)));
-    }
-    parts.push(check("show-figures", "Drawing figures", false, (isOn) => (this.figures.hidden = !isOn)), themeSwitch());
-    this.scaleNote = element("p", { class: "quiet" });
-    return element("section", { id: "controls", "aria-labelledby": "view-title" }, element("h2", { id: "view-title" }, "View"), ...parts, this.scaleNote);
+      },
+      setMarks: (change) => this.setMarks(change),
+      setShadows: (isOn) => this.view.setShadows(isOn),
+      setFigures: (isOn) => (this.figures.hidden = !isOn),
+    });
+    this.modeButtons = parts.modeButtons;
+    this.overlapNote = parts.overlapNote;
+    this.scaleNote = parts.scaleNote;
+    return parts.node;
   }
 
   colorChoice() {
@@ -203,24 +176,6 @@ class Page {
     const node = choice("color", "Color by", this.groups, (value) => this.setColoring(value));
     this.colorSelect = node.querySelector("select");
     return node;
-  }
-
-  /** Arrows that walk while they are held, for screens without keys. */
-  walkingPad() {
-    const pad = element("div", { class: "pad", role: "group", "aria-label": "Walk", hidden: true });
-    for (const [code, sign, label] of [["ArrowUp", "↑", "Walk forward"], ["ArrowLeft", "←", "Turn left"], ["ArrowDown", "↓", "Walk back"], ["ArrowRight", "→", "Turn right"]]) {
-      const node = element("button", { type: "button", "aria-label": label }, sign);
-      node.addEventListener("pointerdown", () => this.moves.press(code));
-      for (const end of ["pointerup", "pointerleave", "pointercancel"]) node.addEventListener(end, () => this.moves.release(code));
-      // Keys and screen readers press without a pointer.
-      node.addEventListener("click", (event) => {
-        if (event.detail !== 0) return;
-        this.moves.press(code);
-        this.moves.release(code);
-      });
-      pad.append(node);
-    }
-    return pad;
   }
 
   togglePanel(node) {
@@ -318,37 +273,8 @@ class Page {
   }
 
   drawMarks() {
-    for (const mark of this.view.marks) {
-      this.view.scene.remove(mark);
-      mark.geometry.dispose();
-      mark.material.dispose();
-    }
-    this.overlapTexts = [];
-    this.view.marks = this.view.sides.flatMap((side) => this.marksOf(side));
-    this.overlapNote?.replaceChildren(...this.overlapTexts.map((text) => element("span", { class: "line" }, text)));
-    for (const mark of this.view.marks) this.view.scene.add(mark);
-  }
-
-  marksOf(side) {
-    const shown = side.bodies.flatMap((body, tree) => (body && side.stand.shown[tree] ? [tree] : []));
-    const marks = [];
-    if (this.marks.crowns) marks.push(...crownLines(this.data, side, shown, cssColor("--line")));
-    if (this.marks.overlaps) marks.push(overlapMesh(side, this.overlapsOf(side), cssColor("--overlap")));
-    if (this.chosen !== null && side.bodies[this.chosen] && side.stand.shown[this.chosen]) {
-      marks.push(...crownLines(this.data, side, [this.chosen], cssColor("--pick"), true), footRing(side, this.chosen, cssColor("--pick")));
-    }
-    return marks;
-  }
-
-  overlapsOf(side) {
-    const pairs = overlappingPairs(side.bodies.map((body, tree) => (body && side.stand.shown[tree] ? body : null)));
-    const { x, z } = this.moves.orbit.target;
-    const distance = ({ first }) => Math.hypot(side.bodies[first].place.x - x, side.bodies[first].place.z - z);
-    const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => distance(a) - distance(b)).slice(0, MOST_OVERLAPS) : pairs;
-    const whose = this.view.sides.length > 1 ? `${side.variant.title}: ` : "";
-    const count = pairs.length === 1 ? "1 pair of crowns overlaps" : `${pairs.length} pairs of crowns overlap`;
-    this.overlapTexts.push(`${whose}${count}; ${near.length < pairs.length ? `shown are the ${near.length} nearest to the middle of the picture.` : "the space that they share is shown."}`);
-    return near;
+    const sentences = this.marks.draw(this.chosen, () => this.moves.orbit.target);
+    this.overlapNote.replaceChildren(...sentences.map((text) => element("span", { class: "line" }, text)));
   }
 
   // ---- What is done ---------------------------------------------------------------------------
@@ -411,13 +337,12 @@ class Page {
       this.view.resize();
       this.layNames();
     }).observe(this.picture);
-    let down = null;
-    this.canvas.addEventListener("pointerdown", ({ clientX, clientY }) => (down = [clientX, clientY]));
-    this.canvas.addEventListener("pointerup", ({ clientX, clientY }) => {
-      if (down && Math.hypot(clientX - down[0], clientY - down[1]) < CLICK_PX) this.pickAt(clientX, clientY);
-      down = null;
+    listenToClicks(this.canvas, (clientX, clientY) => this.pickAt(clientX, clientY));
+    listenToKeys(this.canvas, {
+      setMode: (mode) => this.setMode(mode),
+      showKeys: () => this.dialog.showModal(),
+      chooseNone: () => treeCount(this.data) > 0 && this.choose(null),
     });
-    this.canvas.addEventListener("keydown", (event) => this.shortcut(event));
   }
 
   pickAt(clientX, clientY) {
@@ -425,22 +350,6 @@ class Page {
     const { left, top } = this.canvas.getBoundingClientRect();
     const { side, origin, direction } = this.view.rayAt(clientX - left, clientY - top);
     this.choose(pick(side, this.data.trees.dbh, origin, direction));
-  }
-
-  shortcut(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const click = (id) => document.getElementById(id)?.click();
-    const actions = {
-      1: () => this.setMode("orbit"),
-      2: () => this.setMode("walk"),
-      f: () => click("whole"),
-      c: () => click("crowns"),
-      o: () => click("overlaps"),
-      p: () => click("save"),
-      "?": () => this.dialog.showModal(),
-      Escape: () => treeCount(this.data) > 0 && this.choose(null),
-    };
-    actions[event.key]?.();
   }
 }
 

@@ -20,7 +20,7 @@ struct Place {
   std::string model{};
 };
 
-/// The one rendering of a place before its message:
+/// The one rendering of a place before its message, control characters made visible:
 /// `trees.csv:118: hcb: 14.2 m exceeds h 12.9 m (plot 07, tree 31)`.
 std::string describe(const Place& place, std::string_view message);
 

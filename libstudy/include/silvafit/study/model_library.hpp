@@ -47,6 +47,7 @@ void write_library(const ModelLibrary& library, const std::filesystem::path& pat
 ModelLibrary read_library(const std::filesystem::path& path);
 
 /// Names of the published libraries in `published` of the folder models, in alphabetical order.
+/// \throws InputError if the folder cannot be read
 std::vector<std::string> published_libraries(const std::filesystem::path& models_directory);
 
 /// Reads a file, or the published library of that name: `shanxia-2023`.

@@ -6,20 +6,13 @@
 #include <string>
 #include <string_view>
 
-namespace silvafit {
-
-/// The JSON text in a form that may stand inside an HTML script element: `<`, `>`, `&`, U+2028 and
-/// U+2029, which JSON has inside texts only, become their escapes (`\u003c`). The value stays the
-/// same.
-///
-/// \param json  UTF-8
-std::string escape_for_script(std::string_view json);
+namespace silvafit::study {
 
 /// Writes a report page, whole or not at all. The same arguments give the same bytes.
 ///
 /// \param template_path  the bundled page, `share/silvafit/viewer/report.html`
 /// \param data_json      report data as docs/report-data.md describes them, UTF-8
-/// \param title          plain text for the window's title
+/// \param title          plain text for the window's title; bytes that are not UTF-8 are replaced
 /// \param out_path       the page; folders above it are made
 /// \throws UsageError if the data are not JSON
 /// \throws InputError if the template cannot be read or is not one, or the page cannot be written
@@ -28,4 +21,4 @@ void write_report_page(const std::filesystem::path& template_path,
                        const std::string& title,
                        const std::filesystem::path& out_path);
 
-}  // namespace silvafit
+}  // namespace silvafit::study

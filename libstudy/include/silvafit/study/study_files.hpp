@@ -4,29 +4,15 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
+#include "silvafit/data/table.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/model_library.hpp"
-#include "silvafit/study/study.hpp"
+#include "silvafit/study/study_record.hpp"
 
 namespace silvafit::study {
-
-/// A study with all that it was made from, so that its files can speak for themselves.
-struct StudyRecord {
-  std::string version{};  ///< of the program
-  std::string command{};  ///< the command line as it was given
-  /// Decisions before fitting, for reading: window, edge correction, ...
-  std::vector<std::pair<std::string, std::string>> decisions{};
-  stand::CheckedInventory inventory{};
-  std::optional<stand::StructuralUnits> units{};
-  data::Table table{};  ///< inventory_table of the two
-  Study study{};
-};
 
 /// An inventory with its structural units as one table: our column names, W, M, U, C, core, and
 /// the further indices that were computed.
@@ -47,12 +33,11 @@ void write_study_tables(const StudyRecord& record,
                         const Catalogue& catalogue,
                         const std::filesystem::path& folder);
 
-/// The data of the report page, as docs/report-data.md describes them.
-std::string report_data(const StudyRecord& record, const Catalogue& catalogue);
-
 /// Writes everything into a folder: library.json, indices.csv (if there are units),
 /// predictions.csv, excluded.csv, tables/, report.html and run.json. Each file is written whole or
-/// not at all. \param page_template  the bundled report page
+/// not at all. Without units, the indices.csv of an earlier study goes, since its trees are others.
+/// \param page_template  the bundled report page
+/// \throws InputError if a file cannot be written or removed
 void write_study(const StudyRecord& record,
                  const Catalogue& catalogue,
                  const std::filesystem::path& page_template,

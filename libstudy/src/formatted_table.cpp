@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "study_table.hpp"
+#include "formatted_table.hpp"
 
 #include <fmt/format.h>
 
@@ -97,7 +97,9 @@ bool is_number(const TableColumn& column) { return column.kind != ColumnKind::kT
 
 /// The cells of a row as people read them, each made safe for its format.
 template <typename Escape>
-std::vector<std::string> shown_row(const StudyTable& table, const TableRow& row, Escape escape) {
+std::vector<std::string> shown_row(const FormattedTable& table,
+                                   const TableRow& row,
+                                   Escape escape) {
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     texts.push_back(escape(shown(row[i], table.columns[i].kind)));
@@ -106,7 +108,7 @@ std::vector<std::string> shown_row(const StudyTable& table, const TableRow& row,
 }
 
 template <typename Escape>
-std::vector<std::string> titles(const StudyTable& table, Escape escape) {
+std::vector<std::string> titles(const FormattedTable& table, Escape escape) {
   std::vector<std::string> texts;
   for (const TableColumn& column : table.columns) texts.push_back(escape(column.title));
   return texts;
@@ -114,7 +116,7 @@ std::vector<std::string> titles(const StudyTable& table, Escape escape) {
 
 }  // namespace
 
-std::string to_csv(const StudyTable& table) {
+std::string to_csv(const FormattedTable& table) {
   std::vector<std::string> fields;
   for (const TableColumn& column : table.columns) fields.push_back(data::csv_field(column.name));
   std::string text = fmt::format("{}\n", fmt::join(fields, ","));
@@ -126,7 +128,7 @@ std::string to_csv(const StudyTable& table) {
   return text;
 }
 
-std::string to_markdown(const StudyTable& table) {
+std::string to_markdown(const FormattedTable& table) {
   std::string text = fmt::format("## {}\n\n", markdown_text(table.caption));
   text += fmt::format("| {} |\n", fmt::join(titles(table, markdown_text), " | "));
   text += "|";
@@ -138,7 +140,7 @@ std::string to_markdown(const StudyTable& table) {
   return text;
 }
 
-std::string to_latex(const StudyTable& table) {
+std::string to_latex(const FormattedTable& table) {
   std::string alignment;
   for (const TableColumn& column : table.columns) alignment += is_number(column) ? 'r' : 'l';
   std::string text = fmt::format(

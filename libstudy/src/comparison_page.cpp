@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: MIT
+#include "silvafit/study/comparison_page.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "report_comparison_curves.hpp"
+#include "comparison_curves.hpp"
+#include "json_values.hpp"
+#include "report_fit.hpp"
 #include "report_repeat.hpp"
-#include "report_values.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/study/comparison_page.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/study/report_page.hpp"
 
 namespace silvafit::study {
 namespace {
 
 using nlohmann::ordered_json;
-using report::number;
-using report::numbers;
 
 /// What is compared with what.
 struct Subject {
@@ -101,15 +102,15 @@ ordered_json difference_of(const LibraryModel& first,
   const std::string reason = not_comparable(first, first_data, other, other_data);
   const bool is_comparable = reason.empty();
   const auto likelihood = [&](double value) {
-    return is_comparable ? number(value) : ordered_json(nullptr);
+    return is_comparable ? number_or_null(value) : ordered_json(nullptr);
   };
   const fit::FitStatistics& ours = best_statistics(first.fit);
   const fit::FitStatistics& theirs = best_statistics(other.fit);
   return {{"log_likelihood", likelihood(other.fit.log_likelihood - first.fit.log_likelihood)},
           {"aic", likelihood(other.fit.aic() - first.fit.aic())},
           {"bic", likelihood(other.fit.bic() - first.fit.bic())},
-          {"rmse", number(theirs.rmse - ours.rmse)},
-          {"r2", number(theirs.r2 - ours.r2)},
+          {"rmse", number_or_null(theirs.rmse - ours.rmse)},
+          {"r2", number_or_null(theirs.r2 - ours.r2)},
           {"reason", is_comparable ? ordered_json(nullptr) : ordered_json(reason)}};
 }
 
@@ -119,11 +120,11 @@ ordered_json curves_object(const std::vector<const LibraryModel*>& models,
   if (curves.dbh_cm.empty()) return nullptr;
   ordered_json object{{"held_at", ordered_json::object()},
                       {"own_heights", curves.own_heights},
-                      {"dbh", numbers(curves.dbh_cm)},
+                      {"dbh", numbers_or_null(curves.dbh_cm)},
                       {"values", ordered_json::array()}};
-  for (const auto& [name, value] : curves.held_at) object["held_at"][name] = number(value);
+  for (const auto& [name, value] : curves.held_at) object["held_at"][name] = number_or_null(value);
   for (const std::vector<double>& values : curves.values) {
-    object["values"].push_back(values.empty() ? ordered_json(nullptr) : numbers(values));
+    object["values"].push_back(values.empty() ? ordered_json(nullptr) : numbers_or_null(values));
   }
   return object;
 }
@@ -145,8 +146,7 @@ ordered_json pair_object(const Subject& subject, const std::vector<ModelLibrary>
                       {"fits", ordered_json::array()},
                       {"differences", ordered_json::array()}};
   for (std::size_t i = 0; i < models.size(); ++i) {
-    object["fits"].push_back(models[i] ? report::fit_object(models[i]->fit)
-                                       : ordered_json(nullptr));
+    object["fits"].push_back(models[i] ? fit_object(models[i]->fit) : ordered_json(nullptr));
     if (i == 0) continue;
     const bool has_both = models[0] != nullptr && models[i] != nullptr;
     object["differences"].push_back(
@@ -192,7 +192,7 @@ std::string comparison_data(const std::vector<ModelLibrary>& libraries,
   for (const Subject& subject : subjects_of(libraries)) {
     data["pairs"].push_back(pair_object(subject, libraries));
   }
-  return data.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  return json_text(data);
 }
 
 void write_comparison_page(const std::vector<ModelLibrary>& libraries,

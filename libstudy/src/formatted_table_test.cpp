@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "study_table.hpp"
+#include "formatted_table.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -8,7 +8,7 @@ using namespace silvafit::study;
 
 namespace {
 
-StudyTable example() {
+FormattedTable example() {
   return {
       .name = "fits",
       .caption = "Fits & more",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "report_comparison_curves.hpp"
+#include "comparison_curves.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -29,17 +29,17 @@ struct TableColumn {
 using TableCell = std::variant<std::monostate, std::string, double>;
 using TableRow = std::vector<TableCell>;
 
-struct StudyTable {
+struct FormattedTable {
   std::string name{};     ///< of its files: candidates
   std::string caption{};  ///< what it shows, a sentence
   std::vector<TableColumn> columns{};
   std::vector<TableRow> rows{};
 };
 
-std::string to_csv(const StudyTable& table);
+std::string to_csv(const FormattedTable& table);
 /// A heading, the table of GitHub's Markdown, numbers to the right.
-std::string to_markdown(const StudyTable& table);
+std::string to_markdown(const FormattedTable& table);
 /// A tabular environment with \hline rules, without packages, in a table with its caption.
-std::string to_latex(const StudyTable& table);
+std::string to_latex(const FormattedTable& table);
 
 }  // namespace silvafit::study

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The data of the comparison page against the libraries that they show.
+#include "silvafit/study/comparison_page.hpp"
+
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -8,8 +10,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/prediction.hpp"
-#include "silvafit/study/comparison_page.hpp"
-#include "study_record_support.hpp"
+#include "study_record_test_support.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;

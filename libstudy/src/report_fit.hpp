@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Numbers and fits in the form that all pages read.
+// A fit in the form that all pages read.
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "silvafit/fit/fitted_model.hpp"
 
-namespace silvafit::study::report {
-
-/// The number, or null if it is not finite.
-nlohmann::ordered_json number(double value);
-nlohmann::ordered_json numbers(const std::vector<double>& values);
+namespace silvafit::study {
 
 /// What `silvafit fit --json` prints of a fit, without the time that it took, which would make two
 /// pages of the same study differ. Where the uncertainty of the random effects is known, it has
@@ -19,4 +14,4 @@ nlohmann::ordered_json numbers(const std::vector<double>& values);
 /// sqrt(diag(V + S Var(beta) S')) with the symbols of EffectUncertainty.
 nlohmann::ordered_json fit_object(const fit::FittedModel& fit);
 
-}  // namespace silvafit::study::report
+}  // namespace silvafit::study

@@ -1,23 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "report_values.hpp"
-
-#include <cmath>
+#include "report_fit.hpp"
 
 #include "silvafit/fit/fit_json.hpp"
 
-namespace silvafit::study::report {
+namespace silvafit::study {
 
 using nlohmann::ordered_json;
-
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
-ordered_json numbers(const std::vector<double>& values) {
-  ordered_json array = ordered_json::array();
-  for (const double value : values) array.push_back(number(value));
-  return array;
-}
 
 ordered_json fit_object(const fit::FittedModel& fit) {
   ordered_json object = ordered_json::parse(fit::to_json(fit));
@@ -31,4 +19,4 @@ ordered_json fit_object(const fit::FittedModel& fit) {
   return object;
 }
 
-}  // namespace silvafit::study::report
+}  // namespace silvafit::study

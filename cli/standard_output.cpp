@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#include "standard_output.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <string>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
+
+namespace silvafit::cli {
+
+using nlohmann::ordered_json;
+
+void finish_standard_output() {
+  std::cout.flush();
+  if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    throw InputError("writing to standard output failed");
+  }
+}
+
+void print_json_value(const ordered_json& value, int indent) {
+  fmt::print("{}\n", json_text(value, indent));
+}
+
+ordered_json number_or_null(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
+
+ordered_json text_or_null(std::string_view text) {
+  return text.empty() ? ordered_json(nullptr) : ordered_json(text);
+}
+
+}  // namespace silvafit::cli

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/base/text.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+using silvafit::with_visible_controls;
+
+TEST_CASE("control characters are seen and do nothing", "[base]") {
+  CHECK(with_visible_controls("\x1b[2J\x1b]0;title\x07") == "\\x1b[2J\\x1b]0;title\\x07");
+  CHECK(with_visible_controls("back\rto the start\x7f") == "back\\x0dto the start\\x7f");
+  CHECK(with_visible_controls(std::string("\0", 1)) == "\\x00");
+  // U+009B opens the same sequences as ESC [.
+  CHECK(with_visible_controls("\xC2\x9B"
+                              "2J") == "\\u009b2J");
+}
+
+TEST_CASE("text without control characters stays as it is", "[base]") {
+  // U+00A0 and U+00E9 share a first byte with controls or have a second byte of their range.
+  for (const std::string text : {"",
+                                 "one\n\ttwo",
+                                 "Pic\xC3\xA9"
+                                 "a",
+                                 "\xC2\xA0",
+                                 "\xE4\xBA\x91\xE6\x9D\x89",
+                                 "n\xFF.csv",
+                                 "\xC2"}) {
+    CHECK(with_visible_controls(text) == text);
+  }
+}

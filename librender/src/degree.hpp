@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// Angles that people give in degrees.
+#pragma once
+
+#include <numbers>
+
+namespace silvafit::render {
+
+/// One degree in radians.
+inline constexpr double kDegree = std::numbers::pi / 180.0;
+
+}  // namespace silvafit::render

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// An inventory plot by plot, for files larger than memory.
+#include <memory>
+#include <utility>
+
+#include "inventory_reader.hpp"
+#include "inventory_repeats.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::stand {
+
+/// Whether a row begins another plot than the last tree's.
+bool InventoryReader::is_new_plot(const InventoryRow& row) const {
+  const data::TextColumn& plots = result_.inventory.plot;
+  return plan_.labels[kPlot].exists() && plots[plots.size() - 1] != row.labels[kPlot];
+}
+
+/// Takes rows until the batch is full and its last plot whole; false at the end of the file.
+bool InventoryReader::fill_batch(std::size_t trees) {
+  for (;;) {
+    for (; next_in_block_ < block_size_; ++next_in_block_) {
+      InventoryRow& row = block_[next_in_block_];
+      if (result_.inventory.size() >= trees && is_new_plot(row)) return true;
+      check_not_finished(row);
+      accept_or_exclude(row);
+    }
+    if (!read_block()) return false;
+    next_in_block_ = 0;
+  }
+}
+
+void InventoryReader::check_not_finished(const InventoryRow& row) const {
+  if (finished_.empty() || !finished_.contains(row.labels[kPlot])) return;
+  throw InputError("the plot comes again after others; to read plot by plot, sort the file by plot",
+                   {.file = result_.inventory.file, .line = row.line, .plot = row.labels[kPlot]});
+}
+
+void InventoryReader::finish_plots() {
+  for (const std::string& plot : result_.inventory.plot.levels()) finished_.insert(plot);
+}
+
+std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
+  fill_batch(trees);
+  const bool is_empty = result_.inventory.size() == 0;
+  if (is_empty && is_first_batch_) refuse_empty();
+  if (is_empty && result_.excluded.empty()) return std::nullopt;
+  finish_plots();
+  resolve_repeated_trees(plan_.labels[kTree].text, result_, kept_rows_);
+  if (is_first_batch_ && !options_.trust_units) {
+    check_units(result_.inventory, plan_, crown_base_above_top_);
+  }
+  add_notes();
+  CheckedInventory batch = std::move(result_);
+  result_ = {};
+  result_.inventory.file = batch.inventory.file;
+  kept_rows_.clear();
+  has_cw_from_radii_ = false;
+  is_first_batch_ = false;
+  return batch;
+}
+
+struct InventoryBatches::State {
+  InventoryReader reader;
+  std::size_t trees;
+};
+
+InventoryBatches::InventoryBatches(const std::filesystem::path& path,
+                                   const InventoryOptions& options,
+                                   std::size_t trees)
+    : state_(std::make_unique<State>(State{InventoryReader(path, options), trees})) {
+  if (state_->reader.wants_other_columns()) {
+    throw UsageError("columns beyond the inventory's own cannot be read plot by plot",
+                     {.file = path.string()});
+  }
+}
+
+InventoryBatches::~InventoryBatches() = default;
+InventoryBatches::InventoryBatches(InventoryBatches&&) noexcept = default;
+InventoryBatches& InventoryBatches::operator=(InventoryBatches&&) noexcept = default;
+
+std::optional<CheckedInventory> InventoryBatches::next() {
+  return state_->reader.read_batch(state_->trees);
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// Reads an inventory in blocks of rows: fields to numbers, expressions to measures, measures
+// through the checks, and what passes them into columns.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+#include "inventory_checks.hpp"
+#include "inventory_columns.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/inventory.hpp"
+
+namespace silvafit::stand {
+
+/// A row of the current block.
+struct InventoryRow {
+  std::size_t line = 0;
+  std::array<std::string, kLabelCount> labels{};
+  Measures measures{};
+  std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers and are none
+};
+
+/// A file on its way to an inventory: all at once, or plot by plot.
+class InventoryReader {
+ public:
+  InventoryReader(const std::filesystem::path& path, InventoryOptions options)
+      : csv_(path),
+        options_(std::move(options)),
+        plan_(plan_columns(csv_.header(), options_, path.string())) {
+    result_.inventory.file = path.string();
+    result_.notes = plan_.notes;
+  }
+
+  /// The whole file.
+  CheckedInventory read();
+  /// The next plots, until there are so many trees; nothing at the end of the file.
+  std::optional<CheckedInventory> read_batch(std::size_t trees);
+  /// Whether columns are asked for that read_batch leaves out.
+  bool wants_other_columns() const { return !plan_.others.empty(); }
+
+ private:
+  static constexpr std::size_t kBlockRows = 4096;
+
+  bool fill_batch(std::size_t trees);
+  bool is_new_plot(const InventoryRow& row) const;
+  void finish_plots();
+  void check_not_finished(const InventoryRow& row) const;
+  bool read_block();
+  void read_row(const std::vector<std::string_view>& fields,
+                InventoryRow& row,
+                std::size_t position);
+  double number_in(std::string_view field, const std::string& column, InventoryRow& row) const;
+  void evaluate_expressions();
+  void accept_or_exclude(InventoryRow& row);
+  void complete(InventoryRow& row) const;
+  bool exclude_if_unlabelled(const InventoryRow& row);
+  void append(const InventoryRow& row);
+  void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
+  void read_other_columns();
+  void add_notes();
+  [[noreturn]] void refuse_empty() const;
+
+  data::CsvReader csv_;
+  InventoryOptions options_;
+  ColumnPlan plan_;
+  CheckedInventory result_{};
+  std::vector<InventoryRow> block_ = std::vector<InventoryRow>(kBlockRows);
+  std::size_t block_size_ = 0;
+  std::size_t next_in_block_ = 0;               ///< first row of the block not yet taken
+  std::unordered_set<std::string> finished_{};  ///< plots of earlier batches
+  bool is_first_batch_ = true;
+  std::vector<std::vector<double>> expression_numbers_{};
+  std::vector<data::TextColumn> expression_texts_{};
+  std::size_t row_count_ = 0;
+  std::vector<std::size_t> kept_rows_{};  ///< position in the file of each tree, from 0
+  std::size_t crown_base_above_top_ = 0;
+  bool has_cw_from_radii_ = false;
+};
+
+}  // namespace silvafit::stand

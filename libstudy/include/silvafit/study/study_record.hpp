@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// A study and what it was made from.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/study.hpp"
+
+namespace silvafit::study {
+
+/// A study with all that it was made from, so that its files can speak for themselves.
+struct StudyRecord {
+  std::string version{};  ///< of the program
+  std::string command{};  ///< the command line as it was given
+  /// Decisions before fitting, for reading: window, edge correction, ...
+  std::vector<std::pair<std::string, std::string>> decisions{};
+  stand::CheckedInventory inventory{};
+  std::optional<stand::StructuralUnits> units{};
+  data::Table table{};  ///< inventory_table() of the two
+  Study study{};
+};
+
+}  // namespace silvafit::study

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Values that may be missing, as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace silvafit::study {
+
+/// The number, or null if it is not finite.
+nlohmann::ordered_json number_or_null(double value);
+
+/// Each number, or null where it is not finite.
+nlohmann::ordered_json numbers_or_null(const std::vector<double>& values);
+
+/// The text, or null if it is empty.
+nlohmann::ordered_json text_or_null(const std::string& text);
+
+}  // namespace silvafit::study

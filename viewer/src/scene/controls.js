@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// What can be set: the way of moving, sizes, plot, detail, marks; and the arrows that walk by touch.
+import { element } from "../dom.js";
+import { treeCount } from "./data.js";
+import { button, check, choice, themeSwitch } from "./panel.js";
+
+const unlabelled = (choices) => [{ label: null, choices }];
+
+/**
+ * The section of the controls.
+ * @param {{
+ *   setMode: (mode: string) => void, frame: () => void, save: () => void, showKeys: () => void,
+ *   setVariant: (side: number, name: string) => void, setPlot: (plot: string) => void, setDetail: (detail: string) => void,
+ *   setMarks: (change: object) => void, setShadows: (isOn: boolean) => void, setFigures: (isOn: boolean) => void,
+ * }} act  what they do
+ * @param {number | null} shownPlot  the plot that is shown alone
+ * @returns {{node: Element, modeButtons: Element[], overlapNote: Element, scaleNote: Element}}  the section, and its parts that change
+ */
+export function controls(data, shownPlot, act) {
+  const modeButtons = [modeButton("orbit", "Orbit", act), modeButton("walk", "Walk", act)];
+  const overlapNote = element("p", { class: "quiet", role: "status" });
+  const scaleNote = element("p", { class: "quiet" });
+  const whole = button("whole", "Whole stand", act.frame);
+  const save = button("save", "Save picture", act.save);
+  const keys = button("show-keys", "Keys and touch", act.showKeys);
+  const node = element(
+    "section",
+    { id: "controls", "aria-labelledby": "view-title" },
+    element("h2", { id: "view-title" }, "View"),
+    element("p", { class: "buttons", role: "group", "aria-label": "Way of moving" }, ...modeButtons, whole),
+    element("p", { class: "buttons" }, save, keys),
+    ...sizeChoices(data, act),
+    ...plotChoice(data, shownPlot, act),
+    choice("detail", "Detail", unlabelled(["automatic", "low", "high"].map((value) => ({ value, text: value }))), act.setDetail),
+    ...(treeCount(data) > 0 ? markChecks(overlapNote, act) : []),
+    check("show-figures", "Drawing figures", false, act.setFigures),
+    themeSwitch(),
+    scaleNote,
+  );
+  return { node, modeButtons, overlapNote, scaleNote };
+}
+
+function modeButton(mode, label, act) {
+  const node = button(mode, label, () => act.setMode(mode));
+  node.setAttribute("aria-pressed", String(mode === "orbit"));
+  return node;
+}
+
+function sizeChoices(data, act) {
+  if (!data.models || data.variants.length === 0) return [];
+  const names = data.variants.map(({ name, title }) => ({ value: name, text: title }));
+  const sizes = choice("variant", "Sizes", unlabelled(names), (name) => act.setVariant(0, name));
+  if (names.length === 1) return [sizes];
+  return [sizes, choice("beside", "Beside them", unlabelled([{ value: "", text: "nothing" }, ...names]), (name) => act.setVariant(1, name))];
+}
+
+function plotChoice(data, shownPlot, act) {
+  if (data.plots.length < 2) return [];
+  const plots = data.plots.map(({ name }, index) => ({ value: String(index), text: name }));
+  const node = choice("plot", "Plot", unlabelled([{ value: "", text: "all" }, ...plots]), act.setPlot);
+  if (shownPlot === null) return [node];
+  node.querySelector("select").value = String(shownPlot);
+  return [node, element("p", { class: "quiet" }, "Plots lie on each other, as if each had coordinates of its own: one is shown at a time.")];
+}
+
+function markChecks(overlapNote, act) {
+  return [
+    check("crowns", "Crown curves", false, (isOn) => act.setMarks({ crowns: isOn })),
+    check("overlaps", "Overlapping crowns", false, (isOn) => act.setMarks({ overlaps: isOn })),
+    overlapNote,
+    check("shadows", "Shadows", true, act.setShadows),
+  ];
+}
+
+const ARROWS = [["ArrowUp", "↑", "Walk forward"], ["ArrowLeft", "←", "Turn left"], ["ArrowDown", "↓", "Walk back"], ["ArrowRight", "→", "Turn right"]];
+
+/**
+ * Arrows that walk while they are held, for screens without keys.
+ * @param {{press: (code: string) => void, release: (code: string) => void}} keys  what pressed arrow keys do
+ */
+export function walkingPad({ press, release }) {
+  const pad = element("div", { class: "pad", role: "group", "aria-label": "Walk", hidden: true });
+  for (const [code, sign, label] of ARROWS) {
+    const node = element("button", { type: "button", "aria-label": label }, sign);
+    node.addEventListener("pointerdown", () => press(code));
+    for (const end of ["pointerup", "pointerleave", "pointercancel"]) node.addEventListener(end, () => release(code));
+    // Keys and screen readers press without a pointer.
+    node.addEventListener("click", (event) => {
+      if (event.detail !== 0) return;
+      press(code);
+      release(code);
+    });
+    pad.append(node);
+  }
+  return pad;
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// What is drawn onto the trees: crown curves, the space that crowns share, the chosen tree.
+import { overlappingPairs } from "./crown.js";
+import { crownLines, footRing, overlapMesh } from "./crown-lines.js";
+
+/** Of stands with more overlapping pairs, those nearest to the middle of the picture are shown. */
+const MOST_OVERLAPS = 1500;
+
+export class Marks {
+  /**
+   * @param {import("./view.js").View} view
+   * @param {(name: string) => string} color  of the theme, such as --pick
+   */
+  constructor(data, view, color) {
+    this.data = data;
+    this.view = view;
+    this.color = color;
+    this.crowns = false;
+    this.overlaps = false;
+  }
+
+  /**
+   * Draws them anew on all sides.
+   * @param {number | null} chosen  the chosen tree
+   * @param {() => {x: number, z: number}} middle  of the picture
+   * @returns {string[]}  what is said of overlaps, a sentence a side
+   */
+  draw(chosen, middle) {
+    const { view } = this;
+    for (const mark of view.marks) {
+      view.scene.remove(mark);
+      mark.geometry.dispose();
+      mark.material.dispose();
+    }
+    const sentences = [];
+    view.marks = view.sides.flatMap((side) => this.marksOf(side, chosen, middle, sentences));
+    for (const mark of view.marks) view.scene.add(mark);
+    return sentences;
+  }
+
+  marksOf(side, chosen, middle, sentences) {
+    const { data, color } = this;
+    const shown = side.bodies.flatMap((body, tree) => (body && side.stand.shown[tree] ? [tree] : []));
+    const marks = [];
+    if (this.crowns) marks.push(...crownLines(data, side, shown, color("--line")));
+    if (this.overlaps) {
+      const { pairs, sentence } = this.overlapsOf(side, middle);
+      marks.push(overlapMesh(side, pairs, color("--overlap")));
+      sentences.push(sentence);
+    }
+    if (chosen !== null && side.bodies[chosen] && side.stand.shown[chosen]) {
+      marks.push(...crownLines(data, side, [chosen], color("--pick"), true), footRing(side, chosen, color("--pick")));
+    }
+    return marks;
+  }
+
+  overlapsOf(side, middle) {
+    const { x, z } = middle();
+    const pairs = overlappingPairs(side.bodies.map((body, tree) => (body && side.stand.shown[tree] ? body : null)));
+    const distance = ({ first }) => Math.hypot(side.bodies[first].place.x - x, side.bodies[first].place.z - z);
+    const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => distance(a) - distance(b)).slice(0, MOST_OVERLAPS) : pairs;
+    const whose = this.view.sides.length > 1 ? `${side.variant.title}: ` : "";
+    const count = pairs.length === 1 ? "1 pair of crowns overlaps" : `${pairs.length} pairs of crowns overlap`;
+    const shown = near.length < pairs.length ? `shown are the ${near.length} nearest to the middle of the picture.` : "the space that they share is shown.";
+    return { pairs: near, sentence: `${whose}${count}; ${shown}` };
+  }
+}
