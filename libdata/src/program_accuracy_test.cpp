@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "each_instruction_set.hpp"
+#include "each_instruction_set_test_support.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/data/program.hpp"
 

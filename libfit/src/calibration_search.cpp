@@ -51,7 +51,7 @@ struct Shared {
   const EffectPlaces& places;
   std::vector<RandomDesign> designs{};
   MatrixXd offsets{};          ///< (r x G) effects where z = 0
-  bool is_linearised = false;  ///< conditional covariances are those of the linearised model
+  bool is_linearized = false;  ///< conditional covariances are those of the linearized model
 };
 
 /// The clusters of consecutive rows.
@@ -302,7 +302,7 @@ class Block {
     MatrixXd by_outer;
     MatrixXd by_inner;
     follow(c, by_fixed, by_outer, by_inner);
-    const bool is_exact = !shared_.is_linearised;
+    const bool is_exact = !shared_.is_linearized;
     if (!(is_exact && cluster.factor.compute(cluster.designs, triangles(c, sums_, true))) &&
         !cluster.factor.compute(cluster.designs, triangles(c, sums_, false))) {
       return;
@@ -393,7 +393,7 @@ EffectPosteriors run(const NonlinearModel& model,
                 .priors = priors,
                 .terms = terms,
                 .places = places,
-                .is_linearised = fit.method == Method::kLindstromBates};
+                .is_linearized = fit.method == Method::kLindstromBates};
   for (const EffectRoots& roots : priors.roots) shared.designs.push_back(design_of(roots, places));
   const auto r = static_cast<Index>(places.random.size());
   shared.offsets.setZero(r, model.group_count());

@@ -73,9 +73,9 @@ CalibrationTerms::CalibrationTerms(const NonlinearModel& model,
     : model_(model), random_(std::move(random)) {
   fill_base(fit);
   store_strata(fit);
-  const bool is_penalised = fit.method == Method::kLindstromBates;
+  const bool is_penalized = fit.method == Method::kLindstromBates;
   const bool is_first_order = fit.method == Method::kFirstOrder;
-  holds_weights_ = is_penalised && uses_fitted(fit.variance);
+  holds_weights_ = is_penalized && uses_fitted(fit.variance);
 
   const Expression& mean = model.specification().formula.right;
   Expression population = mean;
@@ -98,7 +98,7 @@ CalibrationTerms::CalibrationTerms(const NonlinearModel& model,
   Derivatives d{.weight = exp(-2.0 * log_sd)};
   const Expression scaled = r * d.weight;
   const Expression squared = r * scaled;
-  if (is_penalised) {
+  if (is_penalized) {
     const Expression held = holds_weights_ ? Expression::variable(kHeld) : d.weight;
     d.objective = 0.5 * (r * r * held);
     d.own_objective = 0.5 * squared;

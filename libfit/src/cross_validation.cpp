@@ -189,7 +189,7 @@ FitStatistics statistics_of(const VectorXd& observed,
   return fit_statistics(VectorXd(observed(known)), VectorXd(predicted(known)));
 }
 
-void summarise(CrossValidation& result, const VectorXd& log_density) {
+void summarize(CrossValidation& result, const VectorXd& log_density) {
   result.statistics =
       statistics_of(result.observed, result.predicted, result.predicted, result.predicted_count);
   const auto is_known = log_density.array().isFinite();
@@ -269,7 +269,7 @@ CrossValidation cross_validate(const FittedModel& fit,
     }
     result.failed.push_back(std::move(failed));
   }
-  summarise(result, log_density);
+  summarize(result, log_density);
   return result;
 }
 

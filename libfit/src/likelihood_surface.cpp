@@ -120,8 +120,8 @@ SurfaceSetting::SurfaceSetting(const FittedModel& of, const data::Table& table)
 
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
   if (is_marginal(setting.fit.method)) return make_marginal_surface(setting);
-  const bool is_linearised = setting.fit.method == Method::kLindstromBates || setting.fit.reml;
-  return is_linearised ? make_linearised_surface(setting) : make_least_squares_surface(setting);
+  const bool is_linearized = setting.fit.method == Method::kLindstromBates || setting.fit.reml;
+  return is_linearized ? make_linearized_surface(setting) : make_least_squares_surface(setting);
 }
 
 std::string likelihood_in_words(const FittedModel& fit) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The likelihood that a fit maximised, as a function of all of its parameters around the estimates.
+// The likelihood that a fit maximized, as a function of all of its parameters around the estimates.
 #pragma once
 
 #include <Eigen/Core>
@@ -103,7 +103,7 @@ std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting);
 std::string likelihood_in_words(const FittedModel& fit);
 
 std::unique_ptr<LikelihoodSurface> make_marginal_surface(const SurfaceSetting& setting);
-std::unique_ptr<LikelihoodSurface> make_linearised_surface(const SurfaceSetting& setting);
+std::unique_ptr<LikelihoodSurface> make_linearized_surface(const SurfaceSetting& setting);
 std::unique_ptr<LikelihoodSurface> make_least_squares_surface(const SurfaceSetting& setting);
 
 }  // namespace silvafit::fit

@@ -29,7 +29,7 @@ RelativeFactor factor_of(const std::optional<RandomEffects>& random, const Vecto
 }
 
 /// Root mean squares of the columns of X, 1 where there is none.
-VectorXd column_sizes(const Linearisation& at) {
+VectorXd column_sizes(const Linearization& at) {
   const GroupMoments& moments = at.model.moments;
   const Index p = moments.width() - 1;
   VectorXd squares = VectorXd::Zero(p);
@@ -44,7 +44,7 @@ VectorXd column_sizes(const Linearisation& at) {
 }
 
 /// Whether g is about one at typical values, whatever the parameters.
-bool normalised(const VarianceFunction& variance) {
+bool normalized(const VarianceFunction& variance) {
   return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
     return factor.kind != VarianceFactor::Kind::kStratum && factor.stratum.empty() &&
            !factor.delta && !factor.constant;
@@ -86,12 +86,12 @@ PooledFit pooled_fit(const NonlinearModel& model,
                      const VectorXd& start,
                      const MixedEffectsOptions& options) {
   const VarianceModel constant({}, VarianceData::of(model));
-  const LinearisationPoint point{.coefficients = start,
+  const LinearizationPoint point{.coefficients = start,
                                  .effects = MatrixXd::Zero(start.size(), model.group_count()),
                                  .variance = VectorXd(0),
                                  .units = VectorXd::Ones(start.size())};
-  Linearisation at;
-  Lineariser(model, constant).linearise(point, false, nullptr, at);
+  Linearization at;
+  Linearizer(model, constant).linearize(point, false, nullptr, at);
   PooledFit result{
       .coefficients = start,
       .scale = column_sizes(at).cwiseInverse(),
@@ -120,8 +120,8 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       inner_factor_(factor_of(model.specification().random, chosen(scale_, random_))),
       outer_factor_(factor_of(model.specification().outer_random, chosen(scale_, outer_random_))),
       variance_(variance, VarianceData::of(model)),
-      is_normalised_(normalised(variance)),
-      lineariser_(model, variance_) {}
+      is_normalized_(normalized(variance)),
+      linearizer_(model, variance_) {}
 
 RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
   const Index inner = inner_factor_.parameter_count();
@@ -167,7 +167,7 @@ SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome
   return {.state = outcome.state,
           .quantities = variance_.quantities(),
           .parameters = variance_parameters(outcome.state.theta),
-          .mean_log = is_normalised_ ? 0.0 : outcome.at->model.moments.sum_log()[0] / n,
+          .mean_log = is_normalized_ ? 0.0 : outcome.at->model.moments.sum_log()[0] / n,
           .log_likelihood = outcome.log_likelihood,
           .converged = outcome.converged};
 }
@@ -203,9 +203,9 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
   state.theta.tail(parameters.size()) = parameters;
   // Psi / sigma^2 with the new scale of sigma.
   adopt_scale(state.scale);
-  if (is_normalised_ && smaller.mean_log == 0.0) return state;
-  Linearisation at;
-  if (!linearise(state, nullptr, at)) return state;
+  if (is_normalized_ && smaller.mean_log == 0.0) return state;
+  Linearization at;
+  if (!linearize(state, nullptr, at)) return state;
   const double mean_log =
       at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
   state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
@@ -216,12 +216,12 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
 
 LindstromBatesState LindstromBates::first_order_start() {
   LindstromBatesState state = start(1.0);
-  // The series of the weights is good near its centre only, so that it is moved along.
+  // The series of the weights is good near its center only, so that it is moved along.
   constexpr int kRounds = 5;
   constexpr double kNear = 0.1;
   for (int round = 0; round < kRounds; ++round) {
-    Linearisation at;
-    if (!linearise(state, nullptr, at)) break;
+    Linearization at;
+    if (!linearize(state, nullptr, at)) break;
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
       const LinearMixedProfile value = profile_near(state, at, theta);
       if (!value.is_valid) return std::numeric_limits<double>::infinity();
@@ -229,7 +229,7 @@ LindstromBatesState LindstromBates::first_order_start() {
       return value.minus_log_likelihood;
     };
     const QuasiNewtonResult best =
-        minimise(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
+        minimize(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
     if (!std::isfinite(best.value) || !best.x.allFinite()) break;
     const VectorXd change = variance_parameters(best.x) - variance_parameters(state.theta);
     state.theta = best.x;
@@ -245,7 +245,7 @@ void LindstromBates::adopt_scale(const VectorXd& scale) {
   outer_factor_ = factor_of(specification.outer_random, chosen(scale_, outer_random_));
 }
 
-bool LindstromBates::rescale(LindstromBatesState& state, Linearisation& at) {
+bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   const VectorXd size = column_sizes(at);
   if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
   const RelativeFactors from = factors(state.theta);
@@ -262,13 +262,13 @@ bool LindstromBates::rescale(LindstromBatesState& state, Linearisation& at) {
   return true;
 }
 
-bool LindstromBates::linearise(const LindstromBatesState& state,
-                               const Linearisation* before,
-                               Linearisation& at) {
+bool LindstromBates::linearize(const LindstromBatesState& state,
+                               const Linearization* before,
+                               Linearization& at) {
   const RelativeFactors now = factors(state.theta);
   const MatrixXd inner = now.inner * state.spherical;
   const MatrixXd outer = now.outer * state.outer_spherical;
-  LinearisationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
+  LinearizationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
                            .effects = MatrixXd::Zero(scale_.size(), model_.group_count()),
                            .variance = variance_parameters(state.theta),
                            .units = scale_};
@@ -285,10 +285,10 @@ bool LindstromBates::linearise(const LindstromBatesState& state,
   }
   at.model.restricted = options_.reml;
   at.model.log_units = -2.0 * scale_.array().log().sum();
-  return lineariser_.linearise(point, true, before, at);
+  return linearizer_.linearize(point, true, before, at);
 }
 
-LinearMixedProfile LindstromBates::profile_at(const Linearisation& at,
+LinearMixedProfile LindstromBates::profile_at(const Linearization& at,
                                               const VectorXd& theta,
                                               bool with_derivatives) const {
   const Index parameters = at.model.moments.parameters();
@@ -301,17 +301,17 @@ LinearMixedProfile LindstromBates::profile_at(const Linearisation& at,
 }
 
 LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state,
-                                                const Linearisation& at,
+                                                const Linearization& at,
                                                 const VectorXd& theta) {
-  if (!lineariser_.is_curved() || variance_parameters(theta) == at.variance) {
+  if (!linearizer_.is_curved() || variance_parameters(theta) == at.variance) {
     return profile_at(at, theta, true);
   }
   // The likelihood of a constant plus a power has ridges and several hills, for which the series
   // of the weights does not do.
   LindstromBatesState moved = state;
   moved.theta.tail(variance_.parameter_count()) = variance_parameters(theta);
-  Linearisation there;
-  if (!linearise(moved, nullptr, there)) return {};
+  Linearization there;
+  if (!linearize(moved, nullptr, there)) return {};
   return profile_at(there, theta, true);
 }
 
@@ -324,12 +324,12 @@ VectorXd LindstromBates::gradient(const LinearMixedProfile& at) const {
 }
 
 double LindstromBates::take_step(LindstromBatesState& state,
-                                 Linearisation& at,
+                                 Linearization& at,
                                  const LinearMixedProfile& target) {
-  const auto penalised = [](const VectorXd& squares, const LindstromBatesState& of) {
+  const auto penalized = [](const VectorXd& squares, const LindstromBatesState& of) {
     return VectorXd(squares + of.spherical.colwise().squaredNorm().transpose());
   };
-  const VectorXd current = penalised(at.squares, state);
+  const VectorXd current = penalized(at.squares, state);
   const double total = current.sum() + state.outer_spherical.squaredNorm();
   const MatrixXd change = target.spherical - state.spherical;
   const MatrixXd outer_change = target.outer_spherical - state.outer_spherical;
@@ -345,9 +345,9 @@ double LindstromBates::take_step(LindstromBatesState& state,
     trial.beta += length * target.coefficients;
     trial.spherical += length * change * group_length.asDiagonal();
     trial.outer_spherical += length * outer_change * cluster_length.asDiagonal();
-    Linearisation point;
-    const bool is_finite = linearise(trial, &at, point);
-    const VectorXd reached = penalised(point.squares_before, trial);
+    Linearization point;
+    const bool is_finite = linearize(trial, &at, point);
+    const VectorXd reached = penalized(point.squares_before, trial);
     const double total_reached = reached.sum() + trial.outer_spherical.squaredNorm();
     if (is_finite && total_reached <= total * (1.0 + 1e-13)) {
       state = std::move(trial);
@@ -370,8 +370,8 @@ double LindstromBates::take_step(LindstromBatesState& state,
   return 0.0;
 }
 
-bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Linearisation& at) {
-  if (!linearise(state, nullptr, at)) return false;
+bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Linearization& at) {
+  if (!linearize(state, nullptr, at)) return false;
   constexpr int kSteps = 100;
   // Many short steps in a row lead along a wall of the mean function, not to a solution.
   constexpr double kShort = 0.1;
@@ -433,7 +433,7 @@ bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromB
 MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   const LindstromBatesState& state = outcome.state;
   adopt_scale(state.scale);
-  const Linearisation& at = *outcome.at;
+  const Linearization& at = *outcome.at;
   const LinearMixedProfile value = profile_at(at, state.theta, false);
   const RelativeFactors now = factors(state.theta);
 

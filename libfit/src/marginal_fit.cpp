@@ -95,7 +95,7 @@ class MarginalSearch {
   MarginalSearch(const NonlinearModel& model,
                  Integration integration,
                  const MarginalOptions& options,
-                 const MixedEffectsFit& linearised)
+                 const MixedEffectsFit& linearized)
       : model_(model),
         options_(options),
         variance_(model.specification().variance, VarianceData::of(model)),
@@ -104,7 +104,7 @@ class MarginalSearch {
                     curvature_of(integration),
                     integration == Integration::kQuadrature ? options.quadrature_points : 1,
                     options.threads),
-        coordinates_(model, likelihood_, variance_.parameter_count(), units(linearised)) {}
+        coordinates_(model, likelihood_, variance_.parameter_count(), units(linearized)) {}
 
   /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
   /// and searches in vain cost more than a start from scratch.
@@ -255,7 +255,7 @@ class MarginalSearch {
     };
     Optimum optimum;
     QuasiNewtonResult found =
-        minimise(objective,
+        minimize(objective,
                  start,
                  {},
                  {.decrement = kStopDecrement, .maximum_steps = 2 * steps_, .one_sided = true});
@@ -273,14 +273,14 @@ class MarginalSearch {
       optimum.decrement = certificate.decrement();
       const VectorXd lower = lower_point(optimum, certificate);
       if (lower.size() > 0) {
-        found = minimise(objective,
+        found = minimize(objective,
                          lower,
                          {},
                          {.decrement = kStopDecrement, .maximum_steps = steps_, .one_sided = true});
       } else if (optimum.decrement <= kConvergedDecrement) {
         break;
       } else {
-        found = minimise(objective,
+        found = minimize(objective,
                          found.x,
                          optimum.hessian,
                          {.decrement = kStopDecrement, .maximum_steps = steps_});
@@ -377,12 +377,12 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   return fit;
 }
 
-MixedEffectsFit without_modes(MixedEffectsFit linearised) {
-  linearised.convergence.converged = false;
-  linearised.convergence.verdict =
+MixedEffectsFit without_modes(MixedEffectsFit linearized) {
+  linearized.convergence.converged = false;
+  linearized.convergence.verdict =
       "Not converged: no mode of the random effects was found at any start. Try fewer random "
       "effects, or a model that the pooled data fit better.";
-  return linearised;
+  return linearized;
 }
 
 }  // namespace
@@ -407,22 +407,22 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              Integration integration,
                              const MarginalOptions& options) {
   check(model, integration, options);
-  const MixedEffectsFit linearised = fit_lindstrom_bates(model, start);
-  MarginalSearch search(model, integration, options, linearised);
+  const MixedEffectsFit linearized = fit_lindstrom_bates(model, start);
+  MarginalSearch search(model, integration, options, linearized);
   const bool is_first_order = !needs_curvature(integration);
-  if (linearised.convergence.converged || is_first_order) search.try_fit(linearised);
+  if (linearized.convergence.converged || is_first_order) search.try_fit(linearized);
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {
     // The first-order likelihood is smooth wherever there are modes, and bounded.
-    MarginalSearch first_order(model, Integration::kInteraction, options, linearised);
-    first_order.try_fit(linearised);
+    MarginalSearch first_order(model, Integration::kInteraction, options, linearized);
+    first_order.try_fit(linearized);
     if (!first_order.has_converged()) first_order.try_pooled(start);
     if (first_order.has_optimum()) smooth = first_order.result();
     if (smooth) search.try_fit(*smooth);
   }
   if (!search.has_converged()) search.try_pooled(start);
   if (!search.has_optimum()) {
-    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearised);
+    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearized);
   }
   MixedEffectsFit fit = search.result();
   describe(model, fit);

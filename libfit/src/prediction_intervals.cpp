@@ -75,9 +75,9 @@ class Chunk {
         result_(result) {
     set_of_row_.assign(sets.set_of_row.begin() + begin_, sets.set_of_row.begin() + begin_ + rows_);
     arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
-    centre_ = mean_.mean(arguments_);
+    center_ = mean_.mean(arguments_);
     gradient_ = mean_.gradient(arguments_);
-    residual_sd_ = fit.residual_sd(centre_, part_);
+    residual_sd_ = fit.residual_sd(center_, part_);
     for (const UncertainColumn& column : options.uncertain) {
       if (!uses(column.name)) continue;
       uncertain_.push_back(&column);
@@ -263,7 +263,7 @@ class Chunk {
       if (open == Open::kInner) covariance += open_inner;
       if (open == Open::kAll) covariance += open_all;
       const MatrixXd of = spread(row, covariance, true);
-      if (!of.allFinite() || !std::isfinite(centre_[row])) continue;
+      if (!of.allFinite() || !std::isfinite(center_[row])) continue;
       MatrixXd& root = roots[static_cast<std::size_t>(row)];
       root = rotated_root(of, gradient_.row(row));
       rows_of_width[root.cols()].push_back(static_cast<std::size_t>(row));
@@ -309,14 +309,14 @@ class Chunk {
                      const std::vector<MatrixXd>& roots) const {
     const data::Table part = part_.select(rows);
     const RowMean mean(fit_.specification, part, uncertain_names(options_));
-    const MatrixXd centre = arguments_(rows, Eigen::all);
+    const MatrixXd center = arguments_(rows, Eigen::all);
     constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
     constexpr double kStep = 1.5;
-    VectorXd result = VectorXd::Zero(centre.rows());
+    VectorXd result = VectorXd::Zero(center.rows());
     VectorXd last_mean;
     VectorXd last_sd;
     for (const double place : kPlaces) {
-      MatrixXd at = centre;
+      MatrixXd at = center;
       for (std::size_t k = 0; k < rows.size(); ++k) {
         at.row(static_cast<Index>(k)) += place * roots[rows[k]].col(0).transpose();
       }
@@ -342,17 +342,17 @@ class Chunk {
     std::vector<bool> result(rows.size(), false);
     if (width < 2) return result;
     const RowMean mean(fit_.specification, part_.select(rows), uncertain_names(options_));
-    const MatrixXd centre = arguments_(rows, Eigen::all);
+    const MatrixXd center = arguments_(rows, Eigen::all);
     for (Index direction = 1; direction < width; ++direction) {
       for (const double side : {-std::sqrt(3.0), std::sqrt(3.0)}) {
-        MatrixXd at = centre;
+        MatrixXd at = center;
         for (std::size_t k = 0; k < rows.size(); ++k) {
           at.row(static_cast<Index>(k)) += side * roots[rows[k]].col(direction).transpose();
         }
         const VectorXd moved = mean.mean(at);
         for (std::size_t k = 0; k < rows.size(); ++k) {
           const auto row = static_cast<Index>(rows[k]);
-          const double move = std::abs(moved[static_cast<Index>(k)] - centre_[row]);
+          const double move = std::abs(moved[static_cast<Index>(k)] - center_[row]);
           if (!(move <= kSmallMove * result_.prediction_error[begin_ + row])) result[k] = true;
         }
       }
@@ -367,12 +367,12 @@ class Chunk {
     const QuadratureRule& rule = chosen.points;
     const data::Table part = part_.select(rows);
     const RowMean mean(fit_.specification, part, uncertain_names(options_));
-    const MatrixXd centre = arguments_(rows, Eigen::all);
+    const MatrixXd center = arguments_(rows, Eigen::all);
     const auto count = static_cast<Index>(rows.size());
     MatrixXd means(rule.weights.size(), count);
     MatrixXd deviations(rule.weights.size(), count);
     for (Index k = 0; k < rule.weights.size(); ++k) {
-      MatrixXd at = centre;
+      MatrixXd at = center;
       for (Index i = 0; i < count; ++i) {
         const MatrixXd& root = roots[rows[static_cast<std::size_t>(i)]];
         at.row(i) += (root * rule.nodes.col(k)).transpose();
@@ -393,7 +393,7 @@ class Chunk {
       const auto end = [&](double probability) {
         const double quantile =
             mixture_quantile(means.col(i), deviations.col(i), rule.weights, probability);
-        return centre_[row] + wider * (quantile - centre_[row]);
+        return center_[row] + wider * (quantile - center_[row]);
       };
       result_.lower[begin_ + row] = end(tail);
       result_.upper[begin_ + row] = end(1.0 - tail);
@@ -446,7 +446,7 @@ class Chunk {
   std::vector<Index> set_of_row_;
   std::vector<const UncertainColumn*> uncertain_;
   MatrixXd arguments_;
-  VectorXd centre_;
+  VectorXd center_;
   MatrixXd gradient_;
   VectorXd residual_sd_;
 };

@@ -269,10 +269,10 @@ class ProfileSearch {
                            const std::optional<ProfilePoint>& before) {
     const double value = scale_.from(t);
     const std::optional<ProfilePoint> point =
-        minimised(t, value, guess(t, inside, before), inside.hessian);
+        minimized(t, value, guess(t, inside, before), inside.hessian);
     if (point && is_plausible(*point, inside, before)) return *point;
     // A guess may lie where there is no likelihood, or in another valley.
-    const std::optional<ProfilePoint> again = minimised(t, value, inside.free, inside.hessian);
+    const std::optional<ProfilePoint> again = minimized(t, value, inside.free, inside.hessian);
     if (again && !again->is_above && (!point || point->is_above || again->root < point->root)) {
       return *again;
     }
@@ -281,7 +281,7 @@ class ProfileSearch {
 
   /// Nothing where the search ends before a minimum: such a point would look like a steep fall of
   /// the likelihood.
-  std::optional<ProfilePoint> minimised(double t,
+  std::optional<ProfilePoint> minimized(double t,
                                         double value,
                                         const VectorXd& free,
                                         const MatrixXd& hessian) {
@@ -298,11 +298,11 @@ class ProfileSearch {
     };
     const MatrixXd begin = hessian.size() > 0 ? hessian : constrained_hessian(free, value);
     QuasiNewtonResult found =
-        minimise(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
+        minimize(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
     // A Hessian from far away may be stale beyond repair by updates.
     constexpr int kFreshStarts = 3;
     for (int i = 0; i < kFreshStarts && std::isfinite(found.value) && !is_minimum(found); ++i) {
-      found = minimise(objective, found.x, {}, {.decrement = kDecrement, .maximum_steps = 60});
+      found = minimize(objective, found.x, {}, {.decrement = kDecrement, .maximum_steps = 60});
     }
     if (!std::isfinite(found.value) || !is_minimum(found)) return std::nullopt;
     ProfilePoint point{.t = t, .free = found.x, .hessian = found.hessian};

@@ -12,7 +12,7 @@
 namespace silvafit::fit {
 
 /// Psi / sigma^2 = L L' with L lower triangular; its diagonal may be zero or negative, so that the
-/// edge of the set of covariance matrices is nothing special to an optimiser.
+/// edge of the set of covariance matrices is nothing special to an optimizer.
 class RelativeFactor {
  public:
   /// \param random  the form of the covariance

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "candidate_points.hpp"
-#include "descent.hpp"
+#include "levenberg_marquardt.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {

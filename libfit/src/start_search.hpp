@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "descent.hpp"
+#include "levenberg_marquardt.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

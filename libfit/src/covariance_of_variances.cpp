@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The expected information on variances of random effects that are zero.
+#include "silvafit/fit/covariance_of_variances.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "linearisation.hpp"
+#include "linearization.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/fit/likelihood_ratio.hpp"
 #include "variance_weights.hpp"
 
 namespace silvafit::fit {
@@ -78,9 +79,9 @@ double trace_of(const MatrixXd& p,
 
 }  // namespace
 
-MatrixXd variance_covariance(const FittedModel& larger,
-                             const FittedModel& smaller,
-                             const data::Table& table) {
+MatrixXd covariance_of_variances(const FittedModel& larger,
+                                 const FittedModel& smaller,
+                                 const data::Table& table) {
   const NonlinearModel model(joined(larger, smaller), table);
   Index new_variances = 0;
   const auto parameters = elements(larger, smaller, new_variances);
@@ -91,7 +92,7 @@ MatrixXd variance_covariance(const FittedModel& larger,
 
   const auto q = static_cast<Index>(larger.random_names.size());
   const std::vector<Index> places = model.coefficients_of(model.specification().random);
-  LinearisationPoint point{
+  LinearizationPoint point{
       .coefficients = smaller.estimate,
       .effects = MatrixXd::Zero(model.coefficient_count(), model.group_count()),
       .variance = internal,
@@ -108,8 +109,8 @@ MatrixXd variance_covariance(const FittedModel& larger,
       psi(to, other) = smaller.random_covariance(from, static_cast<Index>(j));
     }
   }
-  Linearisation at;
-  if (!Lineariser(model, variance).linearise(point, false, nullptr, at)) {
+  Linearization at;
+  if (!Linearizer(model, variance).linearize(point, false, nullptr, at)) {
     throw UsageError("the model has no finite slopes at the estimates of the smaller fit");
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "linearisation.hpp"
+#include "linearization.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ constexpr double kLongestChange = 1.0;
 
 }  // namespace
 
-Lineariser::Lineariser(const NonlinearModel& model, const VarianceModel& variance)
+Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& variance)
     : model_(model),
       variance_(variance),
       random_({.inner = model.coefficients_of(model.specification().random),
@@ -43,11 +43,11 @@ Lineariser::Lineariser(const NonlinearModel& model, const VarianceModel& varianc
   make_programs();
 }
 
-bool Lineariser::is_curved() const {
+bool Linearizer::is_curved() const {
   return !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_straight);
 }
 
-void Lineariser::make_segments() {
+void Linearizer::make_segments() {
   Index in_block = 0;
   blocks_.push_back(0);
   for (Index group = 0; group < model_.group_count(); ++group) {
@@ -65,7 +65,7 @@ void Lineariser::make_segments() {
   blocks_.push_back(segments_.size());
 }
 
-void Lineariser::make_parameters() {
+void Linearizer::make_parameters() {
   parameters_.resize(model_.specification().parameters.size(), {.is_scalar = true});
   for (Index j = 0; j < model_.coefficient_count(); ++j) {
     Parameter& parameter = parameters_[static_cast<std::size_t>(model_.parameter_of(j))];
@@ -75,12 +75,12 @@ void Lineariser::make_parameters() {
   }
 }
 
-const NonlinearModel::Strata* Lineariser::strata_of(std::size_t quantity) const {
+const NonlinearModel::Strata* Linearizer::strata_of(std::size_t quantity) const {
   const int strata = variance_.quantities()[quantity].strata;
   return strata < 0 ? nullptr : &variance_.data().strata[static_cast<std::size_t>(strata)];
 }
 
-void Lineariser::make_terms() {
+void Linearizer::make_terms() {
   const auto& quantities = variance_.quantities();
   const auto stratum_of = [&](std::size_t k, Index parameter) {
     return quantities[k].strata < 0 ? -1 : parameter + (quantities[k].has_reference ? 1 : 0);
@@ -113,7 +113,7 @@ void Lineariser::make_terms() {
   }
 }
 
-void Lineariser::make_programs() {
+void Linearizer::make_programs() {
   const ModelSpecification& specification = model_.specification();
   const Expression& mean = specification.formula.right;
   std::vector<Expression> outputs{mean};
@@ -158,7 +158,7 @@ void Lineariser::make_programs() {
   group_products_.resize(columns_.size() * columns_.size());
 }
 
-void Lineariser::fill_parameters(const LinearisationPoint& point,
+void Linearizer::fill_parameters(const LinearizationPoint& point,
                                  std::size_t first,
                                  std::size_t last) {
   const Index block_begin = segments_[first].begin;
@@ -191,7 +191,7 @@ void Lineariser::fill_parameters(const LinearisationPoint& point,
   }
 }
 
-void Lineariser::fill_quantities(const LinearisationPoint& point, Index begin, Index rows) {
+void Linearizer::fill_quantities(const LinearizationPoint& point, Index begin, Index rows) {
   const auto& quantities = variance_.quantities();
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     const VarianceModel::Quantity& quantity = quantities[k];
@@ -209,11 +209,11 @@ void Lineariser::fill_quantities(const LinearisationPoint& point, Index begin, I
   }
 }
 
-void Lineariser::evaluate_block(const LinearisationPoint& point,
+void Linearizer::evaluate_block(const LinearizationPoint& point,
                                 bool expand,
                                 std::size_t first,
                                 std::size_t last,
-                                Linearisation& result) {
+                                Linearization& result) {
   const Index begin = segments_[first].begin;
   const Index rows = segments_[last - 1].end - begin;
   fill_parameters(point, first, last);
@@ -250,16 +250,16 @@ void Lineariser::evaluate_block(const LinearisationPoint& point,
   }
 }
 
-void Lineariser::add_products(const double* weight, Index rows, double* target) {
+void Linearizer::add_products(const double* weight, Index rows, double* target) {
   data::weighted_products(columns_, weight, static_cast<std::size_t>(rows), group_products_.data());
   for (std::size_t k = 0; k < group_products_.size(); ++k) target[k] += group_products_[k];
 }
 
-void Lineariser::add_segment(const Segment& segment,
+void Linearizer::add_segment(const Segment& segment,
                              Index block_begin,
                              bool expand,
-                             const Linearisation* before,
-                             Linearisation& result) {
+                             const Linearization* before,
+                             Linearization& result) {
   const Index offset = segment.begin - block_begin;
   const Index rows = segment.end - segment.begin;
   const auto count = static_cast<std::size_t>(rows);
@@ -284,7 +284,7 @@ void Lineariser::add_segment(const Segment& segment,
   if (expand) add_terms(segment, offset, result);
 }
 
-void Lineariser::add_terms(const Segment& segment, Index offset, Linearisation& result) {
+void Linearizer::add_terms(const Segment& segment, Index offset, Linearization& result) {
   const Index rows = segment.end - segment.begin;
   const auto first = static_cast<Index>(parameters_.size()) + 3;
   const auto quantity_count = static_cast<Index>(variance_.quantities().size());
@@ -346,7 +346,7 @@ void Lineariser::add_terms(const Segment& segment, Index offset, Linearisation& 
   }
 }
 
-void Lineariser::finish_group(Index group, const LinearisationPoint& point, Linearisation& result) {
+void Linearizer::finish_group(Index group, const LinearizationPoint& point, Linearization& result) {
   GroupMoments& moments = result.model.moments;
   const Index w = moments.width();
   const Index p = w - 1;
@@ -371,11 +371,11 @@ void Lineariser::finish_group(Index group, const LinearisationPoint& point, Line
   }
 }
 
-void Lineariser::centre(Linearisation& result) const {
+void Linearizer::center(Linearization& result) const {
   GroupMoments& moments = result.model.moments;
   const auto n = static_cast<double>(model_.observations());
   const VectorXd mean = moments.sum_log().segment(1, moments.parameters()) / n;
-  moments.set_centre(mean);
+  moments.set_center(mean);
   result.longest_change.resize(moments.parameters());
   for (std::size_t k = 0; k < variance_.quantities().size(); ++k) {
     const VarianceModel::Quantity& quantity = variance_.quantities()[k];
@@ -387,10 +387,10 @@ void Lineariser::centre(Linearisation& result) const {
   }
 }
 
-bool Lineariser::linearise(const LinearisationPoint& point,
+bool Linearizer::linearize(const LinearizationPoint& point,
                            bool expand,
-                           const Linearisation* before,
-                           Linearisation& result) {
+                           const Linearization* before,
+                           Linearization& result) {
   const bool varies = !variance_.log_scale().is_zero();
   expand = expand && variance_.parameter_count() > 0;
   const Index width = model_.coefficient_count() + 1;
@@ -415,7 +415,7 @@ bool Lineariser::linearise(const LinearisationPoint& point,
     }
   }
   if (before != nullptr && before->weight.size() == 0) result.squares_before = result.squares;
-  if (expand) centre(result);
+  if (expand) center(result);
   return result.squares.allFinite() && result.model.moments.all_finite();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/fit/inference.hpp"
+#include "silvafit/fit/observed_information.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
