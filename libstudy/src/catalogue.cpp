@@ -11,12 +11,13 @@
 #include <tuple>
 #include <utility>
 
-#include "json_reader.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/json_reader.hpp"
 
 namespace silvafit::study {
 namespace {
 
+using data::JsonReader;
 using Names = std::vector<std::string>;
 
 bool contains(const Names& names, const std::string& name) {
