@@ -46,8 +46,7 @@ class LinearizedSurface : public LikelihoodSurface {
                .effects = effects_of(setting),
                .variance = setting.internal,
                .units = setting.unit} {
-    optimum_ =
-        layout_.coordinates(setting.fit, setting.estimate, setting.internal, setting.log_sigma);
+    optimum_ = setting.coordinates(layout_, setting.log_sigma);
     is_valid_ = linearize(setting.internal);
   }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -80,16 +79,6 @@ struct Optimum {
   MatrixXd inner_modes{};
 };
 
-/// The spherical effects v of given effects b = L v, as far as L can hold them.
-MatrixXd spherical(const MatrixXd& factor, const MatrixXd& effects) {
-  if (factor.size() == 0) return effects;
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  constexpr double kSmallestPivot = 1e-6;
-  solver.setThreshold(kSmallestPivot);
-  solver.compute(factor);
-  return solver.solve(effects);
-}
-
 class MarginalSearch {
  public:
   MarginalSearch(const NonlinearModel& model,
@@ -104,7 +93,7 @@ class MarginalSearch {
                     curvature_of(integration),
                     integration == Integration::kQuadrature ? options.quadrature_points : 1,
                     options.threads),
-        coordinates_(model, likelihood_, variance_.parameter_count(), units(linearized)) {}
+        coordinates_(model, variance_, units(linearized)) {}
 
   /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
   /// and searches in vain cost more than a start from scratch.
@@ -124,8 +113,8 @@ class MarginalSearch {
     const VectorXd x = coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
     const MarginalPoint point = coordinates_.point(x);
     run(x,
-        spherical(point.outer_factor, outer_effects_of(fit)),
-        spherical(point.inner_factor, fit.random_effects));
+        spherical_effects(point.outer_factor, outer_effects_of(fit)),
+        spherical_effects(point.inner_factor, fit.random_effects));
   }
 
   /// From the pooled fit with random effects of several spreads, until one converges.
@@ -167,7 +156,7 @@ class MarginalSearch {
     fit.sigma = scale * variance_.sigma_factor(parameters);
     fit.variance = variance_.estimate(parameters);
     fit.log_likelihood = -best_.value;
-    fit.parameter_count = static_cast<int>(coordinates_.size());
+    fit.parameter_count = static_cast<int>(coordinates_.layout().size());
     fit.observations = model_.observations();
     predict(fit, scale, parameters);
     fit.convergence.converged = has_converged();
@@ -183,7 +172,7 @@ class MarginalSearch {
     const ObservationPoint observation{
         .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
     const auto covariance = [&](const std::vector<Index>& coefficients) -> MatrixXd {
-      const VectorXd deviations = spread * coordinates_.unit()(coefficients);
+      const VectorXd deviations = spread * coordinates_.layout().unit()(coefficients);
       return deviations.cwiseAbs2().asDiagonal();
     };
     const VectorXd x = coordinates_.coordinates(observation,
@@ -326,9 +315,10 @@ class MarginalSearch {
 
   /// The fixed effects' block of the inverse of the observed information.
   MatrixXd fixed_covariance() const {
-    const Index p = coordinates_.beta_count();
+    const Index p = coordinates_.layout().beta_count();
     const MatrixXd scaled = informed_inverse(best_.hessian).topLeftCorner(p, p);
-    return coordinates_.unit().asDiagonal() * scaled * coordinates_.unit().asDiagonal();
+    return coordinates_.layout().unit().asDiagonal() * scaled *
+           coordinates_.layout().unit().asDiagonal();
   }
 
   void predict(MixedEffectsFit& fit, double scale, const VectorXd& parameters) const {

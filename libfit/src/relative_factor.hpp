@@ -44,4 +44,9 @@ class RelativeFactor {
   Eigen::VectorXd identity_;  ///< diagonal of L for the identity form with parameter one
 };
 
+/// The spherical effects v of effects b = L v, as far as L, which may be singular, can hold them.
+/// \param factor   (q x q) L
+/// \param effects  (q x G) b
+Eigen::MatrixXd spherical_effects(const Eigen::MatrixXd& factor, const Eigen::MatrixXd& effects);
+
 }  // namespace silvafit::fit
