@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "silvafit/data/row_sums.hpp"
 
@@ -224,18 +223,7 @@ Expression CalibrationTerms::log_scale(const FittedModel& fit, const Expression&
 }
 
 CalibrationTerms::Task CalibrationTerms::task_of(const std::vector<Expression>& outputs) const {
-  Task task{.outputs = outputs.size()};
-  std::set<std::string> names;
-  for (const Expression& output : outputs) {
-    for (std::string& name : output.variables()) names.insert(std::move(name));
-  }
-  std::vector<data::Program::Input> inputs;
-  for (const std::string& name : names) {
-    inputs.push_back({.name = name});
-    task.sources.push_back(source_of(name));
-  }
-  task.program = data::Program(outputs, inputs);
-  return task;
+  return row_program(outputs, [this](const std::string& name) { return source_of(name); });
 }
 
 CalibrationTerms::Source CalibrationTerms::source_of(const std::string& name) const {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "row_program.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -82,12 +83,10 @@ class CalibrationTerms {
     Kind kind = Kind::kColumn;
     Eigen::Index index = 0;          ///< of the parameter
     const double* column = nullptr;  ///< (N)
+
+    static bool is_scalar() { return false; }
   };
-  struct Task {
-    data::Program program{};
-    std::vector<Source> sources{};
-    std::size_t outputs = 0;
-  };
+  using Task = RowProgram<Source>;
   struct Derivatives;
 
   void fill_base(const FittedModel& fit);

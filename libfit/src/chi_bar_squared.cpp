@@ -42,7 +42,9 @@ int positive_components(const VectorXd& y, const MatrixXd& precision) {
     }
     VectorXd point = VectorXd::Zero(k);
     if (!in.empty()) {
-      const VectorXd values = precision(in, in).llt().solve(right(in));
+      const Eigen::LLT<MatrixXd> factor(precision(in, in));
+      if (factor.info() != Eigen::Success) continue;
+      const VectorXd values = factor.solve(right(in));
       if ((values.array() <= 0.0).any()) continue;
       point(in) = values;
     }

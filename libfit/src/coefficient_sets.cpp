@@ -8,7 +8,6 @@
 #include <limits>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 
 #include "group_labels.hpp"
 #include "silvafit/base/error.hpp"
@@ -20,7 +19,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Open = CoefficientSets::Open;
-using Numbers = std::unordered_map<std::string, Index>;
 
 [[noreturn]] void refuse_group(const data::Table& table,
                                std::size_t row,
@@ -34,14 +32,6 @@ using Numbers = std::unordered_map<std::string, Index>;
       fmt::format(
           "'{}' is no group of the fit{}", label, is_calibrated ? " and has no measured tree" : ""),
       place);
-}
-
-Numbers numbered(const std::vector<std::string>& labels) {
-  Numbers number_of;
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    number_of.emplace(labels[g], static_cast<Index>(g));
-  }
-  return number_of;
 }
 
 /// (p x names) which coefficients effects are added to.
@@ -167,7 +157,7 @@ class NewGroupRows {
 /// Number of each group's coarser group in the fit, -1 without.
 std::vector<Index> outer_numbers(const FittedModel& fit) {
   std::vector<Index> result(fit.group_labels.size(), -1);
-  const Numbers outer = numbered(fit.outer.labels);
+  const LabelNumbers outer = numbered(fit.outer.labels);
   for (std::size_t g = 0; g < result.size() && !outer.empty(); ++g) {
     // The coarser label may have a slash itself, so that all of them are tried.
     const std::string& label = fit.group_labels[g];
@@ -203,8 +193,8 @@ void add_conditional(const FittedModel& fit,
   for (Index c = 0; c < clusters; ++c) {
     builder.set_outer(groups + c, fit.outer.effects.col(c), fit.outer_uncertainty, c);
   }
-  const Numbers inner = numbered(fit.group_labels);
-  const Numbers outer = numbered(fit.outer.labels);
+  const LabelNumbers inner = numbered(fit.group_labels);
+  const LabelNumbers outer = numbered(fit.outer.labels);
   const GroupLabels labels(fit.specification, table);
   NewGroupRows new_rows(fit, table, options.new_groups, false, result);
   for (std::size_t row = 0; row < table.rows(); ++row) {

@@ -2,10 +2,11 @@
 // The expected information on variances of random effects that are zero.
 #include "silvafit/fit/covariance_of_variances.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "linearization.hpp"
@@ -38,17 +39,22 @@ ModelSpecification joined(const FittedModel& larger, const FittedModel& smaller)
   return specification;
 }
 
-/// Parameters of the covariance of observations: each is a symmetric pair of random columns, new
-/// variances first, then the elements that the smaller model estimates.
-std::vector<std::pair<Index, Index>> elements(const FittedModel& larger,
-                                              const FittedModel& smaller,
-                                              Index& new_variances) {
+using Element = std::pair<Index, Index>;
+
+/// Elements of the covariance of the larger model's random effects, which are the parameters of the
+/// covariance of observations: new variances first, then those that the smaller model estimates.
+struct Elements {
+  std::vector<Element> all{};
+  Index new_variances = 0;
+};
+
+Elements elements(const FittedModel& larger, const FittedModel& smaller) {
   const Effects& names = larger.random_names;
-  std::vector<std::pair<Index, Index>> result;
+  Elements result;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!contains(smaller.random_names, names[i])) result.emplace_back(i, i);
+    if (!contains(smaller.random_names, names[i])) result.all.emplace_back(i, i);
   }
-  new_variances = static_cast<Index>(result.size());
+  result.new_variances = static_cast<Index>(result.all.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       if (!contains(smaller.random_names, names[i]) || !contains(smaller.random_names, names[j])) {
@@ -56,10 +62,39 @@ std::vector<std::pair<Index, Index>> elements(const FittedModel& larger,
       }
       const bool is_free =
           i == j || smaller.specification.random->covariance == Covariance::kGeneral;
-      if (is_free) result.emplace_back(i, j);
+      if (is_free) result.all.emplace_back(i, j);
     }
   }
   return result;
+}
+
+/// Places of the smaller model's random effects among those of the larger one.
+std::vector<Index> places_among(const Effects& larger, const Effects& smaller) {
+  std::vector<Index> places;
+  for (const std::string& name : smaller) {
+    places.push_back(std::ranges::find(larger, name) - larger.begin());
+  }
+  return places;
+}
+
+/// The model linear around the estimates of the smaller fit.
+Linearization linearized(const NonlinearModel& model,
+                         const VarianceModel& variance,
+                         const FittedModel& smaller) {
+  LinearizationPoint point{
+      .coefficients = smaller.estimate,
+      .effects = MatrixXd::Zero(model.coefficient_count(), model.group_count()),
+      .variance = variance.parameters(smaller.variance),
+      .units = VectorXd::Ones(model.coefficient_count())};
+  const std::vector<Index> random = model.coefficients_of(smaller.specification.random);
+  for (std::size_t k = 0; k < random.size(); ++k) {
+    point.effects.row(random[k]) = smaller.random_effects.row(static_cast<Index>(k));
+  }
+  Linearization at;
+  if (!Linearizer(model, variance).linearize(point, false, nullptr, at)) {
+    throw UsageError("the model has no finite slopes at the estimates of the smaller fit");
+  }
+  return at;
 }
 
 /// tr(P E_a Q E_b) / 2 for symmetric P and Q, with E of the element (i, j) symmetric.
@@ -77,78 +112,108 @@ double trace_of(const MatrixXd& p,
   return 0.5 * sum;
 }
 
+/// The expected information on elements of the random effects' covariance and, last, on sigma^2.
+class VarianceInformation {
+ public:
+  /// \param relative  (q x q) covariance of the random effects over sigma^2
+  VarianceInformation(const std::vector<Element>& elements, MatrixXd relative, double sigma)
+      : elements_(elements),
+        relative_(std::move(relative)),
+        precision_(1.0 / (sigma * sigma)),
+        sum_(MatrixXd::Zero(count() + 1, count() + 1)) {}
+
+  /// \param m  (q x q) Z'G^-2 Z of a group, of so many rows
+  void add_group(const MatrixXd& m, Index rows) {
+    const Index q = relative_.rows();
+    // B = (D^-1 + M)^-1, also for a singular D.
+    const MatrixXd b = (MatrixXd::Identity(q, q) + relative_ * m).partialPivLu().solve(relative_);
+    const MatrixXd rest = MatrixXd::Identity(q, q) - b * m;
+    const MatrixXd p = precision_ * m * rest;  // Z'V^-1 Z
+    const MatrixXd twice =
+        precision_ * precision_ * rest.transpose() * m * rest;  // Z'V^-1 G^2 V^-1 Z
+    const Index k = count();
+    for (Index i = 0; i < k; ++i) {
+      for (Index j = 0; j < k; ++j) {
+        sum_(i, j) += trace_of(
+            p, p, elements_[static_cast<std::size_t>(i)], elements_[static_cast<std::size_t>(j)]);
+      }
+      const auto& [row, column] = elements_[static_cast<std::size_t>(i)];
+      const double by_sigma = 0.5 * twice(row, column) * (row == column ? 1.0 : 2.0);
+      sum_(i, k) += by_sigma;
+      sum_(k, i) += by_sigma;
+    }
+    const MatrixXd hidden = b * m;
+    sum_(k, k) += 0.5 * precision_ * precision_ *
+                  (static_cast<double>(rows) - 2.0 * hidden.trace() + (hidden * hidden).trace());
+  }
+
+  const MatrixXd& sum() const { return sum_; }
+
+ private:
+  Index count() const { return static_cast<Index>(elements_.size()); }
+
+  const std::vector<Element>& elements_;
+  MatrixXd relative_;
+  double precision_;
+  MatrixXd sum_;
+};
+
+/// \throws NumericalError where the observations do not tell the variances, or some of them apart
+MatrixXd inverse_of(const MatrixXd& information, const Elements& elements, const Effects& names) {
+  for (Index k = 0; k < elements.new_variances; ++k) {
+    if (information(k, k) > 0.0) continue;
+    const Index effect = elements.all[static_cast<std::size_t>(k)].first;
+    throw NumericalError(fmt::format(
+        "the observations say nothing of the variance of {}, on which the mean does not "
+        "depend at the estimates of the smaller fit",
+        names[static_cast<std::size_t>(effect)]));
+  }
+  const Index size = information.rows();
+  // In units that make the diagonal one, so that the sizes of the parameters do not matter.
+  const VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  const Eigen::LDLT<MatrixXd> factor(scaled);
+  // Below this, rounding in the sums is all that tells parameters apart.
+  constexpr double kSmallestPivot = 1e-12;
+  const bool is_positive = scaled.allFinite() && factor.info() == Eigen::Success &&
+                           factor.vectorD().minCoeff() > kSmallestPivot;
+  if (!is_positive) {
+    throw NumericalError(
+        "the observations do not tell the variances of the random effects and of the residuals "
+        "apart at the estimates of the smaller fit");
+  }
+  const MatrixXd inverse = factor.solve(MatrixXd::Identity(size, size));
+  return unit.asDiagonal() * inverse * unit.asDiagonal();
+}
+
 }  // namespace
 
 MatrixXd covariance_of_variances(const FittedModel& larger,
                                  const FittedModel& smaller,
                                  const data::Table& table) {
   const NonlinearModel model(joined(larger, smaller), table);
-  Index new_variances = 0;
-  const auto parameters = elements(larger, smaller, new_variances);
-  if (new_variances == 0) throw UsageError("the larger model has no more random effects");
+  const Elements parameters = elements(larger, smaller);
+  if (parameters.new_variances == 0) {
+    throw UsageError("the larger model has no more random effects");
+  }
   const VarianceModel variance(smaller.specification.variance, VarianceData::of(model));
-  const VectorXd internal = variance.parameters(smaller.variance);
-  const double sigma = smaller.sigma / variance.sigma_factor(internal);
-
+  const double sigma = smaller.sigma / variance.sigma_factor(variance.parameters(smaller.variance));
   const auto q = static_cast<Index>(larger.random_names.size());
-  const std::vector<Index> places = model.coefficients_of(model.specification().random);
-  LinearizationPoint point{
-      .coefficients = smaller.estimate,
-      .effects = MatrixXd::Zero(model.coefficient_count(), model.group_count()),
-      .variance = internal,
-      .units = VectorXd::Ones(model.coefficient_count())};
   MatrixXd psi = MatrixXd::Zero(q, q);
-  for (std::size_t i = 0; i < smaller.random_names.size(); ++i) {
-    const auto from = static_cast<Index>(i);
-    const auto to = std::ranges::find(larger.random_names, smaller.random_names[i]) -
-                    larger.random_names.begin();
-    point.effects.row(places[static_cast<std::size_t>(to)]) = smaller.random_effects.row(from);
-    for (std::size_t j = 0; j < smaller.random_names.size(); ++j) {
-      const auto other = std::ranges::find(larger.random_names, smaller.random_names[j]) -
-                         larger.random_names.begin();
-      psi(to, other) = smaller.random_covariance(from, static_cast<Index>(j));
-    }
-  }
-  Linearization at;
-  if (!Linearizer(model, variance).linearize(point, false, nullptr, at)) {
-    throw UsageError("the model has no finite slopes at the estimates of the smaller fit");
-  }
+  const std::vector<Index> known = places_among(larger.random_names, smaller.random_names);
+  if (!known.empty()) psi(known, known) = smaller.random_covariance;
+  const Linearization at = linearized(model, variance, smaller);
 
-  const auto k = static_cast<Index>(parameters.size());
-  MatrixXd information = MatrixXd::Zero(k + 1, k + 1);
-  const double precision = 1.0 / (sigma * sigma);
-  const MatrixXd relative = precision * psi;
+  VarianceInformation information(parameters.all, psi * (1.0 / (sigma * sigma)), sigma);
+  const std::vector<Index> places = model.coefficients_of(model.specification().random);
   const Index width = at.model.moments.width();
   for (Index g = 0; g < model.group_count(); ++g) {
     const Eigen::Map<const MatrixXd> products(at.model.moments.term(g, 0), width, width);
-    const MatrixXd m = products(places, places);
-    // B = (D^-1 + M)^-1, also for a singular D.
-    const MatrixXd b = (MatrixXd::Identity(q, q) + relative * m).partialPivLu().solve(relative);
-    const MatrixXd rest = MatrixXd::Identity(q, q) - b * m;
-    const MatrixXd p = precision * m * rest;  // Z'V^-1 Z
-    const MatrixXd twice =
-        precision * precision * rest.transpose() * m * rest;  // Z'V^-1 G^2 V^-1 Z
-    for (Index i = 0; i < k; ++i) {
-      for (Index j = 0; j < k; ++j) {
-        information(i, j) += trace_of(
-            p, p, parameters[static_cast<std::size_t>(i)], parameters[static_cast<std::size_t>(j)]);
-      }
-      const auto& [row, column] = parameters[static_cast<std::size_t>(i)];
-      const double by_sigma = 0.5 * twice(row, column) * (row == column ? 1.0 : 2.0);
-      information(i, k) += by_sigma;
-      information(k, i) += by_sigma;
-    }
-    const MatrixXd hidden = b * m;
-    const auto rows = static_cast<double>(model.group_begin(g + 1) - model.group_begin(g));
-    information(k, k) +=
-        0.5 * precision * precision * (rows - 2.0 * hidden.trace() + (hidden * hidden).trace());
+    information.add_group(products(places, places),
+                          model.group_begin(g + 1) - model.group_begin(g));
   }
-  // In units that make the diagonal one, so that the sizes of the parameters do not matter.
-  const VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
-  const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const MatrixXd inverse = scaled.ldlt().solve(MatrixXd::Identity(k + 1, k + 1));
-  const MatrixXd covariance = unit.asDiagonal() * inverse * unit.asDiagonal();
-  return covariance.topLeftCorner(new_variances, new_variances);
+  return inverse_of(information.sum(), parameters, larger.random_names)
+      .topLeftCorner(parameters.new_variances, parameters.new_variances);
 }
 
 }  // namespace silvafit::fit

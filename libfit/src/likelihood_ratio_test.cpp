@@ -16,6 +16,7 @@
 
 using namespace silvafit;
 using namespace silvafit::fit;
+using Catch::Contains;
 
 namespace {
 
@@ -123,6 +124,15 @@ TEST_CASE("weights of correlated variances agree with closed forms and with the 
   CHECK(simulated.weights[1] == Approx(0.25).margin(4.0 * error));
   CHECK(simulated.weights[0] + simulated.weights[2] == Approx(0.5).margin(5.0 * error));
   CHECK_THROWS_AS(correlated_variances(Eigen::Matrix2d::Ones()), UsageError);
+  Eigen::Matrix2d unknown = two;
+  unknown(0, 1) = unknown(1, 0) = std::nan("");
+  CHECK_THROWS_AS(correlated_variances(unknown), UsageError);
+  // Nearly one variance, but for rounding: some are positive in half of all cases, or all are.
+  Eigen::Matrix3d alike = Eigen::Matrix3d::Constant(1.0 - 1e-13);
+  alike.diagonal().setOnes();
+  const ChiBarSquared nearly = correlated_variances(alike, 7, kDraws);
+  CHECK(nearly.weights[0] + nearly.weights[1] + nearly.weights[2] + nearly.weights[3] ==
+        Approx(1.0).epsilon(1e-9));
 }
 
 TEST_CASE("one variance is tested by half and half, an effect beside others by Stram and Lee") {
@@ -194,6 +204,20 @@ TEST_CASE("several independent variances take binomial weights, or those of thei
   const NestedTest test = likelihood_ratio_test(both, none, covariance);
   CHECK(test.reference.weights == correlated_variances(covariance).weights);
   CHECK(test.note.empty());
+}
+
+TEST_CASE("variances that the data say nothing of, or do not tell apart, have no covariance") {
+  data::Table table = lines(0.5);
+  const FittedModel none = fitted(table, {}, "");
+  const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
+  // At x = 0 the mean does not depend on b, at x = 1 it depends on a and b alike.
+  table.set("x", std::vector<double>(kPlots * kTrees, 0.0));
+  CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
+  CHECK_THROWS_WITH(covariance_of_variances(both, none, table),
+                    Contains("say nothing of the variance of b"));
+  table.set("x", std::vector<double>(kPlots * kTrees, 1.0));
+  CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
+  CHECK_THROWS_WITH(covariance_of_variances(both, none, table), Contains("apart"));
 }
 
 TEST_CASE("there is no test, and a reason, where models or data do not allow one") {

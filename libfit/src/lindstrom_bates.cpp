@@ -2,7 +2,6 @@
 #include "lindstrom_bates.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -53,8 +52,6 @@ bool normalized(const VarianceFunction& variance) {
 
 // The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
 constexpr double kStartDivisor = 0.375;
-// Directions of L that are smaller by this factor hold no random effects that count.
-constexpr double kSmallestPivot = 1e-6;
 // Coordinates are chosen anew when a column of the Jacobian has become this much larger or smaller.
 constexpr double kUnsuitable = 4.0;
 
@@ -62,10 +59,7 @@ constexpr double kUnsuitable = 4.0;
 /// them.
 MatrixXd moved_effects(const MatrixXd& from, const MatrixXd& to, const MatrixXd& spherical) {
   if (spherical.rows() == 0) return spherical;
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  solver.setThreshold(kSmallestPivot);
-  solver.compute(to);
-  return solver.solve(from * spherical);
+  return spherical_effects(to, from * spherical);
 }
 
 /// A covariance further inside its range, along a direction in which the likelihood rises; false
@@ -78,6 +72,16 @@ bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
   if (solver.info() != Eigen::Success || solver.eigenvalues()[0] >= -kFlat) return false;
   direction = solver.eigenvectors().col(0);
   return true;
+}
+
+/// NaN where the likelihood has no finite value or the information no inverse.
+MatrixXd inverse_information(const LinearMixedProfile& at) {
+  const Index p = at.information.rows();
+  const Eigen::LDLT<MatrixXd> factor(at.information);
+  if (!at.is_valid || factor.info() != Eigen::Success || !factor.isPositive()) {
+    return MatrixXd::Constant(p, p, std::numeric_limits<double>::quiet_NaN());
+  }
+  return factor.solve(MatrixXd::Identity(p, p));
 }
 
 }  // namespace
@@ -440,7 +444,7 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   MixedEffectsFit fit;
   fit.estimate = state.beta.cwiseProduct(scale_);
   const Index p = fit.estimate.size();
-  const MatrixXd inverse = value.information.ldlt().solve(MatrixXd::Identity(p, p));
+  const MatrixXd inverse = inverse_information(value);
   // nlme's factor for maximum-likelihood standard errors; restricted likelihood has it in sigma.
   const double adjusted =
       value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));

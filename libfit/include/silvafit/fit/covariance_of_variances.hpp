@@ -14,6 +14,9 @@ namespace silvafit::fit {
 /// `smaller`; that on the variances that both have and on sigma is taken account of.
 /// \param table  the rows that both were fitted to; one grouping
 /// \throws UsageError if the larger model has no more random effects, or there are two groupings
+/// \throws NumericalError if the mean does not depend on an effect there, or the observations do
+/// not
+///   tell the variances apart
 Eigen::MatrixXd covariance_of_variances(const FittedModel& larger,
                                         const FittedModel& smaller,
                                         const data::Table& table);
