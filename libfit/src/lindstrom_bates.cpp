@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "lindstrom_bates.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,12 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-VectorXd chosen(const VectorXd& values, const std::vector<Index>& which) {
-  VectorXd result(static_cast<Index>(which.size()));
-  for (std::size_t k = 0; k < which.size(); ++k) result[static_cast<Index>(k)] = values[which[k]];
-  return result;
-}
 
 RelativeFactor factor_of(const std::optional<RandomEffects>& random, const VectorXd& scales) {
   return {random.value_or(RandomEffects{}), scales};
@@ -62,28 +55,6 @@ MatrixXd moved_effects(const MatrixXd& from, const MatrixXd& to, const MatrixXd&
   return spherical_effects(to, from * spherical);
 }
 
-/// A covariance further inside its range, along a direction in which the likelihood rises; false
-/// if there is none.
-bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
-  if (by_covariance.rows() == 0) return false;
-  // On the edge dF/dD must be positive semidefinite.
-  constexpr double kFlat = 1e-6;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(by_covariance);
-  if (solver.info() != Eigen::Success || solver.eigenvalues()[0] >= -kFlat) return false;
-  direction = solver.eigenvectors().col(0);
-  return true;
-}
-
-/// NaN where the likelihood has no finite value or the information no inverse.
-MatrixXd inverse_information(const LinearMixedProfile& at) {
-  const Index p = at.information.rows();
-  const Eigen::LDLT<MatrixXd> factor(at.information);
-  if (!at.is_valid || factor.info() != Eigen::Success || !factor.isPositive()) {
-    return MatrixXd::Constant(p, p, std::numeric_limits<double>::quiet_NaN());
-  }
-  return factor.solve(MatrixXd::Identity(p, p));
-}
-
 }  // namespace
 
 PooledFit pooled_fit(const NonlinearModel& model,
@@ -121,8 +92,8 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       outer_random_(model.coefficients_of(model.specification().outer_random)),
       pooled_(pooled),
       scale_(pooled.scale),
-      inner_factor_(factor_of(model.specification().random, chosen(scale_, random_))),
-      outer_factor_(factor_of(model.specification().outer_random, chosen(scale_, outer_random_))),
+      inner_factor_(factor_of(model.specification().random, VectorXd(scale_(random_)))),
+      outer_factor_(factor_of(model.specification().outer_random, VectorXd(scale_(outer_random_)))),
       variance_(variance, VarianceData::of(model)),
       is_normalized_(normalized(variance)),
       linearizer_(model, variance_) {}
@@ -245,16 +216,16 @@ LindstromBatesState LindstromBates::first_order_start() {
 void LindstromBates::adopt_scale(const VectorXd& scale) {
   scale_ = scale;
   const ModelSpecification& specification = model_.specification();
-  inner_factor_ = factor_of(specification.random, chosen(scale_, random_));
-  outer_factor_ = factor_of(specification.outer_random, chosen(scale_, outer_random_));
+  inner_factor_ = factor_of(specification.random, VectorXd(scale_(random_)));
+  outer_factor_ = factor_of(specification.outer_random, VectorXd(scale_(outer_random_)));
 }
 
 bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   const VectorXd size = column_sizes(at);
   if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
   const RelativeFactors from = factors(state.theta);
-  const MatrixXd inner = chosen(size, random_).asDiagonal() * from.inner;
-  const MatrixXd outer = chosen(size, outer_random_).asDiagonal() * from.outer;
+  const MatrixXd inner = VectorXd(size(random_)).asDiagonal() * from.inner;
+  const MatrixXd outer = VectorXd(size(outer_random_)).asDiagonal() * from.outer;
   state.scale = state.scale.cwiseQuotient(size);
   state.beta = state.beta.cwiseProduct(size);
   at.model.moments.divide_columns(size);
@@ -399,84 +370,6 @@ bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Lineari
     if (short_steps > short_steps_) return false;
   }
   return true;
-}
-
-bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside) {
-  if (random_.empty() || !outcome.is_valid) return false;
-  inside = outcome.state;
-  adopt_scale(inside.scale);
-  const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
-  if (!here.is_valid) return false;
-  const RelativeFactors now = factors(inside.theta);
-  // The start of each factor's parameters; the likelihood may rise into either.
-  Index begin = 0;
-  for (const bool is_outer : {false, true}) {
-    const RelativeFactor& factor = is_outer ? outer_factor_ : inner_factor_;
-    const MatrixXd& triangle = is_outer ? now.outer : now.inner;
-    VectorXd direction;
-    const MatrixXd& by = is_outer ? here.by_covariance.outer : here.by_covariance.inner;
-    const Index count = factor.parameter_count();
-    for (double size = 1.0; rising_direction(by, direction) && size > 1e-7; size *= 0.1) {
-      const MatrixXd moved =
-          triangle * triangle.transpose() + size * direction * direction.transpose();
-      VectorXd theta = inside.theta;
-      theta.segment(begin, count) = factor.from_covariance(moved);
-      const LinearMixedProfile there = profile_at(*outcome.at, theta, false);
-      if (there.is_valid && there.minus_log_likelihood < here.minus_log_likelihood - 1e-6) {
-        inside.theta = theta;
-        inside.spherical.setZero();
-        inside.outer_spherical.setZero();
-        return true;
-      }
-    }
-    begin += count;
-  }
-  return false;
-}
-
-MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
-  const LindstromBatesState& state = outcome.state;
-  adopt_scale(state.scale);
-  const Linearization& at = *outcome.at;
-  const LinearMixedProfile value = profile_at(at, state.theta, false);
-  const RelativeFactors now = factors(state.theta);
-
-  MixedEffectsFit fit;
-  fit.estimate = state.beta.cwiseProduct(scale_);
-  const Index p = fit.estimate.size();
-  const MatrixXd inverse = inverse_information(value);
-  // nlme's factor for maximum-likelihood standard errors; restricted likelihood has it in sigma.
-  const double adjusted =
-      value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));
-  fit.covariance = adjusted * scale_.asDiagonal() * inverse * scale_.asDiagonal();
-  const MatrixXd factor = chosen(scale_, random_).asDiagonal() * now.inner;
-  fit.random_covariance = value.sigma2 * factor * factor.transpose();
-  fit.random_effects = factor * state.spherical;
-  if (!outer_random_.empty()) {
-    const MatrixXd outer = chosen(scale_, outer_random_).asDiagonal() * now.outer;
-    fit.outer.covariance = value.sigma2 * outer * outer.transpose();
-    fit.outer.effects = outer * state.outer_spherical;
-  }
-  const double sigma = std::sqrt(value.sigma2);
-  fit.sigma = sigma * variance_.sigma_factor(variance_parameters(state.theta));
-  fit.variance = variance_.estimate(variance_parameters(state.theta));
-  fit.log_likelihood = outcome.log_likelihood;
-  fit.parameter_count =
-      static_cast<int>(p + random_parameter_count() + variance_.parameter_count()) + 1;
-  fit.observations = model_.observations();
-  fit.fitted_conditional = at.mean;
-  NonlinearModel::Workspace workspace;
-  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
-  if (at.weight.size() > 0) {
-    fit.residual_sd = sigma * at.weight.rsqrt();
-  } else {
-    fit.residual_sd = VectorXd::Constant(model_.observations(), sigma);
-  }
-  fit.convergence.converged = outcome.converged;
-  fit.convergence.gradient = outcome.decrement;
-  fit.convergence.iterations = outcome.iterations;
-  fit.floored_variances = variance_.floored(at.mean);
-  return fit;
 }
 
 }  // namespace silvafit::fit

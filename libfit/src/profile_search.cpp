@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 
+#include "profile_scale.hpp"
 #include "quasi_newton.hpp"
 
 namespace silvafit::fit {
@@ -31,68 +31,6 @@ constexpr double kGoodDecrement = 1e-6;
 constexpr double kRootTolerance = 1e-6;
 // A deviance that small is that of the estimate itself.
 constexpr double kNoDeviance = 1e-6;
-
-/// The scale on which a parameter is moved, such that the signed root of the deviance is nearly
-/// linear in it and the ends of the parameter's range are finite where they can be reached.
-struct SearchScale {
-  const NaturalParameter& parameter;
-  double reference = 1.0;  ///< typical size, of constants
-  double low = -kInfinity;
-  double high = kInfinity;
-
-  SearchScale(const NaturalParameter& of, double estimate) : parameter(of) {
-    switch (of.form) {
-      case Form::kDeviation:
-      case Form::kIdentity:
-        low = 0.0;
-        break;
-      case Form::kCorrelation:
-        low = -0.5 * std::numbers::pi;
-        high = 0.5 * std::numbers::pi;
-        break;
-      case Form::kSquare:
-      case Form::kOdds: {
-        low = 0.0;
-        high = 0.5 * std::numbers::pi;
-        constexpr double kNoConstant = 1e-8;
-        if (std::isfinite(estimate) && estimate > kNoConstant) reference = estimate;
-        break;
-      }
-      default:
-        break;
-    }
-  }
-
-  double to(double value) const {
-    switch (parameter.form) {
-      case Form::kCorrelation:
-        return std::asin(std::clamp(value, -1.0, 1.0));
-      case Form::kSquare:
-      case Form::kOdds:
-        return std::isinf(value) ? high : std::atan(std::sqrt(value / reference));
-      case Form::kExponential:
-      case Form::kSigma:
-        return std::log(value);
-      default:
-        return value;
-    }
-  }
-
-  double from(double t) const {
-    switch (parameter.form) {
-      case Form::kCorrelation:
-        return t <= low ? -1.0 : (t >= high ? 1.0 : std::sin(t));
-      case Form::kSquare:
-      case Form::kOdds:
-        return t >= high ? kInfinity : reference * std::pow(std::tan(t), 2);
-      case Form::kExponential:
-      case Form::kSigma:
-        return std::exp(t);
-      default:
-        return t;
-    }
-  }
-};
 
 /// A constrained maximum.
 struct ProfilePoint {
@@ -374,7 +312,7 @@ class ProfileSearch {
   const NaturalParameter& parameter_;
   const ProfileStart& start_;
   double estimate_;
-  SearchScale scale_;
+  ProfileScale scale_;
   VectorXd slope_;
   VectorXd spread_;     ///< inverse Hessian times slope
   double error_ = 0.0;  ///< standard error on the search scale; 0 where it is not known
