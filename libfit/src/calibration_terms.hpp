@@ -89,6 +89,16 @@ class CalibrationTerms {
   using Task = RowProgram<Source>;
   struct Derivatives;
 
+  Derivatives derivatives_of(const FittedModel& fit) const;
+  data::Expression population_mean() const;
+  data::Expression multiplier(Eigen::Index coefficient) const;
+  const std::string& parameter_name(Eigen::Index coefficient) const;
+  data::Expression by(Eigen::Index c) const;
+  data::Expression by_both(Eigen::Index c, Eigen::Index e) const;
+  /// What evaluate() sums, and the weights behind, if they are held.
+  std::vector<data::Expression> search_outputs(const Derivatives& d) const;
+  /// What by_coefficients() sums.
+  std::vector<data::Expression> fixed_outputs(const Derivatives& d) const;
   void fill_base(const FittedModel& fit);
   void store_strata(const FittedModel& fit);
   data::Expression log_scale(const FittedModel& fit, const data::Expression& fitted) const;

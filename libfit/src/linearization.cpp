@@ -75,44 +75,6 @@ void Linearizer::make_parameters() {
   }
 }
 
-const NonlinearModel::Strata* Linearizer::strata_of(std::size_t quantity) const {
-  const int strata = variance_.quantities()[quantity].strata;
-  return strata < 0 ? nullptr : &variance_.data().strata[static_cast<std::size_t>(strata)];
-}
-
-void Linearizer::make_terms() {
-  const auto& quantities = variance_.quantities();
-  const auto stratum_of = [&](std::size_t k, Index parameter) {
-    return quantities[k].strata < 0 ? -1 : parameter + (quantities[k].has_reference ? 1 : 0);
-  };
-  for (std::size_t k = 0; k < quantities.size(); ++k) {
-    for (Index i = 0; i < quantities[k].count; ++i) {
-      terms_.push_back({.quantity = k, .stratum = stratum_of(k, i)});
-    }
-  }
-  for (std::size_t k = 0; k < quantities.size(); ++k) {
-    for (std::size_t l = k; l < quantities.size(); ++l) {
-      const bool is_straight = variance_.log_scale()
-                                   .derivative(quantities[k].name)
-                                   .derivative(quantities[l].name)
-                                   .is_zero();
-      quantity_pairs_.push_back({.first = k, .second = l, .is_straight = is_straight});
-      for (Index i = 0; i < quantities[k].count; ++i) {
-        for (Index j = 0; j < quantities[l].count; ++j) {
-          // No row lies in two strata.
-          const bool same_strata =
-              quantities[k].strata >= 0 && quantities[k].strata == quantities[l].strata;
-          if (same_strata && stratum_of(k, i) != stratum_of(l, j)) continue;
-          pairs_.emplace_back(quantities[k].first + i, quantities[l].first + j);
-          terms_.push_back({.pair = static_cast<int>(quantity_pairs_.size()) - 1,
-                            .stratum = stratum_of(k, i),
-                            .other_stratum = stratum_of(l, j)});
-        }
-      }
-    }
-  }
-}
-
 void Linearizer::make_programs() {
   const ModelSpecification& specification = model_.specification();
   const Expression& mean = specification.formula.right;
@@ -282,68 +244,6 @@ void Linearizer::add_segment(const Segment& segment,
   result.model.moments.sum_log()[0] +=
       data::sum(outputs_.col(parameters + 1).data() + offset, count);
   if (expand) add_terms(segment, offset, result);
-}
-
-void Linearizer::add_terms(const Segment& segment, Index offset, Linearization& result) {
-  const Index rows = segment.end - segment.begin;
-  const auto first = static_cast<Index>(parameters_.size()) + 3;
-  const auto quantity_count = static_cast<Index>(variance_.quantities().size());
-  const auto by = [&](std::size_t quantity) {
-    return outputs_.col(first + static_cast<Index>(quantity)).segment(offset, rows).array();
-  };
-  for (Index k = 0; k < quantity_count; ++k) {
-    log_squares_[k] += by(static_cast<std::size_t>(k)).square().sum();
-  }
-  const auto weight = result.weight.segment(segment.begin, rows);
-  Index second = first + quantity_count - 1;  // output of the current pair's second derivative
-  int pair = -1;
-  for (std::size_t t = 0; t < terms_.size(); ++t) {
-    const Term& term = terms_[t];
-    const std::size_t a = term.pair < 0 ? term.quantity : quantity_pairs_[term.pair].first;
-    const std::size_t b = term.pair < 0 ? term.quantity : quantity_pairs_[term.pair].second;
-    const bool is_straight = term.pair < 0 || quantity_pairs_[term.pair].is_straight;
-    if (term.pair != pair) {
-      pair = term.pair;
-      if (!is_straight) ++second;
-    }
-    auto values = term_weight_.head(rows).array();
-    // First the change of log g itself, masked by strata, then that of g^-2.
-    Eigen::ArrayXd logarithm = Eigen::ArrayXd::Zero(0);
-    double sum = 0.0;
-    if (term.pair < 0) {
-      values = -2.0 * weight * by(a);
-      sum = by(a).sum();
-    } else if (is_straight) {
-      values = 4.0 * weight * by(a) * by(b);
-    } else {
-      const auto curved = outputs_.col(second).segment(offset, rows).array();
-      values = weight * (4.0 * by(a) * by(b) - 2.0 * curved);
-      sum = curved.sum();
-    }
-    if (term.stratum >= 0 || term.other_stratum >= 0) {
-      const NonlinearModel::Strata* const strata = strata_of(a);
-      const NonlinearModel::Strata* const others = strata_of(b);
-      sum = 0.0;
-      bool is_present = false;
-      for (Index i = 0; i < rows; ++i) {
-        const auto row = static_cast<std::size_t>(segment.begin + i);
-        const bool inside = (term.stratum < 0 || strata->of_rows[row] == term.stratum) &&
-                            (term.other_stratum < 0 || others->of_rows[row] == term.other_stratum);
-        if (!inside) {
-          values[i] = 0.0;
-          continue;
-        }
-        is_present = true;
-        if (term.pair < 0) sum += by(a)[i];
-        if (!is_straight) sum += outputs_(offset + i, second);
-      }
-      if (!is_present) continue;
-    }
-    result.model.moments.sum_log()[static_cast<Index>(t) + 1] += sum;
-    add_products(term_weight_.data(),
-                 rows,
-                 result.model.moments.term(segment.group, static_cast<Index>(t) + 1));
-  }
 }
 
 void Linearizer::finish_group(Index group, const LinearizationPoint& point, Linearization& result) {

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -98,6 +99,26 @@ class Linearizer {
                    const Linearization* before,
                    Linearization& result);
   void add_terms(const Segment& segment, Eigen::Index offset, Linearization& result);
+  bool is_straight(const Term& term) const;
+  /// The quantities by which a term is a derivative, the same one twice for a first derivative.
+  std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
+  /// (rows) derivative of log g by a quantity.
+  Eigen::Map<const Eigen::VectorXd> log_scale_slope(std::size_t quantity,
+                                                    Eigen::Index offset,
+                                                    Eigen::Index rows) const;
+  /// Fills in what g^-2 changes by in a term. \returns the sum of that of log g
+  /// \param second  output of the second derivative, of terms that are curved
+  double fill_term(const Term& term,
+                   const Segment& segment,
+                   Eigen::Index offset,
+                   Eigen::Index second,
+                   const Linearization& result);
+  /// Takes out the rows of other strata. \returns the sum of the rows that stay, nothing if there
+  /// are none
+  std::optional<double> mask_term(const Term& term,
+                                  const Segment& segment,
+                                  Eigen::Index offset,
+                                  Eigen::Index second);
   void finish_group(Eigen::Index group, const LinearizationPoint& point, Linearization& result);
   /// How far the series reaches.
   void center(Linearization& result) const;
