@@ -5,7 +5,6 @@
 #include <ostream>
 
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 
 namespace silvafit::data {

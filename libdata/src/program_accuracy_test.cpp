@@ -2,9 +2,7 @@
 // How far programs are from functions with more digits, over wide ranges and at special values.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <functional>
 #include <limits>
 #include <vector>
 

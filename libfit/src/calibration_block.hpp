@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "arrow_factor.hpp"
 #include "calibration_search.hpp"
 
 namespace silvafit::fit {

@@ -6,7 +6,6 @@
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "silvafit/base/error.hpp"

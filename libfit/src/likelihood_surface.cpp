@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <utility>
 
 #include "constrained_fit.hpp"
 #include "response_fingerprint.hpp"

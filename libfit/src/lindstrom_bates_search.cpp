@@ -5,7 +5,6 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>

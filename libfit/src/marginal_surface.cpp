@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The marginal likelihood around its maximum.
-#include <cmath>
 #include <limits>
 
 #include "likelihood_surface.hpp"

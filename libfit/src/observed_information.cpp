@@ -2,7 +2,6 @@
 #include "silvafit/fit/observed_information.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
 
 #include "information.hpp"
 

@@ -8,10 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <vector>
 
 #include "mixture_quantile.hpp"
 #include "prediction_freedom.hpp"
 #include "prediction_rules.hpp"
+#include "row_mean.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "smooth_mixture.hpp"
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "mixture_quantile.hpp"
-#include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/prediction.hpp"
 

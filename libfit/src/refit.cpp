@@ -2,7 +2,6 @@
 #include "refit.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>

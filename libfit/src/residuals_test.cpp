@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 

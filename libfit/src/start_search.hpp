@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "levenberg_marquardt.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
