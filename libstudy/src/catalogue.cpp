@@ -251,12 +251,6 @@ std::vector<std::string> BaseModel::parameter_names() const {
   return result;
 }
 
-bool BaseModel::in_domain(const std::map<std::string, double>& arguments) const {
-  return std::all_of(domain.begin(), domain.end(), [&](const data::Expression& condition) {
-    return evaluate(condition, arguments) == 1.0;
-  });
-}
-
 double BaseModel::value(const std::map<std::string, double>& arguments,
                         const std::map<std::string, double>& parameter_values) const {
   std::map<std::string, double> all = arguments;
