@@ -14,7 +14,7 @@
 
 #include "command.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/fit/likelihood_ratio.hpp"
+#include "silvafit/fit/comparison.hpp"
 #include "silvafit/study/comparison_page.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "standard_output.hpp"

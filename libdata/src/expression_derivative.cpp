@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "expression_derivative.hpp"
 
-#include <cmath>
 #include <numbers>
 #include <unordered_map>
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "expression_parser.hpp"
 #include "silvafit/data/expression.hpp"

@@ -2,13 +2,11 @@
 // How far programs are from functions with more digits, over wide ranges and at special values.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <functional>
 #include <limits>
 #include <vector>
 
-#include "each_instruction_set.hpp"
+#include "each_instruction_set_test_support.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/data/program.hpp"
 

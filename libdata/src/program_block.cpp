@@ -10,8 +10,11 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
-#include "vector_functions-inl.hpp"
+#include "vector_exponentials-inl.hpp"
+#include "vector_logarithms-inl.hpp"
+#include "vector_powers-inl.hpp"
 #include "vector_rows-inl.hpp"
+#include "vector_trigonometry-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace silvafit::data {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "each_instruction_set.hpp"
+#include "each_instruction_set_test_support.hpp"
 #include "silvafit/base/random.hpp"
 
 using silvafit::Random;

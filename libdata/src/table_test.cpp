@@ -2,7 +2,6 @@
 #include "silvafit/data/table.hpp"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "silvafit/base/error.hpp"
 

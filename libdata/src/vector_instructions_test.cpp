@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "each_instruction_set.hpp"
+#include "each_instruction_set_test_support.hpp"
 
 namespace silvafit::data {
 namespace {

@@ -4,7 +4,7 @@
 // Include this before anything else of Highway. A source with such code is compiled once for each
 // of them, and the best one that the processor has is chosen when the program runs (Highway's
 // dynamic dispatch). What a processor of the build's own baseline can do is always among them. On
-// x86-64 these are the baseline, SSE4, AVX2 with FMA, and AVX-512. Left out: neighbours that gain
+// x86-64 these are the baseline, SSE4, AVX2 with FMA, and AVX-512. Left out: neighbors that gain
 // nothing for doubles (SSSE3, AVX3_DL), and vectors whose length is unknown when compiling (SVE,
 // RISC-V), which our arrays of vectors cannot hold; ARM runs NEON.
 //

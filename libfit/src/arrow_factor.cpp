@@ -11,7 +11,7 @@ namespace {
 using Eigen::Index;
 
 /// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
-bool factorise(double* a, Index n, double& log_determinant, double& smallest_pivot) {
+bool factorize(double* a, Index n, double& log_determinant, double& smallest_pivot) {
   for (Index j = 0; j < n; ++j) {
     double pivot = a[j + j * n];
     for (Index k = 0; k < j; ++k) pivot -= a[j + k * n] * a[j + k * n];
@@ -31,7 +31,7 @@ bool factorise(double* a, Index n, double& log_determinant, double& smallest_piv
 }
 
 /// Solves L L' x = b in place.
-void solve_factorised(const double* l, Index n, double* x) {
+void solve_factorized(const double* l, Index n, double* x) {
   for (Index i = 0; i < n; ++i) {
     for (Index k = 0; k < i; ++k) x[i] -= l[i + k * n] * x[k];
     x[i] /= l[i + i * n];
@@ -78,18 +78,18 @@ bool ArrowFactor::compute_with(const DesignOf& design_of,
     Map block(group(k), q_, q_);
     block = design.inner.transpose().lazyProduct(curved);
     block.diagonal().array() += 1.0 + ridge;
-    if (!factorise(group(k), q_, log_determinant_, smallest_pivot_)) return false;
+    if (!factorize(group(k), q_, log_determinant_, smallest_pivot_)) return false;
     if (s_ == 0) continue;
     Map coupling(group(k) + q_ * q_, s_, q_);
     Map solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
     coupling = design.outer.transpose().lazyProduct(curved);
     solved = coupling.transpose();
-    for (Index j = 0; j < s_; ++j) solve_factorised(group(k), q_, solved.col(j).data());
+    for (Index j = 0; j < s_; ++j) solve_factorized(group(k), q_, solved.col(j).data());
     const SmallMatrix curved_outer = curvature.lazyProduct(design.outer);
     complement += design.outer.transpose().lazyProduct(curved_outer);
     complement -= coupling.lazyProduct(solved);
   }
-  return factorise(group(m_), s_, log_determinant_, smallest_pivot_);
+  return factorize(group(m_), s_, log_determinant_, smallest_pivot_);
 }
 
 bool ArrowFactor::compute(const RandomDesign& design,
@@ -112,9 +112,9 @@ void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixX
     const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
     u -= solved.transpose().lazyProduct(v.col(k));
   }
-  solve_factorised(group(m_), s_, u.data());
+  solve_factorized(group(m_), s_, u.data());
   for (Index k = 0; k < m_; ++k) {
-    solve_factorised(group(k), q_, v.col(k).data());
+    solve_factorized(group(k), q_, v.col(k).data());
     if (s_ == 0) continue;
     const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
     v.col(k) -= solved.lazyProduct(u);
@@ -124,12 +124,12 @@ void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixX
 SmallMatrix ArrowFactor::inverse_block(Index k) const {
   SmallMatrix inverse = SmallMatrix::Identity(s_ + q_, s_ + q_);
   SmallMatrix own = SmallMatrix::Identity(q_, q_);
-  for (Index j = 0; j < q_; ++j) solve_factorised(group(k), q_, own.col(j).data());
+  for (Index j = 0; j < q_; ++j) solve_factorized(group(k), q_, own.col(j).data());
   inverse.bottomRightCorner(q_, q_) = own;
   if (s_ == 0) return inverse;
   const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
   SmallMatrix outer = SmallMatrix::Identity(s_, s_);
-  for (Index j = 0; j < s_; ++j) solve_factorised(group(m_), s_, outer.col(j).data());
+  for (Index j = 0; j < s_; ++j) solve_factorized(group(m_), s_, outer.col(j).data());
   const SmallMatrix cross = solved.lazyProduct(outer);
   inverse.topLeftCorner(s_, s_) = outer;
   inverse.bottomLeftCorner(q_, s_) = -cross;

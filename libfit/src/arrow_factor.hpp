@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The factorised Hessian of the random effects of one cluster.
+// The factorized Hessian of the random effects of one cluster.
 #pragma once
 
 #include <Eigen/Core>

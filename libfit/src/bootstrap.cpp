@@ -7,9 +7,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <map>
 #include <memory>
-#include <utility>
 
 #include "counted_reasons.hpp"
 #include "resampled_data.hpp"

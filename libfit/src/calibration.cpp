@@ -6,9 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <unordered_map>
-#include <utility>
 
 #include "calibration_search.hpp"
 #include "covariance_factor.hpp"
@@ -24,17 +21,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-using Numbers = std::unordered_map<std::string, Index>;
 
-Numbers numbered(const std::vector<std::string>& labels) {
-  Numbers number_of;
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    number_of.emplace(labels[g], static_cast<Index>(g));
-  }
-  return number_of;
-}
-
-Index number_in(const Numbers& numbers, const std::string& label) {
+Index number_in(const LabelNumbers& numbers, const std::string& label) {
   const auto found = numbers.find(label);
   return found == numbers.end() ? -1 : found->second;
 }
@@ -59,14 +47,14 @@ void check(const FittedModel& fit, SeenGroups seen) {
   }
 }
 
-/// Numbers the groups of a table in the order of their first appearance.
+/// LabelNumbers the groups of a table in the order of their first appearance.
 void number_groups(const FittedModel& fit, const data::Table& table, Calibration& result) {
   const GroupLabels labels(fit.specification, table);
   const bool is_nested = fit.specification.outer_random.has_value();
-  Numbers inner;
-  Numbers outer;
-  const Numbers fitted = numbered(fit.group_labels);
-  const Numbers fitted_outer = numbered(fit.outer.labels);
+  LabelNumbers inner;
+  LabelNumbers outer;
+  const LabelNumbers fitted = numbered(fit.group_labels);
+  const LabelNumbers fitted_outer = numbered(fit.outer.labels);
   result.group_of_row.assign(table.rows(), -1);
   result.outer_of_row.assign(table.rows(), -1);
   result.is_used.assign(table.rows(), false);
@@ -243,8 +231,8 @@ class Calibrator {
   }
 
   void fill_priors(const NonlinearModel& model, EffectPriors& priors) {
-    const Numbers inner = numbered(result_.group_labels);
-    const Numbers outer = numbered(result_.outer_labels);
+    const LabelNumbers inner = numbered(result_.group_labels);
+    const LabelNumbers outer = numbered(result_.outer_labels);
     priors.inner_slope.setZero(q_ * p_, model.group_count());
     if (s_ > 0) priors.outer_slope.setZero(s_ * p_, model.cluster_count());
     bool any = false;
@@ -275,8 +263,8 @@ class Calibrator {
   }
 
   void take_over(const NonlinearModel& model, const EffectPosteriors& found) {
-    const Numbers inner = numbered(result_.group_labels);
-    const Numbers outer = numbered(result_.outer_labels);
+    const LabelNumbers inner = numbered(result_.group_labels);
+    const LabelNumbers outer = numbered(result_.outer_labels);
     std::vector<Index> found_cluster(result_.outer_labels.size(), -1);
     std::vector<bool> is_found(result_.group_labels.size(), false);
     // Groups without trees follow their coarser group, so that its earlier values are needed.

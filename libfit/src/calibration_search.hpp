@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "arrow_factor.hpp"
 #include "calibration_terms.hpp"
 
 namespace silvafit::fit {

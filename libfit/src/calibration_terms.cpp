@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "silvafit/data/row_sums.hpp"
 
@@ -52,6 +51,8 @@ bool uses_fitted(const VarianceEstimate& variance) {
   });
 }
 
+bool is_penalized(const FittedModel& fit) { return fit.method == Method::kLindstromBates; }
+
 }  // namespace
 
 /// Derivatives of the density by the mean, and of the mean by coefficients.
@@ -73,24 +74,33 @@ CalibrationTerms::CalibrationTerms(const NonlinearModel& model,
     : model_(model), random_(std::move(random)) {
   fill_base(fit);
   store_strata(fit);
-  const bool is_penalised = fit.method == Method::kLindstromBates;
-  const bool is_first_order = fit.method == Method::kFirstOrder;
-  holds_weights_ = is_penalised && uses_fitted(fit.variance);
+  holds_weights_ = is_penalized(fit) && uses_fitted(fit.variance);
+  const Derivatives derivatives = derivatives_of(fit);
+  search_ = task_of(search_outputs(derivatives));
+  fixed_ = task_of(fixed_outputs(derivatives));
+}
 
-  const Expression& mean = model.specification().formula.right;
-  Expression population = mean;
-  for (const ParameterModel& parameter : model.specification().parameters) {
-    population = population.substitute(parameter.name,
-                                       Expression::variable(population_name(parameter.name)));
+/// The mean without random effects.
+Expression CalibrationTerms::population_mean() const {
+  Expression result = model_.specification().formula.right;
+  for (const ParameterModel& parameter : model_.specification().parameters) {
+    result =
+        result.substitute(parameter.name, Expression::variable(population_name(parameter.name)));
   }
+  return result;
+}
+
+CalibrationTerms::Derivatives CalibrationTerms::derivatives_of(const FittedModel& fit) const {
+  const bool is_first_order = fit.method == Method::kFirstOrder;
+  const Expression& mean = model_.specification().formula.right;
   const Expression fitted = Expression::variable(kFitted);
-  const Expression& scale_at = is_first_order ? population : mean;
+  const Expression scale_at = is_first_order ? population_mean() : mean;
   const auto at_fitted = [&](int order) {
     Expression result = log_scale(fit, fitted);
     for (int k = 0; k < order; ++k) result = result.derivative(kFitted);
     return result.substitute(kFitted, scale_at);
   };
-  const Expression r = Expression::variable(model.specification().formula.left) - mean;
+  const Expression r = Expression::variable(model_.specification().formula.left) - mean;
   const Expression log_sd = at_fitted(0) + number(std::log(fit.sigma));
   const Expression kappa = at_fitted(1);
   const Expression kappa1 = at_fitted(2);
@@ -98,41 +108,54 @@ CalibrationTerms::CalibrationTerms(const NonlinearModel& model,
   Derivatives d{.weight = exp(-2.0 * log_sd)};
   const Expression scaled = r * d.weight;
   const Expression squared = r * scaled;
-  if (is_penalised) {
+  if (is_penalized(fit)) {
     const Expression held = holds_weights_ ? Expression::variable(kHeld) : d.weight;
     d.objective = 0.5 * (r * r * held);
     d.own_objective = 0.5 * squared;
     d.first = -scaled;
     d.second = d.weight + 2.0 * (kappa * scaled);
     d.omega = d.weight;
-  } else {
-    d.objective = d.own_objective = log_sd + 0.5 * squared;
-    d.first = -scaled;
-    d.second = d.omega = d.weight;
-    if (is_first_order) {
-      d.first_by_population = 2.0 * (kappa * scaled);
-    } else {
-      const Expression free = number(1.0) - squared;
-      d.first = kappa * free - scaled;
-      d.second =
-          kappa1 * free + d.weight + 4.0 * (kappa * scaled) + 2.0 * (kappa * kappa * squared);
-      d.omega = d.weight + 2.0 * (kappa * kappa);
-    }
+    return d;
   }
+  d.objective = d.own_objective = log_sd + 0.5 * squared;
+  d.first = -scaled;
+  d.second = d.omega = d.weight;
+  if (is_first_order) {
+    d.first_by_population = 2.0 * (kappa * scaled);
+    return d;
+  }
+  const Expression free = number(1.0) - squared;
+  d.first = kappa * free - scaled;
+  d.second = kappa1 * free + d.weight + 4.0 * (kappa * scaled) + 2.0 * (kappa * kappa * squared);
+  d.omega = d.weight + 2.0 * (kappa * kappa);
+  return d;
+}
 
-  const auto multiplier = [&](Index coefficient) {
-    if (model_.multiplier_values(coefficient) == nullptr) return number(1.0);
-    return Expression::variable(multiplier_name(coefficient));
-  };
-  const auto name_of = [&](Index coefficient) -> const std::string& {
-    const auto k = static_cast<std::size_t>(model_.parameter_of(coefficient));
-    return model_.specification().parameters[k].name;
-  };
-  const auto by = [&](Index c) { return multiplier(c) * mean.derivative(name_of(c)); };
-  const auto by_both = [&](Index c, Index e) {
-    return multiplier(c) * multiplier(e) * mean.derivative(name_of(c)).derivative(name_of(e));
-  };
+Expression CalibrationTerms::multiplier(Index coefficient) const {
+  if (model_.multiplier_values(coefficient) == nullptr) return number(1.0);
+  return Expression::variable(multiplier_name(coefficient));
+}
 
+/// The parameter that a coefficient is part of.
+const std::string& CalibrationTerms::parameter_name(Index coefficient) const {
+  const auto k = static_cast<std::size_t>(model_.parameter_of(coefficient));
+  return model_.specification().parameters[k].name;
+}
+
+/// The derivative of the mean by a coefficient.
+Expression CalibrationTerms::by(Index c) const {
+  const Expression& mean = model_.specification().formula.right;
+  return multiplier(c) * mean.derivative(parameter_name(c));
+}
+
+/// The second derivative by two coefficients.
+Expression CalibrationTerms::by_both(Index c, Index e) const {
+  const Expression& mean = model_.specification().formula.right;
+  return multiplier(c) * multiplier(e) *
+         mean.derivative(parameter_name(c)).derivative(parameter_name(e));
+}
+
+std::vector<Expression> CalibrationTerms::search_outputs(const Derivatives& d) const {
   std::vector<Expression> outputs{d.objective, d.own_objective};
   for (const Index c : random_) outputs.push_back(d.first * by(c));
   for (const bool is_exact : {true, false}) {
@@ -145,17 +168,20 @@ CalibrationTerms::CalibrationTerms(const NonlinearModel& model,
     }
   }
   if (holds_weights_) outputs.push_back(d.weight);
-  search_ = task_of(outputs);
+  return outputs;
+}
 
-  outputs.clear();
+std::vector<Expression> CalibrationTerms::fixed_outputs(const Derivatives& d) const {
+  const Expression population = population_mean();
+  std::vector<Expression> outputs;
   for (Index j = 0; j < model_.coefficient_count(); ++j) {
-    const Expression shift =
-        d.first_by_population * multiplier(j) * population.derivative(population_name(name_of(j)));
+    const Expression shift = d.first_by_population * multiplier(j) *
+                             population.derivative(population_name(parameter_name(j)));
     for (const Index c : random_) {
       outputs.push_back(d.second * by(j) * by(c) + d.first * by_both(j, c) + shift * by(c));
     }
   }
-  fixed_ = task_of(outputs);
+  return outputs;
 }
 
 void CalibrationTerms::fill_base(const FittedModel& fit) {
@@ -224,18 +250,7 @@ Expression CalibrationTerms::log_scale(const FittedModel& fit, const Expression&
 }
 
 CalibrationTerms::Task CalibrationTerms::task_of(const std::vector<Expression>& outputs) const {
-  Task task{.outputs = outputs.size()};
-  std::set<std::string> names;
-  for (const Expression& output : outputs) {
-    for (std::string& name : output.variables()) names.insert(std::move(name));
-  }
-  std::vector<data::Program::Input> inputs;
-  for (const std::string& name : names) {
-    inputs.push_back({.name = name});
-    task.sources.push_back(source_of(name));
-  }
-  task.program = data::Program(outputs, inputs);
-  return task;
+  return row_program(outputs, [this](const std::string& name) { return source_of(name); });
 }
 
 CalibrationTerms::Source CalibrationTerms::source_of(const std::string& name) const {

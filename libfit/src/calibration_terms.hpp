@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "row_program.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -82,14 +83,22 @@ class CalibrationTerms {
     Kind kind = Kind::kColumn;
     Eigen::Index index = 0;          ///< of the parameter
     const double* column = nullptr;  ///< (N)
+
+    static bool is_scalar() { return false; }
   };
-  struct Task {
-    data::Program program{};
-    std::vector<Source> sources{};
-    std::size_t outputs = 0;
-  };
+  using Task = RowProgram<Source>;
   struct Derivatives;
 
+  Derivatives derivatives_of(const FittedModel& fit) const;
+  data::Expression population_mean() const;
+  data::Expression multiplier(Eigen::Index coefficient) const;
+  const std::string& parameter_name(Eigen::Index coefficient) const;
+  data::Expression by(Eigen::Index c) const;
+  data::Expression by_both(Eigen::Index c, Eigen::Index e) const;
+  /// What evaluate() sums, and the weights behind, if they are held.
+  std::vector<data::Expression> search_outputs(const Derivatives& d) const;
+  /// What by_coefficients() sums.
+  std::vector<data::Expression> fixed_outputs(const Derivatives& d) const;
   void fill_base(const FittedModel& fit);
   void store_strata(const FittedModel& fit);
   data::Expression log_scale(const FittedModel& fit, const data::Expression& fitted) const;

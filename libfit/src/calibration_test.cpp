@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fit_json.hpp"
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include "silvafit/fit/chi_bar_squared.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
-#include "silvafit/fit/likelihood_ratio.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -29,7 +29,7 @@ std::string weight_text(double weight) {
 }
 
 /// How many components of the projection of y on the positive quadrant, in the metric of P, are
-/// positive. The quadratic programme has few variables, so that all supports can be tried: the
+/// positive. The quadratic program has few variables, so that all supports can be tried: the
 /// projection is the one with positive components and no reason to let another one in.
 int positive_components(const VectorXd& y, const MatrixXd& precision) {
   const auto k = static_cast<int>(y.size());
@@ -41,7 +41,9 @@ int positive_components(const VectorXd& y, const MatrixXd& precision) {
     }
     VectorXd point = VectorXd::Zero(k);
     if (!in.empty()) {
-      const VectorXd values = precision(in, in).llt().solve(right(in));
+      const Eigen::LLT<MatrixXd> factor(precision(in, in));
+      if (factor.info() != Eigen::Success) continue;
+      const VectorXd values = factor.solve(right(in));
       if ((values.array() <= 0.0).any()) continue;
       point(in) = values;
     }
@@ -60,6 +62,7 @@ int positive_components(const VectorXd& y, const MatrixXd& precision) {
 
 double ChiBarSquared::upper_tail(double x) const {
   if (!(x > 0.0)) return std::isnan(x) ? x : 1.0;
+  if (std::isinf(x)) return 0.0;
   double result = 0.0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const int freedom = base + static_cast<int>(i);

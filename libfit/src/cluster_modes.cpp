@@ -142,7 +142,7 @@ void ClusterModes::move(Index c, double length) {
 /// The Newton step from the current modes.
 bool ClusterModes::propose(const RandomDesign& design, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
-  if (!factorise(design, c)) return false;
+  if (!factorize(design, c)) return false;
   auto outer = outer_step_.col(c);
   auto inner = inner_step_.middleCols(group_begin(c), group_count(c));
   outer = -outer_.col(c);
@@ -160,7 +160,7 @@ bool ClusterModes::propose(const RandomDesign& design, Index c) {
 }
 
 /// Away from the mode the Hessian may have to be made positive definite.
-bool ClusterModes::factorise(const RandomDesign& design, Index c) {
+bool ClusterModes::factorize(const RandomDesign& design, Index c) {
   ArrowFactor& hessian = clusters_[static_cast<std::size_t>(c)].hessian;
   if (hessian.compute(design, curvatures(c))) return true;
   constexpr double kLargestRidge = 1e12;

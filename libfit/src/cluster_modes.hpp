@@ -73,7 +73,7 @@ class ClusterModes {
   void place_effects(const RandomDesign& design, Eigen::Index cluster, Eigen::MatrixXd& effects);
   bool advance(const RandomDesign& design, Eigen::Index cluster);
   bool propose(const RandomDesign& design, Eigen::Index cluster);
-  bool factorise(const RandomDesign& design, Eigen::Index cluster);
+  bool factorize(const RandomDesign& design, Eigen::Index cluster);
   void move(Eigen::Index cluster, double length);
   double objective_of(Eigen::Index cluster) const;
 

@@ -4,11 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 
 #include "group_labels.hpp"
 #include "silvafit/base/error.hpp"
@@ -20,7 +17,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Open = CoefficientSets::Open;
-using Numbers = std::unordered_map<std::string, Index>;
 
 [[noreturn]] void refuse_group(const data::Table& table,
                                std::size_t row,
@@ -34,14 +30,6 @@ using Numbers = std::unordered_map<std::string, Index>;
       fmt::format(
           "'{}' is no group of the fit{}", label, is_calibrated ? " and has no measured tree" : ""),
       place);
-}
-
-Numbers numbered(const std::vector<std::string>& labels) {
-  Numbers number_of;
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    number_of.emplace(labels[g], static_cast<Index>(g));
-  }
-  return number_of;
 }
 
 /// (p x names) which coefficients effects are added to.
@@ -167,7 +155,7 @@ class NewGroupRows {
 /// Number of each group's coarser group in the fit, -1 without.
 std::vector<Index> outer_numbers(const FittedModel& fit) {
   std::vector<Index> result(fit.group_labels.size(), -1);
-  const Numbers outer = numbered(fit.outer.labels);
+  const LabelNumbers outer = numbered(fit.outer.labels);
   for (std::size_t g = 0; g < result.size() && !outer.empty(); ++g) {
     // The coarser label may have a slash itself, so that all of them are tried.
     const std::string& label = fit.group_labels[g];
@@ -203,8 +191,8 @@ void add_conditional(const FittedModel& fit,
   for (Index c = 0; c < clusters; ++c) {
     builder.set_outer(groups + c, fit.outer.effects.col(c), fit.outer_uncertainty, c);
   }
-  const Numbers inner = numbered(fit.group_labels);
-  const Numbers outer = numbered(fit.outer.labels);
+  const LabelNumbers inner = numbered(fit.group_labels);
+  const LabelNumbers outer = numbered(fit.outer.labels);
   const GroupLabels labels(fit.specification, table);
   NewGroupRows new_rows(fit, table, options.new_groups, false, result);
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -220,84 +208,120 @@ void add_conditional(const FittedModel& fit,
 }
 
 /// Sets: groups of the table, its coarser groups, the population.
+class CalibratedSets {
+ public:
+  CalibratedSets(const FittedModel& fit,
+                 const data::Table& table,
+                 const PredictionOptions& options,
+                 bool with_covariances,
+                 CoefficientSets& result)
+      : fit_(fit),
+        seen_(options.seen_groups),
+        result_(result),
+        calibration_(calibrate(
+            fit, table, {.seen_groups = options.seen_groups, .threads = options.threads})),
+        groups_(static_cast<Index>(calibration_.group_labels.size())),
+        clusters_(static_cast<Index>(calibration_.outer_labels.size())),
+        builder_(fit, groups_ + clusters_ + 1, with_covariances, result),
+        new_rows_(fit, table, options.new_groups, true, result) {}
+
+  void add() {
+    find_known();
+    for (Index g = 0; g < groups_; ++g) {
+      if (is_known_[static_cast<std::size_t>(g)]) set_group(g);
+    }
+    for (Index c = 0; c < clusters_; ++c) {
+      if (!is_outer_known_[static_cast<std::size_t>(c)]) continue;
+      builder_.set_outer(
+          groups_ + c, calibration_.outer_effects.col(c), calibration_.outer_uncertainty, c);
+    }
+    result_.calibrated_from.assign(calibration_.group_of_row.size(), 0);
+    for (std::size_t row = 0; row < calibration_.group_of_row.size(); ++row) set_row(row);
+  }
+
+ private:
+  /// Which groups have trees, here or, where they count, in the fit.
+  void find_known() {
+    const bool counts_fitted = seen_ != SeenGroups::kNew;
+    is_outer_known_.assign(calibration_.outer_labels.size(), false);
+    for (std::size_t c = 0; c < is_outer_known_.size(); ++c) {
+      is_outer_known_[c] = counts_fitted && calibration_.fitted_outer[c] >= 0;
+    }
+    is_known_.assign(calibration_.group_labels.size(), false);
+    for (std::size_t g = 0; g < is_known_.size(); ++g) {
+      is_known_[g] =
+          calibration_.measured[g] > 0 || (counts_fitted && calibration_.fitted_group[g] >= 0);
+      const Index c = calibration_.outer_of[g];
+      if (c >= 0 && calibration_.measured[g] > 0) {
+        is_outer_known_[static_cast<std::size_t>(c)] = true;
+      }
+    }
+  }
+
+  /// Whether a group keeps the effects of the fit, without those of its further trees.
+  bool keeps_fitted(Index g) const {
+    return seen_ == SeenGroups::kFitted &&
+           calibration_.fitted_group[static_cast<std::size_t>(g)] >= 0;
+  }
+
+  void set_group(Index g) {
+    const Index c = calibration_.outer_of[static_cast<std::size_t>(g)];
+    if (!keeps_fitted(g)) {
+      builder_.set_inner(g,
+                         calibration_.effects.col(g),
+                         calibration_.uncertainty,
+                         g,
+                         c < 0 ? VectorXd() : VectorXd(calibration_.outer_effects.col(c)),
+                         calibration_.outer_uncertainty,
+                         c);
+      return;
+    }
+    // A seen group without further trees keeps the fit's effects of its coarser group, too.
+    const Index k = calibration_.fitted_group[static_cast<std::size_t>(g)];
+    const Index fitted_c = c < 0 ? -1 : calibration_.fitted_outer[static_cast<std::size_t>(c)];
+    builder_.set_inner(g,
+                       fit_.random_effects.col(k),
+                       fit_.uncertainty,
+                       k,
+                       c < 0 ? VectorXd() : VectorXd(fit_.outer.effects.col(fitted_c)),
+                       fit_.outer_uncertainty,
+                       fitted_c);
+  }
+
+  void set_row(std::size_t row) {
+    const Index g = calibration_.group_of_row[row];
+    if (g >= 0 && is_known_[static_cast<std::size_t>(g)]) {
+      result_.set_of_row[row] = g;
+      result_.calibrated_from[row] =
+          keeps_fitted(g) ? -1 : calibration_.measured[static_cast<std::size_t>(g)];
+      return;
+    }
+    const Index c = calibration_.outer_of_row[row];
+    const bool has_outer = c >= 0 && is_outer_known_[static_cast<std::size_t>(c)];
+    const std::string label =
+        g < 0 ? std::string() : calibration_.group_labels[static_cast<std::size_t>(g)];
+    new_rows_.mark(row, label, groups_ + (has_outer ? c : clusters_));
+  }
+
+  const FittedModel& fit_;
+  SeenGroups seen_;
+  CoefficientSets& result_;
+  Calibration calibration_;
+  Index groups_;
+  Index clusters_;
+  SetBuilder builder_;
+  NewGroupRows new_rows_;
+  std::vector<bool> is_known_;
+  std::vector<bool> is_outer_known_;  ///< by coarser group
+};
+
 void add_calibrated(const FittedModel& fit,
                     const data::Table& table,
                     const PredictionOptions& options,
                     bool with_covariances,
                     CoefficientSets& result) {
   if (with_covariances && options.seen_groups != SeenGroups::kNew) require_uncertainty(fit);
-  const Calibration calibration =
-      calibrate(fit, table, {.seen_groups = options.seen_groups, .threads = options.threads});
-  const auto groups = static_cast<Index>(calibration.group_labels.size());
-  const auto clusters = static_cast<Index>(calibration.outer_labels.size());
-  SetBuilder builder(fit, groups + clusters + 1, with_covariances, result);
-  std::vector<bool> has_trees(calibration.outer_labels.size(), false);
-  const bool counts_fitted = options.seen_groups != SeenGroups::kNew;
-  for (Index c = 0; c < clusters; ++c) {
-    has_trees[static_cast<std::size_t>(c)] =
-        counts_fitted && calibration.fitted_outer[static_cast<std::size_t>(c)] >= 0;
-  }
-  std::vector<bool> is_known(calibration.group_labels.size());
-  for (std::size_t g = 0; g < is_known.size(); ++g) {
-    is_known[g] =
-        calibration.measured[g] > 0 || (counts_fitted && calibration.fitted_group[g] >= 0);
-    const Index c = calibration.outer_of[g];
-    if (c >= 0 && calibration.measured[g] > 0) has_trees[static_cast<std::size_t>(c)] = true;
-  }
-  // A seen group without further trees keeps the fit's effects of its coarser group, too.
-  const bool keeps_fitted = options.seen_groups == SeenGroups::kFitted;
-  for (Index g = 0; g < groups; ++g) {
-    if (!is_known[static_cast<std::size_t>(g)]) continue;
-    const Index c = calibration.outer_of[static_cast<std::size_t>(g)];
-    const bool is_fitted =
-        keeps_fitted && calibration.fitted_group[static_cast<std::size_t>(g)] >= 0;
-    const Index of = c < 0 ? -1 : calibration.fitted_outer[static_cast<std::size_t>(c)];
-    const VectorXd outer_effects =
-        c < 0 ? VectorXd()
-              : VectorXd(is_fitted ? fit.outer.effects.col(of) : calibration.outer_effects.col(c));
-    const bool takes_fit = is_fitted && c >= 0;
-    if (is_fitted) {
-      const Index k = calibration.fitted_group[static_cast<std::size_t>(g)];
-      builder.set_inner(g,
-                        fit.random_effects.col(k),
-                        fit.uncertainty,
-                        k,
-                        outer_effects,
-                        fit.outer_uncertainty,
-                        takes_fit ? of : -1);
-    } else {
-      builder.set_inner(g,
-                        calibration.effects.col(g),
-                        calibration.uncertainty,
-                        g,
-                        outer_effects,
-                        calibration.outer_uncertainty,
-                        c);
-    }
-  }
-  for (Index c = 0; c < clusters; ++c) {
-    if (!has_trees[static_cast<std::size_t>(c)]) continue;
-    builder.set_outer(
-        groups + c, calibration.outer_effects.col(c), calibration.outer_uncertainty, c);
-  }
-  NewGroupRows new_rows(fit, table, options.new_groups, true, result);
-  result.calibrated_from.assign(table.rows(), 0);
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const Index g = calibration.group_of_row[row];
-    if (g >= 0 && is_known[static_cast<std::size_t>(g)]) {
-      result.set_of_row[row] = g;
-      const bool is_fitted =
-          keeps_fitted && calibration.fitted_group[static_cast<std::size_t>(g)] >= 0;
-      result.calibrated_from[row] =
-          is_fitted ? -1 : calibration.measured[static_cast<std::size_t>(g)];
-      continue;
-    }
-    const Index c = calibration.outer_of_row[row];
-    const bool is_outer_known = c >= 0 && has_trees[static_cast<std::size_t>(c)];
-    const std::string label =
-        g < 0 ? std::string() : calibration.group_labels[static_cast<std::size_t>(g)];
-    new_rows.mark(row, label, groups + (is_outer_known ? c : clusters));
-  }
+  CalibratedSets(fit, table, options, with_covariances, result).add();
 }
 
 }  // namespace

@@ -5,8 +5,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "silvafit/base/error.hpp"
-
 using namespace silvafit;
 using namespace silvafit::fit;
 using Catch::Matchers::Contains;

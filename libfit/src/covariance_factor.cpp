@@ -39,6 +39,13 @@ MatrixXd covariance_factor(const MatrixXd& covariance) {
   return of.deviations.asDiagonal() * of.vectors * of.values.cwiseSqrt().asDiagonal();
 }
 
+MatrixXd symmetric_root(const MatrixXd& covariance) {
+  if (covariance.rows() == 0) return covariance;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(covariance);
+  const VectorXd roots = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return solver.eigenvectors() * roots.asDiagonal() * solver.eigenvectors().transpose();
+}
+
 MatrixXd regression_on(const MatrixXd& cross, const MatrixXd& covariance) {
   if (covariance.size() == 0) return cross;
   const Decomposition of = decomposed(covariance);

@@ -10,6 +10,10 @@ namespace silvafit::fit {
 /// very different sizes do no harm. Eigenvalues that are rounding count as zero.
 Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& covariance);
 
+/// The symmetric R with R R = covariance; negative eigenvalues, which are rounding, count as zero.
+/// Unlike the factor above it is the same whatever the order and signs of eigenvectors.
+Eigen::MatrixXd symmetric_root(const Eigen::MatrixXd& covariance);
+
 /// The coefficients of the regression of some effects on others: cross * inverse(covariance), where
 /// directions without variance have none.
 /// \param cross       (q x s) covariance with the others

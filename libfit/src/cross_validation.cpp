@@ -189,7 +189,7 @@ FitStatistics statistics_of(const VectorXd& observed,
   return fit_statistics(VectorXd(observed(known)), VectorXd(predicted(known)));
 }
 
-void summarise(CrossValidation& result, const VectorXd& log_density) {
+void summarize(CrossValidation& result, const VectorXd& log_density) {
   result.statistics =
       statistics_of(result.observed, result.predicted, result.predicted, result.predicted_count);
   const auto is_known = log_density.array().isFinite();
@@ -200,6 +200,77 @@ void summarise(CrossValidation& result, const VectorXd& log_density) {
       statistics_of(result.observed, result.calibrated, result.predicted, result.calibrated_count);
   result.uncalibrated_statistics =
       statistics_of(result.observed, result.predicted, result.calibrated, result.calibrated_count);
+}
+
+std::size_t fold_count(const CrossValidation& result, const CrossValidationOptions& options) {
+  if (result.groups < 2) {
+    throw UsageError(
+        fmt::format("cross-validation needs two groups at least; {} has one", result.group));
+  }
+  const std::size_t folds =
+      options.folds == 0 ? result.groups : std::min(options.folds, result.groups);
+  if (folds < 2) throw UsageError("cross-validation needs two folds at least");
+  return folds;
+}
+
+/// Rows of the observations, by fold.
+struct FoldRows {
+  std::vector<std::vector<std::size_t>> training{};
+  std::vector<std::vector<std::size_t>> left_out{};
+};
+
+/// \param fold  of each row
+FoldRows rows_of_folds(const std::vector<std::size_t>& fold, std::size_t folds) {
+  FoldRows rows;
+  rows.training.resize(folds);
+  rows.left_out.resize(folds);
+  for (std::size_t row = 0; row < fold.size(); ++row) {
+    for (std::size_t k = 0; k < folds; ++k) {
+      (k == fold[row] ? rows.left_out : rows.training)[k].push_back(row);
+    }
+  }
+  return rows;
+}
+
+std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
+                                            const data::Table& observations,
+                                            const FoldRows& rows,
+                                            const std::vector<bool>& is_measured,
+                                            const CrossValidationOptions& options) {
+  const FitModelOptions refit = refit_options(fit, options);
+  std::vector<FoldPrediction> folds(rows.left_out.size());
+  std::atomic<std::size_t> done{0};
+  parallel_for(folds.size(), options.threads, [&](std::size_t k) {
+    std::vector<bool> measured;
+    if (options.measured > 0) {
+      for (const std::size_t row : rows.left_out[k]) measured.push_back(is_measured[row]);
+    }
+    folds[k] = predicted(fit,
+                         observations.select(rows.training[k]),
+                         observations.select(rows.left_out[k]),
+                         measured,
+                         refit);
+    if (options.progress) options.progress(++done, folds.size());
+  });
+  return folds;
+}
+
+/// Puts what is known of each fold at its rows.
+void collect(const std::vector<FoldPrediction>& folds,
+             const FoldRows& rows,
+             CrossValidation& result) {
+  result.predicted = VectorXd::Constant(result.observed.size(), kNaN);
+  result.calibrated = result.predicted;
+  VectorXd log_density = result.predicted;
+  for (std::size_t k = 0; k < folds.size(); ++k) {
+    for (std::size_t i = 0; i < rows.left_out[k].size(); ++i) {
+      const auto row = static_cast<Index>(rows.left_out[k][i]);
+      result.predicted[row] = folds[k].predicted[static_cast<Index>(i)];
+      result.calibrated[row] = folds[k].calibrated[static_cast<Index>(i)];
+      log_density[row] = folds[k].log_density[static_cast<Index>(i)];
+    }
+  }
+  summarize(result, log_density);
 }
 
 }  // namespace
@@ -221,47 +292,16 @@ CrossValidation cross_validate(const FittedModel& fit,
   const Observations all = observations_of(table, result.rows, result.group);
   const std::vector<std::string>& labels = all.labels.levels();
   result.groups = labels.size();
-  if (result.groups < 2) {
-    throw UsageError(
-        fmt::format("cross-validation needs two groups at least; {} has one", result.group));
-  }
-  result.folds = options.folds == 0 ? result.groups : std::min(options.folds, result.groups);
-  if (result.folds < 2) throw UsageError("cross-validation needs two folds at least");
+  result.folds = fold_count(result, options);
   const std::vector<std::size_t> fold_of = dealt(result.groups, result.folds, options.seed);
-
-  std::vector<std::vector<std::size_t>> training(result.folds);
-  std::vector<std::vector<std::size_t>> left_out(result.folds);
   for (std::size_t row = 0; row < all.labels.size(); ++row) {
-    const std::size_t fold = fold_of[all.labels.code(row)];
-    result.fold.push_back(fold);
-    for (std::size_t k = 0; k < result.folds; ++k) {
-      (k == fold ? left_out : training)[k].push_back(row);
-    }
+    result.fold.push_back(fold_of[all.labels.code(row)]);
   }
-  const std::vector<bool> is_measured = drawn_measured(model, options);
-  const FitModelOptions refit = refit_options(fit, options);
-  std::vector<FoldPrediction> folds(result.folds);
-  std::atomic<std::size_t> done{0};
-  parallel_for(result.folds, options.threads, [&](std::size_t k) {
-    std::vector<bool> measured;
-    if (options.measured > 0) {
-      for (const std::size_t row : left_out[k]) measured.push_back(is_measured[row]);
-    }
-    folds[k] = predicted(
-        fit, all.table.select(training[k]), all.table.select(left_out[k]), measured, refit);
-    if (options.progress) options.progress(++done, result.folds);
-  });
-
-  result.predicted = VectorXd::Constant(result.observed.size(), kNaN);
-  result.calibrated = result.predicted;
-  VectorXd log_density = result.predicted;
-  for (std::size_t k = 0; k < result.folds; ++k) {
-    for (std::size_t i = 0; i < left_out[k].size(); ++i) {
-      const auto row = static_cast<Index>(left_out[k][i]);
-      result.predicted[row] = folds[k].predicted[static_cast<Index>(i)];
-      result.calibrated[row] = folds[k].calibrated[static_cast<Index>(i)];
-      log_density[row] = folds[k].log_density[static_cast<Index>(i)];
-    }
+  const FoldRows rows = rows_of_folds(result.fold, result.folds);
+  const std::vector<FoldPrediction> folds =
+      predicted_folds(fit, all.table, rows, drawn_measured(model, options), options);
+  collect(folds, rows, result);
+  for (std::size_t k = 0; k < folds.size(); ++k) {
     if (folds[k].failure.empty()) continue;
     FailedFold failed{.verdict = folds[k].failure};
     for (std::size_t g = 0; g < labels.size(); ++g) {
@@ -269,7 +309,6 @@ CrossValidation cross_validate(const FittedModel& fit,
     }
     result.failed.push_back(std::move(failed));
   }
-  summarise(result, log_density);
   return result;
 }
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "reference.hpp"
-#include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/data/csv.hpp"
 

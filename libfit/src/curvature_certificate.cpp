@@ -13,6 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Eigenvalues of the scaled Hessian that are smaller are rounding, however symmetric it is.
 constexpr double kSmallestCurvature = 1e-9;
 // Variables whose own curvature is a smaller share of the largest have none.
@@ -55,6 +56,9 @@ MatrixXd informed_inverse(const MatrixXd& hessian) {
   const VectorXd unit = units(hessian);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(unit.asDiagonal() * hessian *
                                                        unit.asDiagonal());
+  if (!hessian.allFinite() || solver.info() != Eigen::Success) {
+    return MatrixXd::Constant(hessian.rows(), hessian.cols(), kNaN);
+  }
   VectorXd inverse = solver.eigenvalues();
   for (double& value : inverse) value = value > kSmallestCurvature ? 1.0 / value : 0.0;
   return unit.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *

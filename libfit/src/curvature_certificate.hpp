@@ -29,7 +29,8 @@ class CurvatureCertificate {
   Eigen::VectorXd downwards_;
 };
 
-/// The inverse of a Hessian over the directions in which it is positive; the others have none.
+/// The inverse of a Hessian over the directions in which it is positive; the others have none. NaN
+/// where the Hessian is not finite.
 Eigen::MatrixXd informed_inverse(const Eigen::MatrixXd& hessian);
 
 }  // namespace silvafit::fit

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
@@ -53,4 +54,13 @@ TEST_CASE("the inverse leaves out what is not known") {
   const MatrixXd hessian = Vector3d(4.0, 0.0, 0.5).asDiagonal();
   const MatrixXd expected = Vector3d(0.25, 0.0, 2.0).asDiagonal();
   CHECK((informed_inverse(hessian) - expected).norm() < 1e-14);
+}
+
+TEST_CASE("a Hessian that is not finite has no inverse") {
+  MatrixXd hessian = MatrixXd::Identity(3, 3);
+  CHECK(informed_inverse(hessian).isApprox(hessian, 1e-14));
+  hessian(1, 2) = std::nan("");
+  CHECK(informed_inverse(hessian).array().isNaN().all());
+  hessian(1, 2) = std::numeric_limits<double>::infinity();
+  CHECK(informed_inverse(hessian).array().isNaN().all());
 }

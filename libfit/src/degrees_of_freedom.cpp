@@ -2,7 +2,6 @@
 #include "degrees_of_freedom.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace silvafit::fit {

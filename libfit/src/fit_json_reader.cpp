@@ -7,19 +7,20 @@
 #include <numeric>
 
 #include "intervals_json.hpp"
-#include "json_value.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::fit {
 namespace {
 
+using data::JsonReader;
 using Eigen::Index;
 using Kind = VarianceFactor::Kind;
 
 /// What a text of the file means; complaints about the text get the place of its key.
 template <class Parse>
-auto read_with(const JsonValue& json, Parse parse) {
+auto read_with(const JsonReader& json, Parse parse) {
   const std::string text = json.text();
   try {
     return parse(text);
@@ -28,7 +29,7 @@ auto read_with(const JsonValue& json, Parse parse) {
   }
 }
 
-void check_schema(const JsonValue& json) {
+void check_schema(const JsonReader& json) {
   constexpr std::string_view kPrefix = "silvafit-fit/";
   const std::string schema = json.text();
   if (schema == "silvafit-fit/1") return;
@@ -42,12 +43,12 @@ void check_schema(const JsonValue& json) {
 
 /// Names of the formula that have a sub-model or an estimate are its parameters; the others are
 /// columns.
-ModelSpecification read_specification(const JsonValue& json) {
+ModelSpecification read_specification(const JsonReader& json) {
   ModelSpecification specification{
       .formula = read_with(json.at("formula"),
                            [](const std::string& text) { return data::parse_formula(text); })};
-  const JsonValue sub_models = json.at("parameters");
-  const JsonValue fixed = json.at("fixed");
+  const JsonReader sub_models = json.at("parameters");
+  const JsonReader fixed = json.at("fixed");
   for (const std::string& name : specification.formula.right.variables()) {
     if (sub_models.has(name)) {
       specification.parameters.push_back(
@@ -63,9 +64,9 @@ ModelSpecification read_specification(const JsonValue& json) {
   return specification;
 }
 
-void read_fixed(const JsonValue& json, FittedModel& fit) {
+void read_fixed(const JsonReader& json, FittedModel& fit) {
   fit.coefficient_names = fit.specification.coefficient_names();
-  const JsonValue fixed = json.at("fixed");
+  const JsonReader fixed = json.at("fixed");
   if (fixed.members().size() != fit.coefficient_names.size()) {
     fixed.fail(fmt::format("must name the coefficients of the formula: {}",
                            fmt::join(fit.coefficient_names, ", ")));
@@ -74,9 +75,9 @@ void read_fixed(const JsonValue& json, FittedModel& fit) {
   fit.estimate.resize(p);
   fit.degrees_of_freedom.resize(p);
   for (Index j = 0; j < p; ++j) {
-    const JsonValue coefficient = fixed.at(fit.coefficient_names[static_cast<std::size_t>(j)]);
-    fit.estimate[j] = coefficient.at("estimate").number();
-    fit.degrees_of_freedom[j] = coefficient.at("df").number();
+    const JsonReader coefficient = fixed.at(fit.coefficient_names[static_cast<std::size_t>(j)]);
+    fit.estimate[j] = coefficient.at("estimate").number_or_missing();
+    fit.degrees_of_freedom[j] = coefficient.at("df").number_or_missing();
   }
   fit.covariance = json.at("fixed_covariance").square_matrix(p);
 }
@@ -90,7 +91,7 @@ struct RandomLevel {
 };
 
 /// Matrices of each group, column by column.
-Eigen::MatrixXd read_matrices(const JsonValue& json,
+Eigen::MatrixXd read_matrices(const JsonReader& json,
                               const std::vector<std::string>& labels,
                               Index height,
                               Index width) {
@@ -111,7 +112,7 @@ Eigen::MatrixXd read_matrices(const JsonValue& json,
 
 /// What a fit of this or a later version keeps of its random effects; nothing of an older one.
 /// \param outer_size  effects of the coarser of two groupings, for the finer one
-EffectUncertainty read_uncertainty(const JsonValue& json,
+EffectUncertainty read_uncertainty(const JsonReader& json,
                                    const std::vector<std::string>& labels,
                                    Index size,
                                    Index coefficients,
@@ -127,19 +128,19 @@ EffectUncertainty read_uncertainty(const JsonValue& json,
   return result;
 }
 
-RandomLevel read_random_level(const JsonValue& json, const std::vector<std::string>& known) {
+RandomLevel read_random_level(const JsonReader& json, const std::vector<std::string>& known) {
   RandomLevel level;
   level.effects = {.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
   const std::string form = json.at("form").text();
   if (form == covariance_text(Covariance::kBlock)) {
     level.effects.covariance = Covariance::kBlock;
-    for (const JsonValue& size : json.at("blocks").items()) {
-      level.effects.blocks.push_back(size.count());
+    for (const JsonReader& size : json.at("blocks").items()) {
+      level.effects.blocks.push_back(size.count_or_zero());
     }
   } else {
     level.effects.covariance = read_with(json.at("form"), parse_covariance);
   }
-  for (const JsonValue& effect : json.at("effects").items()) {
+  for (const JsonReader& effect : json.at("effects").items()) {
     if (std::ranges::find(known, effect.text()) == known.end()) {
       effect.fail(fmt::format("'{}' is no coefficient of the model", effect.text()));
     }
@@ -156,13 +157,13 @@ RandomLevel read_random_level(const JsonValue& json, const std::vector<std::stri
     level.labels.push_back(groups[g].first);
     for (std::size_t k = 0; k < names.size(); ++k) {
       level.eblups(static_cast<Index>(k), static_cast<Index>(g)) =
-          groups[g].second.at(names[k]).number();
+          groups[g].second.at(names[k]).number_or_missing();
     }
   }
   return level;
 }
 
-void read_random(const JsonValue& json, FittedModel& fit) {
+void read_random(const JsonReader& json, FittedModel& fit) {
   if (json.is_null()) return;
   RandomLevel inner = read_random_level(json, fit.coefficient_names);
   fit.random_names = inner.effects.coefficients;
@@ -187,19 +188,19 @@ void read_random(const JsonValue& json, FittedModel& fit) {
 }
 
 /// One value, or one a stratum.
-Eigen::VectorXd read_by_stratum(const JsonValue& json, VarianceFactorEstimate& factor) {
-  if (factor.factor.stratum.empty()) return Eigen::VectorXd::Constant(1, json.number());
+Eigen::VectorXd read_by_stratum(const JsonReader& json, VarianceFactorEstimate& factor) {
+  if (factor.factor.stratum.empty()) return Eigen::VectorXd::Constant(1, json.number_or_missing());
   const auto members = json.members();
   Eigen::VectorXd values(static_cast<Index>(members.size()));
   factor.strata.clear();
   for (std::size_t s = 0; s < members.size(); ++s) {
     factor.strata.push_back(members[s].first);
-    values[static_cast<Index>(s)] = members[s].second.number();
+    values[static_cast<Index>(s)] = members[s].second.number_or_missing();
   }
   return values;
 }
 
-VarianceFactorEstimate read_variance_factor(const JsonValue& json) {
+VarianceFactorEstimate read_variance_factor(const JsonReader& json) {
   const VarianceFunction function = read_with(json.at("function"), [](const std::string& text) {
     // The column of strata has a key of its own.
     return parse_variance_function(text == "stratum" ? "stratum(strata)" : text);
@@ -230,10 +231,10 @@ VarianceFactorEstimate read_variance_factor(const JsonValue& json) {
   return result;
 }
 
-VarianceEstimate read_variance(const JsonValue& json) {
+VarianceEstimate read_variance(const JsonReader& json) {
   VarianceEstimate result;
   if (json.has("factors")) {
-    for (const JsonValue& factor : json.at("factors").items()) {
+    for (const JsonReader& factor : json.at("factors").items()) {
       result.factors.push_back(read_variance_factor(factor));
     }
   } else if (json.at("function").text() != "none") {
@@ -242,24 +243,24 @@ VarianceEstimate read_variance(const JsonValue& json) {
   return result;
 }
 
-FitStatistics read_statistics(const JsonValue& json) {
-  return {.r2 = json.at("r2").number(),
-          .mean_error = json.at("mean_error").number(),
-          .rmse = json.at("rmse").number(),
-          .mae = json.at("mae").number()};
+FitStatistics read_statistics(const JsonReader& json) {
+  return {.r2 = json.at("r2").number_or_missing(),
+          .mean_error = json.at("mean_error").number_or_missing(),
+          .rmse = json.at("rmse").number_or_missing(),
+          .mae = json.at("mae").number_or_missing()};
 }
 
-Convergence read_convergence(const JsonValue& json) {
-  const JsonValue evidence = json.at("evidence");
+Convergence read_convergence(const JsonReader& json) {
+  const JsonReader evidence = json.at("evidence");
   return {.converged = json.at("converged").boolean(),
-          .verdict = json.at("verdict").text(),
-          .gradient = evidence.at("gradient").number(),
-          .iterations = evidence.at("iterations").count(),
-          .rank = evidence.at("rank").count(),
+          .verdict = json.at("verdict").any_text(),
+          .gradient = evidence.at("gradient").number_or_missing(),
+          .iterations = evidence.at("iterations").count_or_zero(),
+          .rank = evidence.at("rank").count_or_zero(),
           .boundary = evidence.at("boundary").texts()};
 }
 
-std::vector<ColumnRange> read_ranges(const JsonValue& json) {
+std::vector<ColumnRange> read_ranges(const JsonReader& json) {
   std::vector<ColumnRange> ranges;
   for (const auto& [column, limits] : json.members()) {
     const Eigen::VectorXd values = limits.vector(2);
@@ -271,35 +272,36 @@ std::vector<ColumnRange> read_ranges(const JsonValue& json) {
 }  // namespace
 
 FittedModel from_json(std::string_view text, const std::string& file, const std::string& key) {
-  const JsonValue json = JsonValue::parse(text, file, key);
+  const JsonReader json = JsonReader::parse_part(text, file, key);
   check_schema(json.at("schema"));
   FittedModel fit{.specification = read_specification(json)};
-  if (!json.at("model").is_null()) fit.model = json.at("model").text();
+  if (!json.at("model").is_null()) fit.model = json.at("model").any_text();
   fit.method = read_with(json.at("method"), parse_method);
   fit.reml = json.at("reml").boolean();
-  if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count();
-  fit.observations = json.at("n").count();
-  fit.excluded = json.at("excluded").count();
+  if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count_or_zero();
+  fit.observations = json.at("n").count_or_zero();
+  fit.excluded = json.at("excluded").count_or_zero();
   if (json.has("response_fingerprint") && !json.at("response_fingerprint").is_null()) {
-    fit.response_fingerprint = json.at("response_fingerprint").text();
+    fit.response_fingerprint = json.at("response_fingerprint").any_text();
   }
   fit.convergence = read_convergence(json);
   read_fixed(json, fit);
   read_random(json.at("random"), fit);
   fit.variance = read_variance(json.at("variance"));
   fit.specification.variance = fit.variance.function();
-  fit.sigma = json.at("sigma").number();
-  fit.log_likelihood = json.at("log_likelihood").number();
-  if (!json.at("k").is_null()) fit.parameter_count = json.at("k").count();
-  const JsonValue statistics = json.at("statistics");
+  fit.sigma = json.at("sigma").number_or_missing();
+  fit.log_likelihood = json.at("log_likelihood").number_or_missing();
+  if (!json.at("k").is_null()) fit.parameter_count = json.at("k").count_or_zero();
+  const JsonReader statistics = json.at("statistics");
   fit.population = read_statistics(statistics.at("population"));
-  const JsonValue conditional = statistics.at("conditional");
+  const JsonReader conditional = statistics.at("conditional");
   fit.conditional = conditional.is_null() ? fit.population : read_statistics(conditional);
-  if (json.has("r2_marginal")) fit.r2_marginal = json.at("r2_marginal").number();
-  if (json.has("r2_conditional")) fit.r2_conditional = json.at("r2_conditional").number();
+  if (json.has("r2_marginal")) fit.r2_marginal = json.at("r2_marginal").number_or_missing();
+  if (json.has("r2_conditional"))
+    fit.r2_conditional = json.at("r2_conditional").number_or_missing();
   fit.ranges = read_ranges(json.at("ranges"));
   if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
-  fit.seconds = json.at("seconds").number();
+  fit.seconds = json.at("seconds").number_or_missing();
   return fit;
 }
 

@@ -41,7 +41,7 @@ void check_method(const ModelSpecification& specification, Method method, bool r
     throw UsageError(fmt::format("the method {} needs random effects; without them use ols or gnls",
                                  method_text(method)));
   }
-  if (reml && method != Method::kLindstromBates && method != Method::kGeneralised) {
+  if (reml && method != Method::kLindstromBates && method != Method::kGeneralized) {
     throw UsageError(fmt::format(
         "restricted maximum likelihood is defined for lb and gnls, whose likelihood is that of a "
         "linear model, not for {}",
@@ -138,7 +138,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
   result.residual_sd = std::move(found.residual_sd);
 }
 
-/// A mixed or generalised fit that has nowhere to start.
+/// A mixed or generalized fit that has nowhere to start.
 void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
   const std::string reason = std::move(least_squares.convergence.verdict);
   take_over(result, std::move(least_squares));
@@ -186,12 +186,12 @@ Method parse_method(std::string_view text) {
 }
 
 bool is_mixed(Method method) {
-  return method != Method::kOrdinary && method != Method::kGeneralised;
+  return method != Method::kOrdinary && method != Method::kGeneralized;
 }
 
 Method default_method(const ModelSpecification& specification) {
   if (specification.random) return Method::kLindstromBates;
-  return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralised;
+  return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralized;
 }
 
 // Published fits may not say how many parameters they count; without them there are no criteria.

@@ -115,7 +115,7 @@ TEST_CASE("the method has to suit the model") {
   CHECK_THROWS_WITH(fit_model(specification, table, {.method = Method::kLindstromBates}),
                     Contains("needs random effects"));
   specification.variance = parse_variance_function("power");
-  CHECK(default_method(specification) == Method::kGeneralised);
+  CHECK(default_method(specification) == Method::kGeneralized);
   CHECK_THROWS_AS(fit_model(specification, table, {.method = Method::kOrdinary}), UsageError);
   CHECK_THROWS_WITH(fit_model(specification, table, {.start = {{"q", 1.0}}}),
                     Contains("'q' is no coefficient"));

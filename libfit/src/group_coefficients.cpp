@@ -1,24 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "group_coefficients.hpp"
 
-#include <string>
-#include <unordered_map>
 #include <vector>
 
-namespace silvafit::fit {
-namespace {
+#include "group_labels.hpp"
 
+namespace silvafit::fit {
 using Eigen::Index;
 using Eigen::MatrixXd;
-
-std::unordered_map<std::string, Index> numbered(const std::vector<std::string>& labels) {
-  std::unordered_map<std::string, Index> numbers;
-  for (const std::string& label : labels)
-    numbers.emplace(label, static_cast<Index>(numbers.size()));
-  return numbers;
-}
-
-}  // namespace
 
 MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model) {
   MatrixXd result = MatrixXd::Zero(model.coefficient_count(), model.group_count());

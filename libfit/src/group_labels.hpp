@@ -1,14 +1,28 @@
 // SPDX-License-Identifier: MIT
-// The labels of the groups that a table's rows belong to, as fits name them.
+// The labels of groups: as fits name them, and their numbers.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <unordered_map>
+#include <vector>
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::fit {
+
+using LabelNumbers = std::unordered_map<std::string, Eigen::Index>;
+
+/// The place of each label in a list of different ones.
+inline LabelNumbers numbered(const std::vector<std::string>& labels) {
+  LabelNumbers numbers;
+  for (std::size_t k = 0; k < labels.size(); ++k) {
+    numbers.emplace(labels[k], static_cast<Eigen::Index>(k));
+  }
+  return numbers;
+}
 
 /// The label of a row's group; that of a nested one is `outer/inner`. Empty where it is missing.
 class GroupLabels {

@@ -16,7 +16,7 @@ GroupMoments::GroupMoments(Index width,
     : width_(width), parameters_(parameters), pairs_(std::move(pairs)) {
   products_.setZero(width * width * terms(), groups);
   sum_log_.setZero(terms());
-  centre_.setZero(parameters);
+  center_.setZero(parameters);
 }
 
 void GroupMoments::divide_columns(const VectorXd& sizes) {
@@ -32,7 +32,7 @@ void GroupMoments::divide_columns(const VectorXd& sizes) {
 }
 
 VectorXd GroupMoments::term_weights(const VectorXd& displacement) const {
-  const double s = displacement.dot(centre_);
+  const double s = displacement.dot(center_);
   VectorXd weights(terms());
   weights[0] = 1.0 + 2.0 * s + 2.0 * s * s;
   weights.segment(1, parameters_) = (1.0 + 2.0 * s) * displacement;
@@ -46,7 +46,7 @@ VectorXd GroupMoments::term_weights(const VectorXd& displacement) const {
 
 VectorXd GroupMoments::by_displacement(const VectorXd& by_term,
                                        const VectorXd& displacement) const {
-  const double s = displacement.dot(centre_);
+  const double s = displacement.dot(center_);
   const auto by_first = by_term.segment(1, parameters_);
   VectorXd result = (1.0 + 2.0 * s) * by_first;
   double by_s = -4.0 * s * s * by_term[0] - 4.0 * s * by_first.dot(displacement);
@@ -57,7 +57,7 @@ VectorXd GroupMoments::by_displacement(const VectorXd& by_term,
     if (i != j) result[j] += value * displacement[i];
     by_s -= 2.0 * value * displacement[i] * displacement[j] * (i == j ? 0.5 : 1.0);
   }
-  return std::exp(-2.0 * s) * (result + by_s * centre_);
+  return std::exp(-2.0 * s) * (result + by_s * center_);
 }
 
 double GroupMoments::sum_log_at(const VectorXd& displacement) const {

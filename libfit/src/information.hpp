@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
 
 #include "likelihood_surface.hpp"

@@ -13,6 +13,7 @@
 namespace silvafit::fit {
 namespace {
 
+using data::JsonReader;
 using nlohmann::ordered_json;
 
 /// In the order of the enumeration.
@@ -29,9 +30,9 @@ void add_limit(const std::string& key, double value, ordered_json& target) {
   if (!std::isfinite(value)) target[key + "_is"] = std::isinf(value) ? kUnbounded : kUnknown;
 }
 
-double read_limit(const JsonValue& json, const std::string& key, double infinite) {
+double read_limit(const JsonReader& json, const std::string& key, double infinite) {
   const bool is_unbounded = json.has(key + "_is") && json.at(key + "_is").text() == kUnbounded;
-  return is_unbounded ? infinite : json.at(key).number();
+  return is_unbounded ? infinite : json.at(key).number_or_missing();
 }
 
 }  // namespace
@@ -52,9 +53,10 @@ ordered_json intervals_json(const Intervals& intervals) {
           {"parameters", std::move(parameters)}};
 }
 
-Intervals read_intervals(const JsonValue& json) {
+Intervals read_intervals(const JsonReader& json) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Intervals result{.level = json.at("level").number(), .likelihood = json.at("likelihood").text()};
+  Intervals result{.level = json.at("level").number_or_missing(),
+                   .likelihood = json.at("likelihood").any_text()};
   try {
     result.method = parse_interval_method(json.at("method").text());
   } catch (const UsageError& error) {
@@ -68,7 +70,7 @@ Intervals read_intervals(const JsonValue& json) {
                                  .estimate = read_limit(value, "estimate", kInfinity),
                                  .lower = read_limit(value, "lower", -kInfinity),
                                  .upper = read_limit(value, "upper", kInfinity),
-                                 .note = value.has("note") ? value.at("note").text() : ""});
+                                 .note = value.has("note") ? value.at("note").any_text() : ""});
   }
   return result;
 }

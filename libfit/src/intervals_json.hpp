@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "json_value.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/intervals.hpp"
 
 namespace silvafit::fit {
@@ -14,6 +14,6 @@ namespace silvafit::fit {
 nlohmann::ordered_json intervals_json(const Intervals& intervals);
 
 /// \throws InputError that names file and key
-Intervals read_intervals(const JsonValue& json);
+Intervals read_intervals(const data::JsonReader& json);
 
 }  // namespace silvafit::fit

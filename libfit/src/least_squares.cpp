@@ -6,13 +6,13 @@
 #include <cmath>
 #include <limits>
 
-#include "descent.hpp"
-#include "newton.hpp"
+#include "least_squares_polish.hpp"
+#include "least_squares_verdict.hpp"
+#include "levenberg_marquardt.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 #include "start_search.hpp"
 #include "variable_projection.hpp"
-#include "verdict.hpp"
 
 namespace silvafit::fit {
 namespace {

@@ -25,7 +25,7 @@ class LeastSquaresSurface : public LikelihoodSurface {
       const double squares = (model_.response() - fitted_).squaredNorm();
       log_sigma = 0.5 * std::log(squares / static_cast<double>(model_.observations()));
     }
-    optimum_ = layout_.coordinates(setting.fit, setting.estimate, setting.internal, log_sigma);
+    optimum_ = setting.coordinates(layout_, log_sigma);
   }
 
   double value(const VectorXd& x, VectorXd* gradient) override {

@@ -175,19 +175,19 @@ TEST_CASE("a change of unit rescales the estimates and nothing else") {
                                 {"h ~ a + b*dbh + c*dbh^2", {0.0, -1.0, -2.0}}};
   const Table table = trees(1.0);
   for (const Case& model : cases) {
-    const LeastSquaresFit centimetres = fitted(model.formula, table);
+    const LeastSquaresFit centimeters = fitted(model.formula, table);
     for (const double factor : {1e-6, 1e6}) {
       Table other = table;
       rescale(other, "dbh", factor);
       const LeastSquaresFit fit = fitted(model.formula, other);
       INFO(model.formula << " times " << factor);
       CHECK(fit.convergence.converged);
-      CHECK(fit.log_likelihood == Approx(centimetres.log_likelihood).margin(1e-8));
+      CHECK(fit.log_likelihood == Approx(centimeters.log_likelihood).margin(1e-8));
       for (Index j = 0; j < fit.estimate.size(); ++j) {
         const double scale = std::pow(factor, model.powers[static_cast<std::size_t>(j)]);
-        CHECK(fit.estimate[j] / scale == Approx(centimetres.estimate[j]).epsilon(1e-8));
+        CHECK(fit.estimate[j] / scale == Approx(centimeters.estimate[j]).epsilon(1e-8));
         CHECK(fit.standard_errors()[j] / scale ==
-              Approx(centimetres.standard_errors()[j]).epsilon(1e-8));
+              Approx(centimeters.standard_errors()[j]).epsilon(1e-8));
       }
     }
   }
@@ -195,13 +195,13 @@ TEST_CASE("a change of unit rescales the estimates and nothing else") {
 
 TEST_CASE("a unit of the response adds to the log-likelihood only") {
   Table table = trees(1.0);
-  const LeastSquaresFit metres = fitted("h ~ a*(1 - exp(-b*dbh))", table);
+  const LeastSquaresFit meters = fitted("h ~ a*(1 - exp(-b*dbh))", table);
   rescale(table, "h", 1e6);
-  const LeastSquaresFit micrometres = fitted("h ~ a*(1 - exp(-b*dbh))", table);
-  CHECK(micrometres.log_likelihood ==
-        Approx(metres.log_likelihood - 120.0 * std::log(1e6)).margin(1e-8));
-  CHECK(micrometres.estimate[0] == Approx(1e6 * metres.estimate[0]).epsilon(1e-10));
-  CHECK(micrometres.estimate[1] == Approx(metres.estimate[1]).epsilon(1e-10));
+  const LeastSquaresFit micrometers = fitted("h ~ a*(1 - exp(-b*dbh))", table);
+  CHECK(micrometers.log_likelihood ==
+        Approx(meters.log_likelihood - 120.0 * std::log(1e6)).margin(1e-8));
+  CHECK(micrometers.estimate[0] == Approx(1e6 * meters.estimate[0]).epsilon(1e-10));
+  CHECK(micrometers.estimate[1] == Approx(meters.estimate[1]).epsilon(1e-10));
 }
 
 TEST_CASE("of mirror images the one with positive coefficients is reported") {

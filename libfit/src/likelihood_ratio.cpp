@@ -1,58 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/likelihood_ratio.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "comparable_likelihoods.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/fit/nesting.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool is_usable(const FittedModel& fit) {
   return fit.convergence.converged && std::isfinite(fit.log_likelihood);
 }
 
-bool has_same_fixed_effects(const FittedModel& a, const FittedModel& b) {
-  return a.specification.formula.right.text() == b.specification.formula.right.text() &&
-         a.coefficient_names == b.coefficient_names;
-}
-
-/// Why the likelihoods of two fits cannot be compared; empty if they can.
-std::string obstacle(const FittedModel& a, const FittedModel& b) {
-  if (a.observations != b.observations) {
-    return fmt::format("the fits are to {} and {} observations", a.observations, b.observations);
-  }
-  if (a.specification.formula.left != b.specification.formula.left) {
-    return fmt::format(
-        "the responses are {} and {}", a.specification.formula.left, b.specification.formula.left);
-  }
-  const bool is_known = !a.response_fingerprint.empty() && !b.response_fingerprint.empty();
-  if (is_known && a.response_fingerprint != b.response_fingerprint) {
-    return "the fits are to different observations of the response";
-  }
-  // Without random effects all methods have one likelihood.
-  const bool is_one_method = a.method == b.method && a.quadrature_points == b.quadrature_points;
-  if (is_mixed(a.method) && is_mixed(b.method) && !is_one_method) {
-    return a.method == b.method
-               ? std::string("the likelihoods have different numbers of quadrature points")
-               : fmt::format("the likelihoods of {} and {} are different approximations",
-                             method_text(a.method),
-                             method_text(b.method));
-  }
-  if (a.reml != b.reml) {
-    return "one likelihood is restricted and the other is not";
-  }
-  if (a.reml && !has_same_fixed_effects(a, b)) {
-    return "restricted likelihoods of different fixed effects are of different contrasts of the "
-           "data; fit both by maximum likelihood";
-  }
-  return {};
+/// Where a model goes through all observations, no chance explains its gain.
+bool is_exact(const FittedModel& fit) {
+  return fit.convergence.converged && std::isinf(fit.log_likelihood) && fit.log_likelihood > 0.0;
 }
 
 /// What a likelihood ratio is compared with.
@@ -88,41 +52,15 @@ ChiBarSquared reference_of(const Nesting& nesting,
   return {.base = freedom - 1, .weights = {0.5, 0.5}};
 }
 
-void add_weights(Comparison& comparison) {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (const ComparedFit& one : comparison.fits) smallest = std::min(smallest, one.fit->aic());
-  double sum = 0.0;
-  for (ComparedFit& one : comparison.fits) {
-    const bool is_comparable = comparison.reason.empty();
-    one.aic_difference = is_comparable ? one.fit->aic() - smallest : kNaN;
-    one.akaike_weight = std::exp(-0.5 * one.aic_difference);
-    sum += one.akaike_weight;
-  }
-  for (ComparedFit& one : comparison.fits) one.akaike_weight /= sum;
-}
-
-ComparedPair compared_pair(const Comparison& comparison, std::size_t larger) {
-  ComparedPair pair{.larger = larger, .smaller = larger - 1};
-  try {
-    pair.test =
-        likelihood_ratio_test(*comparison.fits[larger].fit, *comparison.fits[larger - 1].fit);
-  } catch (const UsageError& error) {
-    pair.reason = error.message();
-  }
-  return pair;
-}
-
 }  // namespace
 
 NestedTest likelihood_ratio_test(const FittedModel& larger,
                                  const FittedModel& smaller,
                                  const std::optional<Eigen::MatrixXd>& variances) {
-  for (const FittedModel* const fit : {&larger, &smaller}) {
-    if (!is_usable(*fit)) {
-      throw UsageError("a fit that has not converged has no likelihood to test with");
-    }
+  if (!is_usable(smaller) || !(is_usable(larger) || is_exact(larger))) {
+    throw UsageError("a fit that has not converged has no likelihood to test with");
   }
-  if (const std::string reason = obstacle(larger, smaller); !reason.empty()) {
+  if (const std::string reason = obstacle_to_comparing(larger, smaller); !reason.empty()) {
     throw UsageError(reason);
   }
   const Nesting how = nesting(larger, smaller);
@@ -136,28 +74,6 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
   test.reference = reference_of(how, test.degrees_of_freedom, variances, test.note);
   test.p = test.reference.upper_tail(test.statistic);
   return test;
-}
-
-Comparison compare(const std::vector<const FittedModel*>& fits) {
-  if (fits.size() < 2) throw UsageError("a comparison needs two fits at least");
-  Comparison comparison;
-  for (const FittedModel* const fit : fits) {
-    if (is_usable(*fit)) {
-      comparison.fits.push_back({.fit = fit});
-    } else {
-      comparison.failed.push_back(fit);
-    }
-  }
-  std::ranges::stable_sort(
-      comparison.fits, {}, [](const ComparedFit& one) { return one.fit->parameter_count; });
-  for (std::size_t i = 1; i < comparison.fits.size() && comparison.reason.empty(); ++i) {
-    comparison.reason = obstacle(*comparison.fits[0].fit, *comparison.fits[i].fit);
-  }
-  add_weights(comparison);
-  for (std::size_t i = 1; i < comparison.fits.size(); ++i) {
-    comparison.pairs.push_back(compared_pair(comparison, i));
-  }
-  return comparison;
 }
 
 }  // namespace silvafit::fit

@@ -5,14 +5,18 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
+#include "silvafit/fit/comparison.hpp"
+#include "silvafit/fit/covariance_of_variances.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
+using Catch::Contains;
 
 namespace {
 
@@ -83,6 +87,21 @@ TEST_CASE("mixtures of chi-squared distributions have the tails of their parts")
   CHECK(ChiBarSquared{.base = 2}.upper_tail(6.0) == Approx(std::exp(-3.0)).epsilon(1e-12));
 }
 
+TEST_CASE("the p-value of a regular likelihood ratio is the upper tail of chi-squared") {
+  // The 5 % and 1 % points as tables print them (Abramowitz and Stegun, table 26.8).
+  const auto tail_of = [](double statistic, int freedom) {
+    return ChiBarSquared{.base = freedom}.upper_tail(statistic);
+  };
+  CHECK(tail_of(3.84146, 1) == Approx(0.05).epsilon(1e-5));
+  CHECK(tail_of(5.99146, 2) == Approx(0.05).epsilon(1e-5));
+  CHECK(tail_of(7.81473, 3) == Approx(0.05).epsilon(1e-5));
+  CHECK(tail_of(6.63490, 1) == Approx(0.01).epsilon(1e-5));
+  CHECK(tail_of(13.2767, 4) == Approx(0.01).epsilon(1e-5));
+  // With two degrees of freedom the tail is exp(-x/2), however far out.
+  CHECK(tail_of(200.0, 2) == Approx(std::exp(-100.0)).epsilon(1e-12));
+  CHECK(tail_of(std::numeric_limits<double>::infinity(), 2) == 0.0);
+}
+
 TEST_CASE("independent variances have binomial weights") {
   CHECK(independent_variances(3).weights == std::vector<double>{0.125, 0.375, 0.375, 0.125});
   CHECK(independent_variances(1).text() == "1/2 chi-squared(0) + 1/2 chi-squared(1)");
@@ -105,6 +124,15 @@ TEST_CASE("weights of correlated variances agree with closed forms and with the 
   CHECK(simulated.weights[1] == Approx(0.25).margin(4.0 * error));
   CHECK(simulated.weights[0] + simulated.weights[2] == Approx(0.5).margin(5.0 * error));
   CHECK_THROWS_AS(correlated_variances(Eigen::Matrix2d::Ones()), UsageError);
+  Eigen::Matrix2d unknown = two;
+  unknown(0, 1) = unknown(1, 0) = std::nan("");
+  CHECK_THROWS_AS(correlated_variances(unknown), UsageError);
+  // Nearly one variance, but for rounding: some are positive in half of all cases, or all are.
+  Eigen::Matrix3d alike = Eigen::Matrix3d::Constant(1.0 - 1e-13);
+  alike.diagonal().setOnes();
+  const ChiBarSquared nearly = correlated_variances(alike, 7, kDraws);
+  CHECK(nearly.weights[0] + nearly.weights[1] + nearly.weights[2] + nearly.weights[3] ==
+        Approx(1.0).epsilon(1e-9));
 }
 
 TEST_CASE("one variance is tested by half and half, an effect beside others by Stram and Lee") {
@@ -138,15 +166,30 @@ TEST_CASE("a covariate beside a variance shifts the mixture") {
   CHECK(regular.p == regular.p_chi_squared);
 }
 
+TEST_CASE("a larger model that fits exactly has p = 0, one that is not more likely p = 1") {
+  const data::Table table = lines(0.5);
+  const FittedModel smaller = fitted(table, {}, "");
+  FittedModel larger = fitted(table, {"a ~ 1 + z"}, "");
+  larger.log_likelihood = std::numeric_limits<double>::infinity();
+  CHECK(likelihood_ratio_test(larger, smaller).p == 0.0);
+  CHECK(likelihood_ratio_test(larger, smaller).p_chi_squared == 0.0);
+  larger.log_likelihood = smaller.log_likelihood;
+  CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
+  larger.log_likelihood = smaller.log_likelihood - 1.0;
+  CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
+  larger.log_likelihood = -std::numeric_limits<double>::infinity();
+  CHECK(refusal(larger, smaller).find("has not converged") != std::string::npos);
+}
+
 TEST_CASE("several independent variances take binomial weights, or those of their covariance") {
   const data::Table table = lines(0.5);
   const FittedModel none = fitted(table, {}, "");
   const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
   CHECK(likelihood_ratio_test(both, none).reference.weights ==
         std::vector<double>{0.25, 0.5, 0.25});
-  const Eigen::MatrixXd covariance = variance_covariance(both, none, table);
+  const Eigen::MatrixXd covariance = covariance_of_variances(both, none, table);
   REQUIRE(covariance.rows() == 2);
-  // With V = s^2 I, z_a of ones and z_b = x, which is centred in each plot: tr(z_a z_a' z_b z_b')
+  // With V = s^2 I, z_a of ones and z_b = x, which is centered in each plot: tr(z_a z_a' z_b z_b')
   // is zero, so that only sigma ties the two variances together. Per plot the informations are
   // n^2/2, Sxx^2/2, N/2 and, with sigma, n/2 and Sxx/2, all over s^4.
   const double n = kTrees;
@@ -161,6 +204,20 @@ TEST_CASE("several independent variances take binomial weights, or those of thei
   const NestedTest test = likelihood_ratio_test(both, none, covariance);
   CHECK(test.reference.weights == correlated_variances(covariance).weights);
   CHECK(test.note.empty());
+}
+
+TEST_CASE("variances that the data say nothing of, or do not tell apart, have no covariance") {
+  data::Table table = lines(0.5);
+  const FittedModel none = fitted(table, {}, "");
+  const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
+  // At x = 0 the mean does not depend on b, at x = 1 it depends on a and b alike.
+  table.set("x", std::vector<double>(kPlots * kTrees, 0.0));
+  CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
+  CHECK_THROWS_WITH(covariance_of_variances(both, none, table),
+                    Contains("say nothing of the variance of b"));
+  table.set("x", std::vector<double>(kPlots * kTrees, 1.0));
+  CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
+  CHECK_THROWS_WITH(covariance_of_variances(both, none, table), Contains("apart"));
 }
 
 TEST_CASE("there is no test, and a reason, where models or data do not allow one") {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <utility>
 
 #include "constrained_fit.hpp"
 #include "response_fingerprint.hpp"
@@ -75,38 +74,6 @@ bool is_marginal(Method method) { return is_mixed(method) && method != Method::k
 
 }  // namespace
 
-SurfaceLayout::SurfaceLayout(const NonlinearModel& model,
-                             const VarianceModel& variance,
-                             VectorXd unit,
-                             Index beta_count)
-    : unit_(std::move(unit)),
-      outer_unit_(unit_(model.coefficients_of(model.specification().outer_random))),
-      inner_unit_(unit_(model.coefficients_of(model.specification().random))),
-      beta_(beta_count),
-      variance_(variance.parameter_count()),
-      outer_(model.specification().outer_random.value_or(RandomEffects{}), outer_unit_),
-      inner_(model.specification().random.value_or(RandomEffects{}), inner_unit_) {}
-
-VectorXd SurfaceLayout::coordinates(const FittedModel& fit,
-                                    const VectorXd& estimate,
-                                    const VectorXd& variance,
-                                    double log_sigma) const {
-  VectorXd x(size());
-  if (beta_ > 0) x.head(beta_) = estimate.cwiseQuotient(unit_);
-  for (const bool is_outer : {true, false}) {
-    const VectorXd& unit = effect_unit(is_outer);
-    if (unit.size() == 0) continue;
-    const MatrixXd& covariance = is_outer ? fit.outer.covariance : fit.random_covariance;
-    const MatrixXd scaled =
-        unit.cwiseInverse().asDiagonal() * covariance * unit.cwiseInverse().asDiagonal();
-    const RelativeFactor& of = factor(is_outer);
-    x.segment(factor_at(is_outer), of.parameter_count()) = of.from_covariance(scaled);
-  }
-  x.segment(variance_at(), variance_) = variance;
-  x[sigma_at()] = log_sigma;
-  return x;
-}
-
 SurfaceSetting::SurfaceSetting(const FittedModel& of, const data::Table& table)
     : fit(of),
       model(free_specification(of), table),
@@ -118,10 +85,15 @@ SurfaceSetting::SurfaceSetting(const FittedModel& of, const data::Table& table)
   check_same_data(fit, model);
 }
 
+VectorXd SurfaceSetting::coordinates(const SurfaceLayout& layout, double at_log_sigma) const {
+  return layout.coordinates(
+      estimate, fit.outer.covariance, fit.random_covariance, internal, at_log_sigma);
+}
+
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
   if (is_marginal(setting.fit.method)) return make_marginal_surface(setting);
-  const bool is_linearised = setting.fit.method == Method::kLindstromBates || setting.fit.reml;
-  return is_linearised ? make_linearised_surface(setting) : make_least_squares_surface(setting);
+  const bool is_linearized = setting.fit.method == Method::kLindstromBates || setting.fit.reml;
+  return is_linearized ? make_linearized_surface(setting) : make_least_squares_surface(setting);
 }
 
 std::string likelihood_in_words(const FittedModel& fit) {

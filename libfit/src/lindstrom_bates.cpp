@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "lindstrom_bates.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,18 +16,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-VectorXd chosen(const VectorXd& values, const std::vector<Index>& which) {
-  VectorXd result(static_cast<Index>(which.size()));
-  for (std::size_t k = 0; k < which.size(); ++k) result[static_cast<Index>(k)] = values[which[k]];
-  return result;
-}
-
 RelativeFactor factor_of(const std::optional<RandomEffects>& random, const VectorXd& scales) {
   return {random.value_or(RandomEffects{}), scales};
 }
 
 /// Root mean squares of the columns of X, 1 where there is none.
-VectorXd column_sizes(const Linearisation& at) {
+VectorXd column_sizes(const Linearization& at) {
   const GroupMoments& moments = at.model.moments;
   const Index p = moments.width() - 1;
   VectorXd squares = VectorXd::Zero(p);
@@ -44,7 +36,7 @@ VectorXd column_sizes(const Linearisation& at) {
 }
 
 /// Whether g is about one at typical values, whatever the parameters.
-bool normalised(const VarianceFunction& variance) {
+bool normalized(const VarianceFunction& variance) {
   return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
     return factor.kind != VarianceFactor::Kind::kStratum && factor.stratum.empty() &&
            !factor.delta && !factor.constant;
@@ -53,8 +45,6 @@ bool normalised(const VarianceFunction& variance) {
 
 // The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
 constexpr double kStartDivisor = 0.375;
-// Directions of L that are smaller by this factor hold no random effects that count.
-constexpr double kSmallestPivot = 1e-6;
 // Coordinates are chosen anew when a column of the Jacobian has become this much larger or smaller.
 constexpr double kUnsuitable = 4.0;
 
@@ -62,22 +52,7 @@ constexpr double kUnsuitable = 4.0;
 /// them.
 MatrixXd moved_effects(const MatrixXd& from, const MatrixXd& to, const MatrixXd& spherical) {
   if (spherical.rows() == 0) return spherical;
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  solver.setThreshold(kSmallestPivot);
-  solver.compute(to);
-  return solver.solve(from * spherical);
-}
-
-/// A covariance further inside its range, along a direction in which the likelihood rises; false
-/// if there is none.
-bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
-  if (by_covariance.rows() == 0) return false;
-  // On the edge dF/dD must be positive semidefinite.
-  constexpr double kFlat = 1e-6;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(by_covariance);
-  if (solver.info() != Eigen::Success || solver.eigenvalues()[0] >= -kFlat) return false;
-  direction = solver.eigenvectors().col(0);
-  return true;
+  return spherical_effects(to, from * spherical);
 }
 
 }  // namespace
@@ -86,12 +61,12 @@ PooledFit pooled_fit(const NonlinearModel& model,
                      const VectorXd& start,
                      const MixedEffectsOptions& options) {
   const VarianceModel constant({}, VarianceData::of(model));
-  const LinearisationPoint point{.coefficients = start,
+  const LinearizationPoint point{.coefficients = start,
                                  .effects = MatrixXd::Zero(start.size(), model.group_count()),
                                  .variance = VectorXd(0),
                                  .units = VectorXd::Ones(start.size())};
-  Linearisation at;
-  Lineariser(model, constant).linearise(point, false, nullptr, at);
+  Linearization at;
+  Linearizer(model, constant).linearize(point, false, nullptr, at);
   PooledFit result{
       .coefficients = start,
       .scale = column_sizes(at).cwiseInverse(),
@@ -117,11 +92,11 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       outer_random_(model.coefficients_of(model.specification().outer_random)),
       pooled_(pooled),
       scale_(pooled.scale),
-      inner_factor_(factor_of(model.specification().random, chosen(scale_, random_))),
-      outer_factor_(factor_of(model.specification().outer_random, chosen(scale_, outer_random_))),
+      inner_factor_(factor_of(model.specification().random, VectorXd(scale_(random_)))),
+      outer_factor_(factor_of(model.specification().outer_random, VectorXd(scale_(outer_random_)))),
       variance_(variance, VarianceData::of(model)),
-      is_normalised_(normalised(variance)),
-      lineariser_(model, variance_) {}
+      is_normalized_(normalized(variance)),
+      linearizer_(model, variance_) {}
 
 RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
   const Index inner = inner_factor_.parameter_count();
@@ -167,7 +142,7 @@ SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome
   return {.state = outcome.state,
           .quantities = variance_.quantities(),
           .parameters = variance_parameters(outcome.state.theta),
-          .mean_log = is_normalised_ ? 0.0 : outcome.at->model.moments.sum_log()[0] / n,
+          .mean_log = is_normalized_ ? 0.0 : outcome.at->model.moments.sum_log()[0] / n,
           .log_likelihood = outcome.log_likelihood,
           .converged = outcome.converged};
 }
@@ -203,9 +178,9 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
   state.theta.tail(parameters.size()) = parameters;
   // Psi / sigma^2 with the new scale of sigma.
   adopt_scale(state.scale);
-  if (is_normalised_ && smaller.mean_log == 0.0) return state;
-  Linearisation at;
-  if (!linearise(state, nullptr, at)) return state;
+  if (is_normalized_ && smaller.mean_log == 0.0) return state;
+  Linearization at;
+  if (!linearize(state, nullptr, at)) return state;
   const double mean_log =
       at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
   state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
@@ -216,12 +191,12 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
 
 LindstromBatesState LindstromBates::first_order_start() {
   LindstromBatesState state = start(1.0);
-  // The series of the weights is good near its centre only, so that it is moved along.
+  // The series of the weights is good near its center only, so that it is moved along.
   constexpr int kRounds = 5;
   constexpr double kNear = 0.1;
   for (int round = 0; round < kRounds; ++round) {
-    Linearisation at;
-    if (!linearise(state, nullptr, at)) break;
+    Linearization at;
+    if (!linearize(state, nullptr, at)) break;
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
       const LinearMixedProfile value = profile_near(state, at, theta);
       if (!value.is_valid) return std::numeric_limits<double>::infinity();
@@ -229,7 +204,7 @@ LindstromBatesState LindstromBates::first_order_start() {
       return value.minus_log_likelihood;
     };
     const QuasiNewtonResult best =
-        minimise(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
+        minimize(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
     if (!std::isfinite(best.value) || !best.x.allFinite()) break;
     const VectorXd change = variance_parameters(best.x) - variance_parameters(state.theta);
     state.theta = best.x;
@@ -241,16 +216,16 @@ LindstromBatesState LindstromBates::first_order_start() {
 void LindstromBates::adopt_scale(const VectorXd& scale) {
   scale_ = scale;
   const ModelSpecification& specification = model_.specification();
-  inner_factor_ = factor_of(specification.random, chosen(scale_, random_));
-  outer_factor_ = factor_of(specification.outer_random, chosen(scale_, outer_random_));
+  inner_factor_ = factor_of(specification.random, VectorXd(scale_(random_)));
+  outer_factor_ = factor_of(specification.outer_random, VectorXd(scale_(outer_random_)));
 }
 
-bool LindstromBates::rescale(LindstromBatesState& state, Linearisation& at) {
+bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   const VectorXd size = column_sizes(at);
   if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
   const RelativeFactors from = factors(state.theta);
-  const MatrixXd inner = chosen(size, random_).asDiagonal() * from.inner;
-  const MatrixXd outer = chosen(size, outer_random_).asDiagonal() * from.outer;
+  const MatrixXd inner = VectorXd(size(random_)).asDiagonal() * from.inner;
+  const MatrixXd outer = VectorXd(size(outer_random_)).asDiagonal() * from.outer;
   state.scale = state.scale.cwiseQuotient(size);
   state.beta = state.beta.cwiseProduct(size);
   at.model.moments.divide_columns(size);
@@ -262,13 +237,13 @@ bool LindstromBates::rescale(LindstromBatesState& state, Linearisation& at) {
   return true;
 }
 
-bool LindstromBates::linearise(const LindstromBatesState& state,
-                               const Linearisation* before,
-                               Linearisation& at) {
+bool LindstromBates::linearize(const LindstromBatesState& state,
+                               const Linearization* before,
+                               Linearization& at) {
   const RelativeFactors now = factors(state.theta);
   const MatrixXd inner = now.inner * state.spherical;
   const MatrixXd outer = now.outer * state.outer_spherical;
-  LinearisationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
+  LinearizationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
                            .effects = MatrixXd::Zero(scale_.size(), model_.group_count()),
                            .variance = variance_parameters(state.theta),
                            .units = scale_};
@@ -285,10 +260,10 @@ bool LindstromBates::linearise(const LindstromBatesState& state,
   }
   at.model.restricted = options_.reml;
   at.model.log_units = -2.0 * scale_.array().log().sum();
-  return lineariser_.linearise(point, true, before, at);
+  return linearizer_.linearize(point, true, before, at);
 }
 
-LinearMixedProfile LindstromBates::profile_at(const Linearisation& at,
+LinearMixedProfile LindstromBates::profile_at(const Linearization& at,
                                               const VectorXd& theta,
                                               bool with_derivatives) const {
   const Index parameters = at.model.moments.parameters();
@@ -301,17 +276,17 @@ LinearMixedProfile LindstromBates::profile_at(const Linearisation& at,
 }
 
 LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state,
-                                                const Linearisation& at,
+                                                const Linearization& at,
                                                 const VectorXd& theta) {
-  if (!lineariser_.is_curved() || variance_parameters(theta) == at.variance) {
+  if (!linearizer_.is_curved() || variance_parameters(theta) == at.variance) {
     return profile_at(at, theta, true);
   }
   // The likelihood of a constant plus a power has ridges and several hills, for which the series
   // of the weights does not do.
   LindstromBatesState moved = state;
   moved.theta.tail(variance_.parameter_count()) = variance_parameters(theta);
-  Linearisation there;
-  if (!linearise(moved, nullptr, there)) return {};
+  Linearization there;
+  if (!linearize(moved, nullptr, there)) return {};
   return profile_at(there, theta, true);
 }
 
@@ -324,12 +299,12 @@ VectorXd LindstromBates::gradient(const LinearMixedProfile& at) const {
 }
 
 double LindstromBates::take_step(LindstromBatesState& state,
-                                 Linearisation& at,
+                                 Linearization& at,
                                  const LinearMixedProfile& target) {
-  const auto penalised = [](const VectorXd& squares, const LindstromBatesState& of) {
+  const auto penalized = [](const VectorXd& squares, const LindstromBatesState& of) {
     return VectorXd(squares + of.spherical.colwise().squaredNorm().transpose());
   };
-  const VectorXd current = penalised(at.squares, state);
+  const VectorXd current = penalized(at.squares, state);
   const double total = current.sum() + state.outer_spherical.squaredNorm();
   const MatrixXd change = target.spherical - state.spherical;
   const MatrixXd outer_change = target.outer_spherical - state.outer_spherical;
@@ -345,9 +320,9 @@ double LindstromBates::take_step(LindstromBatesState& state,
     trial.beta += length * target.coefficients;
     trial.spherical += length * change * group_length.asDiagonal();
     trial.outer_spherical += length * outer_change * cluster_length.asDiagonal();
-    Linearisation point;
-    const bool is_finite = linearise(trial, &at, point);
-    const VectorXd reached = penalised(point.squares_before, trial);
+    Linearization point;
+    const bool is_finite = linearize(trial, &at, point);
+    const VectorXd reached = penalized(point.squares_before, trial);
     const double total_reached = reached.sum() + trial.outer_spherical.squaredNorm();
     if (is_finite && total_reached <= total * (1.0 + 1e-13)) {
       state = std::move(trial);
@@ -370,8 +345,8 @@ double LindstromBates::take_step(LindstromBatesState& state,
   return 0.0;
 }
 
-bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Linearisation& at) {
-  if (!linearise(state, nullptr, at)) return false;
+bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Linearization& at) {
+  if (!linearize(state, nullptr, at)) return false;
   constexpr int kSteps = 100;
   // Many short steps in a row lead along a wall of the mean function, not to a solution.
   constexpr double kShort = 0.1;
@@ -395,84 +370,6 @@ bool LindstromBates::penalised_least_squares(LindstromBatesState& state, Lineari
     if (short_steps > short_steps_) return false;
   }
   return true;
-}
-
-bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside) {
-  if (random_.empty() || !outcome.is_valid) return false;
-  inside = outcome.state;
-  adopt_scale(inside.scale);
-  const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
-  if (!here.is_valid) return false;
-  const RelativeFactors now = factors(inside.theta);
-  // The start of each factor's parameters; the likelihood may rise into either.
-  Index begin = 0;
-  for (const bool is_outer : {false, true}) {
-    const RelativeFactor& factor = is_outer ? outer_factor_ : inner_factor_;
-    const MatrixXd& triangle = is_outer ? now.outer : now.inner;
-    VectorXd direction;
-    const MatrixXd& by = is_outer ? here.by_covariance.outer : here.by_covariance.inner;
-    const Index count = factor.parameter_count();
-    for (double size = 1.0; rising_direction(by, direction) && size > 1e-7; size *= 0.1) {
-      const MatrixXd moved =
-          triangle * triangle.transpose() + size * direction * direction.transpose();
-      VectorXd theta = inside.theta;
-      theta.segment(begin, count) = factor.from_covariance(moved);
-      const LinearMixedProfile there = profile_at(*outcome.at, theta, false);
-      if (there.is_valid && there.minus_log_likelihood < here.minus_log_likelihood - 1e-6) {
-        inside.theta = theta;
-        inside.spherical.setZero();
-        inside.outer_spherical.setZero();
-        return true;
-      }
-    }
-    begin += count;
-  }
-  return false;
-}
-
-MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
-  const LindstromBatesState& state = outcome.state;
-  adopt_scale(state.scale);
-  const Linearisation& at = *outcome.at;
-  const LinearMixedProfile value = profile_at(at, state.theta, false);
-  const RelativeFactors now = factors(state.theta);
-
-  MixedEffectsFit fit;
-  fit.estimate = state.beta.cwiseProduct(scale_);
-  const Index p = fit.estimate.size();
-  const MatrixXd inverse = value.information.ldlt().solve(MatrixXd::Identity(p, p));
-  // nlme's factor for maximum-likelihood standard errors; restricted likelihood has it in sigma.
-  const double adjusted =
-      value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));
-  fit.covariance = adjusted * scale_.asDiagonal() * inverse * scale_.asDiagonal();
-  const MatrixXd factor = chosen(scale_, random_).asDiagonal() * now.inner;
-  fit.random_covariance = value.sigma2 * factor * factor.transpose();
-  fit.random_effects = factor * state.spherical;
-  if (!outer_random_.empty()) {
-    const MatrixXd outer = chosen(scale_, outer_random_).asDiagonal() * now.outer;
-    fit.outer.covariance = value.sigma2 * outer * outer.transpose();
-    fit.outer.effects = outer * state.outer_spherical;
-  }
-  const double sigma = std::sqrt(value.sigma2);
-  fit.sigma = sigma * variance_.sigma_factor(variance_parameters(state.theta));
-  fit.variance = variance_.estimate(variance_parameters(state.theta));
-  fit.log_likelihood = outcome.log_likelihood;
-  fit.parameter_count =
-      static_cast<int>(p + random_parameter_count() + variance_.parameter_count()) + 1;
-  fit.observations = model_.observations();
-  fit.fitted_conditional = at.mean;
-  NonlinearModel::Workspace workspace;
-  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
-  if (at.weight.size() > 0) {
-    fit.residual_sd = sigma * at.weight.rsqrt();
-  } else {
-    fit.residual_sd = VectorXd::Constant(model_.observations(), sigma);
-  }
-  fit.convergence.converged = outcome.converged;
-  fit.convergence.gradient = outcome.decrement;
-  fit.convergence.iterations = outcome.iterations;
-  fit.floored_variances = variance_.floored(at.mean);
-  return fit;
 }
 
 }  // namespace silvafit::fit

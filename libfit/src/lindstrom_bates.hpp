@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "linear_mixed_profile.hpp"
-#include "linearisation.hpp"
+#include "linearization.hpp"
 #include "relative_factor.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "variance_weights.hpp"
@@ -27,7 +27,7 @@ struct LindstromBatesState {
 /// How an alternation ended.
 struct LindstromBatesOutcome {
   LindstromBatesState state{};
-  std::shared_ptr<const Linearisation> at{};  ///< the model around the state
+  std::shared_ptr<const Linearization> at{};  ///< the model around the state
   double log_likelihood = 0.0;
   double decrement = 0.0;  ///< squared distance that theta would still move, in standard errors
   int iterations = 0;
@@ -50,7 +50,7 @@ enum class Alternation {
   /// One step of each a round; where a step of the coefficients does not do what the linear model
   /// expects, a careful round.
   kInterleaved,
-  /// Penalised least squares to the end, with short steps where needed, then theta to the end.
+  /// Penalized least squares to the end, with short steps where needed, then theta to the end.
   kCareful,
 };
 
@@ -86,7 +86,7 @@ class LindstromBates {
                                  const std::vector<std::size_t>& factors_of);
   /// A start at a fit of the same model, perhaps to other data.
   LindstromBatesState start_at(const MixedEffectsFit& fit);
-  /// How many short steps in a row penalised least squares may take before it gives up (6 at
+  /// How many short steps in a row penalized least squares may take before it gives up (6 at
   /// first).
   void set_patience(int short_steps) { short_steps_ = short_steps; }
   /// Squared standard errors that theta may still move when an alternation has converged.
@@ -101,7 +101,7 @@ class LindstromBates {
 
  private:
   class Run;
-  /// Steps of the variance components a round: enough to settle once the linearisation has; before
+  /// Steps of the variance components a round: enough to settle once the linearization has; before
   /// that, more would be wasted.
   static constexpr int kThetaSteps = 30;
 
@@ -117,18 +117,18 @@ class LindstromBates {
                                  const Eigen::VectorXd& theta) const;
   /// Works in the units of a state from now on.
   void adopt_scale(const Eigen::VectorXd& scale);
-  /// Measures a state in units that suit the linearisation at it, if they have changed by much.
-  bool rescale(LindstromBatesState& state, Linearisation& at);
-  bool linearise(const LindstromBatesState& state, const Linearisation* before, Linearisation& at);
-  bool penalised_least_squares(LindstromBatesState& state, Linearisation& at);
-  /// Moves towards the target while the penalised squares fall; the share of the way, 0 if none.
-  double take_step(LindstromBatesState& state, Linearisation& at, const LinearMixedProfile& target);
-  LinearMixedProfile profile_at(const Linearisation& at,
+  /// Measures a state in units that suit the linearization at it, if they have changed by much.
+  bool rescale(LindstromBatesState& state, Linearization& at);
+  bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
+  bool penalized_least_squares(LindstromBatesState& state, Linearization& at);
+  /// Moves towards the target while the penalized squares fall; the share of the way, 0 if none.
+  double take_step(LindstromBatesState& state, Linearization& at, const LinearMixedProfile& target);
+  LinearMixedProfile profile_at(const Linearization& at,
                                 const Eigen::VectorXd& theta,
                                 bool with_derivatives) const;
   /// The profile of the model linear around a state, at any theta.
   LinearMixedProfile profile_near(const LindstromBatesState& state,
-                                  const Linearisation& at,
+                                  const Linearization& at,
                                   const Eigen::VectorXd& theta);
   Eigen::VectorXd gradient(const LinearMixedProfile& at) const;
 
@@ -142,8 +142,8 @@ class LindstromBates {
   RelativeFactor inner_factor_;
   RelativeFactor outer_factor_;
   VarianceModel variance_;
-  bool is_normalised_;
-  Lineariser lineariser_;
+  bool is_normalized_;
+  Linearizer linearizer_;
   double tolerance_ = 1e-12;
   int short_steps_ = 6;
 };

@@ -33,7 +33,7 @@ class LindstromBates::Run {
         mixing_.restart();
         hessian_.resize(0, 0);
       }
-      if (!optimise_theta()) break;
+      if (!optimize_theta()) break;
       note(iteration);
       if (outcome_.converged || gives_up() || !advance()) break;
     }
@@ -64,9 +64,9 @@ class LindstromBates::Run {
   }
 
   bool begin() {
-    at_ = std::make_shared<Linearisation>();
-    if (how_ == Alternation::kCareful) return engine_.penalised_least_squares(state_, *at_);
-    return engine_.linearise(state_, nullptr, *at_);
+    at_ = std::make_shared<Linearization>();
+    if (how_ == Alternation::kCareful) return engine_.penalized_least_squares(state_, *at_);
+    return engine_.linearize(state_, nullptr, *at_);
   }
 
   const LinearMixedProfile& profile(const VectorXd& theta) {
@@ -79,7 +79,7 @@ class LindstromBates::Run {
     return profile_;
   }
 
-  bool optimise_theta() {
+  bool optimize_theta() {
     profiled_ = nullptr;
     const LinearMixedProfile& here = profile(state_.theta);
     if (!here.is_valid) return false;
@@ -93,13 +93,13 @@ class LindstromBates::Run {
       if (by_theta != nullptr) *by_theta = engine_.gradient(value);
       return value.minus_log_likelihood;
     };
-    // A round that only starts to settle needs no more digits than its linearisation has.
+    // A round that only starts to settle needs no more digits than its linearization has.
     constexpr double kShare = 1e-3;
     QuasiNewtonOptions options{.maximum_steps = kThetaSteps, .one_sided = true};
     if (how_ == Alternation::kInterleaved) {
       options.decrement = std::max(options.decrement, kShare * std::min(1.0, curve_decrement_));
     }
-    best_ = minimise(objective, state_.theta, hessian_, options);
+    best_ = minimize(objective, state_.theta, hessian_, options);
     if (!best_.x.allFinite()) return false;
     hessian_ = best_.hessian;
     return true;
@@ -130,7 +130,7 @@ class LindstromBates::Run {
         length_));
   }
 
-  /// Moves on to the next round's linearisation.
+  /// Moves on to the next round's linearization.
   bool advance() {
     last_ = state_;
     VectorXd theta = mixing_.next(state_.theta, best_.x);
@@ -150,8 +150,8 @@ class LindstromBates::Run {
     trial.beta += target.coefficients;
     trial.spherical = target.spherical;
     trial.outer_spherical = target.outer_spherical;
-    auto point = std::make_shared<Linearisation>();
-    if (!engine_.linearise(trial, at_.get(), *point)) return refuse();
+    auto point = std::make_shared<Linearization>();
+    if (!engine_.linearize(trial, at_.get(), *point)) return refuse();
     const VectorXd expected = expected_squares(at_->model, engine_.factors(theta), target);
     const VectorXd excess = point->squares_before - expected;
     const double total = at_->squares.sum();
@@ -184,8 +184,8 @@ class LindstromBates::Run {
     VectorXd target = theta;
     for (length_ = 1.0; length_ >= kShortestMove; length_ *= 0.5) {
       LindstromBatesState trial = engine_.with_theta(last_, target);
-      auto point = std::make_shared<Linearisation>();
-      if (engine_.penalised_least_squares(trial, *point)) {
+      auto point = std::make_shared<Linearization>();
+      if (engine_.penalized_least_squares(trial, *point)) {
         state_ = std::move(trial);
         at_ = std::move(point);
         return true;
@@ -201,7 +201,7 @@ class LindstromBates::Run {
   LindstromBatesState state_;
   LindstromBatesState last_;  // where the two steps have last succeeded
   Alternation how_;
-  std::shared_ptr<Linearisation> at_;
+  std::shared_ptr<Linearization> at_;
   LindstromBatesOutcome outcome_;
   AndersonMixing mixing_{4};
   MatrixXd hessian_;
@@ -214,7 +214,7 @@ class LindstromBates::Run {
   int waited_ = 0;
   LinearMixedProfile profile_;  // the last that was computed, and where
   VectorXd profile_theta_;
-  const Linearisation* profiled_ = nullptr;
+  const Linearization* profiled_ = nullptr;
 };
 
 LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, Alternation how) {

@@ -5,7 +5,6 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -174,7 +173,7 @@ class Ladder {
   bool is_below(const std::vector<Contained>& contained,
                 const LindstromBatesOutcome& outcome,
                 double tolerance) {
-    // What a rough fit may lack, and what two linearisations at nearly the same point differ by.
+    // What a rough fit may lack, and what two linearizations at nearly the same point differ by.
     constexpr double kRoughSlack = 0.01;
     constexpr double kSlack = 1e-5;
     return std::ranges::any_of(contained, [&](const Contained& smaller) {
@@ -234,7 +233,7 @@ std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {
         "it depends on.",
         model.coefficient_names()[static_cast<std::size_t>(last)]);
   }
-  return "Not converged: the first penalised least-squares step found no finite point. Try fewer "
+  return "Not converged: the first penalized least-squares step found no finite point. Try fewer "
          "random effects, or a model that the pooled data fit better.";
 }
 

@@ -20,7 +20,7 @@ LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const Eigen::VectorXd& start,
                                             const MixedEffectsOptions& options);
 
-/// Why penalised least squares found no first step.
+/// Why penalized least squares found no first step.
 std::string why_no_step(const NonlinearModel& model, const Eigen::VectorXd& start);
 
 }  // namespace silvafit::fit

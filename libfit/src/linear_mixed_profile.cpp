@@ -2,11 +2,8 @@
 #include "linear_mixed_profile.hpp"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <type_traits>
 
 #include "level_algebra.hpp"
 

@@ -56,10 +56,10 @@ class GroupMoments {
 
   /// (m) typical derivatives of log g. What all g have in common goes into sigma, so that only the
   /// differences from these need be small for the series to be good; zeros at first.
-  void set_centre(const Eigen::VectorXd& centre) { centre_ = centre; }
+  void set_center(const Eigen::VectorXd& center) { center_ = center; }
 
   /// (terms) what each term counts at d + displacement: of exp(-2 s) times the second-order series
-  /// of exp(2 s) g^-2, where s = displacement' centre.
+  /// of exp(2 s) g^-2, where s = displacement' center.
   Eigen::VectorXd term_weights(const Eigen::VectorXd& displacement) const;
   /// (m) a gradient by the displacement from one by the term weights.
   Eigen::VectorXd by_displacement(const Eigen::VectorXd& by_term,
@@ -74,13 +74,13 @@ class GroupMoments {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
   Eigen::MatrixXd products_;  ///< (width^2 terms x G)
   Eigen::VectorXd sum_log_;
-  Eigen::VectorXd centre_;
+  Eigen::VectorXd center_;
 };
 
-/// Parameters of a linear mixed model that are not maximised over but have values of their own.
+/// Parameters of a linear mixed model that are not maximized over but have values of their own.
 struct HeldParameters {
   Eigen::VectorXd
-      coefficients{};   ///< (p) beta; empty where it is the generalised least-squares one
+      coefficients{};   ///< (p) beta; empty where it is the generalized least-squares one
   double sigma2 = 0.0;  ///< 0 where it is S / N
 };
 
@@ -101,7 +101,7 @@ struct LinearMixedProfile {
   double minus_log_likelihood = 0.0;
   double sum_of_squares = 0.0;        ///< S = weighted squares + penalty at that beta
   double sigma2 = 0.0;                ///< S / N, restricted S / (N - p), or as held
-  Eigen::VectorXd coefficients{};     ///< (p) generalised least-squares beta, or as held
+  Eigen::VectorXd coefficients{};     ///< (p) generalized least-squares beta, or as held
   Eigen::MatrixXd information{};      ///< (p x p) X' V^-1 X, with V relative to sigma^2
   Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v
   Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same of the clusters
@@ -116,7 +116,7 @@ struct LinearMixedProfile {
 /// F = -log-likelihood = N/2 (log(2 pi S/N) + 1) + sum log|A| / 2 + sum log g, where A = I +
 /// L'Z'V^-1 Z L of each group and then, with V holding the groups' effects, of each cluster;
 /// restricted, N becomes N - p and log|X'V^-1 X| / 2 is added. Without derivatives only the first
-/// six members and the derivatives by beta and sigma are filled. Held parameters are not maximised
+/// six members and the derivatives by beta and sigma are filled. Held parameters are not maximized
 /// over: then S and sigma^2 stand in N/2 log(2 pi sigma^2) + S / (2 sigma^2) as they are. \param
 /// displacement  (m) of the variance parameters from where the moments were taken Source: Pinheiro
 /// and Bates 2000, sections 2.2 and 5.2.

@@ -26,7 +26,7 @@ struct Example {
   VectorXd working = VectorXd(23);
   ArrayXd log_slope = ArrayXd::LinSpaced(23, -0.8, 1.1);  ///< d log g / d variance parameter
   bool restricted = false;
-  double centre = 0.0;
+  double center = 0.0;
 
   explicit Example(std::vector<Index> outer = {}) {
     random.outer = std::move(outer);
@@ -47,7 +47,7 @@ struct Example {
                             .random = random,
                             .observations = 23,
                             .restricted = restricted};
-    result.moments.set_centre(VectorXd::Constant(1, centre));
+    result.moments.set_center(VectorXd::Constant(1, center));
     result.moments.sum_log() << parameter * log_slope.sum(), log_slope.sum(), 0.0;
     MatrixXd all(23, 4);
     all << design, working;
@@ -118,7 +118,7 @@ std::vector<Example> examples() {
     for (const bool restricted : {false, true}) {
       result.emplace_back(outer);
       result.back().restricted = restricted;
-      result.back().centre = restricted ? 0.15 : 0.0;
+      result.back().center = restricted ? 0.15 : 0.0;
     }
   }
   return result;
@@ -135,7 +135,7 @@ TEST_CASE("the profile likelihood is that of the dense covariance matrix") {
   for (const Example& example : examples()) {
     for (const double size : {1.0, 1e-3, 0.0}) {
       const RelativeFactors factors = example_factors(example, size);
-      // Rounding of a 23 x 23 Cholesky factorisation.
+      // Rounding of a 23 x 23 Cholesky factorization.
       CHECK(value_at(example, 0.0, factors) ==
             Approx(example.dense_minus_log_likelihood(0.4, factors)).epsilon(1e-12));
     }
@@ -239,7 +239,7 @@ TEST_CASE("expected squares are those of the residuals") {
   CHECK(squares[3] ==
         Approx((example.weight(0.4).tail(5) * residual.array().square()).sum()).epsilon(1e-12));
   // Their sum with the penalty is S.
-  const double penalised =
+  const double penalized =
       squares.sum() + at.spherical.squaredNorm() + at.outer_spherical.squaredNorm();
-  CHECK(penalised == Approx(at.sum_of_squares).epsilon(1e-12));
+  CHECK(penalized == Approx(at.sum_of_squares).epsilon(1e-12));
 }

@@ -65,7 +65,7 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();
     return result;
   }
-  factorise_determinants(design);
+  factorize_determinants(design);
   if (!has_clear_modes()) {
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();
     return result;
@@ -84,7 +84,7 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
   return result;
 }
 
-void MarginalBlock::factorise_determinants(const RandomDesign& design) {
+void MarginalBlock::factorize_determinants(const RandomDesign& design) {
   for (std::size_t c = 0; c < determinants_.size(); ++c) {
     determinants_[c].compute(design, modes_.approximations(static_cast<Index>(c)));
   }

@@ -58,7 +58,7 @@ class MarginalBlock {
                       bool with_gradient);
 
  private:
-  void factorise_determinants(const RandomDesign& design);
+  void factorize_determinants(const RandomDesign& design);
   bool has_clear_modes() const;
   const ArrowFactor& determinant(Eigen::Index cluster) const;
   void integrate(const MarginalPoint& point,

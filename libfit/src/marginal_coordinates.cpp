@@ -1,63 +1,39 @@
 // SPDX-License-Identifier: MIT
 #include "marginal_coordinates.hpp"
 
-#include <utility>
-
 namespace silvafit::fit {
-namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-}  // namespace
-
-MarginalCoordinates::MarginalCoordinates(const NonlinearModel& model,
-                                         const MarginalLikelihood& likelihood,
-                                         Index variance_parameters,
-                                         VectorXd unit)
-    : unit_(std::move(unit)),
-      outer_unit_(unit_(likelihood.places().outer)),
-      inner_unit_(unit_(likelihood.places().inner)),
-      beta_(unit_.size()),
-      variance_(variance_parameters),
-      outer_(model.specification().outer_random.value_or(RandomEffects{}), outer_unit_),
-      inner_(model.specification().random.value_or(RandomEffects{}), inner_unit_) {}
-
 MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
-  return {.observation = {.beta = x.head(beta_).cwiseProduct(unit_),
-                          .variance = x.segment(x.size() - 1 - variance_, variance_),
-                          .log_sigma = x[x.size() - 1]},
-          .outer_factor = outer_unit_.asDiagonal() * outer_.factor(outer_parameters(x)),
-          .inner_factor = inner_unit_.asDiagonal() * inner_.factor(inner_parameters(x))};
+  return {.observation = {.beta = x.head(layout_.beta_count()).cwiseProduct(layout_.unit()),
+                          .variance = layout_.variance_part(x),
+                          .log_sigma = x[layout_.sigma_at()]},
+          .outer_factor = layout_.effect_unit(true).asDiagonal() * factor(x, true),
+          .inner_factor = layout_.effect_unit(false).asDiagonal() * factor(x, false)};
 }
 
 VectorXd MarginalCoordinates::gradient(const MarginalValue& value) const {
-  VectorXd result(size());
-  result << value.by_beta.cwiseProduct(unit_),
-      outer_.gradient(outer_unit_.asDiagonal() * value.by_outer_factor),
-      inner_.gradient(inner_unit_.asDiagonal() * value.by_inner_factor), value.by_variance,
-      value.by_log_sigma;
+  VectorXd result(layout_.size());
+  result << value.by_beta.cwiseProduct(layout_.unit()),
+      layout_.factor(true).gradient(layout_.effect_unit(true).asDiagonal() * value.by_outer_factor),
+      layout_.factor(false).gradient(layout_.effect_unit(false).asDiagonal() *
+                                     value.by_inner_factor),
+      value.by_variance, value.by_log_sigma;
   return result;
 }
 
 VectorXd MarginalCoordinates::coordinates(const ObservationPoint& observation,
                                           const MatrixXd& outer,
                                           const MatrixXd& inner) const {
-  const auto scaled = [](const MatrixXd& covariance, const VectorXd& unit) -> MatrixXd {
-    return unit.cwiseInverse().asDiagonal() * covariance * unit.cwiseInverse().asDiagonal();
-  };
-  VectorXd x(size());
-  x << observation.beta.cwiseQuotient(unit_), outer_.from_covariance(scaled(outer, outer_unit_)),
-      inner_.from_covariance(scaled(inner, inner_unit_)), observation.variance,
-      observation.log_sigma;
-  return x;
+  return layout_.coordinates(
+      observation.beta, outer, inner, observation.variance, observation.log_sigma);
 }
 
 MatrixXd MarginalCoordinates::scaled_covariance(const VectorXd& x, bool is_outer) const {
-  const MatrixXd factor =
-      is_outer ? outer_.factor(outer_parameters(x)) : inner_.factor(inner_parameters(x));
-  return factor * factor.transpose();
+  const MatrixXd root = factor(x, is_outer);
+  return root * root.transpose();
 }
 
 VectorXd MarginalCoordinates::widened(const VectorXd& x,
@@ -66,13 +42,10 @@ VectorXd MarginalCoordinates::widened(const VectorXd& x,
                                       double size) const {
   const MatrixXd covariance =
       scaled_covariance(x, is_outer) + size * direction * direction.transpose();
+  const RelativeFactor& form = layout_.factor(is_outer);
   VectorXd result = x;
-  if (is_outer) {
-    result.segment(beta_, outer_.parameter_count()) = outer_.from_covariance(covariance);
-  } else {
-    result.segment(beta_ + outer_.parameter_count(), inner_.parameter_count()) =
-        inner_.from_covariance(covariance);
-  }
+  result.segment(layout_.factor_at(is_outer), form.parameter_count()) =
+      form.from_covariance(covariance);
   return result;
 }
 

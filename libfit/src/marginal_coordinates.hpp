@@ -5,35 +5,27 @@
 #include <Eigen/Core>
 
 #include "marginal_likelihood.hpp"
-#include "relative_factor.hpp"
+#include "surface_layout.hpp"
 
 namespace silvafit::fit {
 
-/// x = (beta, factor of the coarser grouping, factor of the finer one, variance parameters, log
-/// sigma), with each coefficient in a unit that moves the mean by about one residual standard
-/// deviation.
+/// What is between points of the likelihood and vectors x, laid out as SurfaceLayout says, with
+/// each coefficient in a unit that moves the mean by about one residual standard deviation.
 class MarginalCoordinates {
  public:
-  /// \param unit   (p) of each coefficient
+  /// \param unit  (p) of each coefficient
   MarginalCoordinates(const NonlinearModel& model,
-                      const MarginalLikelihood& likelihood,
-                      Eigen::Index variance_parameters,
-                      Eigen::VectorXd unit);
+                      const VarianceModel& variance,
+                      const Eigen::VectorXd& unit)
+      : layout_(model, variance, unit, unit.size()) {}
 
-  Eigen::Index size() const {
-    return beta_ + outer_.parameter_count() + inner_.parameter_count() + variance_ + 1;
-  }
+  const SurfaceLayout& layout() const { return layout_; }
   MarginalPoint point(const Eigen::VectorXd& x) const;
   Eigen::VectorXd gradient(const MarginalValue& value) const;
   /// \param outer, inner  covariances Psi in the coefficients' own units
   Eigen::VectorXd coordinates(const ObservationPoint& observation,
                               const Eigen::MatrixXd& outer,
                               const Eigen::MatrixXd& inner) const;
-  const Eigen::VectorXd& unit() const { return unit_; }
-  Eigen::Index beta_count() const { return beta_; }
-  /// Where the parameters of the factors are in x.
-  Eigen::Index factor_begin() const { return beta_; }
-  Eigen::Index factor_count() const { return outer_.parameter_count() + inner_.parameter_count(); }
   /// x with the covariance of a grouping in scaled units made larger in one direction.
   Eigen::VectorXd widened(const Eigen::VectorXd& x,
                           bool is_outer,
@@ -43,20 +35,12 @@ class MarginalCoordinates {
   Eigen::MatrixXd scaled_covariance(const Eigen::VectorXd& x, bool is_outer) const;
 
  private:
-  Eigen::VectorXd outer_parameters(const Eigen::VectorXd& x) const {
-    return x.segment(beta_, outer_.parameter_count());
-  }
-  Eigen::VectorXd inner_parameters(const Eigen::VectorXd& x) const {
-    return x.segment(beta_ + outer_.parameter_count(), inner_.parameter_count());
+  /// (q x q) L of a grouping in scaled units.
+  Eigen::MatrixXd factor(const Eigen::VectorXd& x, bool is_outer) const {
+    return layout_.factor(is_outer).factor(layout_.factor_part(x, is_outer));
   }
 
-  Eigen::VectorXd unit_;
-  Eigen::VectorXd outer_unit_;
-  Eigen::VectorXd inner_unit_;
-  Eigen::Index beta_ = 0;
-  Eigen::Index variance_ = 0;
-  RelativeFactor outer_;
-  RelativeFactor inner_;
+  SurfaceLayout layout_;
 };
 
 }  // namespace silvafit::fit

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -80,22 +78,12 @@ struct Optimum {
   MatrixXd inner_modes{};
 };
 
-/// The spherical effects v of given effects b = L v, as far as L can hold them.
-MatrixXd spherical(const MatrixXd& factor, const MatrixXd& effects) {
-  if (factor.size() == 0) return effects;
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  constexpr double kSmallestPivot = 1e-6;
-  solver.setThreshold(kSmallestPivot);
-  solver.compute(factor);
-  return solver.solve(effects);
-}
-
 class MarginalSearch {
  public:
   MarginalSearch(const NonlinearModel& model,
                  Integration integration,
                  const MarginalOptions& options,
-                 const MixedEffectsFit& linearised)
+                 const MixedEffectsFit& linearized)
       : model_(model),
         options_(options),
         variance_(model.specification().variance, VarianceData::of(model)),
@@ -104,7 +92,7 @@ class MarginalSearch {
                     curvature_of(integration),
                     integration == Integration::kQuadrature ? options.quadrature_points : 1,
                     options.threads),
-        coordinates_(model, likelihood_, variance_.parameter_count(), units(linearised)) {}
+        coordinates_(model, variance_, units(linearized)) {}
 
   /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
   /// and searches in vain cost more than a start from scratch.
@@ -124,8 +112,8 @@ class MarginalSearch {
     const VectorXd x = coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
     const MarginalPoint point = coordinates_.point(x);
     run(x,
-        spherical(point.outer_factor, outer_effects_of(fit)),
-        spherical(point.inner_factor, fit.random_effects));
+        spherical_effects(point.outer_factor, outer_effects_of(fit)),
+        spherical_effects(point.inner_factor, fit.random_effects));
   }
 
   /// From the pooled fit with random effects of several spreads, until one converges.
@@ -167,7 +155,7 @@ class MarginalSearch {
     fit.sigma = scale * variance_.sigma_factor(parameters);
     fit.variance = variance_.estimate(parameters);
     fit.log_likelihood = -best_.value;
-    fit.parameter_count = static_cast<int>(coordinates_.size());
+    fit.parameter_count = static_cast<int>(coordinates_.layout().size());
     fit.observations = model_.observations();
     predict(fit, scale, parameters);
     fit.convergence.converged = has_converged();
@@ -183,7 +171,7 @@ class MarginalSearch {
     const ObservationPoint observation{
         .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
     const auto covariance = [&](const std::vector<Index>& coefficients) -> MatrixXd {
-      const VectorXd deviations = spread * coordinates_.unit()(coefficients);
+      const VectorXd deviations = spread * coordinates_.layout().unit()(coefficients);
       return deviations.cwiseAbs2().asDiagonal();
     };
     const VectorXd x = coordinates_.coordinates(observation,
@@ -255,7 +243,7 @@ class MarginalSearch {
     };
     Optimum optimum;
     QuasiNewtonResult found =
-        minimise(objective,
+        minimize(objective,
                  start,
                  {},
                  {.decrement = kStopDecrement, .maximum_steps = 2 * steps_, .one_sided = true});
@@ -273,14 +261,14 @@ class MarginalSearch {
       optimum.decrement = certificate.decrement();
       const VectorXd lower = lower_point(optimum, certificate);
       if (lower.size() > 0) {
-        found = minimise(objective,
+        found = minimize(objective,
                          lower,
                          {},
                          {.decrement = kStopDecrement, .maximum_steps = steps_, .one_sided = true});
       } else if (optimum.decrement <= kConvergedDecrement) {
         break;
       } else {
-        found = minimise(objective,
+        found = minimize(objective,
                          found.x,
                          optimum.hessian,
                          {.decrement = kStopDecrement, .maximum_steps = steps_});
@@ -326,9 +314,10 @@ class MarginalSearch {
 
   /// The fixed effects' block of the inverse of the observed information.
   MatrixXd fixed_covariance() const {
-    const Index p = coordinates_.beta_count();
+    const Index p = coordinates_.layout().beta_count();
     const MatrixXd scaled = informed_inverse(best_.hessian).topLeftCorner(p, p);
-    return coordinates_.unit().asDiagonal() * scaled * coordinates_.unit().asDiagonal();
+    return coordinates_.layout().unit().asDiagonal() * scaled *
+           coordinates_.layout().unit().asDiagonal();
   }
 
   void predict(MixedEffectsFit& fit, double scale, const VectorXd& parameters) const {
@@ -377,12 +366,12 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   return fit;
 }
 
-MixedEffectsFit without_modes(MixedEffectsFit linearised) {
-  linearised.convergence.converged = false;
-  linearised.convergence.verdict =
+MixedEffectsFit without_modes(MixedEffectsFit linearized) {
+  linearized.convergence.converged = false;
+  linearized.convergence.verdict =
       "Not converged: no mode of the random effects was found at any start. Try fewer random "
       "effects, or a model that the pooled data fit better.";
-  return linearised;
+  return linearized;
 }
 
 }  // namespace
@@ -407,22 +396,22 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              Integration integration,
                              const MarginalOptions& options) {
   check(model, integration, options);
-  const MixedEffectsFit linearised = fit_lindstrom_bates(model, start);
-  MarginalSearch search(model, integration, options, linearised);
+  const MixedEffectsFit linearized = fit_lindstrom_bates(model, start);
+  MarginalSearch search(model, integration, options, linearized);
   const bool is_first_order = !needs_curvature(integration);
-  if (linearised.convergence.converged || is_first_order) search.try_fit(linearised);
+  if (linearized.convergence.converged || is_first_order) search.try_fit(linearized);
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {
     // The first-order likelihood is smooth wherever there are modes, and bounded.
-    MarginalSearch first_order(model, Integration::kInteraction, options, linearised);
-    first_order.try_fit(linearised);
+    MarginalSearch first_order(model, Integration::kInteraction, options, linearized);
+    first_order.try_fit(linearized);
     if (!first_order.has_converged()) first_order.try_pooled(start);
     if (first_order.has_optimum()) smooth = first_order.result();
     if (smooth) search.try_fit(*smooth);
   }
   if (!search.has_converged()) search.try_pooled(start);
   if (!search.has_optimum()) {
-    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearised);
+    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearized);
   }
   MixedEffectsFit fit = search.result();
   describe(model, fit);

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The marginal likelihood around its maximum.
-#include <Eigen/QR>
-#include <cmath>
 #include <limits>
 
 #include "likelihood_surface.hpp"
@@ -20,33 +18,22 @@ Curvature curvature_of(Method method) {
   return method == Method::kInteraction ? Curvature::kExpected : Curvature::kFull;
 }
 
-/// The spherical effects v of effects b = L v, as far as L can hold them.
-MatrixXd spherical(const MatrixXd& factor, const MatrixXd& effects) {
-  if (factor.size() == 0) return effects;
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  constexpr double kSmallestPivot = 1e-6;
-  solver.setThreshold(kSmallestPivot);
-  solver.compute(factor);
-  return solver.solve(effects);
-}
-
 class MarginalSurface : public LikelihoodSurface {
  public:
   explicit MarginalSurface(const SurfaceSetting& setting)
-      : layout_(setting.model, setting.variance, setting.unit, setting.unit.size()),
-        likelihood_(setting.model,
+      : likelihood_(setting.model,
                     setting.variance,
                     curvature_of(setting.fit.method),
                     setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1,
                     1),
-        coordinates_(setting.model, likelihood_, setting.variance.parameter_count(), setting.unit) {
-    optimum_ =
-        layout_.coordinates(setting.fit, setting.estimate, setting.internal, setting.log_sigma);
+        coordinates_(setting.model, setting.variance, setting.unit),
+        optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
     const MarginalPoint point = coordinates_.point(optimum_);
     const bool is_nested = setting.model.specification().outer_random.has_value();
-    likelihood_.set_modes(is_nested ? spherical(point.outer_factor, setting.fit.outer.effects)
-                                    : MatrixXd(0, setting.model.cluster_count()),
-                          spherical(point.inner_factor, setting.fit.random_effects));
+    likelihood_.set_modes(is_nested
+                              ? spherical_effects(point.outer_factor, setting.fit.outer.effects)
+                              : MatrixXd(0, setting.model.cluster_count()),
+                          spherical_effects(point.inner_factor, setting.fit.random_effects));
     likelihood_.evaluate(point, false);
     outer_modes_ = likelihood_.outer_modes();
     inner_modes_ = likelihood_.inner_modes();
@@ -63,11 +50,10 @@ class MarginalSurface : public LikelihoodSurface {
     return value.minus_log_likelihood;
   }
 
-  const SurfaceLayout& layout() const override { return layout_; }
+  const SurfaceLayout& layout() const override { return coordinates_.layout(); }
   const VectorXd& optimum() const override { return optimum_; }
 
  private:
-  SurfaceLayout layout_;
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
   VectorXd optimum_;

@@ -291,17 +291,17 @@ TEST_CASE("a variance that is zero is found to be so and named") {
 
 TEST_CASE("a change of unit rescales the answer and nothing else") {
   for (const char* const kind : {"none", "power"}) {
-    const MixedEffectsFit metres = fit_curves(curves(1.0), 1.0, kind);
-    const MixedEffectsFit millimetres = fit_curves(curves(1000.0), 1000.0, kind);
-    REQUIRE(metres.convergence.converged);
-    REQUIRE(millimetres.convergence.converged);
+    const MixedEffectsFit meters = fit_curves(curves(1.0), 1.0, kind);
+    const MixedEffectsFit millimeters = fit_curves(curves(1000.0), 1000.0, kind);
+    REQUIRE(meters.convergence.converged);
+    REQUIRE(millimeters.convergence.converged);
     // Each stands within 1e-6 standard errors of its optimum; the likelihood is flat to second
     // order there.
-    CHECK(millimetres.estimate[0] == Approx(1000.0 * metres.estimate[0]).epsilon(1e-7));
-    CHECK(millimetres.estimate[1] == Approx(metres.estimate[1]).epsilon(1e-7));
-    CHECK(millimetres.random_sd()[0] == Approx(1000.0 * metres.random_sd()[0]).epsilon(1e-5));
-    CHECK(millimetres.log_likelihood + 300.0 * std::log(1000.0) ==
-          Approx(metres.log_likelihood).epsilon(1e-9));
+    CHECK(millimeters.estimate[0] == Approx(1000.0 * meters.estimate[0]).epsilon(1e-7));
+    CHECK(millimeters.estimate[1] == Approx(meters.estimate[1]).epsilon(1e-7));
+    CHECK(millimeters.random_sd()[0] == Approx(1000.0 * meters.random_sd()[0]).epsilon(1e-5));
+    CHECK(millimeters.log_likelihood + 300.0 * std::log(1000.0) ==
+          Approx(meters.log_likelihood).epsilon(1e-9));
   }
 }
 
@@ -321,7 +321,7 @@ TEST_CASE("simulated curves give their truth back") {
 TEST_CASE("constant plus power is never below the functions it contains") {
   const Table table = curves(1.0);
   const double both = fit_curves(table, 1.0, "constant-plus-power").log_likelihood;
-  // Two linearisations at nearly the same point differ by a few 1e-6.
+  // Two linearizations at nearly the same point differ by a few 1e-6.
   CHECK(both >= fit_curves(table, 1.0, "power").log_likelihood - 1e-5);
   CHECK(both >= fit_curves(table, 1.0, "none").log_likelihood - 1e-5);
 }
@@ -340,7 +340,7 @@ TEST_CASE("strata and products are never below what they contain") {
     CHECK(fit.convergence.converged);
     return fit.log_likelihood;
   };
-  // Two linearisations at nearly the same point differ by a few 1e-6.
+  // Two linearizations at nearly the same point differ by a few 1e-6.
   constexpr double kSlack = 1e-5;
   const double none = log_likelihood("none");
   const double power = log_likelihood("power");

@@ -92,7 +92,7 @@ double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   double total = 0.0;
-  double centre = 0.0;
+  double center = 0.0;
   double squares = 0.0;
   Components used;
   for (Index k = 0; k < means.size(); ++k) {
@@ -102,7 +102,7 @@ double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
     low = std::min(low, means[k] - kFar * deviations[k]);
     high = std::max(high, means[k] + kFar * deviations[k]);
     total += weights[k];
-    centre += weights[k] * means[k];
+    center += weights[k] * means[k];
     squares += weights[k] * (means[k] * means[k] + deviations[k] * deviations[k]);
     used.means.push_back(means[k]);
     used.inverses.push_back(1.0 / deviations[k]);
@@ -113,11 +113,11 @@ double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
   // Newton's method from where one normal distribution would have it, kept inside a bracket that
   // shrinks.
   const double deviation =
-      std::sqrt(std::max(0.0, squares / total - centre * centre / (total * total)));
+      std::sqrt(std::max(0.0, squares / total - center * center / (total * total)));
   const boost::math::normal_distribution<double> normal;
   constexpr int kSteps = 200;
   constexpr double kAccuracy = 1e-10;
-  double y = centre / total + deviation * boost::math::quantile(normal, probability);
+  double y = center / total + deviation * boost::math::quantile(normal, probability);
   for (int step = 0; step < kSteps; ++step) {
     const Distribution here = used.at(y);
     const double excess = here.probability - probability;

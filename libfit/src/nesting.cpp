@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Whether one model is a special case of another, by what they consist of.
+#include "silvafit/fit/nesting.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
-
-#include "silvafit/fit/likelihood_ratio.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -106,7 +106,7 @@ class Comparer {
     const bool is_identity = large.covariance == Covariance::kIdentity;
     const bool was_identity = small != nullptr && small->covariance == Covariance::kIdentity;
     if (is_identity && !was_identity && small != nullptr) {
-      fail("one variance for all random effects is no generalisation of several");
+      fail("one variance for all random effects is no generalization of several");
       return;
     }
     if (is_identity || (was_identity && known.size() != large.coefficients.size())) {

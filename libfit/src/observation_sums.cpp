@@ -2,7 +2,6 @@
 #include "observation_sums.hpp"
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 #include "silvafit/data/row_sums.hpp"
@@ -82,19 +81,7 @@ void ObservationSums::store_indicators() {
 }
 
 ObservationSums::Task ObservationSums::task_of(const std::vector<Expression>& outputs) {
-  Task task{.outputs = outputs.size()};
-  std::set<std::string> names;
-  for (const Expression& output : outputs) {
-    for (std::string& name : output.variables()) names.insert(std::move(name));
-  }
-  std::vector<data::Program::Input> inputs;
-  for (const std::string& name : names) {
-    const Source source = source_of(name);
-    inputs.push_back({.name = name, .is_scalar = source.kind == Source::Kind::kScalar});
-    task.sources.push_back(source);
-  }
-  task.program = data::Program(outputs, inputs);
-  return task;
+  return row_program(outputs, [this](const std::string& name) { return source_of(name); });
 }
 
 ObservationSums::Source ObservationSums::source_of(const std::string& name) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "observation_terms.hpp"
+#include "row_program.hpp"
 #include "silvafit/data/program.hpp"
 
 namespace silvafit::fit {
@@ -79,12 +80,10 @@ class ObservationSums {
     Kind kind = Kind::kScalar;
     std::size_t index = 0;           ///< of the scalar, the parameter or the weight
     const double* column = nullptr;  ///< (N) of a column
+
+    bool is_scalar() const { return kind == Kind::kScalar; }
   };
-  struct Task {
-    data::Program program{};
-    std::vector<Source> sources{};
-    std::size_t outputs = 0;
-  };
+  using Task = RowProgram<Source>;
   /// A parameter of the model as it varies by row: base + sum of multiplier times effect.
   struct VaryingParameter {
     Eigen::Index parameter = 0;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "coefficient_sets.hpp"
 #include "marginal_mean.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "prediction_intervals.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <boost/math/distributions/normal.hpp>
@@ -9,11 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <vector>
 
-#include "covariance_factor.hpp"
 #include "mixture_quantile.hpp"
 #include "prediction_freedom.hpp"
-#include "quadrature_rule.hpp"
+#include "prediction_rules.hpp"
+#include "row_mean.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "smooth_mixture.hpp"
 
@@ -28,30 +28,9 @@ using Open = CoefficientSets::Open;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Rows at a time, so that the nodes of their quadrature stay in memory.
 constexpr std::size_t kChunk = 4096;
-// Points in the direction in which the mean changes most where the residual is wide enough to close
-// the gaps between them, and in each other direction.
-constexpr int kMainPoints = 15;
-constexpr int kFewPoints = 3;
-// Many points, by the number of directions: a product of many would take too long.
-constexpr std::array kManyPoints{1, 1, 11, 7, 5};
 // If the outer of three points move the mean by less, in standard deviations of the prediction,
 // three points do.
 constexpr double kSmallMove = 0.15;
-// How much the mean may change, in residual standard deviations per standard deviation of the main
-// direction, before the main points show as steps of the distribution function, and before dense
-// points do.
-constexpr double kSteepForFew = 0.5;
-constexpr double kSteepForDense = 4.0;
-
-/// Points in the main direction, by how much the mean changes in it against the residual.
-enum class MainPoints { kFew, kDense, kGapless };
-
-/// Points to integrate over what is not known.
-struct Rule {
-  QuadratureRule points{};
-  Index stride = 0;  ///< of close_gaps, which the components then need; else 0
-};
-
 /// Some rows of the table.
 class Chunk {
  public:
@@ -75,9 +54,9 @@ class Chunk {
         result_(result) {
     set_of_row_.assign(sets.set_of_row.begin() + begin_, sets.set_of_row.begin() + begin_ + rows_);
     arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
-    centre_ = mean_.mean(arguments_);
+    center_ = mean_.mean(arguments_);
     gradient_ = mean_.gradient(arguments_);
-    residual_sd_ = fit.residual_sd(centre_, part_);
+    residual_sd_ = fit.residual_sd(center_, part_);
     for (const UncertainColumn& column : options.uncertain) {
       if (!uses(column.name)) continue;
       uncertain_.push_back(&column);
@@ -263,7 +242,7 @@ class Chunk {
       if (open == Open::kInner) covariance += open_inner;
       if (open == Open::kAll) covariance += open_all;
       const MatrixXd of = spread(row, covariance, true);
-      if (!of.allFinite() || !std::isfinite(centre_[row])) continue;
+      if (!of.allFinite() || !std::isfinite(center_[row])) continue;
       MatrixXd& root = roots[static_cast<std::size_t>(row)];
       root = rotated_root(of, gradient_.row(row));
       rows_of_width[root.cols()].push_back(static_cast<std::size_t>(row));
@@ -278,9 +257,7 @@ class Chunk {
             if (is_bent[k] == many && needed[k] == points) chosen.push_back(rows[k]);
           }
           if (chosen.empty()) continue;
-          const auto at = static_cast<std::size_t>(width);
-          const bool has_many = many && at < kManyPoints.size();
-          integrate(chosen, roots, rule_of(width, has_many ? kManyPoints[at] : kFewPoints, points));
+          integrate(chosen, roots, prediction_rule(width, points, many));
         }
       }
     }
@@ -293,13 +270,7 @@ class Chunk {
     if (width < 1) return std::vector<MainPoints>(rows.size(), MainPoints::kFew);
     const VectorXd found = steepness(rows, roots);
     std::vector<MainPoints> result;
-    for (const double value : found) {
-      if (value <= kSteepForFew) {
-        result.push_back(MainPoints::kFew);
-      } else {
-        result.push_back(value <= kSteepForDense ? MainPoints::kDense : MainPoints::kGapless);
-      }
-    }
+    for (const double value : found) result.push_back(points_for(value));
     return result;
   }
 
@@ -309,14 +280,14 @@ class Chunk {
                      const std::vector<MatrixXd>& roots) const {
     const data::Table part = part_.select(rows);
     const RowMean mean(fit_.specification, part, uncertain_names(options_));
-    const MatrixXd centre = arguments_(rows, Eigen::all);
+    const MatrixXd center = arguments_(rows, Eigen::all);
     constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
     constexpr double kStep = 1.5;
-    VectorXd result = VectorXd::Zero(centre.rows());
+    VectorXd result = VectorXd::Zero(center.rows());
     VectorXd last_mean;
     VectorXd last_sd;
     for (const double place : kPlaces) {
-      MatrixXd at = centre;
+      MatrixXd at = center;
       for (std::size_t k = 0; k < rows.size(); ++k) {
         at.row(static_cast<Index>(k)) += place * roots[rows[k]].col(0).transpose();
       }
@@ -342,17 +313,17 @@ class Chunk {
     std::vector<bool> result(rows.size(), false);
     if (width < 2) return result;
     const RowMean mean(fit_.specification, part_.select(rows), uncertain_names(options_));
-    const MatrixXd centre = arguments_(rows, Eigen::all);
+    const MatrixXd center = arguments_(rows, Eigen::all);
     for (Index direction = 1; direction < width; ++direction) {
       for (const double side : {-std::sqrt(3.0), std::sqrt(3.0)}) {
-        MatrixXd at = centre;
+        MatrixXd at = center;
         for (std::size_t k = 0; k < rows.size(); ++k) {
           at.row(static_cast<Index>(k)) += side * roots[rows[k]].col(direction).transpose();
         }
         const VectorXd moved = mean.mean(at);
         for (std::size_t k = 0; k < rows.size(); ++k) {
           const auto row = static_cast<Index>(rows[k]);
-          const double move = std::abs(moved[static_cast<Index>(k)] - centre_[row]);
+          const double move = std::abs(moved[static_cast<Index>(k)] - center_[row]);
           if (!(move <= kSmallMove * result_.prediction_error[begin_ + row])) result[k] = true;
         }
       }
@@ -363,16 +334,16 @@ class Chunk {
   /// Finds the ends of some rows' intervals by a rule.
   void integrate(const std::vector<std::size_t>& rows,
                  const std::vector<MatrixXd>& roots,
-                 const Rule& chosen) {
+                 const PredictionRule& chosen) {
     const QuadratureRule& rule = chosen.points;
     const data::Table part = part_.select(rows);
     const RowMean mean(fit_.specification, part, uncertain_names(options_));
-    const MatrixXd centre = arguments_(rows, Eigen::all);
+    const MatrixXd center = arguments_(rows, Eigen::all);
     const auto count = static_cast<Index>(rows.size());
     MatrixXd means(rule.weights.size(), count);
     MatrixXd deviations(rule.weights.size(), count);
     for (Index k = 0; k < rule.weights.size(); ++k) {
-      MatrixXd at = centre;
+      MatrixXd at = center;
       for (Index i = 0; i < count; ++i) {
         const MatrixXd& root = roots[rows[static_cast<std::size_t>(i)]];
         at.row(i) += (root * rule.nodes.col(k)).transpose();
@@ -393,44 +364,11 @@ class Chunk {
       const auto end = [&](double probability) {
         const double quantile =
             mixture_quantile(means.col(i), deviations.col(i), rule.weights, probability);
-        return centre_[row] + wider * (quantile - centre_[row]);
+        return center_[row] + wider * (quantile - center_[row]);
       };
       result_.lower[begin_ + row] = end(tail);
       result_.upper[begin_ + row] = end(1.0 - tail);
     }
-  }
-
-  /// A root of a covariance whose first column points where the mean changes most; the mean does
-  /// not change in the others, to first order.
-  static MatrixXd rotated_root(const MatrixXd& covariance, const VectorXd& slope) {
-    const MatrixXd root = covariance_factor(covariance);
-    std::vector<Index> kept;
-    for (Index k = 0; k < root.cols(); ++k) {
-      if (!root.col(k).isZero(0.0)) kept.push_back(k);
-    }
-    const MatrixXd reduced = root(Eigen::all, kept);
-    const VectorXd direction = reduced.transpose() * slope;
-    if (reduced.cols() < 2 || !(direction.norm() > 0.0) || !direction.allFinite()) return reduced;
-    const Eigen::HouseholderQR<MatrixXd> qr{MatrixXd(direction)};
-    const MatrixXd rotation =
-        qr.householderQ() * MatrixXd::Identity(reduced.cols(), reduced.cols());
-    return reduced * rotation;
-  }
-
-  /// Many points in the first direction, `points` in each other one.
-  static Rule rule_of(Index width, int points, MainPoints main) {
-    const QuadratureRule nothing{.nodes = MatrixXd(0, 1), .weights = VectorXd::Ones(1)};
-    if (width == 0) return {.points = nothing};
-    const QuadratureRule others = width == 1 ? nothing : gauss_hermite(points, width - 1);
-    switch (main) {
-      case MainPoints::kFew:
-        return {.points = product_rule(gauss_hermite(kMainPoints, 1), others)};
-      case MainPoints::kDense:
-        return {.points = dense_rule(others)};
-      case MainPoints::kGapless:
-        break;
-    }
-    return {.points = gapless_rule(others), .stride = others.weights.size()};
   }
 
   const FittedModel& fit_;
@@ -446,7 +384,7 @@ class Chunk {
   std::vector<Index> set_of_row_;
   std::vector<const UncertainColumn*> uncertain_;
   MatrixXd arguments_;
-  VectorXd centre_;
+  VectorXd center_;
   MatrixXd gradient_;
   VectorXd residual_sd_;
 };

@@ -3,10 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 #include "coefficient_sets.hpp"
-#include "row_mean.hpp"
 #include "silvafit/fit/prediction.hpp"
 
 namespace silvafit::fit {

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "mixture_quantile.hpp"
-#include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/prediction.hpp"
 
@@ -419,7 +418,7 @@ TEST_CASE("predicted intervals of a bent curve hold what a very fine quadrature 
         probabilities_below(fit, dbh, Eigen::Vector2d(prediction.lower[0], prediction.upper[0]));
     const double tail = 0.5 - 0.5 * coverage;
     INFO(fit.sigma << " " << dbh << " " << coverage);
-    // Components have the mean and variance of their neighbourhood, but not its skewness, and
+    // Components have the mean and variance of their neighborhood, but not its skewness, and
     // across the main direction there are few points.
     CHECK(below[0] == Approx(tail).epsilon(0.015));
     CHECK(1.0 - below[1] == Approx(tail).epsilon(0.015));

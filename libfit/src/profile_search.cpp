@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 
+#include "profile_scale.hpp"
 #include "quasi_newton.hpp"
 
 namespace silvafit::fit {
@@ -31,68 +31,6 @@ constexpr double kGoodDecrement = 1e-6;
 constexpr double kRootTolerance = 1e-6;
 // A deviance that small is that of the estimate itself.
 constexpr double kNoDeviance = 1e-6;
-
-/// The scale on which a parameter is moved, such that the signed root of the deviance is nearly
-/// linear in it and the ends of the parameter's range are finite where they can be reached.
-struct SearchScale {
-  const NaturalParameter& parameter;
-  double reference = 1.0;  ///< typical size, of constants
-  double low = -kInfinity;
-  double high = kInfinity;
-
-  SearchScale(const NaturalParameter& of, double estimate) : parameter(of) {
-    switch (of.form) {
-      case Form::kDeviation:
-      case Form::kIdentity:
-        low = 0.0;
-        break;
-      case Form::kCorrelation:
-        low = -0.5 * std::numbers::pi;
-        high = 0.5 * std::numbers::pi;
-        break;
-      case Form::kSquare:
-      case Form::kOdds: {
-        low = 0.0;
-        high = 0.5 * std::numbers::pi;
-        constexpr double kNoConstant = 1e-8;
-        if (std::isfinite(estimate) && estimate > kNoConstant) reference = estimate;
-        break;
-      }
-      default:
-        break;
-    }
-  }
-
-  double to(double value) const {
-    switch (parameter.form) {
-      case Form::kCorrelation:
-        return std::asin(std::clamp(value, -1.0, 1.0));
-      case Form::kSquare:
-      case Form::kOdds:
-        return std::isinf(value) ? high : std::atan(std::sqrt(value / reference));
-      case Form::kExponential:
-      case Form::kSigma:
-        return std::log(value);
-      default:
-        return value;
-    }
-  }
-
-  double from(double t) const {
-    switch (parameter.form) {
-      case Form::kCorrelation:
-        return t <= low ? -1.0 : (t >= high ? 1.0 : std::sin(t));
-      case Form::kSquare:
-      case Form::kOdds:
-        return t >= high ? kInfinity : reference * std::pow(std::tan(t), 2);
-      case Form::kExponential:
-      case Form::kSigma:
-        return std::exp(t);
-      default:
-        return t;
-    }
-  }
-};
 
 /// A constrained maximum.
 struct ProfilePoint {
@@ -269,10 +207,10 @@ class ProfileSearch {
                            const std::optional<ProfilePoint>& before) {
     const double value = scale_.from(t);
     const std::optional<ProfilePoint> point =
-        minimised(t, value, guess(t, inside, before), inside.hessian);
+        minimized(t, value, guess(t, inside, before), inside.hessian);
     if (point && is_plausible(*point, inside, before)) return *point;
     // A guess may lie where there is no likelihood, or in another valley.
-    const std::optional<ProfilePoint> again = minimised(t, value, inside.free, inside.hessian);
+    const std::optional<ProfilePoint> again = minimized(t, value, inside.free, inside.hessian);
     if (again && !again->is_above && (!point || point->is_above || again->root < point->root)) {
       return *again;
     }
@@ -281,7 +219,7 @@ class ProfileSearch {
 
   /// Nothing where the search ends before a minimum: such a point would look like a steep fall of
   /// the likelihood.
-  std::optional<ProfilePoint> minimised(double t,
+  std::optional<ProfilePoint> minimized(double t,
                                         double value,
                                         const VectorXd& free,
                                         const MatrixXd& hessian) {
@@ -298,11 +236,11 @@ class ProfileSearch {
     };
     const MatrixXd begin = hessian.size() > 0 ? hessian : constrained_hessian(free, value);
     QuasiNewtonResult found =
-        minimise(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
+        minimize(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
     // A Hessian from far away may be stale beyond repair by updates.
     constexpr int kFreshStarts = 3;
     for (int i = 0; i < kFreshStarts && std::isfinite(found.value) && !is_minimum(found); ++i) {
-      found = minimise(objective, found.x, {}, {.decrement = kDecrement, .maximum_steps = 60});
+      found = minimize(objective, found.x, {}, {.decrement = kDecrement, .maximum_steps = 60});
     }
     if (!std::isfinite(found.value) || !is_minimum(found)) return std::nullopt;
     ProfilePoint point{.t = t, .free = found.x, .hessian = found.hessian};
@@ -374,7 +312,7 @@ class ProfileSearch {
   const NaturalParameter& parameter_;
   const ProfileStart& start_;
   double estimate_;
-  SearchScale scale_;
+  ProfileScale scale_;
   VectorXd slope_;
   VectorXd spread_;     ///< inverse Hessian times slope
   double error_ = 0.0;  ///< standard error on the search scale; 0 where it is not known

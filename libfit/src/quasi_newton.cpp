@@ -37,10 +37,10 @@ void update_bfgs(MatrixXd& hessian, const VectorXd& step, const VectorXd& change
       change * change.transpose() / curvature - product * product.transpose() / old_curvature;
 }
 
-/// One minimisation: current point, gradient and Hessian.
-class Minimisation {
+/// One minimization: current point, gradient and Hessian.
+class Minimization {
  public:
-  Minimisation(const SmoothFunction& function,
+  Minimization(const SmoothFunction& function,
                const VectorXd& start,
                const MatrixXd& hessian,
                const QuasiNewtonOptions& options)
@@ -156,11 +156,11 @@ MatrixXd one_sided_hessian(const SmoothFunction& function,
   return hessian;
 }
 
-QuasiNewtonResult minimise(const SmoothFunction& function,
+QuasiNewtonResult minimize(const SmoothFunction& function,
                            const VectorXd& start,
                            const MatrixXd& hessian,
                            const QuasiNewtonOptions& options) {
-  return Minimisation(function, start, hessian, options).run();
+  return Minimization(function, start, hessian, options).run();
 }
 
 }  // namespace silvafit::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Minimisation of a smooth function of a few variables with exact gradients.
+// Minimization of a smooth function of a few variables with exact gradients.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,12 +30,12 @@ struct QuasiNewtonOptions {
 /// Newton steps whose Hessian starts as differences of the exact gradient (or as given) and is then
 /// kept by BFGS updates; |eigenvalues| are floored, so that each direction descends; Armijo
 /// halving. \param hessian  start for the Hessian, empty to have it computed
-QuasiNewtonResult minimise(const SmoothFunction& function,
+QuasiNewtonResult minimize(const SmoothFunction& function,
                            const Eigen::VectorXd& start,
                            const Eigen::MatrixXd& hessian = {},
                            const QuasiNewtonOptions& options = {});
 
-/// The Hessian from central differences of the exact gradient, symmetrised.
+/// The Hessian from central differences of the exact gradient, symmetrized.
 Eigen::MatrixXd hessian_from_gradients(const SmoothFunction& function, const Eigen::VectorXd& x);
 
 /// The Hessian from differences of the exact gradient to one side, as it comes: how far it is from

@@ -25,7 +25,7 @@ double valley(const VectorXd& x, VectorXd* gradient) {
 }  // namespace
 
 TEST_CASE("a curved valley is followed to its end") {
-  const QuasiNewtonResult result = minimise(valley, Eigen::Vector2d(-1.2, 1.0));
+  const QuasiNewtonResult result = minimize(valley, Eigen::Vector2d(-1.2, 1.0));
   CHECK((result.x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-6);
   CHECK(result.decrement <= 1e-14);
   const MatrixXd hessian = hessian_from_gradients(valley, Eigen::Vector2d(1.0, 1.0));
@@ -43,7 +43,7 @@ TEST_CASE("a saddle is left, and a forbidden region not entered") {
     }
     return std::pow(x[0] * x[0] - 4.0, 2);
   };
-  const QuasiNewtonResult result = minimise(saddle, VectorXd::Constant(1, 0.1));
+  const QuasiNewtonResult result = minimize(saddle, VectorXd::Constant(1, 0.1));
   CHECK(std::abs(result.x[0]) == Approx(2.0).epsilon(1e-7));
 }
 

@@ -2,12 +2,12 @@
 #include "refit.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
+
+#include "group_labels.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -17,16 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Kind = VarianceFactor::Kind;
 
-using Numbers = std::unordered_map<std::string, Index>;
-
-Numbers numbered(const std::vector<std::string>& names) {
-  Numbers numbers;
-  for (const std::string& name : names) numbers.emplace(name, static_cast<Index>(numbers.size()));
-  return numbers;
-}
-
 std::optional<VectorXd> coefficients_of(const FittedModel& earlier, const NonlinearModel& model) {
-  const Numbers known = numbered(earlier.coefficient_names);
+  const LabelNumbers known = numbered(earlier.coefficient_names);
   VectorXd result(model.coefficient_count());
   for (Index j = 0; j < result.size(); ++j) {
     const auto found = known.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
@@ -40,7 +32,7 @@ std::optional<VectorXd> coefficients_of(const FittedModel& earlier, const Nonlin
 MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
                           const MatrixXd& known_effects,
                           const std::vector<std::string>& labels) {
-  const Numbers known = numbered(known_labels);
+  const LabelNumbers known = numbered(known_labels);
   MatrixXd result = MatrixXd::Zero(known_effects.rows(), static_cast<Index>(labels.size()));
   for (std::size_t g = 0; g < labels.size(); ++g) {
     const auto found = known.find(labels[g]);
@@ -55,7 +47,7 @@ VectorXd by_stratum(const VarianceFactorEstimate& earlier,
                     const VectorXd& values,
                     const std::vector<std::string>& strata) {
   if (values.size() == 0) return values;
-  const Numbers known = numbered(earlier.strata);
+  const LabelNumbers known = numbered(earlier.strata);
   VectorXd result = VectorXd::Constant(static_cast<Index>(strata.size()), values.mean());
   for (std::size_t s = 0; s < strata.size(); ++s) {
     const auto found = known.find(strata[s]);

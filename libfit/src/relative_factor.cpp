@@ -93,4 +93,14 @@ VectorXd RelativeFactor::gradient(const MatrixXd& by_factor) const {
   return result;
 }
 
+MatrixXd spherical_effects(const MatrixXd& factor, const MatrixXd& effects) {
+  if (factor.size() == 0) return effects;
+  // Directions of L that are smaller by this factor hold no random effects that count.
+  constexpr double kSmallestPivot = 1e-6;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+  solver.setThreshold(kSmallestPivot);
+  solver.compute(factor);
+  return solver.solve(effects);
+}
+
 }  // namespace silvafit::fit

@@ -12,7 +12,7 @@
 namespace silvafit::fit {
 
 /// Psi / sigma^2 = L L' with L lower triangular; its diagonal may be zero or negative, so that the
-/// edge of the set of covariance matrices is nothing special to an optimiser.
+/// edge of the set of covariance matrices is nothing special to an optimizer.
 class RelativeFactor {
  public:
   /// \param random  the form of the covariance
@@ -43,5 +43,10 @@ class RelativeFactor {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> elements_;
   Eigen::VectorXd identity_;  ///< diagonal of L for the identity form with parameter one
 };
+
+/// The spherical effects v of effects b = L v, as far as L, which may be singular, can hold them.
+/// \param factor   (q x q) L
+/// \param effects  (q x G) b
+Eigen::MatrixXd spherical_effects(const Eigen::MatrixXd& factor, const Eigen::MatrixXd& effects);
 
 }  // namespace silvafit::fit

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "resampled_data.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <utility>
 
+#include "covariance_factor.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -13,14 +13,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// The symmetric root of a covariance, which may be singular.
-MatrixXd root_of(const MatrixXd& covariance) {
-  if (covariance.rows() == 0) return covariance;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(covariance);
-  const VectorXd roots = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return solver.eigenvectors() * roots.asDiagonal() * solver.eigenvectors().transpose();
-}
 
 MatrixXd drawn_effects(const MatrixXd& root, Index groups, Random& random) {
   MatrixXd normal(root.rows(), groups);
@@ -45,8 +37,8 @@ ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
       table_(table.select(model_.rows())),
       inner_places_(model_.coefficients_of(fit.specification.random)),
       outer_places_(model_.coefficients_of(fit.specification.outer_random)),
-      inner_root_(root_of(fit.random_covariance)),
-      outer_root_(root_of(fit.outer.covariance)) {}
+      inner_root_(symmetric_root(fit.random_covariance)),
+      outer_root_(symmetric_root(fit.outer.covariance)) {}
 
 Resampled ParametricDraw::draw(Random& random) const {
   Resampled result{.table = table_, .specification = fit_.specification, .start = fit_};

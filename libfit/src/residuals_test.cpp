@@ -4,7 +4,6 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -81,7 +80,7 @@ TEST_CASE("marginal residuals are decorrelated by the Cholesky factor of Z Psi Z
   }
 }
 
-TEST_CASE("squares of marginal residuals are those of the linearised likelihood") {
+TEST_CASE("squares of marginal residuals are those of the linearized likelihood") {
   // At the maximum of the likelihood over sigma, sum e' V^-1 e = N.
   const data::Table table = stands();
   ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table);

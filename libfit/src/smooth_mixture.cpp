@@ -19,13 +19,13 @@ constexpr double kDistance = 0.25;
 // Points on each side; with 5.75 standard deviations, less than one part in 10^7 is left out.
 constexpr Index kSide = 23;
 
-// Weights of the two neighbours of a point in a rule that has the first three moments of the part
+// Weights of the two neighbors of a point in a rule that has the first three moments of the part
 // that the components take.
-constexpr double kNeighbour = 0.5 * kWidth * kWidth / (kDistance * kDistance);
+constexpr double kNeighbor = 0.5 * kWidth * kWidth / (kDistance * kDistance);
 
 /// The trapezoid rule for a normal variable.
 QuadratureRule spaced_rule(double variance) {
-  constexpr Index kCount = 2 * kSide + 3;  // with the outermost ones, which are neighbours only
+  constexpr Index kCount = 2 * kSide + 3;  // with the outermost ones, which are neighbors only
   QuadratureRule rule{.nodes = MatrixXd(1, kCount), .weights = VectorXd::Zero(kCount)};
   for (Index k = 0; k < kCount; ++k) {
     const double u = kDistance * static_cast<double>(k - kSide - 1);
@@ -64,7 +64,7 @@ QuadratureRule gapless_rule(const QuadratureRule& others) {
 void close_gaps(Eigen::Ref<VectorXd> means, Eigen::Ref<VectorXd> deviations, Index stride) {
   const VectorXd mean = means;
   const VectorXd variance = deviations.array().square();
-  constexpr std::array kWeights{kNeighbour, 1.0 - 2.0 * kNeighbour, kNeighbour};
+  constexpr std::array kWeights{kNeighbor, 1.0 - 2.0 * kNeighbor, kNeighbor};
   for (Index k = stride; k < mean.size() - stride; ++k) {
     // Differences from the point itself, so that large means do not cancel.
     const std::array<double, 3> change{mean[k - stride] - mean[k], 0.0, mean[k + stride] - mean[k]};

@@ -24,8 +24,8 @@ QuadratureRule gapless_rule(const QuadratureRule& others);
 
 /// Widens the components of a mixture at the points of gapless_rule by what f changes around each
 /// point. What results is a mixture without steps however small s is: if f is linear and s
-/// constant it is the normal distribution to 1e-6. Components without finite neighbours stay.
-/// \param means       (K) f at the points; become means over the neighbourhood of the points
+/// constant it is the normal distribution to 1e-6. Components without finite neighbors stay.
+/// \param means       (K) f at the points; become means over the neighborhood of the points
 /// \param deviations  (K) s at the points; become standard deviations of f + s e there
 /// \param stride      others.weights.size()
 void close_gaps(Eigen::Ref<Eigen::VectorXd> means,

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "candidate_points.hpp"
-#include "descent.hpp"
+#include "levenberg_marquardt.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {

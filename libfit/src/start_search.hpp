@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "descent.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {

@@ -63,7 +63,7 @@ bool ProjectedModel::solve_linear() {
   VectorXd scale = basis_.colwise().stableNorm();
   scale = (scale.array() > 0.0).select(scale, 1.0);
   basis_ *= scale.cwiseInverse().asDiagonal();
-  if (count == 1) {  // the common case: one column is its own factorisation
+  if (count == 1) {  // the common case: one column is its own factorization
     const double value = basis_.col(0).dot(residuals_);
     coefficients_[split_.linear[0]] = value / scale[0];
     residuals_ -= value * basis_.col(0);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "variance_shares.hpp"
 
-#include <vector>
-
 namespace silvafit::fit {
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Variance functions in the parameters that an optimiser likes, and back in those that people read.
+// Variance functions in the parameters that an optimizer likes, and back in those that people read.
 #pragma once
 
 #include <Eigen/Core>

@@ -3,7 +3,6 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
 using Eigen::VectorXd;
 using namespace silvafit::fit;

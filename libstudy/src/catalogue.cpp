@@ -11,13 +11,14 @@
 #include <tuple>
 #include <utility>
 
-#include "json_reader.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
+#include "silvafit/data/json_reader.hpp"
 
 namespace silvafit::study {
 namespace {
 
+using data::JsonReader;
 using Names = std::vector<std::string>;
 
 bool contains(const Names& names, const std::string& name) {
@@ -242,12 +243,6 @@ std::vector<std::string> BaseModel::parameter_names() const {
   result.reserve(parameters.size());
   for (const BaseParameter& parameter : parameters) result.push_back(parameter.name);
   return result;
-}
-
-bool BaseModel::in_domain(const std::map<std::string, double>& arguments) const {
-  return std::all_of(domain.begin(), domain.end(), [&](const data::Expression& condition) {
-    return evaluate(condition, arguments) == 1.0;
-  });
 }
 
 double BaseModel::value(const std::map<std::string, double>& arguments,

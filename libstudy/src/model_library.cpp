@@ -8,17 +8,18 @@
 #include <string_view>
 #include <utility>
 
-#include "json_reader.hpp"
 #include "json_values.hpp"
 #include "published_library.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::study {
 namespace {
 
+using data::JsonReader;
 using nlohmann::ordered_json;
 
 constexpr std::string_view kSchema = "silvafit-library/1";

@@ -2,7 +2,7 @@
 // Published coefficients as a model library.
 #pragma once
 
-#include "json_reader.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/study/model_library.hpp"
 
 namespace silvafit::study {
@@ -11,6 +11,6 @@ namespace silvafit::study {
 /// covariates and mixed get the roles ols, covariates and nlme. What a source does not print
 /// (standard errors, EBLUPs, parameters of variance functions) is NaN.
 /// \throws InputError that names file and key where an entry cannot be used
-ModelLibrary published_library(const JsonReader& document);
+ModelLibrary published_library(const data::JsonReader& document);
 
 }  // namespace silvafit::study

@@ -9,13 +9,14 @@
 #include <utility>
 
 #include "covariance_root.hpp"
-#include "json_reader.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/study/simulate.hpp"
 
 namespace silvafit::study {
 namespace {
 
+using data::JsonReader;
 /// Sets a number that may be missing.
 void set_if_there(const JsonReader& json, const char* key, double& target) {
   if (const auto value = json.find(key)) target = value->number();

@@ -37,11 +37,13 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
   }
 }
 
-/// Tests against the first candidate; a fit that failed has no likelihood to test.
+/// Tests against the first candidate; a fit that failed has no likelihood to test. A gain that
+/// cannot be tested, since the first one failed, counts as none.
 void add_tests(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     if (!candidates[i].fit.convergence.converged) continue;
-    candidates[i].test = likelihood_ratio_test(candidates[i].fit, candidates[0].fit);
+    candidates[i].test =
+        nested_test(candidates[i].fit, candidates[0].fit).value_or(LikelihoodRatioTest{});
   }
 }
 

@@ -7,15 +7,16 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "json_reader.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
 namespace silvafit::study {
 namespace {
 
+using data::JsonReader;
 using nlohmann::ordered_json;
 
 /// The value of a reader that may find a text it does not know; the complaint names the key.
@@ -29,7 +30,7 @@ auto checked(const JsonReader& json, Read read) {
 }
 
 void read_candidates(const JsonReader& json, StudyOptions& options) {
-  for (const auto& [response, list] : json.members()) {
+  for (const auto& [response, list] : json.members_by_name()) {
     for (const JsonReader& item : list.items()) {
       const std::string text = checked(item, [](const std::string& candidate) {
         if (candidate.find('~') != std::string::npos) data::parse_formula(candidate);
@@ -100,7 +101,7 @@ void read_inventory_keys(const JsonReader& json,
                          const std::filesystem::path& folder,
                          StudyConfiguration& configuration) {
   if (const auto columns = json.find("columns")) {
-    for (const auto& [name, source] : columns->members()) {
+    for (const auto& [name, source] : columns->members_by_name()) {
       configuration.columns.push_back(name + "=" + source.text());
     }
   }
@@ -297,7 +298,7 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path) {
                    "per",
                    "neighbors"});
   StudyConfiguration configuration;
-  for (const auto& [key, value] : json.members()) configuration.mentioned.push_back(key);
+  for (const auto& [key, value] : json.members_by_name()) configuration.mentioned.push_back(key);
   read_search(json, configuration.study);
   read_choice(json, configuration.study);
   read_inventory_keys(json, path.parent_path(), configuration);

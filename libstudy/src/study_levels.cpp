@@ -2,7 +2,6 @@
 #include "study_levels.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -145,21 +144,6 @@ Trial with_sub_models(Trial trial,
 }
 
 }  // namespace
-
-LikelihoodRatioTest likelihood_ratio_test(const fit::FittedModel& larger,
-                                          const fit::FittedModel& smaller) {
-  LikelihoodRatioTest test;
-  test.statistic = 2.0 * (larger.log_likelihood - smaller.log_likelihood);
-  test.degrees_of_freedom = larger.parameter_count - smaller.parameter_count;
-  // Where the larger model goes through all observations, no chance explains the gain.
-  if (test.degrees_of_freedom > 0 && std::isinf(test.statistic) && test.statistic > 0.0) {
-    test.p = 0.0;
-  } else if (test.degrees_of_freedom > 0 && test.statistic > 0.0) {
-    const boost::math::chi_squared distribution(test.degrees_of_freedom);
-    test.p = boost::math::cdf(boost::math::complement(distribution, test.statistic));
-  }
-  return test;
-}
 
 std::vector<std::string> BaseCandidate::columns(const data::Table& table) const {
   if (entry != nullptr) return entry->covariates;

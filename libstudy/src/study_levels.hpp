@@ -61,8 +61,4 @@ std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candida
 std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
                                            const StudyOptions& options);
 
-/// Twice the gain in log-likelihood against chi-squared with the difference in parameters.
-LikelihoodRatioTest likelihood_ratio_test(const fit::FittedModel& larger,
-                                          const fit::FittedModel& smaller);
-
 }  // namespace silvafit::study

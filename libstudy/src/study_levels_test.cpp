@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "nested_tests.hpp"
 #include "silvafit/base/error.hpp"
 
 using namespace silvafit;
@@ -47,7 +48,7 @@ Candidate on_edge(double log_likelihood, int parameters) {
 
 Candidate tested(double log_likelihood, int parameters, const Candidate& reference) {
   Candidate result = candidate(log_likelihood, parameters);
-  result.test = likelihood_ratio_test(result.fit, reference.fit);
+  result.test = nested_test(result.fit, reference.fit);
   return result;
 }
 
@@ -71,32 +72,6 @@ fit::FittedModel fitted(const std::string& formula) {
 }
 
 }  // namespace
-
-TEST_CASE("the p-value of a likelihood ratio is the upper tail of chi-squared") {
-  // The 5 % and 1 % points as tables print them (Abramowitz and Stegun, table 26.8).
-  const auto p_of = [](double statistic, int freedom) {
-    return likelihood_ratio_test(candidate(0.5 * statistic, 3 + freedom).fit, candidate(0.0, 3).fit)
-        .p;
-  };
-  CHECK(p_of(3.84146, 1) == Approx(0.05).epsilon(1e-5));
-  CHECK(p_of(5.99146, 2) == Approx(0.05).epsilon(1e-5));
-  CHECK(p_of(7.81473, 3) == Approx(0.05).epsilon(1e-5));
-  CHECK(p_of(6.63490, 1) == Approx(0.01).epsilon(1e-5));
-  CHECK(p_of(13.2767, 4) == Approx(0.01).epsilon(1e-5));
-  // With two degrees of freedom the tail is exp(-x/2), however far out.
-  CHECK(p_of(200.0, 2) == Approx(std::exp(-100.0)).epsilon(1e-12));
-}
-
-TEST_CASE("a larger model that fits exactly has p = 0") {
-  const double infinity = std::numeric_limits<double>::infinity();
-  CHECK(likelihood_ratio_test(candidate(infinity, 4).fit, candidate(-10.0, 3).fit).p == 0.0);
-}
-
-TEST_CASE("a larger model that is not more likely has p = 1") {
-  CHECK(likelihood_ratio_test(candidate(-10.0, 4).fit, candidate(-10.0, 3).fit).p == 1.0);
-  CHECK(likelihood_ratio_test(candidate(-11.0, 4).fit, candidate(-10.0, 3).fit).p == 1.0);
-  CHECK(likelihood_ratio_test(candidate(-5.0, 3).fit, candidate(-10.0, 3).fit).p == 1.0);
-}
 
 TEST_CASE("level 1 takes the fewest parameters within 2 AIC of the best") {
   // AIC: 208, 208.5 (fewer parameters), 211 (fewest, too far), none.

@@ -13,8 +13,8 @@
 #include "reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
-#include "silvafit/fit/inference.hpp"
 #include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/observed_information.hpp"
 
 using namespace silvafit;
 using nlohmann::json;

@@ -55,10 +55,10 @@ struct Calibration {
 /// The EBLUPs of every group of a table, from the rows whose response and predictors are there.
 ///
 /// The coefficients, covariances and variance parameters stay those of the fit. Random effects are
-/// what they are for the fit's own groups: for lb the solution of penalised least squares with
+/// what they are for the fit's own groups: for lb the solution of penalized least squares with
 /// weights at its fitted values, for the methods of marginal likelihood the mode of the random
 /// effects' density. On the rows that were fitted to, SeenGroups::kNew returns the fit's own
-/// EBLUPs. Conditional covariances are those of the linearised model for lb and the inverse
+/// EBLUPs. Conditional covariances are those of the linearized model for lb and the inverse
 /// curvature of the density for the other methods. A group without a measured tree has effects
 /// zero with covariance Psi; a new group in a coarser group that the fit has seen starts from what
 /// the fit knows of that. Psi may be singular. Groups are independent tasks, so that the result

@@ -7,7 +7,7 @@
 
 namespace silvafit::fit {
 
-/// What an optimisation knows about the point where it stopped.
+/// What an optimization knows about the point where it stopped.
 struct Convergence {
   bool converged = false;
   /// One sentence for people: what was reached, or what went wrong and what to try.

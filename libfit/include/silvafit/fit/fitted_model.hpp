@@ -24,7 +24,7 @@ namespace silvafit::fit {
 /// How a model is fitted.
 enum class Method {
   kOrdinary,        ///< ordinary least squares, "ols"
-  kGeneralised,     ///< with a variance function, without random effects, "gnls"
+  kGeneralized,     ///< with a variance function, without random effects, "gnls"
   kLindstromBates,  ///< mixed effects by Lindstrom and Bates' alternation, as R nlme: "lb"
   kFirstOrder,      ///< marginal likelihood, first order without interaction: "foce"
   kInteraction,     ///< the same with interaction: "focei"
@@ -146,7 +146,7 @@ struct FitModelOptions {
   std::function<void(const std::string&)> trace{};
 };
 
-/// Fits a model to the rows of a table where all of its columns have values. Mixed and generalised
+/// Fits a model to the rows of a table where all of its columns have values. Mixed and generalized
 /// fits start from the least-squares fit. A fit that fails is a result that says so.
 /// \throws UsageError if the method does not suit the specification, a start value, a held value or
 ///   a bound is for no coefficient, or is for one with a random effect; UsageError, InputError,

@@ -15,7 +15,7 @@ struct FittedModel;
 
 enum class IntervalMethod {
   kWald,     ///< estimate and standard error, on a scale where the likelihood is nearly parabolic
-  kProfile,  ///< where the likelihood, maximised over all else, falls by what chance allows
+  kProfile,  ///< where the likelihood, maximized over all else, falls by what chance allows
 };
 /// \throws UsageError if there is no such method
 IntervalMethod parse_interval_method(std::string_view text);
@@ -53,7 +53,7 @@ struct IntervalOptions {
 ///
 /// Wald: coefficients by t with the fit's standard errors and degrees of freedom, the others from
 /// the observed information on the scales of R nlme's intervals(). Profile: the values c at which
-/// twice the fall of the log-likelihood, maximised with the parameter held at c, is the quantile of
+/// twice the fall of the log-likelihood, maximized with the parameter held at c, is the quantile of
 /// chi-squared with one degree of freedom; for ols that of the squared t, as R's confint() of nls.
 /// Where an estimate is on the edge of its range (a standard deviation of 0, a correlation of 1),
 /// the interval has one limit only, and the reference is the half-and-half mixture of chi-squared

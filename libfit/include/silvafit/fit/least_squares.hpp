@@ -20,7 +20,7 @@ struct LeastSquaresOptions {
   int maximum_iterations = 500;
 };
 
-/// An ordinary least-squares fit: minimises sum (y - f(beta))^2 over beta.
+/// An ordinary least-squares fit: minimizes sum (y - f(beta))^2 over beta.
 struct LeastSquaresFit {
   std::vector<std::string> coefficient_names{};
   Eigen::VectorXd estimate{};  ///< (p) beta

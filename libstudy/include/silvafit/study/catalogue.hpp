@@ -67,8 +67,6 @@ struct BaseModel {
   std::filesystem::path file{};
 
   std::vector<std::string> parameter_names() const;
-  /// Whether the covariates are where the model is defined.
-  bool in_domain(const std::map<std::string, double>& arguments) const;
   /// The response of one tree. \throws UsageError if a name is missing
   double value(const std::map<std::string, double>& arguments,
                const std::map<std::string, double>& parameters) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "verdict.hpp"
+#include "least_squares_verdict.hpp"
 
 #include <fmt/format.h>
 

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -15,8 +16,8 @@
 
 namespace silvafit::fit {
 
-/// Where to linearise; all in the coefficients' own units.
-struct LinearisationPoint {
+/// Where to linearize; all in the coefficients' own units.
+struct LinearizationPoint {
   Eigen::VectorXd coefficients{};  ///< (p) fixed effects
   Eigen::MatrixXd effects{};   ///< (p x G) random effects of each group, zeros where there are none
   Eigen::VectorXd variance{};  ///< (m) internal parameters of the variance function
@@ -24,7 +25,7 @@ struct LinearisationPoint {
 };
 
 /// The model around a point.
-struct Linearisation {
+struct Linearization {
   /// w = X beta + Z b + e with X = the Jacobian in units and beta the step from the point; the
   /// random effects are whole.
   LinearMixedModel model{};
@@ -36,20 +37,20 @@ struct Linearisation {
   Eigen::VectorXd longest_change{};  ///< (m) for which the series in the parameters is good
 };
 
-/// Computes linearisations of one model. Rows go through in blocks that stay in cache, from the
+/// Computes linearizations of one model. Rows go through in blocks that stay in cache, from the
 /// mean function to the cross products of each group; nothing as long as the data is kept but the
 /// mean and the weights.
-class Lineariser {
+class Linearizer {
  public:
-  Lineariser(const NonlinearModel& model, const VarianceModel& variance);
+  Linearizer(const NonlinearModel& model, const VarianceModel& variance);
 
   /// \param expand  whether the weights' derivatives by the variance parameters are wanted
   /// \param before  weights of an earlier point, or null
   /// \returns false where something is not finite
-  bool linearise(const LinearisationPoint& point,
+  bool linearize(const LinearizationPoint& point,
                  bool expand,
-                 const Linearisation* before,
-                 Linearisation& result);
+                 const Linearization* before,
+                 Linearization& result);
 
   /// Whether log g is not linear in the variance parameters.
   bool is_curved() const;
@@ -85,22 +86,42 @@ class Lineariser {
   void make_programs();
   void make_terms();
   const NonlinearModel::Strata* strata_of(std::size_t quantity) const;
-  void fill_parameters(const LinearisationPoint& point, std::size_t first, std::size_t last);
-  void fill_quantities(const LinearisationPoint& point, Eigen::Index begin, Eigen::Index rows);
-  void evaluate_block(const LinearisationPoint& point,
+  void fill_parameters(const LinearizationPoint& point, std::size_t first, std::size_t last);
+  void fill_quantities(const LinearizationPoint& point, Eigen::Index begin, Eigen::Index rows);
+  void evaluate_block(const LinearizationPoint& point,
                       bool expand,
                       std::size_t first,
                       std::size_t last,
-                      Linearisation& result);
+                      Linearization& result);
   void add_segment(const Segment& segment,
                    Eigen::Index block_begin,
                    bool expand,
-                   const Linearisation* before,
-                   Linearisation& result);
-  void add_terms(const Segment& segment, Eigen::Index offset, Linearisation& result);
-  void finish_group(Eigen::Index group, const LinearisationPoint& point, Linearisation& result);
+                   const Linearization* before,
+                   Linearization& result);
+  void add_terms(const Segment& segment, Eigen::Index offset, Linearization& result);
+  bool is_straight(const Term& term) const;
+  /// The quantities by which a term is a derivative, the same one twice for a first derivative.
+  std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
+  /// (rows) derivative of log g by a quantity.
+  Eigen::Map<const Eigen::VectorXd> log_scale_slope(std::size_t quantity,
+                                                    Eigen::Index offset,
+                                                    Eigen::Index rows) const;
+  /// Fills in what g^-2 changes by in a term. \returns the sum of that of log g
+  /// \param second  output of the second derivative, of terms that are curved
+  double fill_term(const Term& term,
+                   const Segment& segment,
+                   Eigen::Index offset,
+                   Eigen::Index second,
+                   const Linearization& result);
+  /// Takes out the rows of other strata. \returns the sum of the rows that stay, nothing if there
+  /// are none
+  std::optional<double> mask_term(const Term& term,
+                                  const Segment& segment,
+                                  Eigen::Index offset,
+                                  Eigen::Index second);
+  void finish_group(Eigen::Index group, const LinearizationPoint& point, Linearization& result);
   /// How far the series reaches.
-  void centre(Linearisation& result) const;
+  void center(Linearization& result) const;
   void add_products(const double* weight, Eigen::Index rows, double* target);
 
   const NonlinearModel& model_;

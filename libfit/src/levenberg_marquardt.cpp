@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "descent.hpp"
+#include "levenberg_marquardt.hpp"
 
 #include <ceres/ceres.h>
 

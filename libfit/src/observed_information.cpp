@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/fit/inference.hpp"
+#include "silvafit/fit/observed_information.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
 
 #include "information.hpp"
 

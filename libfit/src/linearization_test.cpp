@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "linearisation.hpp"
+#include "linearization.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -55,8 +55,8 @@ NonlinearModel model_with(const std::string& variance, const Table& table) {
 }
 
 /// a, b, b:crowding, c.
-LinearisationPoint point_of(const NonlinearModel& model, const VectorXd& variance) {
-  LinearisationPoint point{.coefficients = Eigen::Vector4d(24.0, 0.07, 0.01, 0.5),
+LinearizationPoint point_of(const NonlinearModel& model, const VectorXd& variance) {
+  LinearizationPoint point{.coefficients = Eigen::Vector4d(24.0, 0.07, 0.01, 0.5),
                            .effects = MatrixXd::Zero(4, 5),
                            .variance = variance,
                            .units = Eigen::Vector4d(2.0, 0.01, 0.03, 1.0)};
@@ -82,9 +82,9 @@ TEST_CASE("cross products are those of the Jacobian and the working response") {
     INFO(text);
     const NonlinearModel model = model_with(text, table);
     const VarianceModel variance(model.specification().variance, VarianceData::of(model));
-    const LinearisationPoint point = point_of(model, variance.start());
-    Linearisation at;
-    REQUIRE(Lineariser(model, variance).linearise(point, true, nullptr, at));
+    const LinearizationPoint point = point_of(model, variance.start());
+    Linearization at;
+    REQUIRE(Linearizer(model, variance).linearize(point, true, nullptr, at));
 
     NonlinearModel::Workspace workspace;
     VectorXd mean;
@@ -122,10 +122,10 @@ TEST_CASE("the terms of the series are derivatives by the variance parameters") 
     INFO(text);
     const NonlinearModel model = model_with(text, table);
     const VarianceModel variance(model.specification().variance, VarianceData::of(model));
-    Lineariser lineariser(model, variance);
+    Linearizer linearizer(model, variance);
     const auto moments_at = [&](const VectorXd& parameters) {
-      Linearisation at;
-      REQUIRE(lineariser.linearise(point_of(model, parameters), true, nullptr, at));
+      Linearization at;
+      REQUIRE(linearizer.linearize(point_of(model, parameters), true, nullptr, at));
       return at.model.moments;
     };
     const VectorXd start = variance.start();
@@ -164,8 +164,8 @@ TEST_CASE("a point where the mean is not finite is told") {
   const Table table = trees();
   const NonlinearModel model = model_with("power", table);
   const VarianceModel variance(model.specification().variance, VarianceData::of(model));
-  LinearisationPoint point = point_of(model, variance.start());
+  LinearizationPoint point = point_of(model, variance.start());
   point.coefficients[1] = -1e5;
-  Linearisation at;
-  CHECK_FALSE(Lineariser(model, variance).linearise(point, true, nullptr, at));
+  Linearization at;
+  CHECK_FALSE(Linearizer(model, variance).linearize(point, true, nullptr, at));
 }

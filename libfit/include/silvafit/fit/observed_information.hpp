@@ -30,7 +30,7 @@ struct ObservedInformation {
   double smallest_curvature = 0.0;
 };
 
-/// The information in the likelihood that the fit maximised: for foce, focei, laplace and agq the
+/// The information in the likelihood that the fit maximized: for foce, focei, laplace and agq the
 /// marginal one, for ols and gnls that of the nonlinear model, for lb that of the model linear
 /// around the estimates (nlme's apVar). For ols sigma^2 has n - p in the denominator, and the
 /// Hessian is exact, with symbolic second derivatives of the mean, where FittedModel::covariance

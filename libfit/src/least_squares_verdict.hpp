@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "newton.hpp"
+#include "least_squares_polish.hpp"
 #include "silvafit/fit/convergence.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 

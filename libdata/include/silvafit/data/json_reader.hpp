@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Reading JSON that people write: every complaint names the file and the key.
+// Reading JSON that people or programs wrote: every complaint names the file and the key.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,15 +17,20 @@
 
 #include "silvafit/data/expression.hpp"
 
-namespace silvafit::study {
+namespace silvafit::data {
 
 /// A value somewhere in a JSON document, which knows its way from the root: `species[2].dbh.sd`.
 /// All members throw InputError with file and key where the document is not as they ask.
+///
+/// What people write is read strictly: texts are not empty, numbers are there. What programs write
+/// may lack values: for that are any_text() and number_or_missing().
 class JsonReader {
  public:
   static JsonReader open(const std::filesystem::path& path);
   /// \param comments  whether `//` and `/* */` may explain the values
   static JsonReader parse(std::string_view text, std::string file, bool comments = false);
+  /// \param key  place of the text in its file, the root of all keys in messages
+  static JsonReader parse_part(std::string_view text, std::string file, std::string key);
 
   /// Stops at keys that nobody reads, since they are mostly misspelled ones.
   void allow_only(std::initializer_list<std::string_view> keys) const;
@@ -33,26 +39,45 @@ class JsonReader {
   std::optional<JsonReader> find(std::string_view key) const;
 
   std::vector<JsonReader> items() const;
+  /// In the order of the document.
   std::vector<std::pair<std::string, JsonReader>> members() const;
+  /// Sorted by their keys.
+  std::vector<std::pair<std::string, JsonReader>> members_by_name() const;
 
+  /// A text that is not empty.
   std::string text() const;
+  std::string any_text() const;
+  std::vector<std::string> texts() const;
+  /// The index of the text in `names`.
+  std::size_t one_of(std::initializer_list<std::string_view> names) const;
+  bool boolean() const;
+
   double number() const;
+  /// NaN where null.
+  double number_or_missing() const;
   double number_between(double low, double high) const;
   /// A number above 0.
   double positive() const;
   /// A number of 0 or more.
   double not_negative() const;
+  /// A whole number above 0.
   std::size_t count() const;
+  /// A whole number of 0 or more.
+  int count_or_zero() const;
   std::vector<double> numbers() const;
   std::map<std::string, double> numbers_by_name() const;
-  std::vector<std::string> texts() const;
-  data::Expression expression() const;
-  std::map<std::string, data::Expression> expressions_by_name() const;
-  /// The index of the text in `names`.
-  std::size_t one_of(std::initializer_list<std::string_view> names) const;
+  /// Numbers, NaN where null.
+  /// \param size  how many there must be
+  Eigen::VectorXd vector(Eigen::Index size) const;
+  /// Numbers row by row, NaN where null.
+  /// \param size  rows and columns
+  Eigen::MatrixXd square_matrix(Eigen::Index size) const;
 
-  bool is_object() const { return value_->is_object(); }
-  bool is_null() const { return value_->is_null(); }
+  Expression expression() const;
+  std::map<std::string, Expression> expressions_by_name() const;
+
+  bool is_object() const;
+  bool is_null() const;
   const std::string& file() const { return file_; }
   /// The way from the root to this value.
   const std::string& key() const { return key_; }
@@ -61,18 +86,18 @@ class JsonReader {
   [[noreturn]] void fail(const std::string& message) const;
 
  private:
-  JsonReader(std::shared_ptr<const nlohmann::json> root,
-             const nlohmann::json* value,
-             std::string file,
-             std::string key)
+  using Json = nlohmann::ordered_json;
+  JsonReader(std::shared_ptr<const Json> root, const Json* value, std::string file, std::string key)
       : root_(std::move(root)), value_(value), file_(std::move(file)), key_(std::move(key)) {}
-  JsonReader child(const nlohmann::json& value, std::string key) const;
+  static JsonReader parsed(std::string_view text, std::string file, std::string key, bool comments);
+  JsonReader child(const Json& value, std::string key) const;
+  JsonReader member(const Json& value, std::string_view name) const;
   void expect(bool condition, const char* what) const;
 
-  std::shared_ptr<const nlohmann::json> root_;
-  const nlohmann::json* value_;
+  std::shared_ptr<const Json> root_;
+  const Json* value_;
   std::string file_;
   std::string key_;
 };
 
-}  // namespace silvafit::study
+}  // namespace silvafit::data

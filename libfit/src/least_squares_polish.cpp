@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // All steps are computed in u = R beta, where J = QR: there J'J is the identity, so that neither
 // units nor correlations of the coefficients cost digits.
-#include "newton.hpp"
+#include "least_squares_polish.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>

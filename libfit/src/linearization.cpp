@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "linearisation.hpp"
+#include "linearization.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ constexpr double kLongestChange = 1.0;
 
 }  // namespace
 
-Lineariser::Lineariser(const NonlinearModel& model, const VarianceModel& variance)
+Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& variance)
     : model_(model),
       variance_(variance),
       random_({.inner = model.coefficients_of(model.specification().random),
@@ -43,11 +43,11 @@ Lineariser::Lineariser(const NonlinearModel& model, const VarianceModel& varianc
   make_programs();
 }
 
-bool Lineariser::is_curved() const {
+bool Linearizer::is_curved() const {
   return !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_straight);
 }
 
-void Lineariser::make_segments() {
+void Linearizer::make_segments() {
   Index in_block = 0;
   blocks_.push_back(0);
   for (Index group = 0; group < model_.group_count(); ++group) {
@@ -65,7 +65,7 @@ void Lineariser::make_segments() {
   blocks_.push_back(segments_.size());
 }
 
-void Lineariser::make_parameters() {
+void Linearizer::make_parameters() {
   parameters_.resize(model_.specification().parameters.size(), {.is_scalar = true});
   for (Index j = 0; j < model_.coefficient_count(); ++j) {
     Parameter& parameter = parameters_[static_cast<std::size_t>(model_.parameter_of(j))];
@@ -75,45 +75,7 @@ void Lineariser::make_parameters() {
   }
 }
 
-const NonlinearModel::Strata* Lineariser::strata_of(std::size_t quantity) const {
-  const int strata = variance_.quantities()[quantity].strata;
-  return strata < 0 ? nullptr : &variance_.data().strata[static_cast<std::size_t>(strata)];
-}
-
-void Lineariser::make_terms() {
-  const auto& quantities = variance_.quantities();
-  const auto stratum_of = [&](std::size_t k, Index parameter) {
-    return quantities[k].strata < 0 ? -1 : parameter + (quantities[k].has_reference ? 1 : 0);
-  };
-  for (std::size_t k = 0; k < quantities.size(); ++k) {
-    for (Index i = 0; i < quantities[k].count; ++i) {
-      terms_.push_back({.quantity = k, .stratum = stratum_of(k, i)});
-    }
-  }
-  for (std::size_t k = 0; k < quantities.size(); ++k) {
-    for (std::size_t l = k; l < quantities.size(); ++l) {
-      const bool is_straight = variance_.log_scale()
-                                   .derivative(quantities[k].name)
-                                   .derivative(quantities[l].name)
-                                   .is_zero();
-      quantity_pairs_.push_back({.first = k, .second = l, .is_straight = is_straight});
-      for (Index i = 0; i < quantities[k].count; ++i) {
-        for (Index j = 0; j < quantities[l].count; ++j) {
-          // No row lies in two strata.
-          const bool same_strata =
-              quantities[k].strata >= 0 && quantities[k].strata == quantities[l].strata;
-          if (same_strata && stratum_of(k, i) != stratum_of(l, j)) continue;
-          pairs_.emplace_back(quantities[k].first + i, quantities[l].first + j);
-          terms_.push_back({.pair = static_cast<int>(quantity_pairs_.size()) - 1,
-                            .stratum = stratum_of(k, i),
-                            .other_stratum = stratum_of(l, j)});
-        }
-      }
-    }
-  }
-}
-
-void Lineariser::make_programs() {
+void Linearizer::make_programs() {
   const ModelSpecification& specification = model_.specification();
   const Expression& mean = specification.formula.right;
   std::vector<Expression> outputs{mean};
@@ -158,7 +120,7 @@ void Lineariser::make_programs() {
   group_products_.resize(columns_.size() * columns_.size());
 }
 
-void Lineariser::fill_parameters(const LinearisationPoint& point,
+void Linearizer::fill_parameters(const LinearizationPoint& point,
                                  std::size_t first,
                                  std::size_t last) {
   const Index block_begin = segments_[first].begin;
@@ -191,7 +153,7 @@ void Lineariser::fill_parameters(const LinearisationPoint& point,
   }
 }
 
-void Lineariser::fill_quantities(const LinearisationPoint& point, Index begin, Index rows) {
+void Linearizer::fill_quantities(const LinearizationPoint& point, Index begin, Index rows) {
   const auto& quantities = variance_.quantities();
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     const VarianceModel::Quantity& quantity = quantities[k];
@@ -209,11 +171,11 @@ void Lineariser::fill_quantities(const LinearisationPoint& point, Index begin, I
   }
 }
 
-void Lineariser::evaluate_block(const LinearisationPoint& point,
+void Linearizer::evaluate_block(const LinearizationPoint& point,
                                 bool expand,
                                 std::size_t first,
                                 std::size_t last,
-                                Linearisation& result) {
+                                Linearization& result) {
   const Index begin = segments_[first].begin;
   const Index rows = segments_[last - 1].end - begin;
   fill_parameters(point, first, last);
@@ -250,16 +212,16 @@ void Lineariser::evaluate_block(const LinearisationPoint& point,
   }
 }
 
-void Lineariser::add_products(const double* weight, Index rows, double* target) {
+void Linearizer::add_products(const double* weight, Index rows, double* target) {
   data::weighted_products(columns_, weight, static_cast<std::size_t>(rows), group_products_.data());
   for (std::size_t k = 0; k < group_products_.size(); ++k) target[k] += group_products_[k];
 }
 
-void Lineariser::add_segment(const Segment& segment,
+void Linearizer::add_segment(const Segment& segment,
                              Index block_begin,
                              bool expand,
-                             const Linearisation* before,
-                             Linearisation& result) {
+                             const Linearization* before,
+                             Linearization& result) {
   const Index offset = segment.begin - block_begin;
   const Index rows = segment.end - segment.begin;
   const auto count = static_cast<std::size_t>(rows);
@@ -284,69 +246,7 @@ void Lineariser::add_segment(const Segment& segment,
   if (expand) add_terms(segment, offset, result);
 }
 
-void Lineariser::add_terms(const Segment& segment, Index offset, Linearisation& result) {
-  const Index rows = segment.end - segment.begin;
-  const auto first = static_cast<Index>(parameters_.size()) + 3;
-  const auto quantity_count = static_cast<Index>(variance_.quantities().size());
-  const auto by = [&](std::size_t quantity) {
-    return outputs_.col(first + static_cast<Index>(quantity)).segment(offset, rows).array();
-  };
-  for (Index k = 0; k < quantity_count; ++k) {
-    log_squares_[k] += by(static_cast<std::size_t>(k)).square().sum();
-  }
-  const auto weight = result.weight.segment(segment.begin, rows);
-  Index second = first + quantity_count - 1;  // output of the current pair's second derivative
-  int pair = -1;
-  for (std::size_t t = 0; t < terms_.size(); ++t) {
-    const Term& term = terms_[t];
-    const std::size_t a = term.pair < 0 ? term.quantity : quantity_pairs_[term.pair].first;
-    const std::size_t b = term.pair < 0 ? term.quantity : quantity_pairs_[term.pair].second;
-    const bool is_straight = term.pair < 0 || quantity_pairs_[term.pair].is_straight;
-    if (term.pair != pair) {
-      pair = term.pair;
-      if (!is_straight) ++second;
-    }
-    auto values = term_weight_.head(rows).array();
-    // First the change of log g itself, masked by strata, then that of g^-2.
-    Eigen::ArrayXd logarithm = Eigen::ArrayXd::Zero(0);
-    double sum = 0.0;
-    if (term.pair < 0) {
-      values = -2.0 * weight * by(a);
-      sum = by(a).sum();
-    } else if (is_straight) {
-      values = 4.0 * weight * by(a) * by(b);
-    } else {
-      const auto curved = outputs_.col(second).segment(offset, rows).array();
-      values = weight * (4.0 * by(a) * by(b) - 2.0 * curved);
-      sum = curved.sum();
-    }
-    if (term.stratum >= 0 || term.other_stratum >= 0) {
-      const NonlinearModel::Strata* const strata = strata_of(a);
-      const NonlinearModel::Strata* const others = strata_of(b);
-      sum = 0.0;
-      bool is_present = false;
-      for (Index i = 0; i < rows; ++i) {
-        const auto row = static_cast<std::size_t>(segment.begin + i);
-        const bool inside = (term.stratum < 0 || strata->of_rows[row] == term.stratum) &&
-                            (term.other_stratum < 0 || others->of_rows[row] == term.other_stratum);
-        if (!inside) {
-          values[i] = 0.0;
-          continue;
-        }
-        is_present = true;
-        if (term.pair < 0) sum += by(a)[i];
-        if (!is_straight) sum += outputs_(offset + i, second);
-      }
-      if (!is_present) continue;
-    }
-    result.model.moments.sum_log()[static_cast<Index>(t) + 1] += sum;
-    add_products(term_weight_.data(),
-                 rows,
-                 result.model.moments.term(segment.group, static_cast<Index>(t) + 1));
-  }
-}
-
-void Lineariser::finish_group(Index group, const LinearisationPoint& point, Linearisation& result) {
+void Linearizer::finish_group(Index group, const LinearizationPoint& point, Linearization& result) {
   GroupMoments& moments = result.model.moments;
   const Index w = moments.width();
   const Index p = w - 1;
@@ -371,11 +271,11 @@ void Lineariser::finish_group(Index group, const LinearisationPoint& point, Line
   }
 }
 
-void Lineariser::centre(Linearisation& result) const {
+void Linearizer::center(Linearization& result) const {
   GroupMoments& moments = result.model.moments;
   const auto n = static_cast<double>(model_.observations());
   const VectorXd mean = moments.sum_log().segment(1, moments.parameters()) / n;
-  moments.set_centre(mean);
+  moments.set_center(mean);
   result.longest_change.resize(moments.parameters());
   for (std::size_t k = 0; k < variance_.quantities().size(); ++k) {
     const VarianceModel::Quantity& quantity = variance_.quantities()[k];
@@ -387,10 +287,10 @@ void Lineariser::centre(Linearisation& result) const {
   }
 }
 
-bool Lineariser::linearise(const LinearisationPoint& point,
+bool Linearizer::linearize(const LinearizationPoint& point,
                            bool expand,
-                           const Linearisation* before,
-                           Linearisation& result) {
+                           const Linearization* before,
+                           Linearization& result) {
   const bool varies = !variance_.log_scale().is_zero();
   expand = expand && variance_.parameter_count() > 0;
   const Index width = model_.coefficient_count() + 1;
@@ -415,7 +315,7 @@ bool Lineariser::linearise(const LinearisationPoint& point,
     }
   }
   if (before != nullptr && before->weight.size() == 0) result.squares_before = result.squares;
-  if (expand) centre(result);
+  if (expand) center(result);
   return result.squares.allFinite() && result.model.moments.all_finite();
 }
 

@@ -5,7 +5,7 @@
 
 #include "likelihood_surface.hpp"
 #include "linear_mixed_profile.hpp"
-#include "linearisation.hpp"
+#include "linearization.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -33,29 +33,28 @@ MatrixXd effects_of(const SurfaceSetting& setting) {
   return effects;
 }
 
-class LinearisedSurface : public LikelihoodSurface {
+class LinearizedSurface : public LikelihoodSurface {
  public:
-  explicit LinearisedSurface(const SurfaceSetting& setting)
+  explicit LinearizedSurface(const SurfaceSetting& setting)
       : is_restricted_(setting.fit.reml),
         layout_(setting.model,
                 setting.variance,
                 setting.unit,
                 is_restricted_ ? 0 : setting.unit.size()),
-        lineariser_(setting.model, setting.variance),
+        linearizer_(setting.model, setting.variance),
         point_{.coefficients = setting.estimate,
                .effects = effects_of(setting),
                .variance = setting.internal,
                .units = setting.unit} {
-    optimum_ =
-        layout_.coordinates(setting.fit, setting.estimate, setting.internal, setting.log_sigma);
-    is_valid_ = linearise(setting.internal);
+    optimum_ = setting.coordinates(layout_, setting.log_sigma);
+    is_valid_ = linearize(setting.internal);
   }
 
   double value(const VectorXd& x, VectorXd* gradient) override {
     constexpr double kOutside = std::numeric_limits<double>::infinity();
     if (!x.allFinite()) return kOutside;
     const VectorXd variance = layout_.variance_part(x);
-    if (variance != point_.variance || !is_valid_) is_valid_ = linearise(variance);
+    if (variance != point_.variance || !is_valid_) is_valid_ = linearize(variance);
     if (!is_valid_) return kOutside;
     const double sigma = std::exp(x[layout_.sigma_at()]);
     const MatrixXd outer = layout_.factor(true).factor(layout_.factor_part(x, true)) / sigma;
@@ -95,26 +94,26 @@ class LinearisedSurface : public LikelihoodSurface {
 
  private:
   /// Takes the weights at other variance parameters; mean and Jacobian stay those of the estimates.
-  bool linearise(const VectorXd& variance) {
+  bool linearize(const VectorXd& variance) {
     point_.variance = variance;
     at_.model.restricted = is_restricted_;
     at_.model.log_units = -2.0 * point_.units.array().log().sum();
-    return lineariser_.linearise(point_, variance.size() > 0, nullptr, at_);
+    return linearizer_.linearize(point_, variance.size() > 0, nullptr, at_);
   }
 
   bool is_restricted_;
   SurfaceLayout layout_;
-  Lineariser lineariser_;
-  LinearisationPoint point_;
-  Linearisation at_;
+  Linearizer linearizer_;
+  LinearizationPoint point_;
+  Linearization at_;
   VectorXd optimum_;
   bool is_valid_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<LikelihoodSurface> make_linearised_surface(const SurfaceSetting& setting) {
-  return std::make_unique<LinearisedSurface>(setting);
+std::unique_ptr<LikelihoodSurface> make_linearized_surface(const SurfaceSetting& setting) {
+  return std::make_unique<LinearizedSurface>(setting);
 }
 
 }  // namespace silvafit::fit

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Fits beside each other: information criteria, and tests of each against the next.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/likelihood_ratio.hpp"
+
+namespace silvafit::fit {
+
+/// A row of a comparison.
+struct ComparedFit {
+  const FittedModel* fit = nullptr;
+  double aic_difference = 0.0;  ///< to the smallest
+  double akaike_weight = 0.0;   ///< exp(-difference/2), adding up to one
+};
+
+/// The test of a fit against one before it in the comparison, or why there is none.
+struct ComparedPair {
+  std::size_t larger = 0;  ///< rows of the comparison
+  std::size_t smaller = 0;
+  std::optional<NestedTest> test{};
+  std::string reason{};
+};
+
+struct Comparison {
+  std::vector<ComparedFit> fits{};    ///< by number of parameters, those that converged
+  std::vector<ComparedPair> pairs{};  ///< of neighbors
+  /// Why criteria do not compare, or empty: other observations, other methods, other fixed effects
+  /// with restricted likelihood. Then differences and weights are NaN.
+  std::string reason{};
+  std::vector<const FittedModel*> failed{};  ///< that did not converge
+};
+
+/// Compares fits by AIC and, from the fewest parameters on, each with the next.
+/// \param fits  outlive the comparison
+/// \throws UsageError for fewer than two fits
+Comparison compare(const std::vector<const FittedModel*>& fits);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// Whether a fitted model is a special case of another one.
+#pragma once
+
+#include <string>
+
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::fit {
+
+/// How two fits relate.
+struct Nesting {
+  bool is_nested = false;
+  std::string reason{};  ///< why there is no test, in words
+  /// Number of regular parameters that the larger model has more: coefficients, covariances of
+  /// effects that both have, parameters of the variance function.
+  int regular = 0;
+  /// Random effects that only the larger model has, and whose covariances with others (of old and
+  /// of new ones) are free.
+  int correlated_effects = 0;
+  int new_covariances = 0;
+  /// Random effects that only the larger model has, independent of all others.
+  int independent_effects = 0;
+  /// The smaller model has a parameter of the variance function at the end of its range.
+  bool has_other_edge = false;
+};
+
+/// Whether `smaller` is a special case of `larger`, by their structure: the same formula,
+/// sub-models with fewer covariates, fewer random effects or a simpler covariance, a simpler
+/// variance function.
+Nesting nesting(const FittedModel& larger, const FittedModel& smaller);
+
+}  // namespace silvafit::fit

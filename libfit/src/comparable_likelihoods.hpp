@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// Whether the likelihoods of two fits may be set beside each other.
+#pragma once
+
+#include <string>
+
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::fit {
+
+/// Why the likelihoods of two fits cannot be compared, in words; empty if they can: the fits are to
+/// the same observations, by the same approximation of the likelihood, and if it is restricted,
+/// with the same fixed effects.
+std::string obstacle_to_comparing(const FittedModel& a, const FittedModel& b);
+
+}  // namespace silvafit::fit

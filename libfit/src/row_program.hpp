@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Programs over the rows of data, with where each of their inputs comes from.
+#pragma once
+
+#include <cstddef>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/program.hpp"
+
+namespace silvafit::fit {
+
+/// Several expressions compiled together.
+/// \tparam Source  where the values of an input come from; `is_scalar()` says whether they are one
+///   value for all rows
+template <class Source>
+struct RowProgram {
+  data::Program program{};
+  std::vector<Source> sources{};  ///< of the inputs, which come by name
+  std::size_t outputs = 0;
+};
+
+/// \param source_of  gives the source of the variable of a name
+template <class SourceOf>
+auto row_program(const std::vector<data::Expression>& outputs, const SourceOf& source_of) {
+  RowProgram<decltype(source_of(std::string()))> result{.outputs = outputs.size()};
+  std::set<std::string> names;
+  for (const data::Expression& output : outputs) {
+    for (std::string& name : output.variables()) names.insert(std::move(name));
+  }
+  std::vector<data::Program::Input> inputs;
+  for (const std::string& name : names) {
+    result.sources.push_back(source_of(name));
+    inputs.push_back({.name = name, .is_scalar = result.sources.back().is_scalar()});
+  }
+  result.program = data::Program(outputs, inputs);
+  return result;
+}
+
+}  // namespace silvafit::fit
