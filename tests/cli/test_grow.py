@@ -330,7 +330,7 @@ class Grow(ProgramTest):
             self.run_program("grow", "in.csv", *arguments, status=2)
         done = self.run_program("grow", "in.csv", "--by", "month", "--scene", "a.glb", status=3)
         self.assertIn("in.csv:1: month", done.stderr)
-        self.write("long.csv", GROWTH.replace("2021", "2" * 300))
+        self.write("long.csv", GROWTH.replace("2021", "spring" + "x" * 300))
         done = self.run_program("grow", "long.csv", "--by", "year", "--scene", "a.glb", status=3)
         self.assertIn("too long for the name of a file", done.stderr)
 
