@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Times profile intervals of a Laplace fit with two random effects: 10 000 trees on 200 plots.
 
-Usage: bench/profile_intervals.py [PROGRAM]   (default build/bin/silvafit)
+Usage: bench/inference/profile_intervals.py [PROGRAM]   (default build/bin/silvafit)
 Prints seconds of the fit alone, and of the fit with Wald and with profile intervals, reading the file included: elapsed, and of all
 processors together, which other work on the machine hardly changes. The least of three.
 """
