@@ -16,7 +16,8 @@
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using nlohmann::json;
+// Groupings stand from the outer to the inner one.
+using json = nlohmann::ordered_json;
 using namespace silvafit;
 using namespace silvafit::fit;
 
@@ -96,7 +97,8 @@ double log_likelihood(const json& reference, Curvature curvature, int points) {
 }  // namespace
 
 TEST_CASE("marginal likelihoods are what their definitions give") {
-  for (const json& reference : expected("marginal_values")["fits"]) {
+  const json file = expected("marginal_values");
+  for (const json& reference : file.at("fits")) {
     const json& values = reference["logLik"];
     INFO(reference["id"].get<std::string>());
     // R's sums over about a thousand trees round at 1e-12 of the value.
@@ -116,7 +118,8 @@ TEST_CASE("marginal likelihoods are what their definitions give") {
 }
 
 TEST_CASE("fifteen points of quadrature give the integral over the random effects") {
-  for (const json& reference : expected("marginal_values")["fits"]) {
+  const json file = expected("marginal_values");
+  for (const json& reference : file.at("fits")) {
     if (!reference["logLik"].contains("integral")) continue;
     INFO(reference["id"].get<std::string>());
     // What is left is the rule's own error, largest for the widest distribution of effects.
@@ -126,7 +129,8 @@ TEST_CASE("fifteen points of quadrature give the integral over the random effect
 }
 
 TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
-  for (const json& reference : expected("marginal_optima")["fits"]) {
+  const json file = expected("marginal_optima");
+  for (const json& reference : file.at("fits")) {
     const auto name = reference["method"].get<std::string>();
     INFO(reference["id"].get<std::string>() << " by " << name);
     const data::Table table = data::read_csv_table(
@@ -156,7 +160,8 @@ TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
 }
 
 TEST_CASE("nested groups have TMB's maximum of Laplace's likelihood") {
-  for (const json& reference : expected("laplace_nested_tmb")["fits"]) {
+  const json file = expected("laplace_nested_tmb");
+  for (const json& reference : file.at("fits")) {
     INFO(reference["id"].get<std::string>());
     const data::Table table = data::read_csv_table(
         test::source_file("tests/reference/data/" + reference["data"].get<std::string>()));
