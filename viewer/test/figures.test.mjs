@@ -10,11 +10,12 @@ const { skip, withPage } = inBrowser();
 
 const figureOf = (page, result, title) => page.locator(`${result} figure`, { has: page.locator("h3", { hasText: title }) });
 const open = (figure) => figure.locator("details:not([open]) > summary").click();
-const tableRows = (figure, caption) =>
-  figure
-    .locator("table", { has: figure.page().locator("caption", { hasText: caption }) })
-    .locator("tbody tr")
-    .evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
+const tableRows = async (figure, caption) => {
+  const rows = figure.locator("table", { has: figure.page().locator("caption", { hasText: caption }) }).locator("tbody tr");
+  // A table is filled when its part opens; reading all rows does not wait for that.
+  await rows.first().waitFor();
+  return rows.evaluateAll((all) => all.map((row) => [...row.cells].map((cell) => cell.textContent)));
+};
 
 test("each covariate of the chosen model has a panel with a curve for each class, in the data's numbers", { skip }, () =>
   withPage(example(), {}, async (page) => {
