@@ -27,12 +27,12 @@ endif()
 
 # silvafit_add_library(fit)
 #   Headers below include/, sources below src/ except *_test.cpp, which become the program silvafit_fit_tests.
-#   Private headers sit beside the sources.
+#   Private headers sit beside the sources and are included by their path below src/.
 function(silvafit_add_library name)
   set(target silvafit_${name})
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/include/*.hpp)
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp)
-  file(GLOB tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*_test.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp)
+  file(GLOB_RECURSE tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*_test.cpp)
   if(tests)
     list(REMOVE_ITEM sources ${tests})
   endif()
@@ -41,6 +41,7 @@ function(silvafit_add_library name)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${headers})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   target_compile_features(${target} PUBLIC cxx_std_20)
+  target_include_directories(${target} PRIVATE src)
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:silvafit_build_options>)
   install(TARGETS ${target} EXPORT silvafitTargets
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development

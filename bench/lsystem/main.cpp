@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "measurement.hpp"
+#include "mesh/smooth_mesh_limbs.hpp"
+#include "mesh/smooth_mesh_tube.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 #include "silvafit/tree/scene.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
-#include "smooth_mesh_limbs.hpp"
-#include "smooth_mesh_tube.hpp"
 #include "surface_distance.hpp"
 
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "mesh_test_support.hpp"
+#include "test_support/mesh_test_support.hpp"
 
 namespace silvafit::bench {
 namespace {

@@ -32,29 +32,17 @@ JsonReader JsonReader::open(const std::filesystem::path& path) {
 }
 
 JsonReader JsonReader::parse(std::string_view text, std::string file, bool comments) {
-  return parsed(text, std::move(file), "", comments);
-}
-
-JsonReader JsonReader::parse_part(std::string_view text, std::string file, std::string key) {
-  return parsed(text, std::move(file), std::move(key), false);
-}
-
-JsonReader JsonReader::parsed(std::string_view text,
-                              std::string file,
-                              std::string key,
-                              bool comments) {
   try {
     auto root = std::make_shared<const Json>(Json::parse(text, nullptr, true, comments));
     const Json* value = root.get();
-    return {std::move(root), value, std::move(file), std::move(key)};
+    return {std::move(root), value, std::move(file), ""};
   } catch (const Json::parse_error& error) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
     const auto line = static_cast<std::size_t>(1 + std::count(text.begin(), end, '\n'));
     throw InputError("this is not JSON; look for a missing comma, quote or bracket",
-                     {.file = std::move(file), .line = line, .column = std::move(key)});
+                     {.file = std::move(file), .line = line});
   } catch (const Json::out_of_range&) {
-    throw InputError("a number in it is too large",
-                     {.file = std::move(file), .column = std::move(key)});
+    throw InputError("a number in it is too large", {.file = std::move(file)});
   }
 }
 

@@ -29,8 +29,6 @@ class JsonReader {
   static JsonReader open(const std::filesystem::path& path);
   /// \param comments  whether `//` and `/* */` may explain the values
   static JsonReader parse(std::string_view text, std::string file, bool comments = false);
-  /// \param key  place of the text in its file, the root of all keys in messages
-  static JsonReader parse_part(std::string_view text, std::string file, std::string key);
 
   /// Stops at keys that nobody reads, since they are mostly misspelled ones.
   void allow_only(std::initializer_list<std::string_view> keys) const;
@@ -89,7 +87,6 @@ class JsonReader {
   using Json = nlohmann::ordered_json;
   JsonReader(std::shared_ptr<const Json> root, const Json* value, std::string file, std::string key)
       : root_(std::move(root)), value_(value), file_(std::move(file)), key_(std::move(key)) {}
-  static JsonReader parsed(std::string_view text, std::string file, std::string key, bool comments);
   JsonReader child(const Json& value, std::string key) const;
   JsonReader member(const Json& value, std::string_view name) const;
   void expect(bool condition, const char* what) const;

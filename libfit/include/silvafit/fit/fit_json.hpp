@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
@@ -16,10 +17,13 @@ namespace silvafit::fit {
 std::string to_json(const FittedModel& fit, int indent = -1);
 
 /// The fit of a JSON object. Keys that are not known are passed over.
+/// \throws InputError that names file and key if a key is missing or does not fit to the others, or
+///   a newer version of silvafit wrote it
+FittedModel from_json(const data::JsonReader& json);
+
+/// The fit of a text.
 /// \param file  where the text is from, for messages
-/// \param key   the object's place in the file, such as `models[2].fit`, for messages
-/// \throws InputError that names file and key if the text is no JSON, a key is missing or does not
-///   fit to the others, or a newer version of silvafit wrote it
-FittedModel from_json(std::string_view text, const std::string& file, const std::string& key = "");
+/// \throws InputError as above, also if the text is no JSON
+FittedModel from_json(std::string_view text, const std::string& file);
 
 }  // namespace silvafit::fit

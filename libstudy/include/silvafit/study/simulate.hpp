@@ -37,8 +37,8 @@ struct StemDesign {
 /// Elevation: a plane, smooth hills on it, and a step per plot.
 struct TerrainDesign {
   double base_m = 0.0;
-  double slope_east = 0.0;   ///< rise per metre to the east
-  double slope_north = 0.0;  ///< rise per metre to the north
+  double slope_east = 0.0;   ///< rise per meter to the east
+  double slope_north = 0.0;  ///< rise per meter to the north
   double hill_sd_m = 0.0;
   double hill_length_m = 100.0;
   double plot_sd_m = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Two neighbours: whether their crowns overlap, where their crown curves meet, which one is
+// Two neighbors: whether their crowns overlap, where their crown curves meet, which one is
 // stronger.
 #pragma once
 
@@ -9,19 +9,19 @@
 
 namespace silvafit::tree {
 
-/// A crown as its neighbour sees it: the outline in the direction of the other stem.
+/// A crown as its neighbor sees it: the outline in the direction of the other stem.
 struct FacingCrown {
   const Crown& crown;
-  double radius_m = 0.0;  ///< crown radius in the direction of the neighbour
+  double radius_m = 0.0;  ///< crown radius in the direction of the neighbor
   double ground_m = 0.0;  ///< height of the stem's base; both crowns in one frame
 };
 
 /// Level distance of two stems [m].
 double level_distance_m(const Position& first, const Position& second);
 
-/// The crown of a tree as a neighbour sees it from its own place; of two trees at one place, the
+/// The crown of a tree as a neighbor sees it from its own place; of two trees at one place, the
 /// one to the east.
-FacingCrown facing(const Crown& crown, const Position& own, const Position& neighbour);
+FacingCrown facing(const Crown& crown, const Position& own, const Position& neighbor);
 
 /// Whether the facing radii add up to more than the distance of the stems.
 bool overlap(const FacingCrown& first, const FacingCrown& second, double distance_m);

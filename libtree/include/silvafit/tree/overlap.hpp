@@ -69,10 +69,10 @@ struct StandOverlap {
   std::vector<TreeOverlap> trees{};  ///< in the order of the trees given
 };
 
-/// Resolves the overlaps of all neighbours.
+/// Resolves the overlaps of all neighbors.
 ///
 /// For each pair whose facing radii add up to more than its distance, the branches that enter the
-/// neighbour's crown are removed alternately, those that reach farthest beyond first, one of the
+/// neighbor's crown are removed alternately, those that reach farthest beyond first, one of the
 /// weaker tree for each Ct of the stronger, until a meeting surface (see Territory) parts the rest.
 /// Radius branches stay: the stronger tree's as it is, the weaker tree's turned in azimuth and
 /// angle within what its measured radius leaves open, until it clears the stronger tree's radius

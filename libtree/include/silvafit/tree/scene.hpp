@@ -26,7 +26,7 @@ struct SceneTree {
   Mesh mesh{};
   Measurements measured{};
   std::vector<Note> notes{};
-  /// Length of branches and twigs that neighbours took, as a share; only where overlaps were
+  /// Length of branches and twigs that neighbors took, as a share; only where overlaps were
   /// resolved.
   std::optional<double> removed_share{};
 

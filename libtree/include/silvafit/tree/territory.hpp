@@ -38,31 +38,31 @@ class Lane {
   Point most_{};
 };
 
-/// The space of one tree among its neighbours, in the tree's own frame.
+/// The space of one tree among its neighbors, in the tree's own frame.
 ///
-/// A point in the crowns of both tree i and neighbour j belongs to i if s_i <= l_ij s_j, where s is
+/// A point in the crowns of both tree i and neighbor j belongs to i if s_i <= l_ij s_j, where s is
 /// relative_distance() and l_ij = 1 / l_ji says where between the two stems the *meeting surface*
 /// s_i = l_ij s_j stands. With l = 1 it passes through the curve in which both crown surfaces meet.
 /// Lanes go before: who has a lane there holds the point.
 class Territory {
  public:
-  struct Neighbour {
+  struct Neighbor {
     std::shared_ptr<const Crown> crown{};
     Point stem{};                                      ///< base of its stem in this tree's frame
     double log_share = 0.0;                            ///< ln l_ij
-    std::shared_ptr<const std::vector<Lane>> lanes{};  ///< in the neighbour's frame
+    std::shared_ptr<const std::vector<Lane>> lanes{};  ///< in the neighbor's frame
   };
 
-  /// A tree without neighbours holds all space.
+  /// A tree without neighbors holds all space.
   Territory() = default;
   Territory(std::shared_ptr<const Crown> own,
             std::shared_ptr<const std::vector<Lane>> own_lanes,
-            std::vector<Neighbour> neighbours);
+            std::vector<Neighbor> neighbors);
 
-  bool is_alone() const { return neighbours_.empty(); }
-  const std::vector<Neighbour>& neighbours() const { return neighbours_; }
+  bool is_alone() const { return neighbors_.empty(); }
+  const std::vector<Neighbor>& neighbors() const { return neighbors_; }
 
-  /// Whether a ball lies in the tree's space, or in no crown of a neighbour, with kClearance to
+  /// Whether a ball lies in the tree's space, or in no crown of a neighbor, with kClearance to
   /// spare.
   bool holds(Point center, double radius_m = 0.0) const;
 
@@ -70,11 +70,11 @@ class Territory {
   double held_share(std::span<const SkeletonPoint> line) const;
 
  private:
-  bool holds_against(const Neighbour& neighbour, Point center, double radius_m) const;
+  bool holds_against(const Neighbor& neighbor, Point center, double radius_m) const;
 
   std::shared_ptr<const Crown> own_{};
   std::shared_ptr<const std::vector<Lane>> own_lanes_{};
-  std::vector<Neighbour> neighbours_{};
+  std::vector<Neighbor> neighbors_{};
 };
 
 /// What grows keeps this distance [m] from the meeting surface, so that between two points that

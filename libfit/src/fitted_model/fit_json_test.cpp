@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/fit_json.hpp"
+
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/prediction.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+using nlohmann::ordered_json;
+
+namespace {
+
+/// Eight plots of a Meyer curve with a power variance, plots in no alphabetical order.
+data::Table stand() {
+  Random random(7);
+  std::vector<double> dbh;
+  std::vector<double> h;
+  std::vector<double> c;
+  data::TextColumn plot;
+  data::TextColumn species;
+  for (int g = 8; g > 0; --g) {
+    const double a = 25.0 + random.normal(0.0, 2.0);
+    for (int i = 0; i < 25; ++i) {
+      dbh.push_back(random.uniform(6.0, 50.0));
+      c.push_back(0.25 * static_cast<double>(random.below(5)));
+      const double mean = 1.3 + a * (1.0 - std::exp(-(0.05 - 0.01 * c.back()) * dbh.back()));
+      h.push_back(mean * (1.0 + random.normal(0.0, 0.06)));
+      plot.append(std::to_string(g));
+      species.append(i % 3 == 0 ? "SM" : "BHN");
+    }
+  }
+  data::Table table;
+  table.set("dbh", dbh);
+  table.set("h", h);
+  table.set("C", c);
+  table.set("plot", plot);
+  table.set("species", species);
+  return table;
+}
+
+FittedModel mixed_fit(const std::string& variance) {
+  const data::Table table = stand();
+  ModelSpecification specification = specify_model(
+      "h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C", R"(a ~ 1 + species == "SM")"}, table);
+  add_random_effects(specification, "a + b | plot", table);
+  specification.variance = parse_variance_function(variance);
+  FittedModel fit = fit_model(specification, table).fit;
+  fit.model = "M4";
+  return fit;
+}
+
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) ||
+         (std::isnan(a) && std::isnan(b));
+}
+
+bool same_bits(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  if (a.rows() != b.rows() || a.cols() != b.cols()) return false;
+  for (Eigen::Index i = 0; i < a.size(); ++i) {
+    if (!same_bits(a.data()[i], b.data()[i])) return false;
+  }
+  return true;
+}
+
+void check_same(const FittedModel& a, const FittedModel& b) {
+  CHECK(a.coefficient_names == b.coefficient_names);
+  CHECK(same_bits(a.estimate, b.estimate));
+  CHECK(same_bits(a.covariance, b.covariance));
+  CHECK(a.random_names == b.random_names);
+  CHECK(a.group_labels == b.group_labels);
+  CHECK(same_bits(a.random_covariance, b.random_covariance));
+  CHECK(same_bits(a.random_effects, b.random_effects));
+  CHECK(a.specification.variance.text() == b.specification.variance.text());
+  CHECK(same_bits(a.variance.delta(), b.variance.delta()));
+  CHECK(same_bits(a.variance.constant(), b.variance.constant()));
+  CHECK(same_bits(a.sigma, b.sigma));
+  CHECK(same_bits(a.log_likelihood, b.log_likelihood));
+  CHECK(same_bits(a.bic(), b.bic()));
+  CHECK(same_bits(a.p_values(), b.p_values()));
+  CHECK(same_bits(a.conditional.rmse, b.conditional.rmse));
+}
+
+FittedModel round_trip(const FittedModel& fit) { return from_json(to_json(fit, 2), "fit.json"); }
+
+std::string changed(const std::string& pointer, const ordered_json& value) {
+  ordered_json json = ordered_json::parse(to_json(mixed_fit("power")));
+  json[ordered_json::json_pointer(pointer)] = value;
+  return json.dump();
+}
+
+std::string without(const std::string& key) {
+  ordered_json json = ordered_json::parse(to_json(mixed_fit("power")));
+  json.erase(key);
+  return json.dump();
+}
+
+}  // namespace
+
+TEST_CASE("a fit comes back from JSON bit by bit, and as the same bytes") {
+  for (const char* variance : {"none", "exponential", "power(dbh)", "constant-plus-power"}) {
+    const FittedModel fit = mixed_fit(variance);
+    INFO(variance << ": " << fit.convergence.verdict);
+    REQUIRE(fit.convergence.converged);
+    check_same(round_trip(fit), fit);
+    CHECK(to_json(round_trip(fit)) == to_json(fit));
+  }
+}
+
+TEST_CASE("a fit from JSON predicts what the fit itself predicts") {
+  const data::Table table = stand();
+  const FittedModel fit = mixed_fit("power");
+  const FittedModel read = round_trip(fit);
+  for (const Level level : {Level::kPopulation, Level::kConditional}) {
+    const Prediction before = predict(fit, table, level);
+    const Prediction after = predict(read, table, level);
+    CHECK(same_bits(before.value, after.value));
+    CHECK(same_bits(before.residual_sd, after.residual_sd));
+  }
+}
+
+TEST_CASE("the keys are those of the contract, in its order") {
+  const ordered_json json = ordered_json::parse(to_json(mixed_fit("power")));
+  std::vector<std::string> keys;
+  for (const auto& item : json.items()) keys.push_back(item.key());
+  const std::vector<std::string> expected{"schema",      "silvafit",
+                                          "model",       "formula",
+                                          "parameters",  "method",
+                                          "reml",        "n",
+                                          "excluded",    "response_fingerprint",
+                                          "groups",      "converged",
+                                          "verdict",     "evidence",
+                                          "fixed",       "fixed_covariance",
+                                          "random",      "variance",
+                                          "sigma",       "log_likelihood",
+                                          "k",           "aic",
+                                          "aicc",        "bic",
+                                          "bic_groups",  "statistics",
+                                          "r2_marginal", "r2_conditional",
+                                          "ranges",      "seconds"};
+  CHECK(keys == expected);
+  CHECK(json["parameters"]["b"] == "1 + C");
+  CHECK(json["groups"]["plot"] == 8);
+  CHECK(json["random"]["eblup"].begin().key() == "8");
+  CHECK(json["variance"]["of"] == "fitted");
+  CHECK(json["variance"]["constant"].is_null());
+}
+
+TEST_CASE("without random effects their keys are null") {
+  const data::Table table = stand();
+  const FittedModel fit =
+      fit_model(specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table), table).fit;
+  const ordered_json json = ordered_json::parse(to_json(fit));
+  CHECK(json["model"].is_null());
+  CHECK(json["random"].is_null());
+  CHECK(json["parameters"].empty());
+  CHECK(json["groups"].empty());
+  CHECK(json["statistics"]["conditional"].is_null());
+  CHECK(json["variance"]["function"] == "none");
+  CHECK(json["variance"]["delta"].is_null());
+  check_same(round_trip(fit), fit);
+}
+
+TEST_CASE("a fit that failed is still an object") {
+  data::Table table;
+  table.set("x", std::vector<double>{1.0, 2.0});
+  table.set("y", std::vector<double>{1.0, 3.0});
+  table.set("g", std::vector<double>{1.0, 2.0});
+  ModelSpecification specification = specify_model("y ~ a + b*x + c*x^2", {}, table);
+  add_random_effects(specification, "a | g", table);
+  specification.variance = parse_variance_function("constant-plus-power");
+  const FittedModel fit = fit_model(specification, table).fit;
+  const ordered_json json = ordered_json::parse(to_json(fit));
+  CHECK(json["converged"] == false);
+  CHECK_THAT(json["verdict"].get<std::string>(), Contains("there are 2: measure more"));
+  for (const char* key : {"log_likelihood", "k", "aic", "aicc", "bic", "sigma"}) {
+    CHECK(json[key].is_null());
+  }
+  CHECK(json["fixed"]["a"]["estimate"].is_null());
+  CHECK(json["random"]["covariance"][0][0].is_null());
+  CHECK(json["variance"]["constant"].is_null());
+  check_same(round_trip(fit), fit);
+}
+
+TEST_CASE("a fit that never began has its coefficients, without values") {
+  FittedModel fit{.specification =
+                      specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand())};
+  fit.specification.random = parse_random_effects("a | plot").front();
+  fit.convergence.verdict = "The data do not suit it.";
+  const FittedModel read = round_trip(fit);
+  CHECK(read.coefficient_names == std::vector<std::string>{"a", "b", "b:C"});
+  CHECK(std::isnan(read.estimate[2]));
+  CHECK(read.has_random_effects());
+  CHECK(read.convergence.verdict == fit.convergence.verdict);
+}
+
+TEST_CASE("nested groups, blocks, strata and products are kept") {
+  FittedModel fit{.specification =
+                      specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand())};
+  add_random_effects(fit.specification, "a | species; (a + b) + b:C | plot", stand());
+  fit.specification.variance =
+      parse_variance_function("stratum(species) * power(fitted | plot) * power(dbh, delta = 0.5)");
+  fit.method = Method::kLaplace;
+  fit.coefficient_names = fit.specification.coefficient_names();
+  fit.estimate = Eigen::Vector3d(20.0, 0.05, -0.01);
+  fit.covariance = Eigen::Matrix3d::Identity();
+  fit.random_names = fit.specification.random->coefficients;
+  fit.group_labels = {"SM/1", "SM/2"};
+  fit.random_covariance = Eigen::Matrix3d::Identity();
+  fit.random_effects = Eigen::MatrixXd::Constant(3, 2, 0.25);
+  fit.outer = {.names = {"a"},
+               .labels = {"SM"},
+               .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0),
+               .effects = Eigen::MatrixXd::Constant(1, 1, -1.5)};
+  fit.variance = VarianceEstimate::missing(fit.specification.variance);
+  fit.variance.factors[0].strata = {"SM", "MH"};
+  fit.variance.factors[0].ratio = Eigen::Vector2d(1.0, 1.4);
+  fit.variance.factors[1].strata = {"1", "2"};
+  fit.variance.factors[1].delta = Eigen::Vector2d(0.3, 0.6);
+  const FittedModel read = round_trip(fit);
+  check_same(read, fit);
+  CHECK(read.method == Method::kLaplace);
+  CHECK(read.specification.random->text() == "(a + b) + b:C");
+  REQUIRE(read.specification.outer_random);
+  CHECK(read.specification.outer_random->group == "species");
+  CHECK(read.outer.labels == fit.outer.labels);
+  CHECK(read.outer.effects == fit.outer.effects);
+  CHECK(read.outer.covariance == fit.outer.covariance);
+  CHECK(read.variance.factors[0].ratio == fit.variance.factors[0].ratio);
+  CHECK(read.variance.factors[1].strata == fit.variance.factors[1].strata);
+  CHECK(read.variance.factors[1].delta == fit.variance.factors[1].delta);
+  CHECK(read.variance.factors[2].factor.delta == 0.5);
+}
+
+TEST_CASE("a variance that has become constant keeps its meaning") {
+  FittedModel fit = mixed_fit("constant-plus-power");
+  fit.variance.factors[0].constant[0] = INFINITY;
+  CHECK(std::isinf(round_trip(fit).variance.constant()));
+}
+
+TEST_CASE("what does not fit is named by file and key") {
+  CHECK_THROWS_WITH(from_json("{\n\"schema\": ", "a.json"), Contains("a.json:2: this is not JSON"));
+  CHECK_THROWS_WITH(from_json("[]", "a.json"), Contains("a.json: must be an object"));
+  CHECK_THROWS_WITH(from_json(changed("/schema", "silvafit-fit/2"), "a.json"),
+                    Contains("a.json: schema: silvafit-fit/2 is from a newer silvafit"));
+  const auto library =
+      data::JsonReader::parse("{\"models\": [" + without("sigma") + "]}", "a.json");
+  CHECK_THROWS_WITH(from_json(library.at("models").items()[0]),
+                    Contains("a.json: models[0]: the key \"sigma\" is missing"));
+  CHECK_THROWS_WITH(from_json(changed("/formula", "h ~ 1 + *"), "a.json"),
+                    Contains("a.json: formula: column"));
+  CHECK_THROWS_WITH(from_json(changed("/method", "magic"), "a.json"),
+                    Contains("a.json: method: 'magic' is no method"));
+  CHECK_THROWS_WITH(from_json(changed("/fixed_covariance/1", {1, 2}), "a.json"),
+                    Contains("a.json: fixed_covariance[1]: must have 4 numbers, has 2"));
+  CHECK_THROWS_WITH(from_json(changed("/sigma", "large"), "a.json"),
+                    Contains("a.json: sigma: must be a number or null, is \"large\""));
+  CHECK_THROWS_WITH(from_json(changed("/random/effects/0", "z"), "a.json"),
+                    Contains("a.json: random.effects[0]: 'z' is no coefficient"));
+  CHECK_THROWS_WITH(from_json(changed("/fixed/z", ordered_json::object()), "a.json"),
+                    Contains("a.json: fixed: must name the coefficients"));
+}

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/fitted_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/math/distributions/students_t.hpp>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "fitted_model/constrained_fit.hpp"
+#include "fitted_model/refit.hpp"
+#include "fitted_model/response_fingerprint.hpp"
+#include "inference/variance_shares.hpp"
+#include "prediction/calibration_search.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/least_squares.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// In the order of the enumeration.
+constexpr std::array<std::string_view, 7> kMethodNames{
+    "ols", "gnls", "lb", "foce", "focei", "laplace", "agq"};
+
+void check_method(const ModelSpecification& specification, Method method, bool reml) {
+  if (specification.random && !is_mixed(method)) {
+    throw UsageError(
+        fmt::format("the method {} has no random effects; use lb or laplace", method_text(method)));
+  }
+  if (!specification.random && is_mixed(method)) {
+    throw UsageError(fmt::format("the method {} needs random effects; without them use ols or gnls",
+                                 method_text(method)));
+  }
+  if (reml && method != Method::kLindstromBates && method != Method::kGeneralized) {
+    throw UsageError(fmt::format(
+        "restricted maximum likelihood is defined for lb and gnls, whose likelihood is that of a "
+        "linear model, not for {}",
+        method_text(method)));
+  }
+  if (method == Method::kOrdinary && !specification.variance.is_constant()) {
+    throw UsageError("the method ols has no variance function; use gnls");
+  }
+}
+
+void check_start(const ModelSpecification& specification,
+                 const std::map<std::string, double>& start) {
+  const std::vector<std::string> known = specification.coefficient_names();
+  for (const auto& [name, value] : start) {
+    if (std::ranges::find(known, name) == known.end()) {
+      throw UsageError(fmt::format(
+          "'{}' is no coefficient of the model; there are {}", name, fmt::join(known, ", ")));
+    }
+    if (!std::isfinite(value)) throw UsageError(fmt::format("the start of {} is no number", name));
+  }
+}
+
+std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
+  std::vector<ColumnRange> ranges;
+  for (const std::string& name : model.specification().predictors()) {
+    data::TextMatch match;
+    if (data::is_text_match(name, match)) continue;
+    const VectorXd values = model.column(name);
+    ranges.push_back({.column = name, .low = values.minCoeff(), .high = values.maxCoeff()});
+  }
+  return ranges;
+}
+
+FitResult described(const NonlinearModel& model, Method method) {
+  FitResult result{.fit = {.specification = model.specification()}};
+  FittedModel& fit = result.fit;
+  fit.method = method;
+  fit.observations = model.observations();
+  fit.excluded = static_cast<Index>(model.excluded());
+  fit.response_fingerprint = response_fingerprint(model.response());
+  fit.coefficient_names = model.coefficient_names();
+  fit.ranges = ranges_of(model);
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
+  if (model.specification().random) {
+    fit.random_names = model.specification().random->coefficients;
+    fit.group_labels = model.group_labels();
+    const auto q = static_cast<Index>(fit.random_names.size());
+    fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
+    fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  }
+  if (model.specification().outer_random) {
+    fit.outer.names = model.specification().outer_random->coefficients;
+    fit.outer.labels = model.outer_labels();
+    const auto r = static_cast<Index>(fit.outer.names.size());
+    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
+    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
+  }
+  result.rows = model.rows();
+  return result;
+}
+
+void take_over(FitResult& result, LeastSquaresFit&& found) {
+  const double freedom = found.degrees_of_freedom();
+  FittedModel& fit = result.fit;
+  fit.estimate = std::move(found.estimate);
+  fit.degrees_of_freedom.setConstant(fit.estimate.size(), freedom);
+  fit.covariance = std::move(found.covariance);
+  fit.sigma = found.sigma;
+  fit.log_likelihood = found.log_likelihood;
+  fit.parameter_count = found.parameter_count;
+  fit.convergence = std::move(found.convergence);
+  result.residual_sd = VectorXd::Constant(fit.observations, fit.sigma);
+  result.fitted_population = std::move(found.fitted);
+  result.fitted_conditional = result.fitted_population;
+}
+
+void take_over(FitResult& result, MixedEffectsFit&& found) {
+  FittedModel& fit = result.fit;
+  fit.estimate = std::move(found.estimate);
+  fit.covariance = std::move(found.covariance);
+  fit.degrees_of_freedom = std::move(found.degrees_of_freedom);
+  if (fit.has_random_effects()) {
+    fit.random_covariance = std::move(found.random_covariance);
+    fit.random_effects = std::move(found.random_effects);
+  }
+  if (!fit.outer.names.empty()) fit.outer = std::move(found.outer);
+  fit.variance = std::move(found.variance);
+  fit.sigma = found.sigma;
+  fit.log_likelihood = found.log_likelihood;
+  fit.parameter_count = found.parameter_count;
+  fit.convergence = std::move(found.convergence);
+  result.fitted_population = std::move(found.fitted_population);
+  result.fitted_conditional = std::move(found.fitted_conditional);
+  result.residual_sd = std::move(found.residual_sd);
+}
+
+/// A mixed or generalized fit that has nowhere to start.
+void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
+  const std::string reason = std::move(least_squares.convergence.verdict);
+  take_over(result, std::move(least_squares));
+  FittedModel& fit = result.fit;
+  fit.covariance.setConstant(kNaN);
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.parameter_count = 0;
+  fit.variance = VarianceEstimate::missing(fit.specification.variance);
+  fit.convergence = {.verdict =
+                         "Not converged: the least-squares fit to start from failed. " + reason};
+}
+
+/// Keeps what the data leave open of the random effects, for predictions without the data.
+void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
+  if (!fit.has_random_effects() || !fit.random_effects.allFinite() || !(fit.sigma > 0.0)) return;
+  EffectPosteriors described = describe_effects(model, fit);
+  fit.uncertainty = std::move(described.inner_uncertainty);
+  fit.outer_uncertainty = std::move(described.outer_uncertainty);
+}
+
+void compute_statistics(FitResult& result, const NonlinearModel& model) {
+  FittedModel& fit = result.fit;
+  fit.population = fit_statistics(model.response(), result.fitted_population);
+  fit.conditional = fit_statistics(model.response(), result.fitted_conditional);
+  if (!fit.has_random_effects()) return;
+  const VarianceShares shares = variance_shares(fit, model, result.residual_sd);
+  fit.r2_marginal = shares.marginal;
+  fit.r2_conditional = shares.conditional;
+}
+
+}  // namespace
+
+std::string method_text(Method method) {
+  return std::string(kMethodNames[static_cast<std::size_t>(method)]);
+}
+
+Method parse_method(std::string_view text) {
+  const auto* const found = std::ranges::find(kMethodNames, text);
+  if (found == kMethodNames.end()) {
+    throw UsageError(
+        fmt::format("'{}' is no method; there are {}", text, fmt::join(kMethodNames, ", ")));
+  }
+  return static_cast<Method>(found - kMethodNames.begin());
+}
+
+bool is_mixed(Method method) {
+  return method != Method::kOrdinary && method != Method::kGeneralized;
+}
+
+Method default_method(const ModelSpecification& specification) {
+  if (specification.random) return Method::kLindstromBates;
+  return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralized;
+}
+
+// Published fits may not say how many parameters they count; without them there are no criteria.
+double FittedModel::aic() const {
+  return parameter_count > 0 ? fit::aic(log_likelihood, parameter_count) : kNaN;
+}
+double FittedModel::aicc() const {
+  return parameter_count > 0 ? fit::aicc(log_likelihood, parameter_count, observations) : kNaN;
+}
+double FittedModel::bic() const {
+  return parameter_count > 0 ? fit::bic(log_likelihood, parameter_count, observations) : kNaN;
+}
+
+double FittedModel::bic_groups() const {
+  if (!has_random_effects() || parameter_count == 0) return kNaN;
+  const std::size_t groups = outer.names.empty() ? group_labels.size() : outer.labels.size();
+  return fit::bic(log_likelihood, parameter_count, static_cast<Index>(groups));
+}
+
+VectorXd FittedModel::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
+
+VectorXd FittedModel::t_values() const { return estimate.cwiseQuotient(standard_errors()); }
+
+VectorXd FittedModel::p_values() const {
+  VectorXd p = t_values();
+  for (Index j = 0; j < p.size(); ++j) {
+    double& value = p[j];
+    if (std::isnan(value) || j >= degrees_of_freedom.size() || !(degrees_of_freedom[j] > 0.0)) {
+      value = kNaN;
+      continue;
+    }
+    const boost::math::students_t_distribution<double> distribution(degrees_of_freedom[j]);
+    value = std::isinf(value)
+                ? 0.0
+                : 2.0 * boost::math::cdf(boost::math::complement(distribution, std::abs(value)));
+  }
+  return p;
+}
+
+VectorXd FittedModel::random_sd() const { return random_covariance.diagonal().cwiseSqrt(); }
+
+MatrixXd FittedModel::random_correlation() const {
+  return MixedEffectsFit{.random_covariance = random_covariance}.random_correlation();
+}
+
+VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,
+                                  const data::Table& table) const {
+  return sigma * relative_sd(variance, fitted, table);
+}
+
+namespace {
+
+/// How a method integrates the random effects out; nothing for lb and gnls.
+std::optional<Integration> integration_of(Method method) {
+  switch (method) {
+    case Method::kFirstOrder:
+      return Integration::kFirstOrder;
+    case Method::kInteraction:
+      return Integration::kInteraction;
+    case Method::kLaplace:
+      return Integration::kLaplace;
+    case Method::kQuadrature:
+      return Integration::kQuadrature;
+    default:
+      return std::nullopt;
+  }
+}
+
+MarginalOptions marginal_options(const FitModelOptions& options) {
+  return {.quadrature_points = options.quadrature_points,
+          .threads = options.threads,
+          .trace = options.trace};
+}
+
+MixedEffectsOptions alternation_options(const FitModelOptions& options) {
+  return {.maximum_iterations = options.maximum_iterations,
+          .reml = options.reml,
+          .trace = options.trace};
+}
+
+MixedEffectsFit fit_mixed(const NonlinearModel& model,
+                          const VectorXd& start,
+                          Method method,
+                          const FitModelOptions& options) {
+  if (const auto integration = integration_of(method)) {
+    return fit_marginal(model, start, *integration, marginal_options(options));
+  }
+  return fit_lindstrom_bates(model, start, alternation_options(options));
+}
+
+/// The fit that an earlier one leads to; nothing if there is none, or its way does not converge.
+std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
+                                                Method method,
+                                                const FitModelOptions& options) {
+  if (options.from == nullptr || method == Method::kOrdinary) return std::nullopt;
+  const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
+  if (!start) return std::nullopt;
+  if (const auto integration = integration_of(method)) {
+    return refit_marginal(model, *start, *integration, marginal_options(options));
+  }
+  return refit_lindstrom_bates(model, *start, alternation_options(options));
+}
+
+/// Start values are for coefficients of the whole model; those that are held need none. What the
+/// options do not say is taken from an earlier fit by least squares.
+std::map<std::string, double> starts_of(const NonlinearModel& model,
+                                        Method method,
+                                        const FitModelOptions& options) {
+  const FittedModel* const earlier = method == Method::kOrdinary ? options.from : nullptr;
+  std::map<std::string, double> result;
+  for (const std::string& name : model.coefficient_names()) {
+    if (const auto found = options.start.find(name); found != options.start.end()) {
+      result.insert(*found);
+    } else if (earlier != nullptr && earlier->convergence.converged) {
+      const auto& known = earlier->coefficient_names;
+      const auto place = std::ranges::find(known, name) - known.begin();
+      if (place == std::ssize(known)) continue;
+      const double value = earlier->estimate[place];
+      if (std::isfinite(value)) result.emplace(name, value);
+    }
+  }
+  return result;
+}
+
+FitResult fit_freely(const ModelSpecification& specification,
+                     const data::Table& table,
+                     Method method,
+                     const FitModelOptions& options) {
+  const NonlinearModel model(specification, table);
+  FitResult result = described(model, method);
+  result.fit.reml = options.reml;
+  if (method == Method::kQuadrature) result.fit.quadrature_points = options.quadrature_points;
+  if (auto found = fit_from_earlier(model, method, options)) {
+    take_over(result, *std::move(found));
+    compute_statistics(result, model);
+    keep_uncertainty(model, result.fit);
+    return result;
+  }
+  LeastSquaresFit least_squares =
+      fit_least_squares(model, {.start = starts_of(model, method, options), .rule = options.rule});
+  if (method == Method::kOrdinary) {
+    take_over(result, std::move(least_squares));
+  } else if (least_squares.estimate.allFinite()) {
+    take_over(result, fit_mixed(model, least_squares.estimate, method, options));
+  } else {
+    give_up(result, std::move(least_squares));
+  }
+  compute_statistics(result, model);
+  keep_uncertainty(model, result.fit);
+  return result;
+}
+
+}  // namespace
+
+FitResult fit_model(const ModelSpecification& specification,
+                    const data::Table& table,
+                    const FitModelOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Method method = options.method.value_or(default_method(specification));
+  check_method(specification, method, options.reml);
+  check_start(specification, options.start);
+  const FreeFit fit = [&](const ModelSpecification& model) {
+    return fit_freely(model, table, method, options);
+  };
+  const bool is_free = options.fixed.empty() && options.bounds.empty();
+  FitResult result = is_free ? fit(specification) : fit_constrained(specification, options, fit);
+  // What is kept there is for the coefficients that were free.
+  if (!is_free) keep_uncertainty(NonlinearModel(specification, table), result.fit);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+  result.fit.seconds = elapsed.count();
+  return result;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "inference/comparable_likelihoods.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool is_usable(const FittedModel& fit) {
+  return fit.convergence.converged && std::isfinite(fit.log_likelihood);
+}
+
+void add_weights(Comparison& comparison) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const ComparedFit& one : comparison.fits) smallest = std::min(smallest, one.fit->aic());
+  double sum = 0.0;
+  for (ComparedFit& one : comparison.fits) {
+    const bool is_comparable = comparison.reason.empty();
+    one.aic_difference = is_comparable ? one.fit->aic() - smallest : kNaN;
+    one.akaike_weight = std::exp(-0.5 * one.aic_difference);
+    sum += one.akaike_weight;
+  }
+  for (ComparedFit& one : comparison.fits) one.akaike_weight /= sum;
+}
+
+ComparedPair compared_pair(const Comparison& comparison, std::size_t larger) {
+  ComparedPair pair{.larger = larger, .smaller = larger - 1};
+  try {
+    pair.test =
+        likelihood_ratio_test(*comparison.fits[larger].fit, *comparison.fits[larger - 1].fit);
+  } catch (const UsageError& error) {
+    pair.reason = error.message();
+  }
+  return pair;
+}
+
+}  // namespace
+
+Comparison compare(const std::vector<const FittedModel*>& fits) {
+  if (fits.size() < 2) throw UsageError("a comparison needs two fits at least");
+  Comparison comparison;
+  for (const FittedModel* const fit : fits) {
+    if (is_usable(*fit)) {
+      comparison.fits.push_back({.fit = fit});
+    } else {
+      comparison.failed.push_back(fit);
+    }
+  }
+  std::ranges::stable_sort(
+      comparison.fits, {}, [](const ComparedFit& one) { return one.fit->parameter_count; });
+  for (std::size_t i = 1; i < comparison.fits.size() && comparison.reason.empty(); ++i) {
+    comparison.reason = obstacle_to_comparing(*comparison.fits[0].fit, *comparison.fits[i].fit);
+  }
+  add_weights(comparison);
+  for (std::size_t i = 1; i < comparison.fits.size(); ++i) {
+    comparison.pairs.push_back(compared_pair(comparison, i));
+  }
+  return comparison;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "inference/information.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "least_squares/least_squares_curvature.hpp"
+#include "model/symmetric_eigen.hpp"
+#include "optimization/curvature_certificate.hpp"
+#include "optimization/quasi_newton.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Whether a scaled factor has lost rank, or a row of it all length.
+bool is_on_edge(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {
+  const RelativeFactor& of = layout.factor(is_outer);
+  if (of.size() == 0) return false;
+  MatrixXd factor = of.factor(layout.factor_part(x, is_outer));
+  constexpr double kNoEffect = 1e-4;
+  constexpr double kDependent = 1e-6;
+  const VectorXd lengths = factor.rowwise().norm();
+  if (lengths.minCoeff() < kNoEffect) return true;
+  factor = lengths.cwiseInverse().asDiagonal() * factor;
+  return symmetric_eigen(factor * factor.transpose()).values[0] < kDependent;
+}
+
+double symmetric_value(const SurfaceSetting& setting,
+                       const LikelihoodSurface& surface,
+                       const NaturalParameter& parameter,
+                       const VectorXd& x) {
+  return to_symmetric(parameter, parameter.value(surface.layout(), setting.variance, x));
+}
+
+VectorXd symmetric_slopes(const SurfaceSetting& setting,
+                          const LikelihoodSurface& surface,
+                          const NaturalParameter& parameter) {
+  const VectorXd& x = surface.optimum();
+  VectorXd slopes(x.size());
+  // The function is smooth and of order one; central differences keep ten digits.
+  constexpr double kStep = 1e-5;
+  for (Index k = 0; k < x.size(); ++k) {
+    VectorXd above = x;
+    VectorXd below = x;
+    const double step = kStep * std::max(std::abs(x[k]), 0.1);
+    above[k] += step;
+    below[k] -= step;
+    slopes[k] = (symmetric_value(setting, surface, parameter, above) -
+                 symmetric_value(setting, surface, parameter, below)) /
+                (above[k] - below[k]);
+  }
+  return slopes;
+}
+
+}  // namespace
+
+ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface) {
+  const VectorXd& x = surface.optimum();
+  const SmoothFunction function = [&](const VectorXd& at, VectorXd* gradient) {
+    return surface.value(at, gradient);
+  };
+  ProfileStart start{.value = surface.value(x, nullptr),
+                     .hessian = hessian_from_gradients(function, x)};
+  if (setting.fit.method == Method::kOrdinary) {
+    const SurfaceLayout& layout = surface.layout();
+    const Index p = layout.beta_count();
+    const double precision = std::exp(-2.0 * x[layout.sigma_at()]);
+    start.hessian.topLeftCorner(p, p) = precision * layout.unit().asDiagonal() *
+                                        least_squares_hessian(setting.model, setting.estimate) *
+                                        layout.unit().asDiagonal();
+  }
+  start.inverse = informed_inverse(start.hessian);
+  return start;
+}
+
+EdgeGroupings edge_groupings(const SurfaceLayout& layout, const VectorXd& x) {
+  return {.outer = is_on_edge(layout, x, true), .inner = is_on_edge(layout, x, false)};
+}
+
+MatrixXd symmetric_covariance(const SurfaceSetting& setting,
+                              const LikelihoodSurface& surface,
+                              const std::vector<NaturalParameter>& parameters,
+                              const ProfileStart& start) {
+  const EdgeGroupings edge = edge_groupings(surface.layout(), surface.optimum());
+  MatrixXd jacobian(static_cast<Index>(parameters.size()), surface.optimum().size());
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    VectorXd slopes = symmetric_slopes(setting, surface, parameters[k]);
+    if (edge.of(parameters[k]) || !slopes.allFinite()) slopes.setConstant(kNaN);
+    jacobian.row(static_cast<Index>(k)) = slopes;
+  }
+  return jacobian * start.inverse * jacobian.transpose();
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// The Hessian of a likelihood at its maximum, and what it says of the parameters that people read.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "inference/likelihood_surface.hpp"
+#include "inference/natural_parameters.hpp"
+#include "inference/profile_search.hpp"
+
+namespace silvafit::fit {
+
+/// Value, Hessian and its inverse at the maximum. The Hessian is that of central differences of the
+/// exact gradient, and for ols exact.
+ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface);
+
+/// Groupings whose covariance is on the edge of its range: none of its standard deviations and
+/// correlations has a standard error.
+struct EdgeGroupings {
+  bool outer = false;
+  bool inner = false;
+  bool of(const NaturalParameter& parameter) const {
+    const bool is_random = parameter.kind == ParameterKind::kDeviation ||
+                           parameter.kind == ParameterKind::kCorrelation;
+    return is_random && (parameter.is_outer ? outer : inner);
+  }
+};
+EdgeGroupings edge_groupings(const SurfaceLayout& layout, const Eigen::VectorXd& x);
+
+/// (K x K) covariance of parameters on their symmetric scales, by the delta method; NaN where a
+/// parameter is on the edge of its range.
+Eigen::MatrixXd symmetric_covariance(const SurfaceSetting& setting,
+                                     const LikelihoodSurface& surface,
+                                     const std::vector<NaturalParameter>& parameters,
+                                     const ProfileStart& start);
+
+}  // namespace silvafit::fit

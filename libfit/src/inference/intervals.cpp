@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/intervals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <limits>
+
+#include "inference/information.hpp"
+#include "inference/profile_search.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+double normal_quantile(double level) {
+  return boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * level);
+}
+
+/// NaN without degrees of freedom.
+double t_quantile(double level, double freedom) {
+  if (!(freedom > 0.0)) return kNaN;
+  return boost::math::quantile(boost::math::students_t(freedom), 0.5 + 0.5 * level);
+}
+
+/// By the fit's own standard errors and degrees of freedom; coefficients that are held have none.
+void add_wald_coefficients(const FittedModel& fit, double level, Intervals& result) {
+  const VectorXd errors = fit.standard_errors();
+  for (Index j = 0; j < fit.estimate.size(); ++j) {
+    if (std::isnan(errors[j])) continue;
+    const double reach = t_quantile(level, fit.degrees_of_freedom[j]) * errors[j];
+    ParameterInterval interval{.name = fit.coefficient_names[static_cast<std::size_t>(j)],
+                               .estimate = fit.estimate[j],
+                               .lower = fit.estimate[j] - reach,
+                               .upper = fit.estimate[j] + reach};
+    if (std::isnan(reach)) interval.note = "not known: there are no degrees of freedom";
+    result.parameters.push_back(std::move(interval));
+  }
+}
+
+void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals& result) {
+  const SurfaceSetting setting(fit, table);
+  const auto surface = make_surface(setting);
+  const std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
+  const ProfileStart start = start_of(setting, *surface);
+  const MatrixXd covariance = symmetric_covariance(setting, *surface, parameters, start);
+  const double quantile = normal_quantile(result.level);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const NaturalParameter& parameter = parameters[k];
+    if (parameter.kind == ParameterKind::kFixed) continue;
+    const double estimate =
+        parameter.value(surface->layout(), setting.variance, surface->optimum());
+    const double middle = to_symmetric(parameter, estimate);
+    double error = std::sqrt(covariance(static_cast<Index>(k), static_cast<Index>(k)));
+    // Directions without curvature were left out of the inverse.
+    if (!(error > 0.0)) error = kNaN;
+    ParameterInterval interval{.kind = parameter.kind,
+                               .name = parameter.name,
+                               .estimate = estimate,
+                               .lower = from_symmetric(parameter, middle - quantile * error),
+                               .upper = from_symmetric(parameter, middle + quantile * error)};
+    if (std::isnan(interval.lower)) {
+      interval.note = "on the edge, where a standard error means nothing; use profile intervals";
+    }
+    result.parameters.push_back(std::move(interval));
+  }
+}
+
+/// The fall of twice the log-likelihood at which the interval of a parameter ends.
+ProfileCut cut_of(const FittedModel& fit, ParameterKind kind, double level) {
+  // Half and half of nothing and chi-squared: the tail of 1 - level needs twice that of the latter.
+  const double one_sided = std::max(0.0, 2.0 * level - 1.0);
+  ProfileCut cut{.both_sides = std::pow(normal_quantile(level), 2),
+                 .one_side = std::pow(normal_quantile(one_sided), 2)};
+  if (fit.method == Method::kOrdinary && kind == ParameterKind::kFixed) {
+    const auto n = static_cast<double>(fit.observations);
+    const double t = t_quantile(level, fit.degrees_of_freedom.maxCoeff());
+    cut.both_sides = n * std::log1p(t * t / fit.degrees_of_freedom.maxCoeff());
+  }
+  return cut;
+}
+
+/// Of least squares: where (n - p)(2 log(c/s) + s^2/c^2 - 1), the fall of twice the log-likelihood
+/// of the residual contrasts, is the quantile.
+ParameterInterval least_squares_sigma(const FittedModel& fit, double freedom, double level) {
+  const double quantile = std::pow(normal_quantile(level), 2) / freedom;
+  const auto excess = [quantile](double t) {  // t = log(c/s)
+    return 2.0 * t + std::exp(-2.0 * t) - 1.0 - quantile;
+  };
+  const auto root = [&](double near, double far) {
+    while (excess(far) < 0.0) far *= 2.0;
+    std::uintmax_t trials = 200;
+    const boost::math::tools::eps_tolerance<double> tolerance(50);
+    const auto [low, high] = boost::math::tools::toms748_solve(
+        excess, std::min(near, far), std::max(near, far), tolerance, trials);
+    return fit.sigma * std::exp(0.5 * (low + high));
+  };
+  return {.kind = ParameterKind::kSigma,
+          .name = "sigma",
+          .estimate = fit.sigma,
+          .lower = root(0.0, -1.0),
+          .upper = root(0.0, 1.0)};
+}
+
+void add_profiles(const FittedModel& fit,
+                  const data::Table& table,
+                  const IntervalOptions& options,
+                  Intervals& result) {
+  const SurfaceSetting setting(fit, table);
+  const auto surface = make_surface(setting);
+  const std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
+  const ProfileStart start = start_of(setting, *surface);
+  std::vector<ParameterInterval> intervals(parameters.size());
+  parallel_for(parameters.size(), options.threads, [&](std::size_t k) {
+    const NaturalParameter& parameter = parameters[k];
+    if (parameter.kind == ParameterKind::kSigma && fit.method == Method::kOrdinary) {
+      const auto freedom = static_cast<double>(fit.observations - setting.estimate.size());
+      intervals[k] = least_squares_sigma(fit, freedom, options.level);
+      return;
+    }
+    const auto own = make_surface(setting);
+    intervals[k] = profile_interval(
+        *own, setting.variance, parameter, start, cut_of(fit, parameter.kind, options.level));
+  });
+  if (fit.reml) {
+    const std::size_t before = result.parameters.size();
+    add_wald_coefficients(fit, options.level, result);
+    for (std::size_t k = before; k < result.parameters.size(); ++k) {
+      result.parameters[k].note =
+          "Wald: the restricted likelihood has no coefficients to hold at a value";
+    }
+  }
+  result.parameters.insert(result.parameters.end(), intervals.begin(), intervals.end());
+}
+
+}  // namespace
+
+IntervalMethod parse_interval_method(std::string_view text) {
+  if (text == "wald") return IntervalMethod::kWald;
+  if (text == "profile") return IntervalMethod::kProfile;
+  throw UsageError(fmt::format("'{}' is no kind of interval; there are wald and profile", text));
+}
+
+std::string interval_method_text(IntervalMethod method) {
+  return method == IntervalMethod::kWald ? "wald" : "profile";
+}
+
+Intervals confidence_intervals(const FittedModel& fit,
+                               const data::Table& table,
+                               const IntervalOptions& options) {
+  if (!(options.level > 0.0 && options.level < 1.0)) {
+    throw UsageError(
+        fmt::format("the level of an interval lies between 0 and 1, not at {}", options.level));
+  }
+  Intervals result{
+      .method = options.method, .level = options.level, .likelihood = likelihood_in_words(fit)};
+  if (options.method == IntervalMethod::kProfile) {
+    add_profiles(fit, table, options, result);
+    return result;
+  }
+  // Checks the fit and the table as well.
+  Intervals others = result;
+  if (fit.method == Method::kOrdinary) {
+    const SurfaceSetting setting(fit, table);
+    const auto freedom = static_cast<double>(fit.observations - setting.estimate.size());
+    const double reach = normal_quantile(options.level) / std::sqrt(2.0 * freedom);
+    others.parameters.push_back({.kind = ParameterKind::kSigma,
+                                 .name = "sigma",
+                                 .estimate = fit.sigma,
+                                 .lower = fit.sigma * std::exp(-reach),
+                                 .upper = fit.sigma * std::exp(reach)});
+  } else {
+    add_wald_others(fit, table, others);
+  }
+  add_wald_coefficients(fit, options.level, result);
+  result.parameters.insert(
+      result.parameters.end(), others.parameters.begin(), others.parameters.end());
+  return result;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/intervals.hpp"
+
+#include <boost/math/distributions/students_t.hpp>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "inference/information.hpp"
+#include "inference/natural_parameters.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+/// Growth curves whose limit and rate differ by plot, of two species in two stands.
+data::Table curves(int plots = 16, int trees = 12) {
+  Random random(11);
+  data::Table table;
+  data::TextColumn plot;
+  data::TextColumn stand;
+  data::TextColumn species;
+  std::vector<double> dbh;
+  std::vector<double> h;
+  for (int i = 0; i < plots; ++i) {
+    const double limit = 25.0 + random.normal(0.0, 3.0);
+    const double rate = 0.06 * std::exp(random.normal(0.0, 0.2));
+    for (int j = 0; j < trees; ++j) {
+      dbh.push_back(random.uniform(5.0, 40.0));
+      const double mean = 1.3 + limit * (1.0 - std::exp(-rate * dbh.back()));
+      const bool is_oak = j % 2 == 1;
+      h.push_back(mean + random.normal(0.0, (is_oak ? 0.15 : 0.1) * mean));
+      plot.append("p" + std::to_string(i));
+      stand.append("s" + std::to_string(i / 4));
+      species.append(is_oak ? "oak" : "fir");
+    }
+  }
+  table.set("dbh", dbh);
+  table.set("h", h);
+  table.set("plot", plot);
+  table.set("stand", stand);
+  table.set("species", species);
+  return table;
+}
+
+FittedModel fitted(const data::Table& table,
+                   const char* random,
+                   const char* variance,
+                   const char* method,
+                   Covariance covariance = Covariance::kGeneral) {
+  ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table);
+  if (*random != '\0') add_random_effects(model, random, table);
+  if (model.random) model.random->covariance = covariance;
+  model.variance = parse_variance_function(variance);
+  FitModelOptions options;
+  options.method = parse_method(method);
+  return fit_model(model, table, options).fit;
+}
+
+/// Checks gradients of a surface, alone and with each parameter held, against differences.
+void check_gradients(const FittedModel& fit, const data::Table& table) {
+  const SurfaceSetting setting(fit, table);
+  const auto surface = make_surface(setting);
+  const SurfaceLayout& layout = surface->layout();
+  VectorXd x = surface->optimum();
+  // At the maximum the likelihood is the fit's, whatever way leads to it.
+  CHECK(-surface->value(x, nullptr) == Approx(fit.log_likelihood).epsilon(1e-8));
+  Random random(5);
+  for (double& value : x) value += 0.02 * random.normal();
+  const auto difference = [&](const auto& function, Index k) {
+    constexpr double kStep = 1e-4;
+    VectorXd above = x;
+    VectorXd below = x;
+    above[k] += kStep;
+    below[k] -= kStep;
+    return (function(above) - function(below)) / (2.0 * kStep);
+  };
+  const auto check = [&](const VectorXd& gradient, const auto& function) {
+    for (Index k = 0; k < x.size(); ++k) {
+      // Modes are searched to 1e-9 standard deviations, which is as much in the value of Laplace's
+      // method, and 1e-5 in a difference over 2e-4.
+      CHECK(gradient[k] ==
+            Approx(difference(function, k)).epsilon(1e-4).margin(2e-5 * (1.0 + gradient.norm())));
+    }
+  };
+  VectorXd gradient(x.size());
+  surface->value(x, &gradient);
+  check(gradient, [&](const VectorXd& at) { return surface->value(at, nullptr); });
+  for (const NaturalParameter& parameter : natural_parameters(setting, layout)) {
+    INFO(parameter.name);
+    const double share = parameter.kind == ParameterKind::kCorrelation ? 0.9 : 1.05;
+    const double value = share * parameter.value(layout, setting.variance, x);
+    const VectorXd held = parameter.hold(layout, setting.variance, x, value);
+    CHECK(parameter.value(layout, setting.variance, held) == Approx(value).epsilon(1e-10));
+    surface->value(held, &gradient);
+    check(parameter.pull_back(layout, setting.variance, x, value, gradient),
+          [&](const VectorXd& at) {
+            return surface->value(parameter.hold(layout, setting.variance, at, value), nullptr);
+          });
+  }
+}
+
+}  // namespace
+
+TEST_CASE("likelihoods of intervals have exact gradients, with any parameter held") {
+  const data::Table table = curves();
+  const auto check = [&](const char* random,
+                         const char* variance,
+                         const char* method,
+                         Covariance covariance = Covariance::kGeneral) {
+    INFO(method << ", " << random << ", " << variance);
+    const FittedModel fit = fitted(table, random, variance, method, covariance);
+    REQUIRE(fit.convergence.converged);
+    check_gradients(fit, table);
+  };
+  check("a + b | plot", "power", "laplace");
+  check("a + b | plot", "exponential", "lb");
+  check("a + b | plot", "stratum(species)", "lb");
+  check("a + b | plot", "power", "focei", Covariance::kDiagonal);
+  check("a + b | plot", "none", "lb", Covariance::kIdentity);
+  check("a | stand; a + b | plot", "power(dbh)", "lb");
+  check("", "stratum(species) * power(dbh)", "gnls");
+  check("", "power", "gnls");
+}
+
+TEST_CASE("profile intervals of a straight line are those of Student's t") {
+  // Where the mean is linear the sum of squares is a parabola, and the interval that of the t test.
+  Random random(2);
+  data::Table table;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i < 15; ++i) {
+    x.push_back(i);
+    y.push_back(3.0 + 0.5 * i + random.normal());
+  }
+  table.set("x", x);
+  table.set("y", y);
+  const FittedModel fit = fit_model(specify_model("y ~ a + b*x", {}, table), table).fit;
+  for (const double level : {0.5, 0.9, 0.99}) {
+    const Intervals profile =
+        confidence_intervals(fit, table, {.method = IntervalMethod::kProfile, .level = level});
+    const double t = boost::math::quantile(boost::math::students_t(13.0), 0.5 + 0.5 * level);
+    for (Index j = 0; j < 2; ++j) {
+      const double reach = t * fit.standard_errors()[j];
+      const ParameterInterval& interval = profile.parameters[static_cast<std::size_t>(j)];
+      // Limits are roots to 1e-6 of the distance.
+      CHECK(interval.lower == Approx(fit.estimate[j] - reach).margin(1e-5 * reach));
+      CHECK(interval.upper == Approx(fit.estimate[j] + reach).margin(1e-5 * reach));
+    }
+  }
+}
+
+TEST_CASE("intervals of lb and of the marginal likelihood agree where the model is linear") {
+  Random random(21);
+  data::Table table;
+  data::TextColumn plot;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i < 12; ++i) {
+    const double level = random.normal(0.0, 2.0);
+    const double slope = 0.8 * level / 2.0 + random.normal(0.0, 0.5);
+    for (int j = 0; j < 7; ++j) {
+      plot.append(std::to_string(i));
+      x.push_back(j - 3);
+      y.push_back(10.0 + level + (1.0 + slope) * x.back() + random.normal());
+    }
+  }
+  table.set("plot", plot);
+  table.set("x", x);
+  table.set("y", y);
+  ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+  add_random_effects(model, "a + b | plot", table);
+  const auto intervals = [&](Method method) {
+    FitModelOptions options;
+    options.method = method;
+    return confidence_intervals(
+        fit_model(model, table, options).fit, table, {.method = IntervalMethod::kProfile});
+  };
+  const Intervals linear = intervals(Method::kLindstromBates);
+  const Intervals marginal = intervals(Method::kLaplace);
+  REQUIRE(linear.parameters.size() == 6);
+  for (std::size_t k = 0; k < linear.parameters.size(); ++k) {
+    INFO(linear.parameters[k].name);
+    const double length = linear.parameters[k].upper - linear.parameters[k].lower;
+    CHECK(linear.parameters[k].lower == Approx(marginal.parameters[k].lower).margin(1e-4 * length));
+    CHECK(linear.parameters[k].upper == Approx(marginal.parameters[k].upper).margin(1e-4 * length));
+  }
+}
+
+TEST_CASE("intervals are refused for other data, wrong levels and fits that failed") {
+  const data::Table table = curves();
+  FittedModel fit = fitted(table, "a | plot", "none", "lb");
+  CHECK_THROWS_AS(confidence_intervals(fit, curves(8)), UsageError);
+  CHECK_THROWS_AS(confidence_intervals(fit, table, {.level = 1.0}), UsageError);
+  CHECK_THROWS_AS(parse_interval_method("bootstrap"), UsageError);
+  FittedModel exact = fit;
+  exact.sigma = 0.0;
+  CHECK_THROWS_WITH(confidence_intervals(exact, table),
+                    Catch::Matchers::Contains("goes through all observations"));
+  fit.convergence.converged = false;
+  CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
+}
+
+TEST_CASE("intervals come back from JSON, the unbounded ones too") {
+  FittedModel fit = fitted(curves(), "a | plot", "none", "lb");
+  fit.intervals = Intervals{.method = IntervalMethod::kProfile,
+                            .level = 0.9,
+                            .likelihood = "some likelihood",
+                            .parameters = {{.name = "a",
+                                            .estimate = 1.5,
+                                            .lower = -INFINITY,
+                                            .upper = 2.5,
+                                            .note = "no lower limit"},
+                                           {.kind = ParameterKind::kDeviation,
+                                            .name = "sd(a)",
+                                            .estimate = 0.5,
+                                            .lower = 0.0,
+                                            .upper = NAN}}};
+  const FittedModel read = from_json(to_json(fit), "fit.json");
+  REQUIRE(read.intervals.has_value());
+  CHECK(read.intervals->level == 0.9);
+  CHECK(read.intervals->method == IntervalMethod::kProfile);
+  REQUIRE(read.intervals->parameters.size() == 2);
+  CHECK(read.intervals->parameters[0].lower == -INFINITY);
+  CHECK(read.intervals->parameters[0].note == "no lower limit");
+  CHECK(read.intervals->parameters[1].kind == ParameterKind::kDeviation);
+  CHECK(std::isnan(read.intervals->parameters[1].upper));
+  CHECK(to_json(read) == to_json(fit));
+}
+
+TEST_CASE("profile intervals cover as often as they say", "[slow]") {
+  // A random intercept in 40 plots of 5: large enough for the chi-squared reference. 300 data sets
+  // tell 95 % from others with a standard error of 1.3 points.
+  constexpr int kDataSets = 300;
+  const std::vector<double> truth{10.0, 2.0, 1.5, 1.0};
+  std::vector<int> covered(truth.size(), 0);
+  for (int set = 0; set < kDataSets; ++set) {
+    Random random(99, static_cast<std::uint64_t>(set));
+    data::Table table;
+    data::TextColumn plot;
+    std::vector<double> x;
+    std::vector<double> y;
+    for (int i = 0; i < 40; ++i) {
+      const double effect = random.normal(0.0, truth[2]);
+      for (int j = 0; j < 5; ++j) {
+        plot.append(std::to_string(i));
+        x.push_back(j - 2 + 0.1 * i);
+        y.push_back(truth[0] + effect + truth[1] * x.back() + random.normal(0.0, truth[3]));
+      }
+    }
+    table.set("plot", plot);
+    table.set("x", x);
+    table.set("y", y);
+    ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+    add_random_effects(model, "a | plot", table);
+    const FittedModel fit = fit_model(model, table).fit;
+    const Intervals intervals =
+        confidence_intervals(fit, table, {.method = IntervalMethod::kProfile});
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const ParameterInterval& one = intervals.parameters[k];
+      if (one.lower <= truth[k] && truth[k] <= one.upper) ++covered[k];
+    }
+  }
+  const double error = std::sqrt(0.95 * 0.05 / kDataSets);
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    // Three binomial standard errors, and a point for what 40 plots are short of infinitely many.
+    CHECK(static_cast<double>(covered[k]) / kDataSets == Approx(0.95).margin(3.0 * error + 0.01));
+  }
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/likelihood_ratio.hpp"
+
+#include <cmath>
+
+#include "inference/comparable_likelihoods.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/nesting.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+bool is_usable(const FittedModel& fit) {
+  return fit.convergence.converged && std::isfinite(fit.log_likelihood);
+}
+
+/// Where a model goes through all observations, no chance explains its gain.
+bool is_exact(const FittedModel& fit) {
+  return fit.convergence.converged && std::isinf(fit.log_likelihood) && fit.log_likelihood > 0.0;
+}
+
+/// What a likelihood ratio is compared with.
+ChiBarSquared reference_of(const Nesting& nesting,
+                           int freedom,
+                           const std::optional<Eigen::MatrixXd>& variances,
+                           std::string& note) {
+  if (nesting.correlated_effects == 0 && nesting.independent_effects == 0) {
+    if (nesting.has_other_edge) {
+      note =
+          "a parameter of the variance function is at the end of its range in the smaller "
+          "model: the p-value is too large";
+    }
+    return {.base = freedom};
+  }
+  const int edges = nesting.correlated_effects + nesting.independent_effects;
+  if (nesting.correlated_effects == 0) {
+    const bool is_known = variances.has_value() && variances->rows() == edges;
+    ChiBarSquared result =
+        is_known ? correlated_variances(*variances) : independent_variances(edges);
+    result.base = freedom - edges;
+    if (edges > 1 && !is_known) note = "weights as if the estimated variances were independent";
+    return result;
+  }
+  if (edges == 1) {
+    // q correlated effects become q + 1: Stram and Lee's case.
+    return {.base = freedom - 1, .weights = {0.5, 0.5}};
+  }
+  // Several at once, correlated: the weights of the cone of covariance matrices have no simple
+  // form. Half and half of the two largest is an upper bound of the p-value, and below
+  // chi-squared's.
+  note = "several correlated effects at once: the p-value is an upper bound";
+  return {.base = freedom - 1, .weights = {0.5, 0.5}};
+}
+
+}  // namespace
+
+NestedTest likelihood_ratio_test(const FittedModel& larger,
+                                 const FittedModel& smaller,
+                                 const std::optional<Eigen::MatrixXd>& variances) {
+  if (!is_usable(smaller) || !(is_usable(larger) || is_exact(larger))) {
+    throw UsageError("a fit that has not converged has no likelihood to test with");
+  }
+  if (const std::string reason = obstacle_to_comparing(larger, smaller); !reason.empty()) {
+    throw UsageError(reason);
+  }
+  const Nesting how = nesting(larger, smaller);
+  if (!how.is_nested) throw UsageError("not nested: " + how.reason);
+  NestedTest test{.statistic = 2.0 * (larger.log_likelihood - smaller.log_likelihood),
+                  .degrees_of_freedom = larger.parameter_count - smaller.parameter_count};
+  if (test.degrees_of_freedom <= 0) {
+    throw UsageError("the models have as many parameters, so that there is nothing to test");
+  }
+  test.p_chi_squared = ChiBarSquared{.base = test.degrees_of_freedom}.upper_tail(test.statistic);
+  test.reference = reference_of(how, test.degrees_of_freedom, variances, test.note);
+  test.p = test.reference.upper_tail(test.statistic);
+  return test;
+}
+
+}  // namespace silvafit::fit

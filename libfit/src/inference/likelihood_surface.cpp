@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "inference/likelihood_surface.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "fitted_model/constrained_fit.hpp"
+#include "fitted_model/response_fingerprint.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Coefficients of a converged fit that have no standard error are held at a value or a bound.
+ModelSpecification free_specification(const FittedModel& fit) {
+  if (!fit.convergence.converged) {
+    throw UsageError("a fit that has not converged has no intervals: " + fit.convergence.verdict);
+  }
+  if (!(fit.sigma > 0.0)) {
+    throw UsageError(
+        "the fit goes through all observations, so that nothing tells how sure its parameters are");
+  }
+  std::map<std::string, double> held;
+  for (Index j = 0; j < fit.estimate.size(); ++j) {
+    if (!std::isnan(fit.covariance(j, j))) continue;
+    held[fit.coefficient_names[static_cast<std::size_t>(j)]] = fit.estimate[j];
+  }
+  return held.empty() ? fit.specification : with_held(fit.specification, held);
+}
+
+VectorXd free_estimate(const FittedModel& fit) {
+  VectorXd result(fit.estimate.size());
+  Index count = 0;
+  for (Index j = 0; j < result.size(); ++j) {
+    if (!std::isnan(fit.covariance(j, j))) result[count++] = fit.estimate[j];
+  }
+  return result.head(count);
+}
+
+VectorXd units_of(const NonlinearModel& model, const VectorXd& estimate) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(estimate, mean, &jacobian, workspace);
+  VectorXd result(estimate.size());
+  const double residual = (model.response() - mean).norm();
+  for (Index j = 0; j < result.size(); ++j) {
+    const double unit = residual / jacobian.col(j).norm();
+    result[j] = std::isfinite(unit) && unit > 0.0 ? unit : 1.0;
+  }
+  return result;
+}
+
+void check_same_data(const FittedModel& fit, const NonlinearModel& model) {
+  const bool is_same = fit.observations == model.observations() &&
+                       (fit.response_fingerprint.empty() ||
+                        fit.response_fingerprint == response_fingerprint(model.response()));
+  if (is_same) return;
+  throw UsageError(fmt::format(
+      "the table is not the one that the fit was made of: the fit has {} rows, the table {} that "
+      "the model can use, or other responses; select the same rows",
+      fit.observations,
+      model.observations()));
+}
+
+bool is_marginal(Method method) { return is_mixed(method) && method != Method::kLindstromBates; }
+
+}  // namespace
+
+SurfaceSetting::SurfaceSetting(const FittedModel& of, const data::Table& table)
+    : fit(of),
+      model(free_specification(of), table),
+      variance(model.specification().variance, VarianceData::of(model)),
+      estimate(free_estimate(of)),
+      unit(units_of(model, estimate)),
+      internal(variance.parameters(of.variance)),
+      log_sigma(std::log(of.sigma / variance.sigma_factor(internal))) {
+  check_same_data(fit, model);
+}
+
+VectorXd SurfaceSetting::coordinates(const SurfaceLayout& layout, double at_log_sigma) const {
+  return layout.coordinates(
+      estimate, fit.outer.covariance, fit.random_covariance, internal, at_log_sigma);
+}
+
+std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
+  if (is_marginal(setting.fit.method)) return make_marginal_surface(setting);
+  const bool is_linearized = setting.fit.method == Method::kLindstromBates || setting.fit.reml;
+  return is_linearized ? make_linearized_surface(setting) : make_least_squares_surface(setting);
+}
+
+std::string likelihood_in_words(const FittedModel& fit) {
+  if (is_marginal(fit.method)) {
+    return fmt::format("marginal likelihood by {}", method_text(fit.method));
+  }
+  if (fit.method == Method::kLindstromBates || fit.reml) {
+    return fmt::format("{}likelihood of the model linear around the estimates",
+                       fit.reml ? "restricted " : "");
+  }
+  if (fit.method == Method::kOrdinary) return "sum of squares of the nonlinear model";
+  return "likelihood of the nonlinear model, with the weights of the estimates' fitted values";
+}
+
+}  // namespace silvafit::fit

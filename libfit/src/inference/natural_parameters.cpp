@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+#include "inference/natural_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Form = NaturalParameter::Form;
+
+/// Two rows of a triangular factor at a given correlation.
+///
+/// The second row is n (r e + t u), with n the length of a free vector w, e the direction of the
+/// first row, u that of what w has at a right angle to it, and t = sqrt(1 - r^2). Both rows may be
+/// anything else, and the factor stays triangular.
+struct CorrelatedRows {
+  VectorXd first;      ///< (l) the first row
+  VectorXd along;      ///< e
+  VectorXd across;     ///< u
+  VectorXd free;       ///< w
+  VectorXd direction;  ///< r e + t u
+  double first_length = 0.0;
+  double across_length = 0.0;  ///< of what w has at a right angle to e
+  double r = 0.0;
+  double t = 0.0;
+
+  CorrelatedRows(const MatrixXd& factor, Index row, Index other, double correlation)
+      : first(factor.row(row).head(other + 1)),
+        free(factor.row(other).head(other + 1)),
+        r(correlation),
+        t(std::sqrt(std::max(0.0, 1.0 - correlation * correlation))) {
+    first_length = first.norm();
+    along = first_length > 0.0 ? VectorXd(first / first_length) : VectorXd::Unit(other + 1, row);
+    VectorXd rest = free - free.dot(along) * along;
+    across_length = rest.norm();
+    constexpr double kParallel = 1e-8;
+    if (across_length <= kParallel * free.norm()) {
+      // Any direction at a right angle does; the row's own diagonal is one of a triangular factor.
+      rest = VectorXd::Unit(other + 1, other);
+      rest -= rest.dot(along) * along;
+      across_length = free.norm();
+      rest *= across_length / rest.norm();
+    }
+    across = rest.normalized();
+    direction = r * along + t * across;
+  }
+
+  VectorXd second() const { return free.norm() * direction; }
+
+  /// Turns gradients by both rows into those by the first row and w.
+  void pull_back(VectorXd& by_first, VectorXd& by_second) const {
+    const double n = free.norm();
+    if (n == 0.0 || first_length == 0.0) {
+      by_second.setZero();
+      return;
+    }
+    const VectorXd turn =
+        n * t / across_length * (by_second - by_second.dot(across) * across).eval();
+    const VectorXd by_along = n * r * by_second - turn.dot(along) * free - free.dot(along) * turn;
+    by_first += (by_along - by_along.dot(along) * along) / first_length;
+    by_second = (by_second.dot(direction) / n * free + turn - turn.dot(along) * along).eval();
+  }
+};
+
+MatrixXd factor_of(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {
+  return layout.factor(is_outer).factor(layout.factor_part(x, is_outer));
+}
+
+void set_factor(const SurfaceLayout& layout, bool is_outer, const MatrixXd& factor, VectorXd& x) {
+  const RelativeFactor& of = layout.factor(is_outer);
+  x.segment(layout.factor_at(is_outer), of.parameter_count()) = of.from_factor(factor);
+}
+
+/// log of the factor from the internal sigma to the one that people read.
+double log_sigma_factor(const SurfaceLayout& layout,
+                        const VarianceModel& variance,
+                        const VectorXd& x) {
+  return std::log(variance.sigma_factor(layout.variance_part(x)));
+}
+
+/// Its slopes: it is linear in all parameters but the angle of constant-plus-power, so that central
+/// differences are exact but for rounding, or nearly so.
+VectorXd log_sigma_slopes(const SurfaceLayout& layout,
+                          const VarianceModel& variance,
+                          const VectorXd& x) {
+  VectorXd result(layout.variance_count());
+  constexpr double kStep = 1e-5;
+  for (Index k = 0; k < result.size(); ++k) {
+    VectorXd above = x;
+    VectorXd below = x;
+    above[layout.variance_at() + k] += kStep;
+    below[layout.variance_at() + k] -= kStep;
+    result[k] =
+        (log_sigma_factor(layout, variance, above) - log_sigma_factor(layout, variance, below)) /
+        (2.0 * kStep);
+  }
+  return result;
+}
+
+/// The angle of constant-plus-power at which it has a constant.
+double angle_of(double constant, double typical, double delta) {
+  if (std::isinf(constant)) return 0.5 * std::numbers::pi;
+  return std::atan(std::sqrt(constant / std::pow(typical, delta)));
+}
+
+std::string effect_name(const std::string& names, const std::string& group) {
+  return group.empty() ? names : names + " | " + group;
+}
+
+void add_random(const SurfaceSetting& setting,
+                const SurfaceLayout& layout,
+                bool is_outer,
+                std::vector<NaturalParameter>& result) {
+  const ModelSpecification& specification = setting.model.specification();
+  const auto& random = is_outer ? specification.outer_random : specification.random;
+  if (!random) return;
+  const std::string group = specification.outer_random ? random->group : "";
+  const std::vector<std::string>& names = random->coefficients;
+  const VectorXd& unit = layout.effect_unit(is_outer);
+  const bool is_identity = random->covariance == Covariance::kIdentity;
+  const MatrixXd one = is_identity ? layout.factor(is_outer).factor(VectorXd::Ones(1)) : MatrixXd();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto row = static_cast<Index>(k);
+    result.push_back({.kind = ParameterKind::kDeviation,
+                      .name = fmt::format("sd({})", effect_name(names[k], group)),
+                      .form = is_identity ? Form::kIdentity : Form::kDeviation,
+                      .is_outer = is_outer,
+                      .row = row,
+                      .coordinate = layout.factor_at(is_outer),
+                      .scale = unit[row] * (is_identity ? one(row, row) : 1.0)});
+  }
+  Index begin = 0;
+  for (const int size : random->block_sizes()) {
+    for (Index i = begin; i < begin + size; ++i) {
+      for (Index j = i + 1; j < begin + size && !is_identity; ++j) {
+        const std::string pair =
+            names[static_cast<std::size_t>(i)] + ", " + names[static_cast<std::size_t>(j)];
+        result.push_back({.kind = ParameterKind::kCorrelation,
+                          .name = fmt::format("cor({})", effect_name(pair, group)),
+                          .form = Form::kCorrelation,
+                          .is_outer = is_outer,
+                          .row = i,
+                          .other_row = j});
+      }
+    }
+    begin += size;
+  }
+}
+
+/// The coordinate of the exponent of a factor.
+Index delta_of(const VarianceModel& variance, const SurfaceLayout& layout, std::size_t factor) {
+  for (const VarianceModel::Quantity& quantity : variance.quantities()) {
+    const bool is_delta = quantity.factor == factor && quantity.name.starts_with("delta");
+    if (is_delta) return layout.variance_at() + quantity.first;
+  }
+  return layout.variance_at();
+}
+
+void add_variance(const SurfaceSetting& setting,
+                  const SurfaceLayout& layout,
+                  std::vector<NaturalParameter>& result) {
+  const VarianceFunction& function = setting.model.specification().variance;
+  const bool is_product = function.factors.size() > 1;
+  for (const VarianceModel::Quantity& quantity : setting.variance.quantities()) {
+    const VarianceFactor& factor = function.factors[quantity.factor];
+    const VarianceFactorEstimate& estimate = setting.fit.variance.factors[quantity.factor];
+    for (Index s = 0; s < quantity.count; ++s) {
+      NaturalParameter parameter{.kind = ParameterKind::kVariance,
+                                 .coordinate = layout.variance_at() + quantity.first + s};
+      if (quantity.name.starts_with("delta")) {
+        parameter.name = "delta";
+        const bool is_rate = factor.kind == VarianceFactor::Kind::kExponential;
+        if (is_rate) parameter.scale = 1.0 / setting.variance.typical_value(quantity.factor);
+      } else if (factor.kind == VarianceFactor::Kind::kStratum) {
+        parameter.name = "ratio";
+        parameter.form = Form::kExponential;
+      } else {
+        parameter.name = "constant";
+        const bool is_square = quantity.strata >= 0 || factor.delta;
+        parameter.form = is_square ? Form::kSquare : Form::kOdds;
+        parameter.scale = is_square ? 1.0 : setting.variance.typical_value(quantity.factor);
+        if (!is_square) parameter.delta = delta_of(setting.variance, layout, quantity.factor);
+      }
+      if (is_product) parameter.name += " of " + factor.text();
+      const Index stratum = s + (quantity.has_reference ? 1 : 0);
+      if (quantity.strata >= 0) {
+        parameter.name += fmt::format(" ({})", estimate.strata[static_cast<std::size_t>(stratum)]);
+      }
+      result.push_back(std::move(parameter));
+    }
+  }
+}
+
+}  // namespace
+
+double NaturalParameter::value(const SurfaceLayout& layout,
+                               const VarianceModel& variance,
+                               const VectorXd& x) const {
+  switch (form) {
+    case Form::kCoordinate:
+      return scale * x[coordinate];
+    case Form::kIdentity:
+      return std::abs(scale * x[coordinate]);
+    case Form::kExponential:
+      return std::exp(x[coordinate]);
+    case Form::kSquare:
+      return x[coordinate] * x[coordinate];
+    case Form::kOdds:
+      return std::pow(std::tan(x[coordinate]), 2) * std::pow(scale, x[delta]);
+    case Form::kDeviation:
+      return scale * factor_of(layout, x, is_outer).row(row).norm();
+    case Form::kCorrelation: {
+      const MatrixXd factor = factor_of(layout, x, is_outer);
+      return factor.row(row).dot(factor.row(other_row)) /
+             (factor.row(row).norm() * factor.row(other_row).norm());
+    }
+    case Form::kSigma:
+      break;
+  }
+  return std::exp(x[layout.sigma_at()] + log_sigma_factor(layout, variance, x));
+}
+
+VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
+                                const VarianceModel& variance,
+                                const VectorXd& free,
+                                double value) const {
+  VectorXd x = free;
+  switch (form) {
+    case Form::kCoordinate:
+    case Form::kIdentity:
+      x[coordinate] = value / scale;
+      break;
+    case Form::kExponential:
+      x[coordinate] = std::log(value);
+      break;
+    case Form::kSquare:
+      x[coordinate] = std::sqrt(value);
+      break;
+    case Form::kOdds:
+      x[coordinate] = angle_of(value, scale, x[delta]);
+      break;
+    case Form::kDeviation: {
+      MatrixXd factor = factor_of(layout, x, is_outer);
+      const double length = factor.row(row).norm();
+      if (length > 0.0) {
+        factor.row(row) *= value / scale / length;
+      } else {
+        factor(row, row) = value / scale;
+      }
+      set_factor(layout, is_outer, factor, x);
+      break;
+    }
+    case Form::kCorrelation: {
+      MatrixXd factor = factor_of(layout, x, is_outer);
+      const CorrelatedRows rows(factor, row, other_row, value);
+      factor.row(other_row).head(other_row + 1) = rows.second();
+      set_factor(layout, is_outer, factor, x);
+      break;
+    }
+    case Form::kSigma:
+      x[layout.sigma_at()] = std::log(value) - log_sigma_factor(layout, variance, x);
+      break;
+  }
+  return x;
+}
+
+VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
+                                     const VarianceModel& variance,
+                                     const VectorXd& free,
+                                     double value,
+                                     const VectorXd& gradient) const {
+  VectorXd result = gradient;
+  switch (form) {
+    case Form::kCoordinate:
+    case Form::kIdentity:
+    case Form::kExponential:
+    case Form::kSquare:
+      result[coordinate] = 0.0;
+      break;
+    case Form::kOdds: {
+      // angle = atan sqrt(value / v0^delta)
+      const double angle = angle_of(value, scale, free[delta]);
+      result[delta] -= 0.25 * std::sin(2.0 * angle) * std::log(scale) * gradient[coordinate];
+      result[coordinate] = 0.0;
+      break;
+    }
+    case Form::kDeviation: {
+      const MatrixXd factor = factor_of(layout, free, is_outer);
+      MatrixXd by_factor = factor_of(layout, gradient, is_outer);
+      const double length = factor.row(row).norm();
+      if (length > 0.0) {
+        const VectorXd along = factor.row(row) / length;
+        const VectorXd by_row = by_factor.row(row);
+        by_factor.row(row) = value / scale / length * (by_row - by_row.dot(along) * along);
+      } else {
+        by_factor.row(row).setZero();
+      }
+      set_factor(layout, is_outer, by_factor, result);
+      break;
+    }
+    case Form::kCorrelation: {
+      const CorrelatedRows rows(factor_of(layout, free, is_outer), row, other_row, value);
+      MatrixXd by_factor = factor_of(layout, gradient, is_outer);
+      VectorXd by_first = by_factor.row(row).head(other_row + 1);
+      VectorXd by_second = by_factor.row(other_row).head(other_row + 1);
+      rows.pull_back(by_first, by_second);
+      by_factor.row(row).head(other_row + 1) = by_first;
+      by_factor.row(other_row).head(other_row + 1) = by_second;
+      set_factor(layout, is_outer, by_factor, result);
+      break;
+    }
+    case Form::kSigma:
+      result.segment(layout.variance_at(), layout.variance_count()) -=
+          gradient[layout.sigma_at()] * log_sigma_slopes(layout, variance, free);
+      result[layout.sigma_at()] = 0.0;
+      break;
+  }
+  return result;
+}
+
+std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
+                                                 const SurfaceLayout& layout) {
+  std::vector<NaturalParameter> result;
+  for (Index j = 0; j < layout.beta_count(); ++j) {
+    result.push_back({.kind = ParameterKind::kFixed,
+                      .name = setting.model.coefficient_names()[static_cast<std::size_t>(j)],
+                      .coordinate = j,
+                      .scale = layout.unit()[j]});
+  }
+  add_random(setting, layout, true, result);
+  add_random(setting, layout, false, result);
+  add_variance(setting, layout, result);
+  result.push_back({.kind = ParameterKind::kSigma, .name = "sigma", .form = Form::kSigma});
+  return result;
+}
+
+double to_symmetric(const NaturalParameter& parameter, double value) {
+  switch (parameter.form) {
+    case Form::kCoordinate:
+      return value;
+    case Form::kCorrelation:
+      return std::log((1.0 + value) / (1.0 - value));
+    default:
+      return std::log(value);
+  }
+}
+
+double from_symmetric(const NaturalParameter& parameter, double value) {
+  switch (parameter.form) {
+    case Form::kCoordinate:
+      return value;
+    case Form::kCorrelation:
+      return std::tanh(0.5 * value);
+    default:
+      return std::exp(value);
+  }
+}
+
+}  // namespace silvafit::fit

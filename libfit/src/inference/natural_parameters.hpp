@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The parameters that people read, as functions of the vector that a likelihood has, and how to
+// hold one of them.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "inference/likelihood_surface.hpp"
+#include "silvafit/fit/intervals.hpp"
+
+namespace silvafit::fit {
+
+/// One parameter that people read: a coefficient, a standard deviation or correlation of random
+/// effects, a parameter of the variance function, or sigma.
+class NaturalParameter {
+ public:
+  enum class Form {
+    kCoordinate,   ///< factor times a coordinate
+    kExponential,  ///< exp of a coordinate
+    kSquare,       ///< square of a coordinate
+    kOdds,         ///< the constant of constant-plus-power: tan^2 of a coordinate times v0^delta
+    kDeviation,    ///< length of a row of a factor
+    kIdentity,     ///< |factor times a coordinate|: a standard deviation of the identity form
+    kCorrelation,  ///< cosine between two rows of a factor
+    kSigma,        ///< exp of a coordinate times what the variance parameters make of it
+  };
+
+  ParameterKind kind = ParameterKind::kFixed;
+  std::string name{};
+  Form form = Form::kCoordinate;
+  bool is_outer = false;       ///< grouping of kDeviation and kCorrelation
+  Eigen::Index row = 0;        ///< of the factor
+  Eigen::Index other_row = 0;  ///< of kCorrelation; row < other_row
+  Eigen::Index coordinate = 0;
+  Eigen::Index delta = 0;  ///< of kOdds: the coordinate of delta
+  double scale = 1.0;      ///< factor of kCoordinate and kIdentity, unit of kDeviation, v0 of kOdds
+
+  /// The value at x.
+  double value(const SurfaceLayout& layout,
+               const VarianceModel& variance,
+               const Eigen::VectorXd& x) const;
+  /// x with this parameter held at a value, and the rest of it near the given one.
+  Eigen::VectorXd hold(const SurfaceLayout& layout,
+                       const VarianceModel& variance,
+                       const Eigen::VectorXd& free,
+                       double value) const;
+  /// The gradient by `free` of a function of hold(free), from its gradient there.
+  Eigen::VectorXd pull_back(const SurfaceLayout& layout,
+                            const VarianceModel& variance,
+                            const Eigen::VectorXd& free,
+                            double value,
+                            const Eigen::VectorXd& gradient) const;
+};
+
+/// All parameters of a fit in the order in which they are shown. Names are those of the result:
+/// "a", "b:C", "sd(a)", "cor(a, b)", "sd(a | stand)" with two groupings, "delta", "constant",
+/// "ratio (BHN)", "sigma".
+std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
+                                                 const SurfaceLayout& layout);
+
+/// The scale on which an interval of Wald is symmetric: log of standard deviations, constants and
+/// ratios, log((1 + r) / (1 - r)) of correlations, as R nlme; coefficients and delta as they are.
+double to_symmetric(const NaturalParameter& parameter, double value);
+double from_symmetric(const NaturalParameter& parameter, double value);
+
+}  // namespace silvafit::fit

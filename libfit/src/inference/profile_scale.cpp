@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "inference/profile_scale.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace silvafit::fit {
+namespace {
+
+using Form = NaturalParameter::Form;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+ProfileScale::ProfileScale(const NaturalParameter& of, double estimate) : parameter(of) {
+  switch (of.form) {
+    case Form::kDeviation:
+    case Form::kIdentity:
+      low = 0.0;
+      break;
+    case Form::kCorrelation:
+      low = -0.5 * std::numbers::pi;
+      high = 0.5 * std::numbers::pi;
+      break;
+    case Form::kSquare:
+    case Form::kOdds: {
+      low = 0.0;
+      high = 0.5 * std::numbers::pi;
+      constexpr double kNoConstant = 1e-8;
+      if (std::isfinite(estimate) && estimate > kNoConstant) reference = estimate;
+      break;
+    }
+    default:
+      break;
+  }
+}
+
+double ProfileScale::to(double value) const {
+  switch (parameter.form) {
+    case Form::kCorrelation:
+      return std::asin(std::clamp(value, -1.0, 1.0));
+    case Form::kSquare:
+    case Form::kOdds:
+      return std::isinf(value) ? high : std::atan(std::sqrt(value / reference));
+    case Form::kExponential:
+    case Form::kSigma:
+      return std::log(value);
+    default:
+      return value;
+  }
+}
+
+double ProfileScale::from(double t) const {
+  switch (parameter.form) {
+    case Form::kCorrelation:
+      return t <= low ? -1.0 : (t >= high ? 1.0 : std::sin(t));
+    case Form::kSquare:
+    case Form::kOdds:
+      return t >= high ? kInfinity : reference * std::pow(std::tan(t), 2);
+    case Form::kExponential:
+    case Form::kSigma:
+      return std::exp(t);
+    default:
+      return t;
+  }
+}
+
+}  // namespace silvafit::fit

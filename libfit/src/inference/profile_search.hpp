@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// The limits of a profile likelihood.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "inference/likelihood_surface.hpp"
+#include "inference/natural_parameters.hpp"
+#include "silvafit/fit/intervals.hpp"
+
+namespace silvafit::fit {
+
+/// What the profile of one parameter starts from: the maximum of the likelihood.
+struct ProfileStart {
+  double value = 0.0;         ///< F at the maximum
+  Eigen::MatrixXd hessian{};  ///< of F there
+  Eigen::MatrixXd inverse{};  ///< of the Hessian, over the directions in which it is positive
+};
+
+/// Falls of twice the log-likelihood at which an interval ends.
+struct ProfileCut {
+  double both_sides = 0.0;  ///< where the estimate lies inside its range
+  double one_side = 0.0;    ///< where it lies on the edge
+};
+
+/// The profile interval of a parameter: each limit is searched by secants of the signed root of the
+/// deviance, with the rest of the parameters at their constrained maximum.
+/// \param surface  of this search alone
+ParameterInterval profile_interval(LikelihoodSurface& surface,
+                                   const VarianceModel& variance,
+                                   const NaturalParameter& parameter,
+                                   const ProfileStart& start,
+                                   const ProfileCut& cut);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/least_squares.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "least_squares/least_squares_polish.hpp"
+#include "least_squares/least_squares_verdict.hpp"
+#include "least_squares/levenberg_marquardt.hpp"
+#include "least_squares/start_search.hpp"
+#include "least_squares/variable_projection.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/fit_statistics.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+/// Sums of squares that differ by less than this share are the same minimum.
+constexpr double kSameMinimum = 1e-10;
+/// From so many observations on, descents begin on a sample.
+constexpr Index kManyObservations = 20000;
+
+bool has_sub_models(const NonlinearModel& model) {
+  return std::ranges::any_of(model.specification().parameters, [](const ParameterModel& parameter) {
+    return !parameter.covariates.empty();
+  });
+}
+
+/// Of very many observations a sample shows almost as well where the minima are, and descends to
+/// them in no time: what it reaches are starts near the end.
+std::vector<VectorXd> nearer_starts(const NonlinearModel& model,
+                                    const std::vector<VectorXd>& starts,
+                                    const LeastSquaresOptions& options) {
+  constexpr Index kSample = 4000;
+  constexpr double kSameOnSample = 1e-6;
+  /// A minimum so much higher on the sample is not the lowest on all.
+  constexpr double kHopeless = 1.5;
+  const NonlinearModel part = model.subset(even_sample(model.response(), kSample));
+  ProjectedModel projected(part);
+  std::vector<Descent> reached;
+  for (const VectorXd& start : starts) {
+    Descent descent = descend(projected,
+                              projected.nonlinear_part(start),
+                              {.maximum_iterations = options.maximum_iterations});
+    if (descent.coefficients.size() > 0) reached.push_back(std::move(descent));
+  }
+  std::ranges::stable_sort(reached, {}, &Descent::sum_of_squares);
+  std::vector<VectorXd> result;
+  double last = 0.0;
+  for (const Descent& descent : reached) {
+    if (descent.sum_of_squares > kHopeless * reached.front().sum_of_squares) break;
+    if (!result.empty() && descent.sum_of_squares <= last * (1.0 + kSameOnSample)) continue;
+    last = descent.sum_of_squares;
+    result.push_back(descent.coefficients);
+  }
+  return result;
+}
+
+/// The best of several descents on all data: each gets a while, and the best goes on to the end.
+Descent lowest_from(ProjectedModel& projected,
+                    const std::vector<VectorXd>& starts,
+                    const LeastSquaresOptions& options) {
+  constexpr int kTrial = 30;
+  Descent best{.sum_of_squares = std::numeric_limits<double>::infinity()};
+  int iterations = 0;
+  const auto descend_from = [&](const VectorXd& start, int limit) {
+    const Descent descent =
+        descend(projected, projected.nonlinear_part(start), {.maximum_iterations = limit});
+    iterations += descent.iterations;
+    if (descent.coefficients.size() > 0 &&
+        descent.sum_of_squares < best.sum_of_squares * (1.0 - kSameMinimum)) {
+      best = descent;
+    }
+  };
+  for (const VectorXd& start : starts) {
+    descend_from(start, std::min(kTrial, options.maximum_iterations));
+  }
+  if (best.iterations >= kTrial) {
+    descend_from(VectorXd(best.coefficients), options.maximum_iterations - kTrial);
+  }
+  best.iterations = iterations;
+  return best;
+}
+
+Descent lowest(ProjectedModel& projected,
+               const std::vector<VectorXd>& starts,
+               const LeastSquaresOptions& options) {
+  const NonlinearModel& model = projected.model();
+  if (model.observations() >= kManyObservations) {
+    Descent descent = lowest_from(projected, nearer_starts(model, starts, options), options);
+    // None where a mean that is finite for the sample is not for all.
+    if (descent.coefficients.size() > 0) return descent;
+  }
+  return lowest_from(projected, starts, options);
+}
+
+/// Of minima that are mirror images of each other, as (a, b) and (-a, -b) in Naslund's curve, the
+/// one with positive coefficients.
+void prefer_positive(ProjectedModel& projected, Descent& minimum) {
+  const auto try_point = [&](const VectorXd& nonlinear) {
+    if (!projected.evaluate(nonlinear)) return;
+    const double sum_of_squares = projected.residuals().squaredNorm();
+    if (sum_of_squares > minimum.sum_of_squares * (1.0 + kSameMinimum)) return;
+    minimum.coefficients = projected.coefficients();
+    minimum.sum_of_squares = sum_of_squares;
+  };
+  const VectorXd all = projected.nonlinear_part(minimum.coefficients);
+  if ((all.array() < 0.0).any()) try_point(all.cwiseAbs());
+  for (Index k = 0; k < projected.size(); ++k) {
+    VectorXd one = projected.nonlinear_part(minimum.coefficients);
+    if (one[k] >= 0.0) continue;
+    one[k] = -one[k];
+    try_point(one);
+  }
+}
+
+Descent solve(const NonlinearModel& model, const LeastSquaresOptions& options);
+
+/// Coefficients of sub-models that come nearest to the constants of the pooled fit: intercepts take
+/// them over, and covariates without an intercept are regressed on them.
+VectorXd spread(const NonlinearModel& model,
+                const NonlinearModel& pooled,
+                const VectorXd& constants) {
+  VectorXd coefficients = VectorXd::Zero(model.coefficient_count());
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd weights;
+  pooled.evaluate(constants, mean, &weights, workspace);
+  for (Index k = 0; k < constants.size(); ++k) {
+    std::vector<Index> members;
+    for (Index j = 0; j < coefficients.size(); ++j) {
+      if (model.parameter_of(j) == k) members.push_back(j);
+    }
+    if (model.specification().parameters[static_cast<std::size_t>(k)].has_intercept) {
+      coefficients[members.front()] = constants[k];
+      continue;
+    }
+    MatrixXd covariates(model.observations(), static_cast<Index>(members.size()));
+    for (Index j = 0; j < covariates.cols(); ++j) {
+      covariates.col(j) =
+          weights.col(k).cwiseProduct(model.multiplier(members[static_cast<std::size_t>(j)]));
+    }
+    coefficients(members) = covariates.colPivHouseholderQr().solve(weights.col(k) * constants[k]);
+  }
+  return coefficients;
+}
+
+/// Starts for a model with covariates, from the fit without them: so that it cannot end above it.
+std::vector<VectorXd> starts_from_pooled(const NonlinearModel& model,
+                                         const LeastSquaresOptions& options) {
+  const NonlinearModel pooled = model.pooled();
+  const VectorXd constants = solve(pooled, options).coefficients;
+  if (constants.size() == 0) return {};
+  VectorXd start = spread(model, pooled, constants);
+  for (const auto& [name, value] : options.start) {
+    const auto& names = model.coefficient_names();
+    const auto found = std::ranges::find(names, name);
+    if (found != names.end()) start[found - names.begin()] = value;
+  }
+  return {start};
+}
+
+/// The lowest point of the sum of squares that any start leads to.
+Descent solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
+  ProjectedModel projected(model);
+  const std::vector<VectorXd> starts =
+      has_sub_models(model) ? starts_from_pooled(model, options)
+                            : search_starts(model, {.fixed = options.start, .rule = options.rule});
+  Descent minimum = lowest(projected, starts, options);
+  if (minimum.coefficients.size() > 0) prefer_positive(projected, minimum);
+  return minimum;
+}
+
+/// The user's start, if it names all coefficients.
+std::vector<VectorXd> complete_start(const NonlinearModel& model,
+                                     const LeastSquaresOptions& options) {
+  VectorXd start(model.coefficient_count());
+  for (Index j = 0; j < start.size(); ++j) {
+    const auto found = options.start.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
+    if (found == options.start.end()) return {};
+    start[j] = found->second;
+  }
+  return {start};
+}
+
+/// A sum of squares that rounding alone can make.
+bool is_exact(const NonlinearModel& model, double sum_of_squares) {
+  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+  return sum_of_squares <= kRounding * kRounding * model.response().squaredNorm();
+}
+
+LeastSquaresFit empty_fit(const NonlinearModel& model) {
+  const Index p = model.coefficient_count();
+  return {.coefficient_names = model.coefficient_names(),
+          .estimate = VectorXd::Constant(p, kNaN),
+          .covariance = MatrixXd::Constant(p, p, kNaN),
+          .sum_of_squares = kNaN,
+          .sigma = kNaN,
+          .log_likelihood = kNaN,
+          .parameter_count = static_cast<int>(p) + 1,
+          .observations = model.observations(),
+          .convergence = {},
+          .fitted = VectorXd::Constant(model.observations(), kNaN)};
+}
+
+/// Where a coefficient runs into a limit of the formula, its steps fail and stop the others too.
+/// Holding each in turn lets those finish.
+NewtonPoint finish_the_others(const NonlinearModel& model,
+                              const NewtonPoint& stuck,
+                              const LeastSquaresOptions& options) {
+  ProjectedModel projected(model);
+  NewtonPoint best = stuck;
+  if (projected.size() < 2) return best;
+  for (int held = 0; held < projected.size(); ++held) {
+    const Descent descent =
+        descend(projected,
+                projected.nonlinear_part(best.coefficients),
+                {.maximum_iterations = options.maximum_iterations, .held = held});
+    if (descent.sum_of_squares >= best.sum_of_squares) continue;
+    const int iterations = best.iterations + descent.iterations;
+    best = refine(model, descent.coefficients);
+    best.iterations += iterations;
+  }
+  return best;
+}
+
+LeastSquaresFit described(const NonlinearModel& model,
+                          const Descent& minimum,
+                          const LeastSquaresOptions& options) {
+  NewtonPoint point = refine(model, minimum.coefficients);
+  if (!is_converged(point)) point = finish_the_others(model, point, options);
+  LeastSquaresFit fit = empty_fit(model);
+  fit.estimate = point.coefficients;
+  fit.fitted = point.mean;
+  fit.sum_of_squares = point.sum_of_squares;
+  const bool exact = is_exact(model, point.sum_of_squares);
+  const double freedom = fit.degrees_of_freedom();
+  if (freedom > 0.0) fit.sigma = std::sqrt(point.sum_of_squares / freedom);
+  fit.log_likelihood = exact ? std::numeric_limits<double>::infinity()
+                             : least_squares_log_likelihood(point.sum_of_squares, fit.observations);
+  if (point.finite) fit.covariance = fit.sigma * fit.sigma * point.unscaled_covariance;
+  fit.convergence = judge(model, point, exact);
+  fit.convergence.iterations = minimum.iterations + point.iterations;
+  return fit;
+}
+
+}  // namespace
+
+double LeastSquaresFit::aic() const { return fit::aic(log_likelihood, parameter_count); }
+double LeastSquaresFit::aicc() const {
+  return fit::aicc(log_likelihood, parameter_count, observations);
+}
+double LeastSquaresFit::bic() const {
+  return fit::bic(log_likelihood, parameter_count, observations);
+}
+VectorXd LeastSquaresFit::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
+double LeastSquaresFit::degrees_of_freedom() const {
+  return static_cast<double>(observations - estimate.size());
+}
+
+LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquaresOptions& options) {
+  if (model.coefficient_count() == 0) throw UsageError("the formula has no coefficients to fit");
+  if (model.observations() < model.coefficient_count()) {
+    LeastSquaresFit fit = empty_fit(model);
+    fit.convergence.verdict = too_few_observations(model);
+    return fit;
+  }
+  const std::vector<VectorXd> given = complete_start(model, options);
+  if (!given.empty()) {
+    ProjectedModel projected(model);
+    const Descent minimum = lowest(projected, given, options);
+    if (minimum.coefficients.size() > 0) {
+      LeastSquaresFit fit = described(model, minimum, options);
+      if (fit.convergence.converged) return fit;
+    }
+  }
+  const Descent minimum = solve(model, options);
+  if (minimum.coefficients.size() == 0) {
+    check_domain(model);
+    LeastSquaresFit fit = empty_fit(model);
+    fit.convergence.verdict = no_start();
+    return fit;
+  }
+  LeastSquaresFit fit = described(model, minimum, options);
+  if (!fit.covariance.diagonal().array().isFinite().any()) check_domain(model);
+  return fit;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// All steps are computed in u = R beta, where J = QR: there J'J is the identity, so that neither
+// units nor correlations of the coefficients cost digits.
+#include "least_squares/least_squares_polish.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+/// Of the diagonal of R with columns of equal length: below, a column is a sum of the others.
+constexpr double kRankTolerance = 1e-11;
+constexpr int kMaximumSteps = 20;
+constexpr int kMaximumHalvings = 12;
+
+/// J = Q R with pivoting, in coefficients of equal column length.
+class Factorization {
+ public:
+  explicit Factorization(const MatrixXd& jacobian) : scale_(jacobian.colwise().stableNorm()) {
+    scale_ = (scale_.array() > 0.0).select(scale_, 1.0);
+    qr_.setThreshold(kRankTolerance);
+    qr_.compute(jacobian * scale_.cwiseInverse().asDiagonal());
+  }
+
+  Index rank() const { return qr_.rank(); }
+
+  /// (rank) Q' r
+  VectorXd project(const VectorXd& residuals) const {
+    return (qr_.householderQ().adjoint() * residuals).head(rank());
+  }
+
+  /// (p x k) changes of the coefficients for (rank x k) changes in u.
+  MatrixXd to_coefficients(const MatrixXd& u) const {
+    MatrixXd result = MatrixXd::Zero(scale_.size(), u.cols());
+    result.topRows(rank()) = triangle().triangularView<Eigen::Upper>().solve(u);
+    result = qr_.colsPermutation() * result;
+    return scale_.cwiseInverse().asDiagonal() * result;
+  }
+
+  /// Coefficients with a part in a direction that does not change the mean.
+  std::vector<Index> confounded() const {
+    std::vector<Index> result;
+    const Index p = scale_.size();
+    if (rank() == p) return result;
+    MatrixXd directions = MatrixXd::Zero(p, p - rank());
+    directions.topRows(rank()) = -triangle().triangularView<Eigen::Upper>().solve(
+        qr_.matrixQR().topRightCorner(rank(), p - rank()));
+    directions.bottomRows(p - rank()).setIdentity();
+    directions = qr_.colsPermutation() * directions;
+    for (Index i = 0; i < p; ++i) {
+      if (directions.row(i).cwiseAbs().maxCoeff() > 1e-6) result.push_back(i);
+    }
+    return result;
+  }
+
+ private:
+  MatrixXd triangle() const { return qr_.matrixQR().topLeftCorner(rank(), rank()); }
+
+  VectorXd scale_;
+  Eigen::ColPivHouseholderQR<MatrixXd> qr_;
+};
+
+class Refinement {
+ public:
+  Refinement(const NonlinearModel& model, const VectorXd& coefficients) : model_(model) {
+    point_.coefficients = coefficients;
+  }
+
+  NewtonPoint run() {
+    NewtonPoint best;
+    for (; point_.iterations < kMaximumSteps; ++point_.iterations) {
+      if (!linearize()) return point_;
+      const VectorXd u = newton_step();
+      // Where the sum of squares cannot see a gain any more, the decrement still can.
+      const bool is_better = point_.iterations == 0 || point_.decrement < best.decrement ||
+                             point_.sum_of_squares < best.sum_of_squares - noise();
+      if (!is_better) break;
+      best = point_;
+      if (point_.decrement <= 1e-3 * point_.rounding) break;
+      if (!take(factors().to_coefficients(u))) break;
+    }
+    if (point_.coefficients != best.coefficients) {
+      const int iterations = point_.iterations;
+      point_ = best;
+      point_.iterations = iterations;
+      linearize();
+    }
+    finish();
+    return point_;
+  }
+
+ private:
+  const Factorization& factors() const { return *factors_; }
+
+  bool linearize() {
+    model_.evaluate(point_.coefficients, point_.mean, &jacobian_, workspace_);
+    residuals_ = model_.response() - point_.mean;
+    point_.sum_of_squares = residuals_.squaredNorm();
+    point_.finite = residuals_.allFinite() && jacobian_.allFinite();
+    if (point_.finite) factors_.emplace(jacobian_);
+    return point_.finite;
+  }
+
+  double residual_variance() const {
+    const Index freedom = std::max<Index>(model_.observations() - factors().rank(), 1);
+    return point_.sum_of_squares / static_cast<double>(freedom);
+  }
+
+  /// What rounding of the observations' size does to the sum of squares.
+  double noise() const {
+    return 4.0 * kEpsilon * residuals_.norm() * (residuals_.norm() + model_.response().norm());
+  }
+
+  /// The step in u; also fills in the evidence.
+  VectorXd newton_step() {
+    const VectorXd gradient = factors().project(residuals_);
+    const double variance = residual_variance();
+    const double size = model_.response().squaredNorm() + point_.mean.squaredNorm();
+    point_.rounding = std::pow(8.0 * kEpsilon, 2) * size / variance;
+    const Eigen::LLT<MatrixXd> hessian(curvature(std::sqrt(variance)));
+    point_.positive_curvature = hessian.info() == Eigen::Success;
+    const VectorXd step = point_.positive_curvature ? VectorXd(hessian.solve(gradient)) : gradient;
+    point_.decrement = variance > 0.0 ? gradient.dot(step) / variance : 0.0;
+    return step;
+  }
+
+  /// Hessian of half the sum of squares in u: the identity less the residuals' part, which comes
+  /// from central differences of the exact Jacobian over a thousandth of a standard error.
+  MatrixXd curvature(double sigma) {
+    const Index r = factors().rank();
+    MatrixXd hessian = MatrixXd::Identity(r, r);
+    const double width = 1e-3 * sigma;
+    // An all but exact fit: the steps would drown in rounding, and the residuals' part is nil.
+    const double fit_change = width * std::sqrt(static_cast<double>(model_.observations()));
+    if (fit_change < 1e-12 * model_.response().norm()) return hessian;
+    const MatrixXd directions = factors().to_coefficients(MatrixXd::Identity(r, r));
+    MatrixXd upper;
+    MatrixXd lower;
+    VectorXd mean;
+    for (Index k = 0; k < r; ++k) {
+      model_.evaluate(point_.coefficients + width * directions.col(k), mean, &upper, workspace_);
+      model_.evaluate(point_.coefficients - width * directions.col(k), mean, &lower, workspace_);
+      hessian.col(k) -=
+          directions.transpose() * ((upper - lower).transpose() * residuals_ / (2.0 * width));
+    }
+    if (!hessian.allFinite()) return MatrixXd::Identity(r, r);
+    return 0.5 * (hessian + hessian.transpose());
+  }
+
+  /// Moves by the step, or a part of it that does not visibly raise the sum of squares.
+  bool take(const VectorXd& step) {
+    VectorXd mean;
+    double share = 1.0;
+    for (int halving = 0; halving < kMaximumHalvings; ++halving, share *= 0.5) {
+      const VectorXd candidate = point_.coefficients + share * step;
+      model_.evaluate(candidate, mean, nullptr, workspace_);
+      const double sum_of_squares = (model_.response() - mean).squaredNorm();
+      if (sum_of_squares <= point_.sum_of_squares + noise()) {
+        const bool moved = candidate != point_.coefficients;
+        point_.coefficients = candidate;
+        return moved;
+      }
+    }
+    return false;
+  }
+
+  void finish() {
+    point_.rank = static_cast<int>(factors().rank());
+    point_.confounded = factors().confounded();
+    const MatrixXd root =
+        factors().to_coefficients(MatrixXd::Identity(factors().rank(), factors().rank()));
+    point_.unscaled_covariance = root * root.transpose();
+    for (const Index i : point_.confounded) {
+      point_.unscaled_covariance.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+      point_.unscaled_covariance.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+
+  const NonlinearModel& model_;
+  NonlinearModel::Workspace workspace_;
+  NewtonPoint point_;
+  MatrixXd jacobian_;
+  VectorXd residuals_;
+  std::optional<Factorization> factors_;
+};
+
+}  // namespace
+
+NewtonPoint refine(const NonlinearModel& model, const VectorXd& coefficients) {
+  return Refinement(model, coefficients).run();
+}
+
+bool is_converged(const NewtonPoint& point) {
+  constexpr double kSquaredStandardErrors = 1e-10;
+  return point.finite && point.positive_curvature &&
+         point.decrement <= std::max(kSquaredStandardErrors, point.rounding);
+}
+
+Index numerical_rank(const MatrixXd& jacobian) { return Factorization(jacobian).rank(); }
+
+}  // namespace silvafit::fit

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "least_squares/least_squares_verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "least_squares/variable_projection.hpp"
+#include "optimization/candidate_points.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// "a", "a and b", "a, b and c".
+std::string listed(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  std::string text;
+  for (std::size_t k = 0; k < coefficients.size(); ++k) {
+    if (k > 0) text += k + 1 == coefficients.size() ? " and " : ", ";
+    text += model.coefficient_names()[static_cast<std::size_t>(coefficients[k])];
+  }
+  return text;
+}
+
+/// How far the mean moves, as a length over all observations, when a coefficient becomes zero;
+/// infinite where there is no mean then.
+double change_without(const NonlinearModel& model, const NewtonPoint& point, Index coefficient) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  VectorXd without = point.coefficients;
+  without[coefficient] = 0.0;
+  model.evaluate(without, mean, nullptr, workspace);
+  const double change = (mean - point.mean).norm();
+  return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
+}
+
+/// Coefficients that the curve needs, though their standard errors are ten times their size. (One
+/// that it does not need, such as a covariate's without effect, is merely near zero.)
+std::vector<Index> undetermined(const NonlinearModel& model,
+                                const NewtonPoint& point,
+                                double sigma) {
+  std::vector<Index> result;
+  for (Index j = 0; j < point.coefficients.size(); ++j) {
+    const double error = sigma * std::sqrt(point.unscaled_covariance(j, j));
+    const bool is_loose = error > 10.0 * std::abs(point.coefficients[j]);
+    if (is_loose && change_without(model, point, j) > sigma) result.push_back(j);
+  }
+  return result;
+}
+
+/// Coefficients so large that the mean no longer feels their changes, though it would feel their
+/// absence: they ran to a limit that the formula reaches at infinity only.
+std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& point) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  std::vector<Index> result;
+  for (Index j = 0; j < jacobian.cols(); ++j) {
+    const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
+    const bool is_unfelt = effect <= 1e-12 * point.mean.norm();
+    if (is_unfelt && change_without(model, point, j) > 1e-6 * point.mean.norm()) {
+      result.push_back(j);
+    }
+  }
+  return result;
+}
+
+/// True if the coefficients can be told apart somewhere, so that it is this place that cannot.
+bool identifiable_elsewhere(const NonlinearModel& model) {
+  ProjectedModel projected(model);
+  const CandidatePoints points(model, projected.size());
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  constexpr std::size_t kPoints = 64;
+  for (std::size_t number = 1; number <= kPoints; ++number) {
+    if (!projected.evaluate(points(number))) continue;
+    model.evaluate(projected.coefficients(), mean, &jacobian, workspace);
+    if (jacobian.allFinite() && numerical_rank(jacobian) == jacobian.cols()) return true;
+  }
+  return false;
+}
+
+/// "a runs away, so the data do not show the part of the curve that it describes: ..."
+std::string run_away(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  const bool one = coefficients.size() == 1;
+  return fmt::format(
+      "{} {} away, so the data do not show the part of the curve that {}: try a model with fewer "
+      "coefficients.",
+      listed(model, coefficients),
+      one ? "runs" : "run",
+      one ? "it describes" : "they describe");
+}
+
+std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& point) {
+  const std::string names = listed(model, point.confounded);
+  if (point.confounded.size() == 1) {
+    return fmt::format(
+        "The data say nothing about {}, because the mean does not depend on it: leave it out.",
+        names);
+  }
+  if (identifiable_elsewhere(model)) {
+    return "The fit keeps improving while " + run_away(model, point.confounded);
+  }
+  return fmt::format(
+      "The data cannot tell {} apart, because others can take the place of each: leave one out.",
+      names);
+}
+
+std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& point, double sigma) {
+  if (!point.finite) {
+    return "The formula stopped having finite slopes where the fit led: give start values, or try "
+           "another model.";
+  }
+  const std::vector<Index> loose = undetermined(model, point, sigma);
+  if (!loose.empty()) {
+    return "The fit keeps improving, ever more slowly, while " + run_away(model, loose);
+  }
+  return fmt::format(
+      "No minimum was reached, the estimates are still {:.2g} standard errors away: try other "
+      "start "
+      "values or a model with fewer coefficients.",
+      std::sqrt(point.decrement));
+}
+
+std::string success_verdict(const NonlinearModel& model,
+                            const NewtonPoint& point,
+                            double sigma,
+                            bool exact) {
+  if (exact) {
+    return "The model goes through all observations exactly, so that sigma is zero and the "
+           "log-likelihood infinite: do not compare it with others by them.";
+  }
+  const std::vector<Index> loose = undetermined(model, point, sigma);
+  if (!loose.empty()) {
+    return fmt::format(
+        "The least-squares solution was found, but {} hardly determined by these data (standard "
+        "error above ten times the estimate).",
+        listed(model, loose) + (loose.size() == 1 ? " is" : " are"));
+  }
+  return "The least-squares solution was found to the last digits.";
+}
+
+}  // namespace
+
+Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact) {
+  Convergence result{.gradient = point.decrement, .rank = point.rank};
+  if (!point.finite) {
+    result.verdict = failure_verdict(model, point, 0.0);
+    return result;
+  }
+  const double freedom = static_cast<double>(model.observations() - model.coefficient_count());
+  const double sigma = freedom > 0.0 ? std::sqrt(point.sum_of_squares / freedom) : 0.0;
+  const std::vector<Index> lost = exact ? saturated(model, point) : std::vector<Index>{};
+  if (!lost.empty()) {
+    result.verdict =
+        "The model goes through all observations exactly, but only as " + run_away(model, lost);
+  } else if (point.rank < model.coefficient_count()) {
+    result.verdict = confounding_verdict(model, point);
+  } else if (exact || is_converged(point)) {
+    result.converged = true;
+    result.verdict = success_verdict(model, point, sigma, exact);
+  } else {
+    result.verdict = failure_verdict(model, point, sigma);
+  }
+  return result;
+}
+
+std::string too_few_observations(const NonlinearModel& model) {
+  return fmt::format(
+      "{} coefficients need as many observations at least, but there are {}: measure more, or use "
+      "a "
+      "model with fewer coefficients.",
+      model.coefficient_count(),
+      model.observations());
+}
+
+std::string no_start() {
+  return "No values of the coefficients were found for which the formula is finite for all "
+         "observations: give start values.";
+}
+
+}  // namespace silvafit::fit

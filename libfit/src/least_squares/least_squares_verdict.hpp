@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// What the evidence of a least-squares fit means, in a sentence.
+#pragma once
+
+#include <string>
+
+#include "least_squares/least_squares_polish.hpp"
+#include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// \param exact  the model goes through all observations but for rounding
+Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact);
+
+/// Verdicts on fits that could not begin.
+std::string too_few_observations(const NonlinearModel& model);
+std::string no_start();
+
+}  // namespace silvafit::fit

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+#include "least_squares/start_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "least_squares/levenberg_marquardt.hpp"
+#include "optimization/candidate_points.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr Index kSampleRows = 200;
+constexpr std::size_t kCandidatesPerCoefficient = 300;
+constexpr std::size_t kDescents = 8;
+/// Candidates nearer than this factor in all coefficients lead to the same place.
+constexpr double kCandidateFactor = 2.5;
+constexpr double kStartFactor = 1.001;
+constexpr std::size_t kStarts = 3;
+
+/// A value and its observation; of equal values the earlier observation comes first.
+using Ordered = std::pair<double, Index>;
+
+/// Puts what a sort would put at some places there, and leaves the rest between them in any order.
+/// \param first   place of the first of the values
+/// \param places  ascending, all among those of the values
+void put_in_place(std::span<Ordered> values,
+                  std::size_t first,
+                  std::span<const std::size_t> places) {
+  if (places.empty()) return;
+  const std::size_t middle = places.size() / 2;
+  const std::size_t at = places[middle] - first;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  put_in_place(values.first(at), first, places.first(middle));
+  put_in_place(values.subspan(at + 1), places[middle] + 1, places.subspan(middle + 1));
+}
+
+}  // namespace
+
+std::vector<Index> even_sample(const VectorXd& response, Index count) {
+  std::vector<Index> chosen;
+  if (response.size() <= count) {
+    chosen.resize(static_cast<std::size_t>(response.size()));
+    std::iota(chosen.begin(), chosen.end(), Index{0});
+    return chosen;
+  }
+  std::vector<Ordered> all;
+  all.reserve(static_cast<std::size_t>(response.size()));
+  for (Index i = 0; i < response.size(); ++i) all.push_back({response[i], i});
+  std::vector<std::size_t> places;
+  for (Index k = 0; k < count; ++k) {
+    places.push_back(static_cast<std::size_t>(k * (response.size() - 1) / (count - 1)));
+  }
+  put_in_place(all, 0, places);
+  for (const std::size_t place : places) chosen.push_back(all[place].second);
+  std::ranges::sort(chosen);
+  return chosen;
+}
+
+namespace {
+
+struct Candidate {
+  VectorXd nonlinear{};
+  VectorXd coefficients{};
+  double sum_of_squares = std::numeric_limits<double>::infinity();
+};
+
+/// True if each nonlinear coefficient has the same sign and a size within a factor.
+bool are_near(const Candidate& a, const Candidate& b, double factor) {
+  const auto ratio = (a.nonlinear.array() / b.nonlinear.array());
+  return (ratio <= factor && ratio >= 1.0 / factor).all();
+}
+
+/// The best candidates, no two of them near each other.
+std::vector<Candidate> best_of(std::vector<Candidate> candidates,
+                               std::size_t count,
+                               double factor) {
+  std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
+  std::vector<Candidate> chosen;
+  for (Candidate& candidate : candidates) {
+    if (chosen.size() == count) break;
+    const bool is_new = std::ranges::none_of(
+        chosen, [&](const Candidate& other) { return are_near(candidate, other, factor); });
+    if (is_new) chosen.push_back(std::move(candidate));
+  }
+  return chosen;
+}
+
+class StartSearch {
+ public:
+  StartSearch(const NonlinearModel& model, const StartSearchOptions& options)
+      : model_(model),
+        options_(options),
+        part_(model.subset(even_sample(model.response(), kSampleRows))),
+        projected_(part_) {}
+
+  std::vector<VectorXd> run() {
+    scan();
+    std::vector<Candidate> starts = best_of(candidates_, kDescents, kCandidateFactor);
+    if (rule_) starts.push_back(*rule_);
+    std::vector<Candidate> reached;
+    for (const Candidate& start : starts) reached.push_back(descended(start));
+    std::vector<VectorXd> result;
+    for (const Candidate& candidate : best_of(std::move(reached), kStarts, kStartFactor)) {
+      result.push_back(candidate.coefficients);
+    }
+    return result;
+  }
+
+ private:
+  void scan() {
+    const Index q = projected_.size();
+    if (!options_.rule.empty() && try_candidate(rule_values())) rule_ = candidates_.back();
+    if (q == 0) {
+      try_candidate(VectorXd(0));
+      return;
+    }
+    const CandidatePoints points(model_, q);
+    for (const double scale : points.scales()) try_candidate(VectorXd::Constant(q, scale));
+    if (q == 1) {
+      scan_line();
+    } else {
+      const std::size_t count = kCandidatesPerCoefficient * static_cast<std::size_t>(q);
+      for (std::size_t i = 1; i <= count; ++i) try_candidate(points(i));
+    }
+  }
+
+  /// One coefficient: a grid of both signs, four points a decade.
+  void scan_line() {
+    for (int step = -40; step <= 40; ++step) {
+      const double magnitude = std::pow(10.0, step / 4.0);
+      try_candidate(VectorXd::Constant(1, magnitude));
+      try_candidate(VectorXd::Constant(1, -magnitude));
+    }
+  }
+
+  VectorXd rule_values() const {
+    VectorXd point = VectorXd::Ones(projected_.size());
+    set_named(options_.rule, point);
+    return point;
+  }
+
+  void set_named(const std::map<std::string, double>& values, VectorXd& point) const {
+    for (Index k = 0; k < point.size(); ++k) {
+      const Index coefficient = projected_.split().nonlinear[static_cast<std::size_t>(k)];
+      const auto found =
+          values.find(part_.coefficient_names()[static_cast<std::size_t>(coefficient)]);
+      if (found != values.end()) point[k] = found->second;
+    }
+  }
+
+  bool try_candidate(VectorXd nonlinear) {
+    set_named(options_.fixed, nonlinear);
+    if (!projected_.evaluate(nonlinear)) return false;
+    candidates_.push_back({.nonlinear = std::move(nonlinear),
+                           .coefficients = projected_.coefficients(),
+                           .sum_of_squares = projected_.residuals().squaredNorm()});
+    return true;
+  }
+
+  Candidate descended(const Candidate& start) {
+    const Descent descent =
+        descend(projected_, start.nonlinear, {.maximum_iterations = 50, .tolerance = 1e-9});
+    return {.nonlinear = projected_.nonlinear_part(descent.coefficients),
+            .coefficients = descent.coefficients,
+            .sum_of_squares = descent.sum_of_squares};
+  }
+
+  const NonlinearModel& model_;
+  const StartSearchOptions& options_;
+  NonlinearModel part_;
+  ProjectedModel projected_;
+  std::vector<Candidate> candidates_;
+  std::optional<Candidate> rule_;
+};
+
+}  // namespace
+
+std::vector<VectorXd> search_starts(const NonlinearModel& model,
+                                    const StartSearchOptions& options) {
+  return StartSearch(model, options).run();
+}
+
+void check_domain(const NonlinearModel& model) {
+  constexpr std::size_t kPoints = 64;
+  const CandidatePoints points(model, model.coefficient_count());
+  std::vector<bool> never_finite(static_cast<std::size_t>(model.observations()), true);
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  for (std::size_t number = 1; number <= kPoints; ++number) {
+    model.evaluate(points(number), mean, &jacobian, workspace);
+    for (Index i = 0; i < mean.size(); ++i) {
+      if (std::isfinite(mean[i]) && jacobian.row(i).allFinite()) {
+        never_finite[static_cast<std::size_t>(i)] = false;
+      }
+    }
+  }
+  const auto found = std::ranges::find(never_finite, true);
+  if (found == never_finite.end()) return;
+  const Index row = found - never_finite.begin();
+  const Place place = model.place(row);
+  throw DomainError(
+      fmt::format("the formula has no finite value or slope for {}, whatever its coefficients: "
+                  "correct the row or leave it out",
+                  place.line ? "this row"
+                             : fmt::format("row {} of the table",
+                                           model.rows()[static_cast<std::size_t>(row)] + 1)),
+      place);
+}
+
+}  // namespace silvafit::fit

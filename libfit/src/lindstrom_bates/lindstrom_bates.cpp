@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: MIT
+#include "lindstrom_bates/lindstrom_bates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "optimization/quasi_newton.hpp"
+#include "silvafit/fit/fit_statistics.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+RelativeFactor factor_of(const std::optional<RandomEffects>& random, const VectorXd& scales) {
+  return {random.value_or(RandomEffects{}), scales};
+}
+
+/// Root mean squares of the columns of X, 1 where there is none.
+VectorXd column_sizes(const Linearization& at) {
+  const GroupMoments& moments = at.model.moments;
+  const Index p = moments.width() - 1;
+  VectorXd squares = VectorXd::Zero(p);
+  for (Index group = 0; group < moments.groups(); ++group) {
+    for (Index j = 0; j < p; ++j) squares[j] += moments.term(group, 0)[j * (p + 1) + j];
+  }
+  VectorXd sizes = (squares / static_cast<double>(at.model.observations)).cwiseSqrt();
+  for (double& value : sizes) {
+    if (!std::isfinite(value) || value == 0.0) value = 1.0;
+  }
+  return sizes;
+}
+
+/// Whether g is about one at typical values, whatever the parameters.
+bool normalized(const VarianceFunction& variance) {
+  return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
+    return factor.kind != VarianceFactor::Kind::kStratum && factor.stratum.empty() &&
+           !factor.delta && !factor.constant;
+  });
+}
+
+// The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
+constexpr double kStartDivisor = 0.375;
+// Coordinates are chosen anew when a column of the Jacobian has become this much larger or smaller.
+constexpr double kUnsuitable = 4.0;
+
+/// The spherical effects that make the same effects with another factor, as far as it can hold
+/// them.
+MatrixXd moved_effects(const MatrixXd& from, const MatrixXd& to, const MatrixXd& spherical) {
+  if (spherical.rows() == 0) return spherical;
+  return spherical_effects(to, from * spherical);
+}
+
+}  // namespace
+
+PooledFit pooled_fit(const NonlinearModel& model,
+                     const VectorXd& start,
+                     const MixedEffectsOptions& options) {
+  const VarianceModel constant({}, VarianceData::of(model));
+  const LinearizationPoint point{.coefficients = start,
+                                 .effects = MatrixXd::Zero(start.size(), model.group_count()),
+                                 .variance = VectorXd(0),
+                                 .units = VectorXd::Ones(start.size())};
+  Linearization at;
+  Linearizer(model, constant).linearize(point, false, nullptr, at);
+  PooledFit result{
+      .coefficients = start,
+      .scale = column_sizes(at).cwiseInverse(),
+      .log_likelihood = least_squares_log_likelihood(at.squares.sum(), model.observations())};
+  if (options.reml) {
+    at.model.restricted = true;
+    const auto q = static_cast<Index>(at.model.random.inner.size());
+    const auto r = static_cast<Index>(at.model.random.outer.size());
+    const RelativeFactors none = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
+    result.log_likelihood = -profile(at.model, none, VectorXd(0), false).minus_log_likelihood;
+  }
+  return result;
+}
+
+LindstromBates::LindstromBates(const NonlinearModel& model,
+                               const PooledFit& pooled,
+                               const VarianceFunction& variance,
+                               const MixedEffectsOptions& options)
+    : model_(model),
+      options_(options),
+      variance_text_(variance.text()),
+      random_(model.coefficients_of(model.specification().random)),
+      outer_random_(model.coefficients_of(model.specification().outer_random)),
+      pooled_(pooled),
+      scale_(pooled.scale),
+      inner_factor_(factor_of(model.specification().random, VectorXd(scale_(random_)))),
+      outer_factor_(factor_of(model.specification().outer_random, VectorXd(scale_(outer_random_)))),
+      variance_(variance, VarianceData::of(model)),
+      is_normalized_(normalized(variance)),
+      linearizer_(model, variance_) {}
+
+RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
+  const Index inner = inner_factor_.parameter_count();
+  return {.inner = inner_factor_.factor(theta.head(inner)),
+          .outer = outer_factor_.factor(theta.segment(inner, outer_factor_.parameter_count()))};
+}
+
+LindstromBatesState LindstromBates::start(double spread) {
+  adopt_scale(pooled_.scale);
+  const auto q = static_cast<Index>(random_.size());
+  const auto r = static_cast<Index>(outer_random_.size());
+  LindstromBatesState state{
+      .scale = pooled_.scale,
+      .beta = pooled_.coefficients.cwiseQuotient(pooled_.scale),
+      .spherical = MatrixXd::Zero(q, model_.group_count()),
+      .outer_spherical = MatrixXd::Zero(r, r > 0 ? model_.cluster_count() : 0),
+      .theta = VectorXd(random_parameter_count() + variance_.parameter_count())};
+  // In scaled coordinates the mean square of each column of Z is one at the start.
+  const auto deviation = [&](Index groups) {
+    return spread / (kStartDivisor * std::sqrt(static_cast<double>(model_.observations()) /
+                                               static_cast<double>(groups)));
+  };
+  const VectorXd inner = VectorXd::Constant(q, deviation(model_.group_count()));
+  const VectorXd outer = VectorXd::Constant(r, deviation(model_.cluster_count()));
+  state.theta << inner_factor_.from_diagonal(inner), outer_factor_.from_diagonal(outer),
+      variance_.start();
+  return state;
+}
+
+LindstromBatesState LindstromBates::with_theta(const LindstromBatesState& state,
+                                               const VectorXd& theta) const {
+  LindstromBatesState moved = state;
+  moved.theta = theta;
+  const RelativeFactors from = factors(state.theta);
+  const RelativeFactors to = factors(theta);
+  moved.spherical = moved_effects(from.inner, to.inner, state.spherical);
+  moved.outer_spherical = moved_effects(from.outer, to.outer, state.outer_spherical);
+  return moved;
+}
+
+SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome) const {
+  const double n = static_cast<double>(model_.observations());
+  return {.state = outcome.state,
+          .quantities = variance_.quantities(),
+          .parameters = variance_parameters(outcome.state.theta),
+          .mean_log = is_normalized_ ? 0.0 : outcome.at->model.moments.sum_log()[0] / n,
+          .log_likelihood = outcome.log_likelihood,
+          .converged = outcome.converged};
+}
+
+LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
+                                               const std::vector<std::size_t>& factors_of) {
+  VectorXd parameters = variance_.start();
+  for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
+    const std::string kind = quantity.name.substr(0, quantity.name.find(" of "));
+    bool is_known = false;
+    bool has_factor = false;
+    for (const VarianceModel::Quantity& from : smaller.quantities) {
+      if (factors_of[from.factor] != quantity.factor) continue;
+      has_factor = true;
+      if (!from.name.starts_with(kind)) continue;
+      is_known = true;
+      auto target = parameters.segment(quantity.first, quantity.count);
+      if (from.count == quantity.count) {
+        target = smaller.parameters.segment(from.first, from.count);
+      } else {
+        target.setConstant(smaller.parameters[from.first]);
+      }
+    }
+    // The constant that a pure power lacks: zero would be a stationary point.
+    constexpr double kSmall = 0.1;
+    if (has_factor && !is_known) {
+      parameters.segment(quantity.first, quantity.count) *= kSmall;
+    }
+  }
+  LindstromBatesState state = smaller.state;
+  state.theta.resize(random_parameter_count() + parameters.size());
+  state.theta.head(random_parameter_count()) = smaller.state.theta.head(random_parameter_count());
+  state.theta.tail(parameters.size()) = parameters;
+  // Psi / sigma^2 with the new scale of sigma.
+  adopt_scale(state.scale);
+  if (is_normalized_ && smaller.mean_log == 0.0) return state;
+  Linearization at;
+  if (!linearize(state, nullptr, at)) return state;
+  const double mean_log =
+      at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
+  state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
+  state.spherical *= std::exp(smaller.mean_log - mean_log);
+  state.outer_spherical *= std::exp(smaller.mean_log - mean_log);
+  return state;
+}
+
+LindstromBatesState LindstromBates::first_order_start() {
+  LindstromBatesState state = start(1.0);
+  // The series of the weights is good near its center only, so that it is moved along.
+  constexpr int kRounds = 5;
+  constexpr double kNear = 0.1;
+  for (int round = 0; round < kRounds; ++round) {
+    Linearization at;
+    if (!linearize(state, nullptr, at)) break;
+    const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
+      const LinearMixedProfile value = profile_near(state, at, theta);
+      if (!value.is_valid) return std::numeric_limits<double>::infinity();
+      if (by_theta != nullptr) *by_theta = gradient(value);
+      return value.minus_log_likelihood;
+    };
+    const QuasiNewtonResult best =
+        minimize(objective, state.theta, {}, {.maximum_steps = kThetaSteps});
+    if (!std::isfinite(best.value) || !best.x.allFinite()) break;
+    const VectorXd change = variance_parameters(best.x) - variance_parameters(state.theta);
+    state.theta = best.x;
+    if (change.size() == 0 || change.cwiseAbs().maxCoeff() < kNear) break;
+  }
+  return state;
+}
+
+void LindstromBates::adopt_scale(const VectorXd& scale) {
+  scale_ = scale;
+  const ModelSpecification& specification = model_.specification();
+  inner_factor_ = factor_of(specification.random, VectorXd(scale_(random_)));
+  outer_factor_ = factor_of(specification.outer_random, VectorXd(scale_(outer_random_)));
+}
+
+bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
+  const VectorXd size = column_sizes(at);
+  if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
+  const RelativeFactors from = factors(state.theta);
+  const MatrixXd inner = VectorXd(size(random_)).asDiagonal() * from.inner;
+  const MatrixXd outer = VectorXd(size(outer_random_)).asDiagonal() * from.outer;
+  state.scale = state.scale.cwiseQuotient(size);
+  state.beta = state.beta.cwiseProduct(size);
+  at.model.moments.divide_columns(size);
+  adopt_scale(state.scale);
+  at.model.log_units = -2.0 * scale_.array().log().sum();
+  const Index count = inner_factor_.parameter_count();
+  state.theta.head(count) = inner_factor_.from_factor(inner);
+  state.theta.segment(count, outer_factor_.parameter_count()) = outer_factor_.from_factor(outer);
+  return true;
+}
+
+bool LindstromBates::linearize(const LindstromBatesState& state,
+                               const Linearization* before,
+                               Linearization& at) {
+  const RelativeFactors now = factors(state.theta);
+  const MatrixXd inner = now.inner * state.spherical;
+  const MatrixXd outer = now.outer * state.outer_spherical;
+  LinearizationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
+                           .effects = MatrixXd::Zero(scale_.size(), model_.group_count()),
+                           .variance = variance_parameters(state.theta),
+                           .units = scale_};
+  for (std::size_t k = 0; k < random_.size(); ++k) {
+    point.effects.row(random_[k]) = scale_[random_[k]] * inner.row(static_cast<Index>(k));
+  }
+  for (std::size_t k = 0; k < outer_random_.size(); ++k) {
+    const Index column = outer_random_[k];
+    for (Index cluster = 0; cluster < model_.cluster_count(); ++cluster) {
+      const Index begin = model_.cluster_begin(cluster);
+      point.effects.row(column).segment(begin, model_.cluster_begin(cluster + 1) - begin).array() +=
+          scale_[column] * outer(static_cast<Index>(k), cluster);
+    }
+  }
+  at.model.restricted = options_.reml;
+  at.model.log_units = -2.0 * scale_.array().log().sum();
+  return linearizer_.linearize(point, true, before, at);
+}
+
+LinearMixedProfile LindstromBates::profile_at(const Linearization& at,
+                                              const VectorXd& theta,
+                                              bool with_derivatives) const {
+  const Index parameters = at.model.moments.parameters();
+  VectorXd displacement(parameters);
+  if (parameters > 0) {
+    displacement = variance_parameters(theta) - at.variance;
+    if ((displacement.array().abs() > at.longest_change.array()).any()) return {};
+  }
+  return profile(at.model, factors(theta), displacement, with_derivatives);
+}
+
+LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state,
+                                                const Linearization& at,
+                                                const VectorXd& theta) {
+  if (!linearizer_.is_curved() || variance_parameters(theta) == at.variance) {
+    return profile_at(at, theta, true);
+  }
+  // The likelihood of a constant plus a power has ridges and several hills, for which the series
+  // of the weights does not do.
+  LindstromBatesState moved = state;
+  moved.theta.tail(variance_.parameter_count()) = variance_parameters(theta);
+  Linearization there;
+  if (!linearize(moved, nullptr, there)) return {};
+  return profile_at(there, theta, true);
+}
+
+VectorXd LindstromBates::gradient(const LinearMixedProfile& at) const {
+  VectorXd result = VectorXd::Zero(random_parameter_count() + variance_.parameter_count());
+  result.head(random_parameter_count()) << inner_factor_.gradient(at.by_factor.inner),
+      outer_factor_.gradient(at.by_factor.outer);
+  if (at.by_variance.size() > 0) result.tail(variance_.parameter_count()) = at.by_variance;
+  return result;
+}
+
+double LindstromBates::take_step(LindstromBatesState& state,
+                                 Linearization& at,
+                                 const LinearMixedProfile& target) {
+  const auto penalized = [](const VectorXd& squares, const LindstromBatesState& of) {
+    return VectorXd(squares + of.spherical.colwise().squaredNorm().transpose());
+  };
+  const VectorXd current = penalized(at.squares, state);
+  const double total = current.sum() + state.outer_spherical.squaredNorm();
+  const MatrixXd change = target.spherical - state.spherical;
+  const MatrixXd outer_change = target.outer_spherical - state.outer_spherical;
+  // A few groups that run off must not hold back the others: at first their effects alone step
+  // shorter. If that does not do, all step shorter together, which must descend in the end.
+  constexpr int kGroupTrials = 6;
+  constexpr int kTrials = 36;
+  VectorXd group_length = VectorXd::Ones(model_.group_count());
+  VectorXd cluster_length = VectorXd::Ones(state.outer_spherical.cols());
+  double length = 1.0;
+  for (int attempt = 0; attempt < kTrials; ++attempt) {
+    LindstromBatesState trial = state;
+    trial.beta += length * target.coefficients;
+    trial.spherical += length * change * group_length.asDiagonal();
+    trial.outer_spherical += length * outer_change * cluster_length.asDiagonal();
+    Linearization point;
+    const bool is_finite = linearize(trial, &at, point);
+    const VectorXd reached = penalized(point.squares_before, trial);
+    const double total_reached = reached.sum() + trial.outer_spherical.squaredNorm();
+    if (is_finite && total_reached <= total * (1.0 + 1e-13)) {
+      state = std::move(trial);
+      at = std::move(point);
+      return length;
+    }
+    Index shortened = 0;
+    for (Index cluster = 0, j = 0; j < reached.size(); ++j) {
+      while (j >= model_.cluster_begin(cluster + 1)) ++cluster;
+      if (reached[j] <= current[j] + 0.1 * total) continue;
+      group_length[j] *= 0.25;
+      if (cluster_length.size() > 0) cluster_length[cluster] *= 0.5;
+      ++shortened;
+    }
+    if (attempt < kGroupTrials && shortened > 0) continue;
+    group_length.setOnes();
+    cluster_length.setOnes();
+    length *= 0.5;
+  }
+  return 0.0;
+}
+
+bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Linearization& at) {
+  if (!linearize(state, nullptr, at)) return false;
+  constexpr int kSteps = 100;
+  // Many short steps in a row lead along a wall of the mean function, not to a solution.
+  constexpr double kShort = 0.1;
+  int short_steps = 0;
+  double last_decrement = std::numeric_limits<double>::infinity();
+  for (int step = 0; step < kSteps; ++step) {
+    const LinearMixedProfile target = profile_at(at, state.theta, true);
+    if (!target.is_valid) return false;
+    const double current =
+        at.squares.sum() + state.spherical.squaredNorm() + state.outer_spherical.squaredNorm();
+    const double decrement = (current - target.sum_of_squares) / target.sigma2;
+    // Rounding in the two sums is about n times the last digit.
+    constexpr double kEnough = 1e-12;
+    if (decrement <= kEnough || (decrement < 1e-7 && decrement >= 0.5 * last_decrement)) {
+      return true;
+    }
+    last_decrement = decrement;
+    const double length = take_step(state, at, target);
+    if (length == 0.0) return decrement < 1e-6;
+    short_steps = length < kShort ? short_steps + 1 : 0;
+    if (short_steps > short_steps_) return false;
+  }
+  return true;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// The alternation of Lindstrom and Bates on one model, in coordinates of order one.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lindstrom_bates/linear_mixed_profile.hpp"
+#include "lindstrom_bates/linearization.hpp"
+#include "model/relative_factor.hpp"
+#include "model/variance_weights.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+
+namespace silvafit::fit {
+
+/// Where an alternation stands.
+struct LindstromBatesState {
+  Eigen::VectorXd scale{};            ///< (p) one unit of each scaled coefficient
+  Eigen::VectorXd beta{};             ///< (p) scaled coefficients
+  Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v, scaled
+  Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same for the coarser of two groupings
+  Eigen::VectorXd theta{};            ///< parameters of L, of the outer L, of the variance function
+};
+
+/// How an alternation ended.
+struct LindstromBatesOutcome {
+  LindstromBatesState state{};
+  std::shared_ptr<const Linearization> at{};  ///< the model around the state
+  double log_likelihood = 0.0;
+  double decrement = 0.0;  ///< squared distance that theta would still move, in standard errors
+  int iterations = 0;
+  bool converged = false;
+  bool is_valid = false;  ///< false where no finite point was reached
+};
+
+/// A fit as the start of one with a larger variance function.
+struct SmallerVariance {
+  LindstromBatesState state{};
+  std::vector<VarianceModel::Quantity> quantities{};
+  Eigen::VectorXd parameters{};  ///< internal, of the variance function
+  double mean_log = 0.0;         ///< mean of log g
+  double log_likelihood = 0.0;
+  bool converged = false;
+};
+
+/// How the two steps follow each other.
+enum class Alternation {
+  /// One step of each a round; where a step of the coefficients does not do what the linear model
+  /// expects, a careful round.
+  kInterleaved,
+  /// Penalized least squares to the end, with short steps where needed, then theta to the end.
+  kCareful,
+};
+
+/// The model at the coefficients of a fit that knows nothing of groups.
+struct PooledFit {
+  Eigen::VectorXd coefficients{};  ///< (p)
+  Eigen::VectorXd scale{};         ///< (p) units in which the Jacobian's columns have size one
+  double log_likelihood = 0.0;     ///< without random effects, which every mixed model contains
+};
+PooledFit pooled_fit(const NonlinearModel& model,
+                     const Eigen::VectorXd& start,
+                     const MixedEffectsOptions& options);
+
+class LindstromBates {
+ public:
+  /// \param pooled    the fit without random effects
+  /// \param variance  the model's own variance function, or one that it contains
+  LindstromBates(const NonlinearModel& model,
+                 const PooledFit& pooled,
+                 const VarianceFunction& variance,
+                 const MixedEffectsOptions& options);
+
+  /// A start with all random effects zero and standard deviations of a typical size times `spread`.
+  LindstromBatesState start(double spread);
+  /// A start with the variance components that the model linear around the pooled fit asks for.
+  LindstromBatesState first_order_start();
+  /// What a larger variance function starts from.
+  SmallerVariance variance_of(const LindstromBatesOutcome& outcome) const;
+  /// A start from a fit whose variance function this one contains.
+  /// \param factors_of  for each factor of the smaller function, the one of this function that it
+  /// is
+  LindstromBatesState start_from(const SmallerVariance& smaller,
+                                 const std::vector<std::size_t>& factors_of);
+  /// A start at a fit of the same model, perhaps to other data.
+  LindstromBatesState start_at(const MixedEffectsFit& fit);
+  /// How many short steps in a row penalized least squares may take before it gives up (6 at
+  /// first).
+  void set_patience(int short_steps) { short_steps_ = short_steps; }
+  /// Squared standard errors that theta may still move when an alternation has converged.
+  void set_tolerance(double decrement) { tolerance_ = decrement; }
+  /// Alternates until both steps stand still.
+  LindstromBatesOutcome run(LindstromBatesState state, Alternation how);
+  /// If a covariance stopped on the edge of its range although the likelihood rises inwards, a
+  /// state inside.
+  bool leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
+  /// The result in the model's own coordinates.
+  MixedEffectsFit result(const LindstromBatesOutcome& outcome);
+
+ private:
+  class Run;
+  /// Steps of the variance components a round: enough to settle once the linearization has; before
+  /// that, more would be wasted.
+  static constexpr int kThetaSteps = 30;
+
+  Eigen::Index random_parameter_count() const {
+    return inner_factor_.parameter_count() + outer_factor_.parameter_count();
+  }
+  RelativeFactors factors(const Eigen::VectorXd& theta) const;
+  Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const {
+    return theta.tail(variance_.parameter_count());
+  }
+  /// The state with other variance components and the same random effects.
+  LindstromBatesState with_theta(const LindstromBatesState& state,
+                                 const Eigen::VectorXd& theta) const;
+  /// Works in the units of a state from now on.
+  void adopt_scale(const Eigen::VectorXd& scale);
+  /// Measures a state in units that suit the linearization at it, if they have changed by much.
+  bool rescale(LindstromBatesState& state, Linearization& at);
+  bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
+  bool penalized_least_squares(LindstromBatesState& state, Linearization& at);
+  /// Moves towards the target while the penalized squares fall; the share of the way, 0 if none.
+  double take_step(LindstromBatesState& state, Linearization& at, const LinearMixedProfile& target);
+  LinearMixedProfile profile_at(const Linearization& at,
+                                const Eigen::VectorXd& theta,
+                                bool with_derivatives) const;
+  /// The profile of the model linear around a state, at any theta.
+  LinearMixedProfile profile_near(const LindstromBatesState& state,
+                                  const Linearization& at,
+                                  const Eigen::VectorXd& theta);
+  Eigen::VectorXd gradient(const LinearMixedProfile& at) const;
+
+  const NonlinearModel& model_;
+  MixedEffectsOptions options_;
+  std::string variance_text_;  ///< for the trace
+  std::vector<Eigen::Index> random_;
+  std::vector<Eigen::Index> outer_random_;
+  PooledFit pooled_;
+  Eigen::VectorXd scale_;  ///< (p) units in use, those of the state at work
+  RelativeFactor inner_factor_;
+  RelativeFactor outer_factor_;
+  VarianceModel variance_;
+  bool is_normalized_;
+  Linearizer linearizer_;
+  double tolerance_ = 1e-12;
+  int short_steps_ = 6;
+};
+
+}  // namespace silvafit::fit

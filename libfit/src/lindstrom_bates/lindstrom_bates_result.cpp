@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// What an alternation leads to: a way off the edge of the covariances, or the fit.
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+
+#include "lindstrom_bates/lindstrom_bates.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// A covariance further inside its range, along a direction in which the likelihood rises; false
+/// if there is none.
+bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
+  if (by_covariance.rows() == 0) return false;
+  // On the edge dF/dD must be positive semidefinite.
+  constexpr double kFlat = 1e-6;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(by_covariance);
+  if (solver.info() != Eigen::Success || solver.eigenvalues()[0] >= -kFlat) return false;
+  direction = solver.eigenvectors().col(0);
+  return true;
+}
+
+/// NaN where the likelihood has no finite value or the information no inverse.
+MatrixXd inverse_information(const LinearMixedProfile& at) {
+  const Index p = at.information.rows();
+  const Eigen::LDLT<MatrixXd> factor(at.information);
+  if (!at.is_valid || factor.info() != Eigen::Success || !factor.isPositive()) {
+    return MatrixXd::Constant(p, p, std::numeric_limits<double>::quiet_NaN());
+  }
+  return factor.solve(MatrixXd::Identity(p, p));
+}
+
+}  // namespace
+
+bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside) {
+  if (random_.empty() || !outcome.is_valid) return false;
+  inside = outcome.state;
+  adopt_scale(inside.scale);
+  const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
+  if (!here.is_valid) return false;
+  const RelativeFactors now = factors(inside.theta);
+  // The start of each factor's parameters; the likelihood may rise into either.
+  Index begin = 0;
+  for (const bool is_outer : {false, true}) {
+    const RelativeFactor& factor = is_outer ? outer_factor_ : inner_factor_;
+    const MatrixXd& triangle = is_outer ? now.outer : now.inner;
+    VectorXd direction;
+    const MatrixXd& by = is_outer ? here.by_covariance.outer : here.by_covariance.inner;
+    const Index count = factor.parameter_count();
+    for (double size = 1.0; rising_direction(by, direction) && size > 1e-7; size *= 0.1) {
+      const MatrixXd moved =
+          triangle * triangle.transpose() + size * direction * direction.transpose();
+      VectorXd theta = inside.theta;
+      theta.segment(begin, count) = factor.from_covariance(moved);
+      const LinearMixedProfile there = profile_at(*outcome.at, theta, false);
+      if (there.is_valid && there.minus_log_likelihood < here.minus_log_likelihood - 1e-6) {
+        inside.theta = theta;
+        inside.spherical.setZero();
+        inside.outer_spherical.setZero();
+        return true;
+      }
+    }
+    begin += count;
+  }
+  return false;
+}
+
+MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
+  const LindstromBatesState& state = outcome.state;
+  adopt_scale(state.scale);
+  const Linearization& at = *outcome.at;
+  const LinearMixedProfile value = profile_at(at, state.theta, false);
+  const RelativeFactors now = factors(state.theta);
+
+  MixedEffectsFit fit;
+  fit.estimate = state.beta.cwiseProduct(scale_);
+  const Index p = fit.estimate.size();
+  const MatrixXd inverse = inverse_information(value);
+  // nlme's factor for maximum-likelihood standard errors; restricted likelihood has it in sigma.
+  const double adjusted =
+      value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));
+  fit.covariance = adjusted * scale_.asDiagonal() * inverse * scale_.asDiagonal();
+  const MatrixXd factor = VectorXd(scale_(random_)).asDiagonal() * now.inner;
+  fit.random_covariance = value.sigma2 * factor * factor.transpose();
+  fit.random_effects = factor * state.spherical;
+  if (!outer_random_.empty()) {
+    const MatrixXd outer = VectorXd(scale_(outer_random_)).asDiagonal() * now.outer;
+    fit.outer.covariance = value.sigma2 * outer * outer.transpose();
+    fit.outer.effects = outer * state.outer_spherical;
+  }
+  const double sigma = std::sqrt(value.sigma2);
+  fit.sigma = sigma * variance_.sigma_factor(variance_parameters(state.theta));
+  fit.variance = variance_.estimate(variance_parameters(state.theta));
+  fit.log_likelihood = outcome.log_likelihood;
+  fit.parameter_count =
+      static_cast<int>(p + random_parameter_count() + variance_.parameter_count()) + 1;
+  fit.observations = model_.observations();
+  fit.fitted_conditional = at.mean;
+  NonlinearModel::Workspace workspace;
+  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+  if (at.weight.size() > 0) {
+    fit.residual_sd = sigma * at.weight.rsqrt();
+  } else {
+    fit.residual_sd = VectorXd::Constant(model_.observations(), sigma);
+  }
+  fit.convergence.converged = outcome.converged;
+  fit.convergence.gradient = outcome.decrement;
+  fit.convergence.iterations = outcome.iterations;
+  fit.floored_variances = variance_.floored(at.mean);
+  return fit;
+}
+
+}  // namespace silvafit::fit

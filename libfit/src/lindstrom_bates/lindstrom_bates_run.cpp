@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+// One run of the alternation of Lindstrom and Bates, from a state to where both steps stand still.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "lindstrom_bates/lindstrom_bates.hpp"
+#include "optimization/fixed_point.hpp"
+#include "optimization/quasi_newton.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+}  // namespace
+
+/// One run of the alternation.
+class LindstromBates::Run {
+ public:
+  Run(LindstromBates& engine, LindstromBatesState state, Alternation how)
+      : engine_(engine), state_(std::move(state)), last_(state_), how_(how) {}
+
+  LindstromBatesOutcome run() {
+    engine_.adopt_scale(state_.scale);
+    if (!begin()) return outcome_;
+    for (int iteration = 1; iteration <= engine_.options_.maximum_iterations; ++iteration) {
+      if (engine_.rescale(state_, *at_)) {
+        mixing_.restart();
+        hessian_.resize(0, 0);
+      }
+      if (!optimize_theta()) break;
+      note(iteration);
+      if (outcome_.converged || gives_up() || !advance()) break;
+    }
+    return outcome_;
+  }
+
+ private:
+  /// The method has no fixed point for some data with small groups: its two steps then drive each
+  /// other on for ever. True when many alternations have not halved the best decrement.
+  bool stagnates() {
+    constexpr int kPatience = 15;
+    const double decrement = outcome_.decrement;
+    if (decrement < 0.5 * best_decrement_) {
+      best_decrement_ = decrement;
+      waited_ = 0;
+    }
+    return ++waited_ > kPatience;
+  }
+
+  bool gives_up() {
+    if (!stagnates()) return false;
+    if (how_ == Alternation::kCareful) return true;
+    how_ = Alternation::kCareful;
+    best_decrement_ = std::numeric_limits<double>::infinity();
+    waited_ = 0;
+    mixing_.restart();
+    return false;
+  }
+
+  bool begin() {
+    at_ = std::make_shared<Linearization>();
+    if (how_ == Alternation::kCareful) return engine_.penalized_least_squares(state_, *at_);
+    return engine_.linearize(state_, nullptr, *at_);
+  }
+
+  const LinearMixedProfile& profile(const VectorXd& theta) {
+    if (profile_theta_.size() != theta.size() || profile_theta_ != theta ||
+        profiled_ != at_.get()) {
+      profile_ = engine_.profile_near(state_, *at_, theta);
+      profile_theta_ = theta;
+      profiled_ = at_.get();
+    }
+    return profile_;
+  }
+
+  bool optimize_theta() {
+    profiled_ = nullptr;
+    const LinearMixedProfile& here = profile(state_.theta);
+    if (!here.is_valid) return false;
+    here_ = -here.minus_log_likelihood;
+    const double squares =
+        at_->squares.sum() + state_.spherical.squaredNorm() + state_.outer_spherical.squaredNorm();
+    curve_decrement_ = (squares - here.sum_of_squares) / here.sigma2;
+    const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
+      const LinearMixedProfile& value = profile(theta);
+      if (!value.is_valid) return std::numeric_limits<double>::infinity();
+      if (by_theta != nullptr) *by_theta = engine_.gradient(value);
+      return value.minus_log_likelihood;
+    };
+    // A round that only starts to settle needs no more digits than its linearization has.
+    constexpr double kShare = 1e-3;
+    QuasiNewtonOptions options{.maximum_steps = kThetaSteps, .one_sided = true};
+    if (how_ == Alternation::kInterleaved) {
+      options.decrement = std::max(options.decrement, kShare * std::min(1.0, curve_decrement_));
+    }
+    best_ = minimize(objective, state_.theta, hessian_, options);
+    if (!best_.x.allFinite()) return false;
+    hessian_ = best_.hessian;
+    return true;
+  }
+
+  void note(int iteration) {
+    const VectorXd change = best_.x - state_.theta;
+    outcome_.state = state_;
+    outcome_.at = at_;
+    outcome_.log_likelihood = here_;
+    outcome_.iterations = iteration;
+    outcome_.is_valid = true;
+    outcome_.decrement = change.size() > 0 ? change.dot(hessian_ * change) : 0.0;
+    // The coefficients cannot be seen to move by less than rounding in the sums of squares.
+    const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
+    outcome_.converged = outcome_.decrement <= engine_.tolerance_ &&
+                         (how_ == Alternation::kCareful ||
+                          curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding));
+    if (!engine_.options_.trace) return;
+    engine_.options_.trace(fmt::format(
+        "variance {}: alternation {}, log-likelihood {:.6f}, variance components off by {:.1e} and "
+        "coefficients by {:.1e} standard errors, step {:.3g}",
+        engine_.variance_text_,
+        iteration,
+        here_,
+        std::sqrt(std::max(0.0, outcome_.decrement)),
+        std::sqrt(std::max(0.0, curve_decrement_)),
+        length_));
+  }
+
+  /// Moves on to the next round's linearization.
+  bool advance() {
+    last_ = state_;
+    VectorXd theta = mixing_.next(state_.theta, best_.x);
+    if (how_ == Alternation::kInterleaved) {
+      if (!profile(theta).is_valid) theta = best_.x;
+      if (interleaved_step(theta)) return true;
+    }
+    return careful_step(theta);
+  }
+
+  /// The linear model's own solution, if the model itself agrees with it there.
+  bool interleaved_step(const VectorXd& theta) {
+    const LinearMixedProfile& target = profile(theta);
+    if (!target.is_valid) return false;
+    LindstromBatesState trial = state_;
+    trial.theta = theta;
+    trial.beta += target.coefficients;
+    trial.spherical = target.spherical;
+    trial.outer_spherical = target.outer_spherical;
+    auto point = std::make_shared<Linearization>();
+    if (!engine_.linearize(trial, at_.get(), *point)) return refuse();
+    const VectorXd expected = expected_squares(at_->model, engine_.factors(theta), target);
+    const VectorXd excess = point->squares_before - expected;
+    const double total = at_->squares.sum();
+    const double penalty = target.spherical.squaredNorm() + target.outer_spherical.squaredNorm() -
+                           state_.spherical.squaredNorm() - state_.outer_spherical.squaredNorm();
+    const double gain = std::max(0.0, total - expected.sum() - penalty);
+    // Half of the gain must be real; a hundredth of the squares may be lost while theta moves.
+    constexpr double kLoss = 0.01;
+    constexpr double kRunsOff = 0.1;
+    if (excess.sum() > 0.5 * gain + kLoss * expected.sum() ||
+        excess.maxCoeff() > kRunsOff * total) {
+      return refuse();
+    }
+    state_ = std::move(trial);
+    at_ = std::move(point);
+    length_ = 1.0;
+    return true;
+  }
+
+  /// Several refusals mean that the linear model is not to be trusted.
+  bool refuse() {
+    constexpr int kRefusals = 3;
+    if (++refusals_ >= kRefusals) how_ = Alternation::kCareful;
+    return false;
+  }
+
+  bool careful_step(const VectorXd& theta) {
+    // Moves of the variance components that have to be shorter than this lead nowhere.
+    constexpr double kShortestMove = 1e-2;
+    VectorXd target = theta;
+    for (length_ = 1.0; length_ >= kShortestMove; length_ *= 0.5) {
+      LindstromBatesState trial = engine_.with_theta(last_, target);
+      auto point = std::make_shared<Linearization>();
+      if (engine_.penalized_least_squares(trial, *point)) {
+        state_ = std::move(trial);
+        at_ = std::move(point);
+        return true;
+      }
+      // Too far for the mean function: less far from where the last round stood.
+      mixing_.restart();
+      target = last_.theta + 0.5 * length_ * (theta - last_.theta);
+    }
+    return false;
+  }
+
+  LindstromBates& engine_;
+  LindstromBatesState state_;
+  LindstromBatesState last_;  // where the two steps have last succeeded
+  Alternation how_;
+  std::shared_ptr<Linearization> at_;
+  LindstromBatesOutcome outcome_;
+  AndersonMixing mixing_{4};
+  MatrixXd hessian_;
+  QuasiNewtonResult best_;
+  double here_ = 0.0;
+  double curve_decrement_ = 0.0;
+  double length_ = 1.0;
+  int refusals_ = 0;
+  double best_decrement_ = std::numeric_limits<double>::infinity();
+  int waited_ = 0;
+  LinearMixedProfile profile_;  // the last that was computed, and where
+  VectorXd profile_theta_;
+  const Linearization* profiled_ = nullptr;
+};
+
+LindstromBatesOutcome LindstromBates::run(LindstromBatesState state, Alternation how) {
+  return Run(*this, std::move(state), how).run();
+}
+
+}  // namespace silvafit::fit

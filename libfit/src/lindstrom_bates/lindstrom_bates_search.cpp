@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "lindstrom_bates/lindstrom_bates_search.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "fitted_model/refit.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Two log-likelihoods that differ by less are the same but for rounding.
+constexpr double kSameLikelihood = 1e-7;
+// Converged means that a round would move theta by less than 1e-6 standard errors.
+constexpr double kTolerance = 1e-12;
+
+/// One run, and further ones from inside if it stopped on the edge while the likelihood rises
+/// inwards.
+LindstromBatesOutcome run_from(LindstromBates& engine,
+                               const LindstromBatesState& start,
+                               Alternation how) {
+  LindstromBatesOutcome outcome = engine.run(start, how);
+  LindstromBatesState inside;
+  constexpr int kAttempts = 3;
+  for (int attempt = 0; attempt < kAttempts && engine.leave_edge(outcome, inside); ++attempt) {
+    LindstromBatesOutcome moved = engine.run(inside, how);
+    if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + kSameLikelihood) break;
+    outcome = std::move(moved);
+  }
+  return outcome;
+}
+
+bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
+  if (!a.is_valid || !b.is_valid) return a.is_valid;
+  if (a.converged != b.converged) return a.converged;
+  return a.log_likelihood > b.log_likelihood + kSameLikelihood;
+}
+
+/// The best of several runs; a run counts as converged only above the pooled fit.
+class Search {
+ public:
+  Search(LindstromBates& engine, double pooled) : engine_(engine), pooled_(pooled) {}
+
+  void consider(const LindstromBatesState& start, Alternation how) {
+    LindstromBatesOutcome outcome = run_from(engine_, start, how);
+    outcome.converged = outcome.converged && outcome.log_likelihood > pooled_ - kSameLikelihood;
+    if (is_better(outcome, best_)) best_ = std::move(outcome);
+  }
+
+  /// From the first-order start, then from spreads of the random effects from wide to narrow, the
+  /// narrow ones again with patience. A narrow start keeps groups that are far from the pooled fit
+  /// from running into mirror images of their curves in the first step; the widest gives each group
+  /// its own least-squares fit.
+  void try_all_starts() {
+    constexpr int kImpatient = 6;
+    constexpr int kPatient = 100;
+    // So wide that nothing holds a group's coefficients but its own observations.
+    constexpr double kOwnFits = 30.0;
+    engine_.set_patience(kImpatient);
+    const bool is_second_try = best_.is_valid;
+    consider(engine_.start(1.0), Alternation::kInterleaved);
+    if (best_.converged && !is_second_try) return;
+    consider(engine_.first_order_start(), Alternation::kCareful);
+    if (best_.converged) return;
+    for (const double spread : {1.0, 0.1, 0.01, 0.001, kOwnFits}) {
+      consider(engine_.start(spread), Alternation::kCareful);
+    }
+    if (best_.converged) return;
+    engine_.set_patience(kPatient);
+    for (const double spread : {0.1, 0.01}) {
+      consider(engine_.start(spread), Alternation::kCareful);
+    }
+  }
+
+  const LindstromBatesOutcome& best() const { return best_; }
+
+ private:
+  LindstromBates& engine_;
+  double pooled_;
+  LindstromBatesOutcome best_;
+};
+
+/// A variance function that a larger one contains.
+struct Contained {
+  VarianceFunction function{};
+  std::vector<std::size_t> factors_of{};  ///< for each factor, its number in the larger function
+};
+
+bool is_held(const VarianceFactor& factor) {
+  using Kind = VarianceFactor::Kind;
+  if (factor.kind == Kind::kStratum) return false;
+  return factor.delta && (factor.kind != Kind::kConstantPlusPower || factor.constant);
+}
+
+/// One step simpler: without a constant, without strata, without a factor.
+std::vector<Contained> contained_functions(const VarianceFunction& function) {
+  using Kind = VarianceFactor::Kind;
+  Contained whole{.function = function};
+  for (std::size_t k = 0; k < function.factors.size(); ++k) whole.factors_of.push_back(k);
+  std::vector<Contained> result;
+  for (std::size_t k = 0; k < function.factors.size(); ++k) {
+    const VarianceFactor& factor = function.factors[k];
+    if (is_held(factor)) continue;
+    Contained simpler = whole;
+    if (factor.kind == Kind::kConstantPlusPower && !factor.constant) {
+      simpler.function.factors[k].kind = Kind::kPower;
+      result.push_back(simpler);
+    } else if (factor.kind != Kind::kStratum && !factor.stratum.empty()) {
+      simpler.function.factors[k].stratum.clear();
+      result.push_back(simpler);
+      continue;
+    }
+    if (factor.delta || factor.constant) continue;
+    Contained without = whole;
+    without.function.factors.erase(without.function.factors.begin() + static_cast<Index>(k));
+    without.factors_of.erase(without.factors_of.begin() + static_cast<Index>(k));
+    result.push_back(without);
+  }
+  return result;
+}
+
+/// Searches with a variance function and with those it contains, each once.
+class Ladder {
+ public:
+  Ladder(const NonlinearModel& model, const VectorXd& start, const MixedEffectsOptions& options)
+      : model_(model), options_(options), pooled_(pooled_fit(model, start, options)) {}
+
+  LindstromBatesSearch climb(const VarianceFunction& function, double tolerance) {
+    // The smaller fits come first, so that only what they leave is in memory with the larger one.
+    const std::vector<Contained> contained = contained_functions(function);
+    // A start needs no more than a hundredth of a standard error.
+    constexpr double kRough = 1e-4;
+    for (const Contained& smaller : contained) add(smaller.function, kRough);
+    auto engine = std::make_unique<LindstromBates>(model_, pooled_, function, options_);
+    engine->set_tolerance(tolerance);
+    Search search(*engine, pooled_.log_likelihood);
+    for (const Contained& smaller : contained) {
+      const auto& found = known_.at(smaller.function.text()).start;
+      if (!found) continue;
+      search.consider(engine->start_from(*found, smaller.factors_of), Alternation::kInterleaved);
+    }
+    if (!search.best().converged || is_below(contained, search.best(), tolerance)) {
+      search.try_all_starts();
+    }
+    return {.engine = std::move(engine), .outcome = search.best()};
+  }
+
+ private:
+  struct Known {
+    double tolerance = 0.0;
+    std::optional<SmallerVariance> start{};
+  };
+
+  void add(const VarianceFunction& function, double tolerance) {
+    Known& known = known_[function.text()];
+    if (known.start && known.tolerance <= tolerance) return;
+    const LindstromBatesSearch found = climb(function, tolerance);
+    known.tolerance = tolerance;
+    if (found.outcome.is_valid) known.start = found.engine->variance_of(found.outcome);
+  }
+
+  /// Whether a fit is below one that it contains.
+  bool is_below(const std::vector<Contained>& contained,
+                const LindstromBatesOutcome& outcome,
+                double tolerance) {
+    // What a rough fit may lack, and what two linearizations at nearly the same point differ by.
+    constexpr double kRoughSlack = 0.01;
+    constexpr double kSlack = 1e-5;
+    return std::ranges::any_of(contained, [&](const Contained& smaller) {
+      const Known& known = known_.at(smaller.function.text());
+      if (!known.start || !known.start->converged ||
+          outcome.log_likelihood > known.start->log_likelihood + kRoughSlack) {
+        return false;
+      }
+      add(smaller.function, tolerance);
+      return known.start->converged &&
+             outcome.log_likelihood < known.start->log_likelihood - kSlack;
+    });
+  }
+
+  const NonlinearModel& model_;
+  const MixedEffectsOptions& options_;
+  PooledFit pooled_;
+  std::map<std::string, Known> known_;
+};
+
+}  // namespace
+
+LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
+                                            const VectorXd& start,
+                                            const MixedEffectsOptions& options) {
+  return Ladder(model, start, options).climb(model.specification().variance, kTolerance);
+}
+
+std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
+                                                     const MixedEffectsFit& start,
+                                                     const MixedEffectsOptions& options) {
+  const PooledFit pooled = pooled_fit(model, start.estimate, options);
+  LindstromBates engine(model, pooled, model.specification().variance, options);
+  engine.set_tolerance(kTolerance);
+  const LindstromBatesOutcome outcome =
+      run_from(engine, engine.start_at(start), Alternation::kInterleaved);
+  const bool is_above = outcome.log_likelihood > pooled.log_likelihood - kSameLikelihood;
+  if (!outcome.is_valid || !outcome.converged || !is_above) return std::nullopt;
+  MixedEffectsFit fit = engine.result(outcome);
+  describe(model, fit);
+  judge(model, fit, Rounds::kAlternations);
+  return fit;
+}
+
+std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(start, mean, &jacobian, workspace);
+  for (Index j = 0; j < jacobian.cols(); ++j) jacobian.col(j).normalize();
+  const Eigen::ColPivHouseholderQR<MatrixXd> solver(jacobian);
+  if (jacobian.allFinite() && solver.rank() < jacobian.cols()) {
+    const Index last = solver.colsPermutation().indices()[jacobian.cols() - 1];
+    return fmt::format(
+        "Not converged: the data cannot tell {} apart from the other coefficients. Drop it, or "
+        "what "
+        "it depends on.",
+        model.coefficient_names()[static_cast<std::size_t>(last)]);
+  }
+  return "Not converged: the first penalized least-squares step found no finite point. Try fewer "
+         "random effects, or a model that the pooled data fit better.";
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Where the alternation of Lindstrom and Bates stands at a given fit.
+#include <Eigen/QR>
+
+#include "fitted_model/refit.hpp"
+#include "lindstrom_bates/lindstrom_bates.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Directions of L that are smaller by this factor hold no random effects that count.
+constexpr double kSmallestPivot = 1e-6;
+
+/// The spherical effects v of effects b = L v, as far as L can hold them.
+MatrixXd spherical_of(const MatrixXd& factor, const MatrixXd& effects) {
+  if (factor.size() == 0) return effects;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+  solver.setThreshold(kSmallestPivot);
+  solver.compute(factor);
+  return solver.solve(effects);
+}
+
+}  // namespace
+
+LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
+  adopt_scale(pooled_.scale);
+  const VectorXd parameters = inside_range(variance_, fit.variance);
+  const double sigma = fit.sigma / variance_.sigma_factor(parameters);
+  LindstromBatesState state{.scale = scale_, .beta = fit.estimate.cwiseQuotient(scale_)};
+  const auto relative = [&](const MatrixXd& covariance, const std::vector<Index>& which) {
+    const VectorXd unit = (sigma * scale_(which)).cwiseInverse();
+    return MatrixXd(unit.asDiagonal() * covariance * unit.asDiagonal());
+  };
+  const auto scaled = [&](const MatrixXd& effects, const std::vector<Index>& which) {
+    return MatrixXd(scale_(which).cwiseInverse().asDiagonal() * effects);
+  };
+  state.theta.resize(random_parameter_count() + parameters.size());
+  state.theta << inner_factor_.from_covariance(relative(fit.random_covariance, random_)),
+      outer_factor_.from_covariance(relative(fit.outer.covariance, outer_random_)), parameters;
+  const RelativeFactors now = factors(state.theta);
+  state.spherical = spherical_of(now.inner, scaled(fit.random_effects, random_));
+  state.outer_spherical = outer_random_.empty()
+                              ? MatrixXd::Zero(0, 0)
+                              : spherical_of(now.outer, scaled(fit.outer.effects, outer_random_));
+  return state;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// The factorized Hessian of the random effects of one cluster.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "model/small_matrix.hpp"
+
+namespace silvafit::fit {
+
+/// How the spherical random effects of a cluster move the coefficients: those of group k of the
+/// cluster move by outer * u + inner * v_k. r coefficients are random in some grouping.
+struct RandomDesign {
+  SmallMatrix outer{};  ///< (r x s) without a coarser grouping s = 0
+  SmallMatrix inner{};  ///< (r x q)
+};
+
+/// The Cholesky factor of H = I + Lambda' A Lambda for (u, v_1 .. v_m): a matrix in the shape of an
+/// arrow, since groups of a cluster meet only through u. With s = 0 it is block diagonal.
+///
+/// The inner loop of marginal likelihoods: memory is reused, and matrices are multiplied element by
+/// element, since they are too small for anything else to pay.
+class ArrowFactor {
+ public:
+  /// \param curvatures  (r (r + 1) / 2 x m) lower triangles by columns of the matrices A_k
+  /// \param ridge       added to the diagonal
+  /// \returns false if H is not positive definite
+  bool compute(const RandomDesign& design,
+               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+               double ridge = 0.0);
+  /// The same where groups differ in how their random effects move the coefficients.
+  /// \param designs  (m) of each group of the cluster; all share the number of effects
+  bool compute(const std::vector<const RandomDesign*>& designs,
+               const Eigen::Ref<const Eigen::MatrixXd>& curvatures);
+
+  double log_determinant() const { return log_determinant_; }
+  /// The smallest pivot: of an effect, how much more exactly the data and the effects before it
+  /// tell its value than its own distribution does (1 if they say nothing).
+  double smallest_pivot() const { return smallest_pivot_; }
+  /// Solves H (u, v) = right side, in place.
+  /// \param u  (s)
+  /// \param v  (q x m)
+  void solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const;
+  /// The block of H^-1 that belongs to (u, v_k), (s + q x s + q).
+  SmallMatrix inverse_block(Eigen::Index k) const;
+  /// The lower factor of a group's block; for s = 0.
+  SmallMatrix lower(Eigen::Index k) const;
+
+ private:
+  using Map = Eigen::Map<Eigen::MatrixXd>;
+  using ConstMap = Eigen::Map<const Eigen::MatrixXd>;
+  // Each group has a factor (q x q), the block of H for u and v_k (s x q), and (q x s) what is left
+  // of its transpose when the factor is taken out twice; then comes the factor for u.
+  double* group(Eigen::Index k) { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
+  const double* group(Eigen::Index k) const { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
+  void resize(Eigen::Index s, Eigen::Index q, Eigen::Index m);
+  /// \param design_of  the design of a group, by its number
+  template <class DesignOf>
+  bool compute_with(const DesignOf& design_of,
+                    const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                    double ridge);
+
+  Eigen::Index s_ = 0;
+  Eigen::Index q_ = 0;
+  Eigen::Index m_ = 0;
+  std::vector<double> memory_;
+  double log_determinant_ = 0.0;
+  double smallest_pivot_ = 0.0;
+};
+
+/// The symmetric matrix of a lower triangle stored by columns.
+/// \param triangle  (size (size + 1) / 2)
+SmallMatrix unpacked(const double* triangle, Eigen::Index size);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// The modes of the random effects of some clusters given the data.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "marginal_likelihood/arrow_factor.hpp"
+#include "marginal_likelihood/observation_sums.hpp"
+
+namespace silvafit::fit {
+
+/// Spherical random effects of consecutive clusters, and Newton's search for their modes: the
+/// minimum of sum rho + |u|^2/2 + sum |v_k|^2/2 of each cluster. Memory is kept between searches.
+class ClusterModes {
+ public:
+  /// Clusters [first, last) of the model.
+  ClusterModes(const NonlinearModel& model,
+               const ObservationSums& sums,
+               Eigen::Index first,
+               Eigen::Index last);
+
+  /// Searches from given modes.
+  /// \param outer    (s x clusters of the model), in: starts; out: modes
+  /// \param inner    (q x G), in: starts; out: modes
+  /// \param effects  (r x G), out: how the coefficients of each group are moved
+  /// \returns false if the search of a cluster failed
+  bool search(const RandomDesign& design,
+              Eigen::MatrixXd& outer,
+              Eigen::MatrixXd& inner,
+              Eigen::MatrixXd& effects);
+
+  Eigen::Index first_group() const { return begin_; }
+  Eigen::Index end_group() const { return end_; }
+  Eigen::Index cluster_count() const { return last_ - first_; }
+  /// First group of a cluster, by its number from 0, counted from first_group().
+  Eigen::Index group_begin(Eigen::Index cluster) const {
+    return model_.cluster_begin(first_ + cluster) - begin_;
+  }
+
+  /// At the modes: the objective of all clusters, and Hessians.
+  double objective() const;
+  const ArrowFactor& hessian(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].hessian;
+  }
+  auto outer(Eigen::Index cluster) const { return outer_.col(cluster); }  ///< (s) u
+  auto inner(Eigen::Index group) const { return inner_.col(group); }      ///< (q) v_k
+  /// (r) d rho / d b, summed over a group
+  auto slope(Eigen::Index group) const { return density_.col(group).segment(1, r_); }
+  /// (triangle x groups of the cluster) second derivatives by b
+  auto curvatures(Eigen::Index cluster) const {
+    return density_.block(1 + r_, group_begin(cluster), triangle_, group_count(cluster));
+  }
+  /// The same of the matrix K in the log-determinant.
+  auto approximations(Eigen::Index cluster) const {
+    const Eigen::Index row = 1 + r_ + (sums_.has_approximation() ? triangle_ : 0);
+    return density_.block(row, group_begin(cluster), triangle_, group_count(cluster));
+  }
+  Eigen::Index group_count(Eigen::Index cluster) const {
+    return group_begin(cluster + 1) - group_begin(cluster);
+  }
+  ObservationSums::Workspace& workspace() { return workspace_; }
+
+ private:
+  struct Cluster {
+    double objective = 0.0;
+    double decrement = 0.0;
+    double length = 1.0;  ///< of the step that is tried
+    bool is_done = false;
+    ArrowFactor hessian{};
+  };
+  bool evaluate_open(const RandomDesign& design, Eigen::MatrixXd& effects);
+  void place_effects(const RandomDesign& design, Eigen::Index cluster, Eigen::MatrixXd& effects);
+  bool advance(const RandomDesign& design, Eigen::Index cluster);
+  bool propose(const RandomDesign& design, Eigen::Index cluster);
+  bool factorize(const RandomDesign& design, Eigen::Index cluster);
+  void move(Eigen::Index cluster, double length);
+  double objective_of(Eigen::Index cluster) const;
+
+  const NonlinearModel& model_;
+  const ObservationSums& sums_;
+  Eigen::Index first_;
+  Eigen::Index last_;
+  Eigen::Index begin_;
+  Eigen::Index end_;
+  Eigen::Index r_;
+  Eigen::Index triangle_;
+  std::vector<Cluster> clusters_;
+  Eigen::MatrixXd outer_;
+  Eigen::MatrixXd inner_;
+  Eigen::MatrixXd outer_step_;
+  Eigen::MatrixXd inner_step_;
+  Eigen::MatrixXd density_;  ///< sums of density terms, one column a group
+  Eigen::MatrixXd trial_;
+  Eigen::MatrixXd right_;  ///< of a Newton system
+  ObservationSums::Workspace workspace_;
+};
+
+}  // namespace silvafit::fit

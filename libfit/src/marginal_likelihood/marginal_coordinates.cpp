@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#include "marginal_likelihood/marginal_coordinates.hpp"
+
+namespace silvafit::fit {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
+  return {.observation = {.beta = x.head(layout_.beta_count()).cwiseProduct(layout_.unit()),
+                          .variance = layout_.variance_part(x),
+                          .log_sigma = x[layout_.sigma_at()]},
+          .outer_factor = layout_.effect_unit(true).asDiagonal() * factor(x, true),
+          .inner_factor = layout_.effect_unit(false).asDiagonal() * factor(x, false)};
+}
+
+VectorXd MarginalCoordinates::gradient(const MarginalValue& value) const {
+  VectorXd result(layout_.size());
+  result << value.by_beta.cwiseProduct(layout_.unit()),
+      layout_.factor(true).gradient(layout_.effect_unit(true).asDiagonal() * value.by_outer_factor),
+      layout_.factor(false).gradient(layout_.effect_unit(false).asDiagonal() *
+                                     value.by_inner_factor),
+      value.by_variance, value.by_log_sigma;
+  return result;
+}
+
+VectorXd MarginalCoordinates::coordinates(const ObservationPoint& observation,
+                                          const MatrixXd& outer,
+                                          const MatrixXd& inner) const {
+  return layout_.coordinates(
+      observation.beta, outer, inner, observation.variance, observation.log_sigma);
+}
+
+MatrixXd MarginalCoordinates::scaled_covariance(const VectorXd& x, bool is_outer) const {
+  const MatrixXd root = factor(x, is_outer);
+  return root * root.transpose();
+}
+
+VectorXd MarginalCoordinates::widened(const VectorXd& x,
+                                      bool is_outer,
+                                      const VectorXd& direction,
+                                      double size) const {
+  const MatrixXd covariance =
+      scaled_covariance(x, is_outer) + size * direction * direction.transpose();
+  const RelativeFactor& form = layout_.factor(is_outer);
+  VectorXd result = x;
+  result.segment(layout_.factor_at(is_outer), form.parameter_count()) =
+      form.from_covariance(covariance);
+  return result;
+}
+
+}  // namespace silvafit::fit

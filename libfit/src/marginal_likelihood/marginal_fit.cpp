@@ -1,0 +1,427 @@
+// SPDX-License-Identifier: MIT
+// Maximum marginal likelihood: starts, the search, its evidence, and the result.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "fitted_model/refit.hpp"
+#include "marginal_likelihood/marginal_coordinates.hpp"
+#include "marginal_likelihood/marginal_likelihood.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
+#include "model/symmetric_eigen.hpp"
+#include "model/variance_weights.hpp"
+#include "optimization/curvature_certificate.hpp"
+#include "optimization/quasi_newton.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Squared distance to the optimum in standard errors at which a fit has converged.
+constexpr double kConvergedDecrement = 1e-10;
+// The search stops a little closer; much closer, rounding of the likelihood hides all descent.
+constexpr double kStopDecrement = 1e-11;
+// Two log-likelihoods that differ by less are the same but for rounding.
+constexpr double kSameLikelihood = 1e-6;
+
+Curvature curvature_of(Integration integration) {
+  switch (integration) {
+    case Integration::kFirstOrder:
+      return Curvature::kFirstOrder;
+    case Integration::kInteraction:
+      return Curvature::kExpected;
+    default:
+      return Curvature::kFull;
+  }
+}
+
+/// Whether the likelihood has the true curvature at the modes, which need not be positive
+/// elsewhere.
+bool needs_curvature(Integration integration) {
+  return curvature_of(integration) == Curvature::kFull;
+}
+
+void check(const NonlinearModel& model, Integration integration, const MarginalOptions& options) {
+  const ModelSpecification& specification = model.specification();
+  if (!specification.random) {
+    throw UsageError("a marginal likelihood needs random effects; without them use ols or gnls");
+  }
+  if (integration != Integration::kQuadrature) return;
+  constexpr std::size_t kMostQuadrature = 3;
+  if (specification.outer_random || specification.random->coefficients.size() > kMostQuadrature) {
+    throw UsageError(fmt::format(
+        "quadrature (agq) works for at most {} random effects of one grouping; use laplace",
+        kMostQuadrature));
+  }
+  constexpr int kMostPoints = 100;
+  if (options.quadrature_points < 1 || options.quadrature_points > kMostPoints) {
+    throw UsageError(fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
+  }
+}
+
+/// Where a search ended.
+struct Optimum {
+  VectorXd x{};
+  double value = std::numeric_limits<double>::infinity();
+  double decrement = std::numeric_limits<double>::infinity();
+  int evaluations = 0;
+  MatrixXd hessian{};
+  MatrixXd outer_modes{};
+  MatrixXd inner_modes{};
+};
+
+class MarginalSearch {
+ public:
+  MarginalSearch(const NonlinearModel& model,
+                 Integration integration,
+                 const MarginalOptions& options,
+                 const MixedEffectsFit& linearized)
+      : model_(model),
+        options_(options),
+        variance_(model.specification().variance, VarianceData::of(model)),
+        likelihood_(model,
+                    variance_,
+                    curvature_of(integration),
+                    integration == Integration::kQuadrature ? options.quadrature_points : 1,
+                    options.threads),
+        coordinates_(model, variance_, units(linearized)) {}
+
+  /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
+  /// and searches in vain cost more than a start from scratch.
+  void be_impatient() {
+    rounds_ = 2;
+    steps_ = 20;
+  }
+
+  /// From a fit by another method.
+  void try_fit(const MixedEffectsFit& fit) {
+    if (!std::isfinite(fit.sigma) || !(fit.sigma > 0.0)) return;
+    const VectorXd parameters = variance_.parameters(fit.variance);
+    const ObservationPoint observation{
+        .beta = fit.estimate,
+        .variance = parameters,
+        .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
+    const VectorXd x = coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
+    const MarginalPoint point = coordinates_.point(x);
+    run(x,
+        spherical_effects(point.outer_factor, outer_effects_of(fit)),
+        spherical_effects(point.inner_factor, fit.random_effects));
+  }
+
+  /// From the pooled fit with random effects of several spreads, until one converges.
+  void try_pooled(const VectorXd& beta) {
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    model_.evaluate(beta, mean, nullptr, workspace);
+    const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() /
+                                         static_cast<double>(model_.observations()));
+    for (const double spread : {0.3, 0.03, 1.0}) {
+      try_spread(beta, residual_sd, spread);
+      if (has_converged()) break;
+    }
+  }
+
+  bool has_optimum() const { return std::isfinite(best_.value); }
+  bool has_converged() const { return has_optimum() && best_.decrement <= kConvergedDecrement; }
+
+  /// Whether the search kept running into points where the likelihood does not hold.
+  bool has_met_wall() const {
+    constexpr int kOften = 20;
+    return outside_ > kOften;
+  }
+
+  MixedEffectsFit result() {
+    likelihood_.set_modes(best_.outer_modes, best_.inner_modes);
+    const MarginalPoint point = coordinates_.point(best_.x);
+    MixedEffectsFit fit;
+    fit.estimate = point.observation.beta;
+    fit.covariance = fixed_covariance();
+    fit.random_covariance = point.inner_factor * point.inner_factor.transpose();
+    fit.random_effects = point.inner_factor * best_.inner_modes;
+    if (outer_count() > 0) {
+      fit.outer.covariance = point.outer_factor * point.outer_factor.transpose();
+      fit.outer.effects = point.outer_factor * best_.outer_modes;
+    }
+    const VectorXd& parameters = point.observation.variance;
+    const double scale = std::exp(point.observation.log_sigma);
+    fit.sigma = scale * variance_.sigma_factor(parameters);
+    fit.variance = variance_.estimate(parameters);
+    fit.log_likelihood = -best_.value;
+    fit.parameter_count = static_cast<int>(coordinates_.layout().size());
+    fit.observations = model_.observations();
+    predict(fit, scale, parameters);
+    fit.convergence.converged = has_converged();
+    fit.convergence.gradient = best_.decrement;
+    fit.convergence.iterations = evaluations_;
+    return fit;
+  }
+
+ private:
+  /// \param spread  of the random effects, a share of the residuals' own
+  void try_spread(const VectorXd& beta, double residual_sd, double spread) {
+    const VectorXd parameters = variance_.constant();
+    const ObservationPoint observation{
+        .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
+    const auto covariance = [&](const std::vector<Index>& coefficients) -> MatrixXd {
+      const VectorXd deviations = spread * coordinates_.layout().unit()(coefficients);
+      return deviations.cwiseAbs2().asDiagonal();
+    };
+    const VectorXd x = coordinates_.coordinates(observation,
+                                                covariance(likelihood_.places().outer),
+                                                covariance(likelihood_.places().inner));
+    run(x,
+        MatrixXd::Zero(outer_count(), model_.cluster_count()),
+        MatrixXd::Zero(inner_count(), model_.group_count()));
+  }
+
+  Index outer_count() const { return static_cast<Index>(likelihood_.places().outer.size()); }
+  Index inner_count() const { return static_cast<Index>(likelihood_.places().inner.size()); }
+
+  MatrixXd outer_of(const MixedEffectsFit& fit) const {
+    return outer_count() > 0 ? fit.outer.covariance : MatrixXd(0, 0);
+  }
+  MatrixXd outer_effects_of(const MixedEffectsFit& fit) const {
+    return outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
+  }
+
+  /// What moves the mean by about one residual standard deviation.
+  VectorXd units(const MixedEffectsFit& fit) const {
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    MatrixXd jacobian;
+    model_.evaluate(fit.estimate, mean, &jacobian, workspace);
+    const auto n = static_cast<double>(model_.observations());
+    const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() / n);
+    VectorXd result(fit.estimate.size());
+    for (Index j = 0; j < result.size(); ++j) {
+      const double unit = residual_sd * std::sqrt(n) / jacobian.col(j).norm();
+      result[j] = std::isfinite(unit) && unit > 0.0 ? unit : 1.0;
+    }
+    return result;
+  }
+
+  double value_at(const VectorXd& x, VectorXd* gradient) {
+    ++evaluations_;
+    const MarginalValue value = likelihood_.evaluate(coordinates_.point(x), gradient != nullptr);
+    if (gradient != nullptr) *gradient = coordinates_.gradient(value);
+    if (!std::isfinite(value.minus_log_likelihood)) ++outside_;
+    if (options_.trace) {
+      options_.trace(fmt::format(
+          "evaluation {:4}  log-likelihood {:.8f}", evaluations_, -value.minus_log_likelihood));
+    }
+    return value.minus_log_likelihood;
+  }
+
+  void run(const VectorXd& start, MatrixXd outer_modes, MatrixXd inner_modes) {
+    if (!start.allFinite()) return;
+    likelihood_.set_modes(std::move(outer_modes), std::move(inner_modes));
+    Optimum optimum = searched(start);
+    constexpr int kWidenings = 3;
+    for (int k = 0; k < kWidenings && std::isfinite(optimum.value); ++k) {
+      const VectorXd inside = inside_of(optimum);
+      if (inside.size() == 0) break;
+      Optimum other = searched(inside);
+      if (!(other.value < optimum.value - kSameLikelihood)) break;
+      optimum = std::move(other);
+    }
+    const bool is_same = optimum.value < best_.value + kSameLikelihood;
+    const bool is_surer = is_same && optimum.decrement < best_.decrement;
+    if (optimum.value < best_.value - kSameLikelihood || is_surer) best_ = std::move(optimum);
+  }
+
+  Optimum searched(const VectorXd& start) {
+    const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
+      return value_at(x, gradient);
+    };
+    Optimum optimum;
+    QuasiNewtonResult found =
+        minimize(objective,
+                 start,
+                 {},
+                 {.decrement = kStopDecrement, .maximum_steps = 2 * steps_, .one_sided = true});
+    for (int round = 0; round < rounds_ && std::isfinite(found.value); ++round) {
+      // The certificate is the true Hessian's, not that of the updates on the way.
+      VectorXd gradient;
+      optimum.x = found.x;
+      optimum.value = value_at(found.x, &gradient);
+      optimum.outer_modes = likelihood_.outer_modes();
+      optimum.inner_modes = likelihood_.inner_modes();
+      const MatrixXd hessian = one_sided_hessian(objective, found.x, gradient);
+      likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+      const CurvatureCertificate certificate(hessian, gradient);
+      optimum.hessian = 0.5 * (hessian + hessian.transpose());
+      optimum.decrement = certificate.decrement();
+      const VectorXd lower = lower_point(optimum, certificate);
+      if (lower.size() > 0) {
+        found = minimize(objective,
+                         lower,
+                         {},
+                         {.decrement = kStopDecrement, .maximum_steps = steps_, .one_sided = true});
+      } else if (optimum.decrement <= kConvergedDecrement) {
+        break;
+      } else {
+        found = minimize(objective,
+                         found.x,
+                         optimum.hessian,
+                         {.decrement = kStopDecrement, .maximum_steps = steps_});
+      }
+    }
+    return optimum;
+  }
+
+  /// A point below a saddle, along its direction of negative curvature; nothing if there is none.
+  VectorXd lower_point(const Optimum& optimum, const CurvatureCertificate& certificate) {
+    const VectorXd direction = certificate.downwards();
+    if (direction.size() == 0) return {};
+    for (const double size : {1.0, 0.3, 0.1, 0.03}) {
+      for (const double sign : {1.0, -1.0}) {
+        const VectorXd x = optimum.x + sign * size * direction;
+        if (value_at(x, nullptr) < optimum.value - kSameLikelihood) return x;
+        likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+      }
+    }
+    return {};
+  }
+
+  /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
+  /// point inside; else nothing. At the edge the gradient is zero by symmetry.
+  VectorXd inside_of(const Optimum& optimum) {
+    for (const bool is_outer : {false, true}) {
+      const MatrixXd covariance = coordinates_.scaled_covariance(optimum.x, is_outer);
+      if (covariance.size() == 0) continue;
+      const SymmetricEigen of = symmetric_eigen(covariance);
+      constexpr double kEdge = 1e-4;
+      for (Index k = 0; k < covariance.rows() && of.values[k] < kEdge; ++k) {
+        for (const double size : {0.1, 1e-3}) {
+          const VectorXd inside =
+              coordinates_.widened(optimum.x, is_outer, of.vectors.col(k), size);
+          likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+          if (value_at(inside, nullptr) < optimum.value - kSameLikelihood) return inside;
+        }
+      }
+    }
+    likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+    return {};
+  }
+
+  /// The fixed effects' block of the inverse of the observed information.
+  MatrixXd fixed_covariance() const {
+    const Index p = coordinates_.layout().beta_count();
+    const MatrixXd scaled = informed_inverse(best_.hessian).topLeftCorner(p, p);
+    return coordinates_.layout().unit().asDiagonal() * scaled *
+           coordinates_.layout().unit().asDiagonal();
+  }
+
+  void predict(MixedEffectsFit& fit, double scale, const VectorXd& parameters) const {
+    NonlinearModel::Workspace workspace;
+    model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+    MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
+    for (Index c = 0; c < model_.cluster_count(); ++c) {
+      for (Index g = model_.cluster_begin(c); g < model_.cluster_begin(c + 1); ++g) {
+        coefficients(likelihood_.places().inner, g) += fit.random_effects.col(g);
+        if (outer_count() == 0) continue;
+        coefficients(likelihood_.places().outer, g) += fit.outer.effects.col(c);
+      }
+    }
+    model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
+    const ResidualScale residual = variance_.scale(fit.fitted_conditional, parameters, false);
+    fit.residual_sd = scale * residual.weight.rsqrt();
+    fit.floored_variances = variance_.floored(fit.fitted_conditional);
+  }
+
+  const NonlinearModel& model_;
+  const MarginalOptions& options_;
+  VarianceModel variance_;
+  MarginalLikelihood likelihood_;
+  MarginalCoordinates coordinates_;
+  Optimum best_;
+  int rounds_ = 6;   ///< of a search and its certificate
+  int steps_ = 100;  ///< of a search within a round
+  int evaluations_ = 0;
+  int outside_ = 0;  ///< evaluations at points where the likelihood does not hold
+};
+
+}  // namespace
+
+namespace {
+
+/// What is left where the likelihood with curvature has no valid point near that without it.
+MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit fit) {
+  describe(model, fit);
+  judge(model, fit, Rounds::kEvaluations);
+  fit.convergence.converged = false;
+  fit.convergence.verdict =
+      "Not converged: where the first-order method (focei) ends, whose values are shown, the "
+      "random "
+      "effects of a group have no clear mode, so that this method's likelihood does not hold "
+      "there. Use focei, or fewer random effects.";
+  return fit;
+}
+
+MixedEffectsFit without_modes(MixedEffectsFit linearized) {
+  linearized.convergence.converged = false;
+  linearized.convergence.verdict =
+      "Not converged: no mode of the random effects was found at any start. Try fewer random "
+      "effects, or a model that the pooled data fit better.";
+  return linearized;
+}
+
+}  // namespace
+
+std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
+                                              const MixedEffectsFit& start,
+                                              Integration integration,
+                                              const MarginalOptions& options) {
+  check(model, integration, options);
+  MarginalSearch search(model, integration, options, start);
+  search.be_impatient();
+  search.try_fit(start);
+  if (!search.has_converged()) return std::nullopt;
+  MixedEffectsFit fit = search.result();
+  describe(model, fit);
+  judge(model, fit, Rounds::kEvaluations);
+  return fit;
+}
+
+MixedEffectsFit fit_marginal(const NonlinearModel& model,
+                             const VectorXd& start,
+                             Integration integration,
+                             const MarginalOptions& options) {
+  check(model, integration, options);
+  const MixedEffectsFit linearized = fit_lindstrom_bates(model, start);
+  MarginalSearch search(model, integration, options, linearized);
+  const bool is_first_order = !needs_curvature(integration);
+  if (linearized.convergence.converged || is_first_order) search.try_fit(linearized);
+  std::optional<MixedEffectsFit> smooth;
+  if (!search.has_converged() && !is_first_order) {
+    // The first-order likelihood is smooth wherever there are modes, and bounded.
+    MarginalSearch first_order(model, Integration::kInteraction, options, linearized);
+    first_order.try_fit(linearized);
+    if (!first_order.has_converged()) first_order.try_pooled(start);
+    if (first_order.has_optimum()) smooth = first_order.result();
+    if (smooth) search.try_fit(*smooth);
+  }
+  if (!search.has_converged()) search.try_pooled(start);
+  if (!search.has_optimum()) {
+    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearized);
+  }
+  MixedEffectsFit fit = search.result();
+  describe(model, fit);
+  judge(model, fit, Rounds::kEvaluations);
+  if (!fit.convergence.converged && search.has_met_wall()) {
+    fit.convergence.verdict =
+        "Not converged: the likelihood rises towards points where the random effects of a group "
+        "have no clear mode, and where it does not hold. Use focei, or fewer random effects.";
+  }
+  return fit;
+}
+
+}  // namespace silvafit::fit

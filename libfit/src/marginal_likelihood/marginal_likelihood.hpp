@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// The likelihood of a nonlinear mixed model with the random effects integrated out, and its exact
+// gradient.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "marginal_likelihood/marginal_block.hpp"
+
+namespace silvafit::fit {
+
+/// F = -log of the integral over the random effects b = L v, v ~ N(0, I), of each cluster:
+/// Laplace's method with K as Curvature says, F_j = rho_j + v'v/2 + log|I + L'KL|/2 at the mode v;
+/// or adaptive Gauss-Hermite quadrature around the mode.
+///
+/// Gradients are exact: modes are differentiated implicitly. Psi is never inverted, so that a
+/// singular one is an ordinary point. Clusters are worked on in blocks whose sums are added in
+/// order, so that the result does not depend on the number of threads.
+/// Source: Pinheiro and Bates 1995, J. Comput. Graph. Stat. 4, 12-35.
+class MarginalLikelihood {
+ public:
+  /// \param points  of quadrature a random effect; 1 is Laplace's method
+  /// \throws UsageError if there are too many random effects for the method
+  MarginalLikelihood(const NonlinearModel& model,
+                     const VarianceModel& variance,
+                     Curvature curvature,
+                     int points,
+                     unsigned threads);
+
+  /// The value at a point; modes are searched from those of the last value that was finite.
+  /// \param with_gradient  whether the derivatives are wanted
+  MarginalValue evaluate(const MarginalPoint& point, bool with_gradient);
+
+  /// Modes v of the random effects at the last value.
+  const Eigen::MatrixXd& inner_modes() const { return inner_modes_; }  ///< (q x G)
+  const Eigen::MatrixXd& outer_modes() const { return outer_modes_; }  ///< (s x clusters)
+  /// Where the search for modes begins.
+  void set_modes(Eigen::MatrixXd outer, Eigen::MatrixXd inner);
+
+  /// Where the random effects of both groupings are among the model's coefficients.
+  const RandomPlaces& places() const { return places_; }
+
+ private:
+  void cut_into_blocks();
+  RandomDesign design_of(const MarginalPoint& point) const;
+
+  const NonlinearModel& model_;
+  RandomPlaces places_;
+  ObservationSums sums_;
+  QuadratureRule rule_;
+  unsigned threads_ = 1;
+  std::vector<std::unique_ptr<MarginalBlock>> blocks_;
+  Eigen::MatrixXd outer_modes_;
+  Eigen::MatrixXd inner_modes_;
+  Eigen::MatrixXd effects_;  ///< (r x G) room for the random effects b
+};
+
+}  // namespace silvafit::fit

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/mixed_effects.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <utility>
+
+#include "lindstrom_bates/lindstrom_bates.hpp"
+#include "lindstrom_bates/lindstrom_bates_search.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::string verdict) {
+  const auto q = model.specification().random
+                     ? static_cast<Index>(model.specification().random->coefficients.size())
+                     : 0;
+  MixedEffectsFit fit;
+  fit.estimate = start;
+  fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
+  fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
+  fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  if (model.specification().outer_random) {
+    const auto r = static_cast<Index>(model.specification().outer_random->coefficients.size());
+    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
+    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
+  }
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.observations = model.observations();
+  fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
+  fit.fitted_conditional = fit.fitted_population;
+  fit.residual_sd = fit.fitted_population;
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
+  fit.convergence.verdict = std::move(verdict);
+  return fit;
+}
+
+}  // namespace
+
+double MixedEffectsFit::aic() const { return fit::aic(log_likelihood, parameter_count); }
+double MixedEffectsFit::aicc() const {
+  return fit::aicc(log_likelihood, parameter_count, observations);
+}
+double MixedEffectsFit::bic() const {
+  return fit::bic(log_likelihood, parameter_count, observations);
+}
+
+VectorXd MixedEffectsFit::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
+VectorXd MixedEffectsFit::random_sd() const { return random_covariance.diagonal().cwiseSqrt(); }
+
+MatrixXd MixedEffectsFit::random_correlation() const {
+  const VectorXd deviations = random_sd();
+  MatrixXd correlation = random_covariance;
+  for (Index i = 0; i < correlation.rows(); ++i) {
+    for (Index j = 0; j < correlation.cols(); ++j) {
+      const double product = deviations[i] * deviations[j];
+      correlation(i, j) = i == j ? 1.0 : (product > 0.0 ? correlation(i, j) / product : kNaN);
+    }
+  }
+  return correlation;
+}
+
+MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
+                                    const VectorXd& start,
+                                    const MixedEffectsOptions& options) {
+  if (start.size() != model.coefficient_count()) {
+    throw UsageError(fmt::format(
+        "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
+  }
+  MixedEffectsFit fit;
+  bool is_valid = false;
+  {
+    // What the search holds is as long as the data, and not needed to judge its result.
+    const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
+    is_valid = search.outcome.is_valid;
+    if (is_valid) fit = search.engine->result(search.outcome);
+  }
+  if (!is_valid) fit = failed(model, start, why_no_step(model, start));
+  describe(model, fit);
+  if (is_valid) judge(model, fit, Rounds::kAlternations);
+  return fit;
+}
+
+}  // namespace silvafit::fit

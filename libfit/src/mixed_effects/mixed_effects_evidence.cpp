@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/mixed_effects_evidence.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "mixed_effects/degrees_of_freedom.hpp"
+#include "model/symmetric_eigen.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The random effects of one grouping.
+struct Level {
+  const std::vector<std::string>& names;
+  const MatrixXd& covariance;
+  std::string group{};  ///< said where there are two groupings: " | stand"
+};
+
+/// Random effects whose spread is nothing beside what one standard error of the residuals would
+/// move.
+std::vector<std::string> vanished_effects(const NonlinearModel& model,
+                                          const Level& level,
+                                          const VectorXd& slopes,
+                                          double residual_sd) {
+  constexpr double kShareOfSigma = 1e-4;
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < level.names.size(); ++k) {
+    const auto at = static_cast<Index>(k);
+    const double effect =
+        std::sqrt(level.covariance(at, at)) * slopes[model.coefficient_index(level.names[k])];
+    if (effect < kShareOfSigma * residual_sd) {
+      names.push_back(fmt::format("sd({}{}) = 0", level.names[k], level.group));
+    }
+  }
+  return names;
+}
+
+/// Correlations that have run to one, or a dependence among three or more.
+std::vector<std::string> dependent_effects(const Level& level) {
+  constexpr double kTiny = 1e-6;
+  std::vector<std::string> names;
+  const MatrixXd correlation =
+      MixedEffectsFit{.random_covariance = level.covariance}.random_correlation();
+  if (!correlation.allFinite() || correlation.rows() < 2) return names;
+  for (Index i = 0; i < correlation.rows(); ++i) {
+    for (Index j = 0; j < i; ++j) {
+      if (1.0 - std::abs(correlation(i, j)) > kTiny) continue;
+      names.push_back(fmt::format("cor({}, {}{}) = {}",
+                                  level.names[static_cast<std::size_t>(j)],
+                                  level.names[static_cast<std::size_t>(i)],
+                                  level.group,
+                                  correlation(i, j) > 0 ? 1 : -1));
+    }
+  }
+  if (names.empty() && symmetric_eigen(correlation).values[0] < kTiny) {
+    names.push_back(fmt::format("the random effects {}{} depend linearly on each other",
+                                fmt::join(level.names, ", "),
+                                level.group));
+  }
+  return names;
+}
+
+/// Root mean square of the derivatives by the coefficients.
+VectorXd mean_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  return (jacobian.colwise().norm() / std::sqrt(static_cast<double>(jacobian.rows()))).transpose();
+}
+
+std::vector<std::string> boundary_of(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  const VectorXd slopes = mean_slopes(model, fit);
+  std::vector<Level> levels;
+  if (specification.random) levels.push_back({fit.random_names, fit.random_covariance});
+  if (specification.outer_random) {
+    levels.front().group = " | " + specification.random->group;
+    levels.push_back(
+        {fit.outer.names, fit.outer.covariance, " | " + specification.outer_random->group});
+  }
+  std::vector<std::string> boundary;
+  for (const Level& level : levels) {
+    std::vector<std::string> names = vanished_effects(model, level, slopes, fit.residual_sd.mean());
+    if (names.empty()) names = dependent_effects(level);
+    boundary.insert(boundary.end(), names.begin(), names.end());
+  }
+  return boundary;
+}
+
+void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
+  std::vector<std::string>& boundary = fit.convergence.boundary;
+  boundary = boundary_of(model, fit);
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.factor.constant) continue;
+    if (factor.constant.array().isInf().any()) boundary.emplace_back("the variance is constant");
+    if ((factor.constant.array() < 1e-8).any()) {
+      boundary.emplace_back("the constant of the variance function = 0");
+    }
+  }
+}
+
+/// Coefficients that the data cannot tell apart, from the information matrix at the optimum.
+int information_rank(const MixedEffectsFit& fit) {
+  const VectorXd deviations = fit.covariance.diagonal().cwiseSqrt();
+  if (!deviations.allFinite() || deviations.minCoeff() <= 0.0) return 0;
+  const MatrixXd correlation = deviations.cwiseInverse().asDiagonal() * fit.covariance *
+                               deviations.cwiseInverse().asDiagonal();
+  const VectorXd values = symmetric_eigen(correlation).values;
+  constexpr double kConfounded = 1e-12;
+  return static_cast<int>((values.array() > kConfounded * values.maxCoeff()).count());
+}
+
+/// How far the fit still is from where it would rest, in standard errors.
+double distance(const MixedEffectsFit& fit) {
+  return std::sqrt(std::max(0.0, fit.convergence.gradient));
+}
+
+std::string failure(const MixedEffectsFit& fit, Rounds rounds) {
+  if (rounds == Rounds::kAlternations) {
+    return fmt::format(
+        "Not converged after {} alternations: the variance components still move by {:.2g} "
+        "standard errors. Try the method focei or laplace, fewer random effects or a diagonal "
+        "covariance.",
+        fit.convergence.iterations,
+        distance(fit));
+  }
+  const std::string where =
+      std::isfinite(fit.convergence.gradient)
+          ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
+          : "the best point found is no maximum of the likelihood";
+  return fmt::format(
+      "Not converged after {} evaluations of the likelihood: {}. Try fewer random effects, a "
+      "diagonal covariance or a simpler variance function.",
+      fit.convergence.iterations,
+      where);
+}
+
+std::string success(const MixedEffectsFit& fit, Rounds rounds) {
+  constexpr double kResolved = 1e-9;
+  const double step = std::max(kResolved, distance(fit));
+  if (rounds == Rounds::kAlternations) {
+    return fmt::format(
+        "Converged after {} alternations: the next would move nothing by more than {:.0e} standard "
+        "errors.",
+        fit.convergence.iterations,
+        step);
+  }
+  return fmt::format(
+      "Converged after {} evaluations: the likelihood has its maximum within {:.0e} standard "
+      "errors of here.",
+      fit.convergence.iterations,
+      step);
+}
+
+std::string verdict_of(const MixedEffectsFit& fit, Rounds rounds) {
+  const Convergence& convergence = fit.convergence;
+  if (!convergence.converged) return failure(fit, rounds);
+  if (convergence.rank < fit.estimate.size()) {
+    return "Converged, but the data cannot tell all coefficients apart: their estimates depend "
+           "linearly on each other. Drop a covariate or a parameter.";
+  }
+  std::string verdict = success(fit, rounds);
+  if (!convergence.boundary.empty()) {
+    verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
+                           fmt::join(convergence.boundary, "; "));
+  }
+  if (fit.floored_variances > 0) {
+    verdict += fmt::format(
+        " {} fitted values are too near zero for a power variance and were floored; "
+        "constant-plus-power may suit better.",
+        fit.floored_variances);
+  }
+  return verdict;
+}
+
+}  // namespace
+
+void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  fit.coefficient_names = model.coefficient_names();
+  fit.group_labels = model.group_labels();
+  if (specification.random) fit.random_names = specification.random->coefficients;
+  if (specification.outer_random) {
+    fit.outer.names = specification.outer_random->coefficients;
+    fit.outer.labels = model.outer_labels();
+  }
+  fit.degrees_of_freedom = fixed_degrees_of_freedom_at(model, fit.estimate);
+}
+
+void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {
+  fit.convergence.rank = information_rank(fit);
+  name_boundary(model, fit);
+  fit.convergence.verdict = verdict_of(fit, rounds);
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/model_specification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+#include <utility>
+
+#include "model/text_parts.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+Covariate parse_covariate(std::string_view text, Part part) {
+  // `C:U` is the product, as in R's formulas.
+  std::string with_products(text);
+  std::replace(with_products.begin() + static_cast<std::ptrdiff_t>(part.begin),
+               with_products.begin() + static_cast<std::ptrdiff_t>(part.end),
+               ':',
+               '*');
+  return {.label = std::string(of(text, part)),
+          .value = data::Expression::parse(with_products, part.begin, part.end)};
+}
+
+bool equal_but_for_case(std::string_view a, std::string_view b) {
+  const auto lower = [](char byte) { return std::tolower(static_cast<unsigned char>(byte)); };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+void check_parameter_name(const std::string& name,
+                          std::string_view formula,
+                          const data::Table& table) {
+  // Single letters are the usual names of parameters: c beside a column C is no slip.
+  if (name.size() == 1) return;
+  for (const std::string& column : table.names()) {
+    if (!equal_but_for_case(column, name)) continue;
+    throw FormulaError(fmt::format("there is no column '{}', but one named '{}'", name, column),
+                       formula,
+                       formula.find(name, formula.find('~')) + 1);
+  }
+}
+
+void check_covariates(const ParameterModel& model,
+                      std::string_view text,
+                      const data::Table& table) {
+  for (const Covariate& covariate : model.covariates) {
+    for (const std::string& name : covariate.value.variables()) {
+      data::TextMatch match;
+      const std::string& column = data::is_text_match(name, match) ? match.column : name;
+      if (table.has(column)) continue;
+      throw FormulaError(
+          data::no_such_column(column, table.names()), text, text.find(column, text.find('~')) + 1);
+    }
+  }
+}
+
+void check_random_effects(const RandomEffects& random,
+                          const std::vector<std::string>& known,
+                          std::string_view text,
+                          const data::Table& table) {
+  std::size_t position = 0;
+  const auto& effects = random.coefficients;
+  for (auto effect = effects.begin(); effect != effects.end(); ++effect) {
+    position = text.find(*effect, position);
+    if (std::ranges::find(known, *effect) == known.end()) {
+      throw FormulaError(
+          fmt::format(
+              "'{}' is no coefficient of the model; there are {}", *effect, fmt::join(known, ", ")),
+          text,
+          position + 1);
+    }
+    if (std::find(effects.begin(), effect, *effect) != effect) {
+      throw FormulaError(fmt::format("'{}' is named twice", *effect), text, position + 1);
+    }
+    position += effect->size();
+  }
+  if (!table.has(random.group)) {
+    throw FormulaError(
+        data::no_such_column(random.group, table.names()), text, text.rfind(random.group) + 1);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> ParameterModel::coefficient_names() const {
+  std::vector<std::string> names;
+  if (has_intercept) names.push_back(name);
+  for (const Covariate& covariate : covariates) names.push_back(name + ":" + covariate.label);
+  return names;
+}
+
+std::string ParameterModel::text() const {
+  std::string result = has_intercept ? "1" : "0";
+  for (const Covariate& covariate : covariates) result += " + " + covariate.label;
+  return result;
+}
+
+std::vector<std::string> ModelSpecification::coefficient_names() const {
+  std::vector<std::string> names;
+  for (const ParameterModel& parameter : parameters) {
+    for (std::string& name : parameter.coefficient_names()) names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::vector<std::string> ModelSpecification::predictors() const {
+  std::vector<std::string> names;
+  const auto add = [&names](const std::string& name) {
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  for (const std::string& name : formula.right.variables()) {
+    if (std::ranges::find(parameters, name, &ParameterModel::name) == parameters.end()) add(name);
+  }
+  for (const ParameterModel& parameter : parameters) {
+    for (const Covariate& covariate : parameter.covariates) {
+      for (const std::string& name : covariate.value.variables()) add(name);
+    }
+  }
+  return names;
+}
+
+ParameterModel parse_parameter_model(std::string_view text) {
+  const std::size_t tilde = text.find('~');
+  if (tilde == std::string_view::npos) {
+    throw FormulaError("a sub-model has the form `parameter ~ 1 + covariate`; there is no ~",
+                       text,
+                       text.size() + 1);
+  }
+  ParameterModel model{.name = std::string(of(text, trimmed(text, 0, tilde)))};
+  for (const Part part : split(text, tilde + 1, text.size(), '+')) {
+    const std::string_view term = of(text, part);
+    if (term.empty()) throw FormulaError("a covariate is expected", text, part.begin + 1);
+    if (term == "0" || term == "1") {
+      model.has_intercept = term == "1";
+    } else {
+      model.covariates.push_back(parse_covariate(text, part));
+    }
+  }
+  if (!model.has_intercept && model.covariates.empty()) {
+    throw FormulaError("a sub-model needs an intercept or a covariate", text, tilde + 2);
+  }
+  return model;
+}
+
+ModelSpecification specify_model(std::string_view formula,
+                                 const std::vector<std::string>& sub_models,
+                                 const data::Table& table) {
+  ModelSpecification specification{.formula = data::parse_formula(formula)};
+  for (const std::string& name : specification.formula.right.variables()) {
+    data::TextMatch match;
+    if (data::is_text_match(name, match) || table.has(name)) continue;
+    check_parameter_name(name, formula, table);
+    specification.parameters.push_back({.name = name});
+  }
+  if (specification.parameters.empty()) {
+    throw FormulaError("there is nothing to estimate, since every name is a column",
+                       formula,
+                       formula.find('~') + 1);
+  }
+  for (const std::string& text : sub_models) {
+    ParameterModel model = parse_parameter_model(text);
+    const auto target =
+        std::ranges::find(specification.parameters, model.name, &ParameterModel::name);
+    if (target == specification.parameters.end()) {
+      throw FormulaError(
+          fmt::format("'{}' is no parameter of the formula {}", model.name, formula), text, 1);
+    }
+    check_covariates(model, text, table);
+    *target = std::move(model);
+  }
+  return specification;
+}
+
+void check_response(const ModelSpecification& specification, const data::Table& table) {
+  const data::Formula& formula = specification.formula;
+  if (table.has(formula.left)) return;
+  throw FormulaError(data::no_such_column(formula.left, table.names()),
+                     formula.text,
+                     formula.text.find(formula.left) + 1);
+}
+
+void add_random_effects(ModelSpecification& specification,
+                        std::string_view text,
+                        const data::Table& table) {
+  std::vector<RandomEffects> groupings = parse_random_effects(text);
+  for (const RandomEffects& random : groupings) {
+    check_random_effects(random, specification.coefficient_names(), text, table);
+  }
+  specification.outer_random.reset();
+  if (groupings.size() > 1) specification.outer_random = std::move(groupings.front());
+  specification.random = std::move(groupings.back());
+}
+
+}  // namespace silvafit::fit

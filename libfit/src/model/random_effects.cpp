@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/random_effects.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstddef>
+
+#include "model/text_parts.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+void add_coefficient(std::string_view text, Part part, RandomEffects& random) {
+  if (part.begin == part.end) {
+    throw FormulaError("a coefficient is expected", text, part.begin + 1);
+  }
+  random.coefficients.emplace_back(of(text, part));
+}
+
+/// Adds `a`, or the block `(a + b)`.
+void add_block(std::string_view text, Part part, RandomEffects& random) {
+  const std::size_t before = random.coefficients.size();
+  const std::string_view term = of(text, part);
+  if (term.starts_with('(') && term.ends_with(')')) {
+    random.covariance = Covariance::kBlock;
+    for (const Part inside : split(text, part.begin + 1, part.end - 1, '+')) {
+      add_coefficient(text, inside, random);
+    }
+  } else {
+    add_coefficient(text, part, random);
+  }
+  random.blocks.push_back(static_cast<int>(random.coefficients.size() - before));
+}
+
+/// Reads `a + b | plot` or `a + b | stand/plot`.
+std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
+  const std::size_t bar = text.substr(0, whole.end).find('|', whole.begin);
+  if (bar == std::string_view::npos) {
+    throw FormulaError(
+        "random effects have the form `a + b:C | group`; there is no |", text, whole.end + 1);
+  }
+  RandomEffects random;
+  for (const Part part : split(text, whole.begin, bar, '+')) add_block(text, part, random);
+  if (random.covariance != Covariance::kBlock) random.blocks.clear();
+  std::vector<RandomEffects> groupings;
+  for (const Part group : split(text, bar + 1, whole.end, '/')) {
+    if (group.begin == group.end) throw FormulaError("a group column is expected", text, bar + 2);
+    random.group = of(text, group);
+    groupings.push_back(random);
+  }
+  return groupings;
+}
+
+}  // namespace
+
+std::vector<int> RandomEffects::block_sizes() const {
+  const auto size = static_cast<int>(coefficients.size());
+  if (size == 0) return {};
+  if (covariance == Covariance::kBlock) return blocks;
+  if (covariance == Covariance::kGeneral) return {size};
+  return std::vector<int>(coefficients.size(), 1);
+}
+
+std::string RandomEffects::text() const {
+  if (covariance != Covariance::kBlock) return fmt::format("{}", fmt::join(coefficients, " + "));
+  std::vector<std::string> terms;
+  auto first = coefficients.begin();
+  for (const int size : blocks) {
+    const std::string term = fmt::format("{}", fmt::join(first, first + size, " + "));
+    // Parentheses around the first block alone would be read as blocks of one for the others.
+    terms.push_back(size > 1 || terms.empty() ? "(" + term + ")" : term);
+    first += size;
+  }
+  return fmt::format("{}", fmt::join(terms, " + "));
+}
+
+std::vector<RandomEffects> parse_random_effects(std::string_view text) {
+  std::vector<RandomEffects> groupings;
+  std::size_t end = 0;
+  for (const Part part : split(text, 0, text.size(), ';')) {
+    for (RandomEffects& grouping : parse_grouping(text, part)) {
+      groupings.push_back(std::move(grouping));
+    }
+    end = part.end;
+    if (groupings.size() > 2) {
+      throw FormulaError("at most two nested groupings can be fitted", text, part.begin + 1);
+    }
+  }
+  if (groupings.size() == 2 && groupings[0].group == groupings[1].group) {
+    throw FormulaError("nested groupings need two columns", text, end);
+  }
+  return groupings;
+}
+
+Covariance parse_covariance(std::string_view text) {
+  if (text == "general") return Covariance::kGeneral;
+  if (text == "diagonal") return Covariance::kDiagonal;
+  if (text == "identity") return Covariance::kIdentity;
+  throw UsageError(
+      fmt::format("'{}' is no covariance form; there are general, diagonal, identity, and blocks "
+                  "by parentheses as in --random \"(a + b) + c | plot\"",
+                  text));
+}
+
+std::string covariance_text(Covariance covariance) {
+  constexpr std::array kNames{"general", "diagonal", "identity", "block"};
+  return kNames[static_cast<std::size_t>(covariance)];
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "model/text_parts.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+bool is_blank(char byte) { return byte == ' ' || byte == '\t' || byte == '\n' || byte == '\r'; }
+
+}  // namespace
+
+Part trimmed(std::string_view text, std::size_t begin, std::size_t end) {
+  while (begin < end && is_blank(text[begin])) ++begin;
+  while (end > begin && is_blank(text[end - 1])) --end;
+  return {begin, end};
+}
+
+std::string_view of(std::string_view text, Part part) {
+  return text.substr(part.begin, part.end - part.begin);
+}
+
+std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator) {
+  std::vector<Part> parts;
+  int depth = 0;
+  bool quoted = false;
+  std::size_t start = begin;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (text[i] == '`') quoted = !quoted;
+    if (quoted) continue;
+    depth += static_cast<int>(text[i] == '(') - static_cast<int>(text[i] == ')');
+    if (text[i] == separator && depth == 0) {
+      parts.push_back(trimmed(text, start, i));
+      start = i + 1;
+    }
+  }
+  parts.push_back(trimmed(text, start, end));
+  return parts;
+}
+
+}  // namespace silvafit::fit

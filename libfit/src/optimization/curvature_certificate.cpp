@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "optimization/curvature_certificate.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Eigenvalues of the scaled Hessian that are smaller are rounding, however symmetric it is.
+constexpr double kSmallestCurvature = 1e-9;
+// Variables whose own curvature is a smaller share of the largest have none.
+constexpr double kSmallestDiagonal = 1e-6;
+// A slope along a direction without curvature that is smaller leads nowhere: it would take a
+// hundred standard deviations to gain a thousandth.
+constexpr double kNoSlope = 1e-5;
+
+/// One over the square root of the diagonal; directions without curvature keep their unit.
+VectorXd units(const MatrixXd& hessian) {
+  const VectorXd diagonal = hessian.diagonal().cwiseAbs();
+  const double floor = std::max(kSmallestDiagonal * diagonal.maxCoeff(), 1e-300);
+  return diagonal.unaryExpr([floor](double d) { return 1.0 / std::sqrt(std::max(d, floor)); });
+}
+
+}  // namespace
+
+CurvatureCertificate::CurvatureCertificate(const MatrixXd& hessian, const VectorXd& gradient) {
+  const VectorXd unit = units(hessian);
+  const MatrixXd scaled = unit.asDiagonal() * hessian * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (scaled + scaled.transpose()));
+  if (!scaled.allFinite() || solver.info() != Eigen::Success) {
+    decrement_ = std::numeric_limits<double>::infinity();
+    return;
+  }
+  const double doubt =
+      std::max(kSmallestCurvature, 4.0 * (scaled - scaled.transpose()).cwiseAbs().maxCoeff());
+  const VectorXd slopes = solver.eigenvectors().transpose() * unit.cwiseProduct(gradient);
+  for (Index k = 0; k < slopes.size(); ++k) {
+    const double curvature = solver.eigenvalues()[k];
+    if (curvature <= doubt && std::abs(slopes[k]) < kNoSlope) continue;
+    decrement_ += slopes[k] * slopes[k] / std::max(curvature, doubt);
+  }
+  if (solver.eigenvalues()[0] < -doubt) {
+    downwards_ = unit.cwiseProduct(solver.eigenvectors().col(0));
+  }
+}
+
+MatrixXd informed_inverse(const MatrixXd& hessian) {
+  const VectorXd unit = units(hessian);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(unit.asDiagonal() * hessian *
+                                                       unit.asDiagonal());
+  if (!hessian.allFinite() || solver.info() != Eigen::Success) {
+    return MatrixXd::Constant(hessian.rows(), hessian.cols(), kNaN);
+  }
+  VectorXd inverse = solver.eigenvalues();
+  for (double& value : inverse) value = value > kSmallestCurvature ? 1.0 / value : 0.0;
+  return unit.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
+         solver.eigenvectors().transpose() * unit.asDiagonal();
+}
+
+}  // namespace silvafit::fit

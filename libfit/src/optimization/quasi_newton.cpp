@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "optimization/quasi_newton.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The nearest matrix with the same eigenvectors and eigenvalues |lambda| >= a small share of the
+/// largest.
+MatrixXd made_positive(const MatrixXd& hessian) {
+  if (hessian.rows() == 0) return hessian;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(hessian);
+  if (solver.info() != Eigen::Success || !solver.eigenvalues().allFinite()) {
+    return MatrixXd::Identity(hessian.rows(), hessian.cols());
+  }
+  constexpr double kSmallestShare = 1e-10;
+  const VectorXd magnitudes = solver.eigenvalues().cwiseAbs();
+  const double floor = std::max(kSmallestShare * magnitudes.maxCoeff(), 1e-12);
+  return solver.eigenvectors() * magnitudes.cwiseMax(floor).asDiagonal() *
+         solver.eigenvectors().transpose();
+}
+
+void update_bfgs(MatrixXd& hessian, const VectorXd& step, const VectorXd& change) {
+  const double curvature = step.dot(change);
+  const VectorXd product = hessian * step;
+  const double old_curvature = step.dot(product);
+  // Too little curvature along the step would spoil the matrix more than it tells.
+  if (!(curvature > 1e-10 * old_curvature) || !(old_curvature > 0.0)) return;
+  hessian +=
+      change * change.transpose() / curvature - product * product.transpose() / old_curvature;
+}
+
+/// One minimization: current point, gradient and Hessian.
+class Minimization {
+ public:
+  Minimization(const SmoothFunction& function,
+               const VectorXd& start,
+               const MatrixXd& hessian,
+               const QuasiNewtonOptions& options)
+      : function_(function), options_(options) {
+    result_.x = start;
+    gradient_.resize(start.size());
+    result_.value = evaluate(start, &gradient_);
+    if (hessian.size() > 0) {
+      result_.hessian = made_positive(hessian);
+    } else {
+      result_.hessian = made_positive(options_.one_sided ? rough_hessian() : fresh_hessian());
+    }
+    is_fresh_ = hessian.size() == 0;
+  }
+
+  QuasiNewtonResult run() {
+    if (result_.x.size() == 0 || !std::isfinite(result_.value)) return result_;
+    for (int step = 0; step < options_.maximum_steps; ++step) {
+      const VectorXd direction = -result_.hessian.ldlt().solve(gradient_);
+      result_.decrement = -gradient_.dot(direction);
+      if (result_.decrement <= options_.decrement) break;
+      if (advance(direction)) continue;
+      // No descent: the Hessian is stale, or the value is exact to rounding.
+      if (is_fresh_) break;
+      result_.hessian = made_positive(fresh_hessian());
+      is_fresh_ = true;
+    }
+    return result_;
+  }
+
+ private:
+  double evaluate(const VectorXd& x, VectorXd* gradient) {
+    ++result_.evaluations;
+    return function_(x, gradient);
+  }
+
+  MatrixXd fresh_hessian() {
+    result_.evaluations += 2 * static_cast<int>(result_.x.size());
+    return hessian_from_gradients(function_, result_.x);
+  }
+
+  MatrixXd rough_hessian() {
+    result_.evaluations += static_cast<int>(result_.x.size());
+    const MatrixXd hessian = one_sided_hessian(function_, result_.x, gradient_);
+    return 0.5 * (hessian + hessian.transpose());
+  }
+
+  bool advance(VectorXd direction) {
+    const double longest = direction.cwiseAbs().maxCoeff();
+    if (longest > options_.longest_step) direction *= options_.longest_step / longest;
+    const double slope = gradient_.dot(direction);
+    constexpr double kArmijo = 1e-4;
+    constexpr int kHalvings = 40;
+    // Near the optimum the value no longer resolves the descent that the slope promises.
+    const double rounding = 1e-14 * std::max(1.0, std::abs(result_.value));
+    double length = 1.0;
+    for (int halving = 0; halving < kHalvings; ++halving, length *= 0.5) {
+      const VectorXd x = result_.x + length * direction;
+      VectorXd gradient(x.size());
+      const double value = evaluate(x, &gradient);
+      if (!std::isfinite(value) || !gradient.allFinite()) continue;
+      if (value > result_.value + kArmijo * length * slope + rounding) continue;
+      if (value >= result_.value && gradient.norm() >= gradient_.norm()) continue;
+      update_bfgs(result_.hessian, length * direction, gradient - gradient_);
+      result_.x = x;
+      result_.value = value;
+      gradient_ = gradient;
+      is_fresh_ = false;
+      return true;
+    }
+    return false;
+  }
+
+  const SmoothFunction& function_;
+  QuasiNewtonOptions options_;
+  QuasiNewtonResult result_;
+  VectorXd gradient_;
+  bool is_fresh_ = false;
+};
+
+}  // namespace
+
+MatrixXd hessian_from_gradients(const SmoothFunction& function, const VectorXd& x) {
+  const Index size = x.size();
+  MatrixXd hessian(size, size);
+  VectorXd above(size);
+  VectorXd below(size);
+  for (Index i = 0; i < size; ++i) {
+    const double step = 1e-5 * std::max(std::abs(x[i]), 0.1);
+    VectorXd moved = x;
+    moved[i] = x[i] + step;
+    function(moved, &above);
+    moved[i] = x[i] - step;
+    function(moved, &below);
+    hessian.col(i) = (above - below) / (2.0 * step);
+  }
+  return 0.5 * (hessian + hessian.transpose());
+}
+
+MatrixXd one_sided_hessian(const SmoothFunction& function,
+                           const VectorXd& x,
+                           const VectorXd& gradient) {
+  const Index size = x.size();
+  MatrixXd hessian(size, size);
+  VectorXd moved_gradient = gradient;
+  for (Index i = 0; i < size; ++i) {
+    const double step = 1e-5 * std::max(std::abs(x[i]), 0.1);
+    VectorXd moved = x;
+    moved[i] += step;
+    function(moved, &moved_gradient);
+    hessian.col(i) = (moved_gradient - gradient) / step;
+  }
+  return hessian;
+}
+
+QuasiNewtonResult minimize(const SmoothFunction& function,
+                           const VectorXd& start,
+                           const MatrixXd& hessian,
+                           const QuasiNewtonOptions& options) {
+  return Minimization(function, start, hessian, options).run();
+}
+
+}  // namespace silvafit::fit

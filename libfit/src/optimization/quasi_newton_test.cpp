@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "optimization/quasi_newton.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "optimization/fixed_point.hpp"
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using namespace silvafit::fit;
+
+namespace {
+
+// Rosenbrock's valley, whose minimum is 0 at (1, 1).
+double valley(const VectorXd& x, VectorXd* gradient) {
+  const double across = x[1] - x[0] * x[0];
+  if (gradient != nullptr) {
+    *gradient = Eigen::Vector2d(-400.0 * x[0] * across - 2.0 * (1.0 - x[0]), 200.0 * across);
+  }
+  return 100.0 * across * across + (1.0 - x[0]) * (1.0 - x[0]);
+}
+
+}  // namespace
+
+TEST_CASE("a curved valley is followed to its end") {
+  const QuasiNewtonResult result = minimize(valley, Eigen::Vector2d(-1.2, 1.0));
+  CHECK((result.x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-6);
+  CHECK(result.decrement <= 1e-14);
+  const MatrixXd hessian = hessian_from_gradients(valley, Eigen::Vector2d(1.0, 1.0));
+  // Second derivatives of the function at its minimum, by hand.
+  CHECK(hessian(0, 0) == Approx(802.0).epsilon(1e-6));
+  CHECK(hessian(0, 1) == Approx(-400.0).epsilon(1e-6));
+  CHECK(hessian(1, 1) == Approx(200.0).epsilon(1e-6));
+}
+
+TEST_CASE("a saddle is left, and a forbidden region not entered") {
+  const SmoothFunction saddle = [](const VectorXd& x, VectorXd* gradient) {
+    if (std::abs(x[0]) > 5.0) return std::numeric_limits<double>::infinity();
+    if (gradient != nullptr) {
+      *gradient = VectorXd::Constant(1, 4.0 * x[0] * (x[0] * x[0] - 4.0));
+    }
+    return std::pow(x[0] * x[0] - 4.0, 2);
+  };
+  const QuasiNewtonResult result = minimize(saddle, VectorXd::Constant(1, 0.1));
+  CHECK(std::abs(result.x[0]) == Approx(2.0).epsilon(1e-7));
+}
+
+TEST_CASE("mixing ends a two-cycle and speeds a slow iteration") {
+  // x -> A x + b with eigenvalues -1 (cycles for ever) and 0.98 (slow); fixed point (I - A)^-1 b.
+  const Eigen::Vector2d diagonal(-1.0, 0.98);
+  const Eigen::Vector2d shift(2.0, 0.02);
+  AndersonMixing mixing(4);
+  VectorXd x = Eigen::Vector2d(5.0, -3.0);
+  for (int step = 0; step < 6; ++step) {
+    const VectorXd image = diagonal.cwiseProduct(x) + shift;
+    x = mixing.next(x, image);
+  }
+  CHECK((x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-9);
+}

@@ -1,0 +1,431 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/calibration.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "test_support/nested_trees.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using silvafit::Random;
+using silvafit::data::Table;
+using silvafit::data::TextColumn;
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const char* const kCurve = "h ~ 1.3 + a*(1 - exp(-b*dbh))";
+
+struct Design {
+  int stands = 1;
+  int plots = 14;  ///< in each stand
+  int trees = 9;
+  std::uint64_t seed = 4;
+  double residual = 0.25;  ///< standard deviation where the height is 1; grows by its square root
+};
+
+/// Trees of a height curve whose limit and rate differ by plot, and whose limit differs by stand.
+Table trees_of(const Design& design) {
+  Random random(design.seed);
+  std::vector<NestedTree> trees;
+  for (int s = 0; s < design.stands; ++s) {
+    const double of_stand = random.normal(0.0, 2.5);
+    for (int i = 0; i < design.plots; ++i) {
+      const double limit = 26.0 + of_stand + random.normal(0.0, 2.5);
+      const double rate = 0.06 + random.normal(0.0, 0.008);
+      for (int j = 0; j < design.trees; ++j) {
+        NestedTree tree{.stand = fmt::format("S{}", s), .plot = fmt::format("P{}", i)};
+        tree.species = j % 2 == 0 ? "fir" : "oak";
+        tree.dbh_cm = random.uniform(5.0, 45.0);
+        tree.crowding = random.uniform();
+        const double rate_of_tree = rate - 0.01 * tree.crowding;
+        const double mean = 1.3 + limit * (1.0 - std::exp(-rate_of_tree * tree.dbh_cm));
+        tree.h_m = mean + random.normal(0.0, design.residual * std::sqrt(mean));
+        trees.push_back(tree);
+      }
+    }
+  }
+  return table_of(trees);
+}
+
+struct Case {
+  std::string random = "a + b | plot";
+  std::string variance = "none";
+  Method method = Method::kLindstromBates;
+};
+
+FittedModel fitted(const Table& table, const Case& of) {
+  ModelSpecification model = specify_model(kCurve, {"b ~ 1 + C"}, table);
+  add_random_effects(model, of.random, table);
+  model.variance = parse_variance_function(of.variance);
+  FittedModel fit = fit_model(model, table, {.method = of.method, .quadrature_points = 5}).fit;
+  INFO(fit.convergence.verdict);
+  REQUIRE(fit.convergence.converged);
+  return fit;
+}
+
+/// The largest difference of two sets of effects, in standard deviations of each effect.
+double distance(const MatrixXd& effects, const MatrixXd& others, const MatrixXd& covariance) {
+  const VectorXd sd = covariance.diagonal().cwiseSqrt();
+  return (sd.cwiseInverse().asDiagonal() * (effects - others)).cwiseAbs().maxCoeff();
+}
+
+/// The effects of calibration in the order of the fit's groups.
+MatrixXd in_order_of_fit(const Calibration& calibration, Index groups) {
+  MatrixXd result(calibration.effects.rows(), groups);
+  for (std::size_t g = 0; g < calibration.group_labels.size(); ++g) {
+    result.col(calibration.fitted_group[g]) = calibration.effects.col(static_cast<Index>(g));
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("calibration on a fit's own trees returns its own random effects") {
+  const Table table = trees_of({});
+  // Effects at given parameters are found to 1e-9 standard deviations by both.
+  for (const Method method : {Method::kLindstromBates,
+                              Method::kFirstOrder,
+                              Method::kInteraction,
+                              Method::kLaplace,
+                              Method::kQuadrature}) {
+    for (const char* variance :
+         {"none", "power", "exponential", "power(dbh)", "stratum(species) * power"}) {
+      INFO(method_text(method) << " " << variance);
+      const FittedModel fit = fitted(table, {.variance = variance, .method = method});
+      const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
+      CHECK(distance(in_order_of_fit(calibration, fit.random_effects.cols()),
+                     fit.random_effects,
+                     fit.random_covariance) < 1e-8);
+      // What the fit keeps is what calibration finds.
+      CHECK(calibration.uncertainty.covariances.isApprox(fit.uncertainty.covariances, 1e-7));
+      CHECK(calibration.uncertainty.sensitivities.isApprox(fit.uncertainty.sensitivities, 1e-7));
+    }
+  }
+}
+
+TEST_CASE("calibration returns a nested fit's own random effects of both groupings") {
+  const Table table = trees_of({.stands = 9, .plots = 4});
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    INFO(method_text(method));
+    const FittedModel fit =
+        fitted(table, {.random = "a | stand; a + b | plot", .variance = "power", .method = method});
+    const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
+    CHECK(calibration.outer_labels == fit.outer.labels);
+    // The alternation of lb ends at a decrement of 1e-12: a millionth of a standard error.
+    const double tolerance = method == Method::kLindstromBates ? 1e-6 : 1e-8;
+    CHECK(distance(in_order_of_fit(calibration, fit.random_effects.cols()),
+                   fit.random_effects,
+                   fit.random_covariance) < tolerance);
+    CHECK(distance(calibration.outer_effects, fit.outer.effects, fit.outer.covariance) < tolerance);
+  }
+}
+
+namespace {
+
+/// A line with random intercept and slope by plot and a random intercept by stand.
+FittedModel line(bool is_nested) {
+  FittedModel fit{.specification = {.formula = silvafit::data::parse_formula("y ~ a + b*x")}};
+  fit.specification.parameters = {parse_parameter_model("a ~ 1"), parse_parameter_model("b ~ 1")};
+  fit.specification.random = parse_random_effects("a + b | plot").front();
+  fit.method = Method::kLaplace;
+  fit.coefficient_names = {"a", "b"};
+  fit.estimate = Eigen::Vector2d(2.0, 0.5);
+  fit.covariance = Eigen::Matrix2d{{0.04, -0.003}, {-0.003, 0.002}};
+  fit.random_names = {"a", "b"};
+  fit.random_covariance = Eigen::Matrix2d{{1.0, -0.1}, {-0.1, 0.05}};
+  fit.random_effects.resize(2, 0);
+  fit.sigma = 0.4;
+  if (is_nested) {
+    fit.specification.outer_random = parse_random_effects("a | stand").front();
+    fit.outer = {.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, 0.5)};
+    fit.outer.effects.resize(1, 0);
+  }
+  return fit;
+}
+
+/// `stands` of three plots with 1, 2 and 4 trees each.
+Table line_data(int stands) {
+  Random random(11);
+  TextColumn stand;
+  TextColumn plot;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int s = 0; s < stands; ++s) {
+    for (const int trees : {1, 2, 4}) {
+      for (int j = 0; j < trees; ++j) {
+        stand.append(fmt::format("S{}", s));
+        plot.append(fmt::format("P{}", trees));
+        x.push_back(random.uniform(-2.0, 3.0));
+        y.push_back(random.normal(2.0, 1.5));
+      }
+    }
+  }
+  Table table;
+  table.set("stand", stand);
+  table.set("plot", plot);
+  table.set("x", x);
+  table.set("y", y);
+  return table;
+}
+
+/// The matrices of one stand of line_data, written out: effects are (stand, plot 1, plot 2, plot
+/// 3).
+struct DenseLine {
+  MatrixXd x = MatrixXd::Ones(7, 2);
+  MatrixXd z = MatrixXd::Zero(7, 7);
+  MatrixXd psi = MatrixXd::Zero(7, 7);
+  VectorXd residual;
+  MatrixXd inverse;  ///< of V
+
+  DenseLine(const FittedModel& fit, const Table& table) {
+    x.col(1) = Eigen::Map<const VectorXd>(table.numbers("x").data(), 7);
+    residual = Eigen::Map<const VectorXd>(table.numbers("y").data(), 7) - x * fit.estimate;
+    z.col(0).setOnes();
+    psi(0, 0) = fit.outer.names.empty() ? 0.0 : fit.outer.covariance(0, 0);
+    Index row = 0;
+    for (Index plot = 0; plot < 3; ++plot) {
+      const Index trees = plot == 2 ? 4 : plot + 1;
+      z.block(row, 1 + 2 * plot, trees, 2) = x.middleRows(row, trees);
+      psi.block(1 + 2 * plot, 1 + 2 * plot, 2, 2) = fit.random_covariance;
+      row += trees;
+    }
+    const MatrixXd v = z * psi * z.transpose() + fit.sigma * fit.sigma * MatrixXd::Identity(7, 7);
+    inverse = v.inverse();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("in a linear model calibration is the best linear unbiased prediction") {
+  const bool is_nested = GENERATE(false, true);
+  const Method method = GENERATE(Method::kLaplace, Method::kLindstromBates);
+  FittedModel fit = line(is_nested);
+  fit.method = method;
+  const Table table = line_data(1);
+  const DenseLine dense(fit, table);
+  const MatrixXd gain = dense.psi * dense.z.transpose() * dense.inverse;
+  const VectorXd blup = gain * dense.residual;
+  const MatrixXd covariance = dense.psi - gain * dense.z * dense.psi;
+  const MatrixXd slope = -gain * dense.x;
+  const Calibration calibration = calibrate(fit, table);
+  // Closed forms of 7 x 7 matrices, inverted in double precision.
+  constexpr double kRounding = 1e-11;
+  for (Index plot = 0; plot < 3; ++plot) {
+    const Index k = 1 + 2 * plot;
+    CHECK(calibration.effects.col(plot).isApprox(blup.segment(k, 2), kRounding));
+    CHECK(calibration.uncertainty.covariance(plot, 2).isApprox(covariance.block(k, k, 2, 2),
+                                                               kRounding));
+    CHECK(calibration.uncertainty.sensitivity(plot, 2, 2)
+              .isApprox(slope.middleRows(k, 2), kRounding));
+    if (!is_nested) continue;
+    CHECK(calibration.uncertainty.cross_covariance(plot, 2, 1)
+              .isApprox(covariance.block(k, 0, 2, 1), kRounding));
+  }
+  CHECK(calibration.measured == std::vector<Index>{1, 2, 4});
+  if (!is_nested) return;
+  CHECK(calibration.outer_effects(0, 0) == Approx(blup[0]).epsilon(kRounding));
+  CHECK(calibration.outer_uncertainty.covariances(0, 0) ==
+        Approx(covariance(0, 0)).epsilon(kRounding));
+  CHECK(calibration.outer_uncertainty.sensitivity(0, 1, 2).isApprox(slope.topRows(1), kRounding));
+}
+
+TEST_CASE("conditional covariance and sensitivity are the inverse of Henderson's matrix") {
+  const FittedModel fit = line(true);
+  const Table table = line_data(1);
+  const DenseLine dense(fit, table);
+  // Henderson's coefficient matrix of (beta, u, v) and, for the variance of beta-hat, these data.
+  const double precision = 1.0 / (fit.sigma * fit.sigma);
+  MatrixXd henderson(9, 9);
+  henderson << precision * dense.x.transpose() * dense.x, precision * dense.x.transpose() * dense.z,
+      precision * dense.z.transpose() * dense.x,
+      precision * dense.z.transpose() * dense.z + dense.psi.inverse();
+  const MatrixXd inverse = henderson.inverse();
+  const MatrixXd of_beta = (dense.x.transpose() * dense.inverse * dense.x).inverse();
+  const Calibration calibration = calibrate(fit, table);
+  constexpr double kRounding = 1e-10;
+  CHECK(inverse.topLeftCorner(2, 2).isApprox(of_beta, kRounding));
+  for (Index plot = 0; plot < 3; ++plot) {
+    const Index k = 3 + 2 * plot;
+    const MatrixXd s = calibration.uncertainty.sensitivity(plot, 2, 2);
+    CHECK(inverse.block(k, 0, 2, 2).isApprox(s * of_beta, kRounding));
+    CHECK(inverse.block(k, k, 2, 2)
+              .isApprox(calibration.uncertainty.covariance(plot, 2) + s * of_beta * s.transpose(),
+                        kRounding));
+  }
+}
+
+TEST_CASE("random effects follow the coefficients as their sensitivity says") {
+  const Table table = trees_of({.stands = 5, .plots = 4, .trees = 4});
+  const Method method = GENERATE(
+      Method::kLindstromBates, Method::kFirstOrder, Method::kInteraction, Method::kLaplace);
+  INFO(method_text(method));
+  FittedModel fit = fitted(trees_of({.stands = 8, .plots = 4}),
+                           {.random = "a | stand; a + b | plot", .variance = "power"});
+  fit.method = method;
+  const CalibrationOptions options{.seen_groups = SeenGroups::kNew};
+  const Calibration here = calibrate(fit, table, options);
+  for (Index j = 0; j < 3; ++j) {
+    const double step = 1e-4 * std::sqrt(fit.covariance(j, j));
+    FittedModel moved = fit;
+    moved.estimate[j] += step;
+    const Calibration up = calibrate(moved, table, options);
+    moved.estimate[j] -= 2.0 * step;
+    const Calibration down = calibrate(moved, table, options);
+    const MatrixXd slope = (up.effects - down.effects) / (2.0 * step);
+    const MatrixXd outer_slope = (up.outer_effects - down.outer_effects) / (2.0 * step);
+    // Differences of effects that are exact to 1e-9 standard deviations, over 2e-4 of them.
+    for (Index g = 0; g < slope.cols(); ++g) {
+      const VectorXd expected = here.uncertainty.sensitivity(g, 2, 3).col(j);
+      CHECK((slope.col(g) - expected).cwiseAbs().maxCoeff() <
+            1e-4 * (1e-3 + expected.cwiseAbs().maxCoeff()));
+    }
+    for (Index c = 0; c < outer_slope.cols(); ++c) {
+      const double expected = here.outer_uncertainty.sensitivity(c, 1, 3)(0, j);
+      CHECK(outer_slope(0, c) == Approx(expected).epsilon(1e-4).margin(1e-6));
+    }
+  }
+}
+
+TEST_CASE("a singular covariance of the random effects is an ordinary point") {
+  FittedModel fit = line(false);
+  fit.random_covariance = Eigen::Matrix2d{{1.0, -0.2}, {-0.2, 0.04}};
+  const Table table = line_data(1);
+  const DenseLine dense(fit, table);
+  const VectorXd blup = dense.psi * dense.z.transpose() * dense.inverse * dense.residual;
+  const Calibration calibration = calibrate(fit, table);
+  for (Index plot = 0; plot < 3; ++plot) {
+    CHECK(calibration.effects.col(plot).isApprox(blup.segment(1 + 2 * plot, 2), 1e-7));
+    CHECK(calibration.effects(1, plot) == Approx(-0.2 * calibration.effects(0, plot)));
+  }
+  fit.random_covariance.setZero();
+  CHECK(calibrate(fit, table).effects.isZero(0.0));
+}
+
+namespace {
+
+/// A fit that has seen the groups of a table.
+FittedModel that_has_seen(FittedModel fit, const Table& table) {
+  const Calibration calibration = calibrate(fit, table);
+  fit.group_labels = calibration.group_labels;
+  fit.random_effects = calibration.effects;
+  fit.uncertainty = calibration.uncertainty;
+  fit.outer.labels = calibration.outer_labels;
+  fit.outer.effects = calibration.outer_effects;
+  fit.outer_uncertainty = calibration.outer_uncertainty;
+  return fit;
+}
+
+}  // namespace
+
+TEST_CASE("earlier and new trees combine to what all of them together say") {
+  const bool is_nested = GENERATE(false, true);
+  const FittedModel unseen = line(is_nested);
+  const Table table = line_data(2);
+  // Earlier: trees 0 2 4 6 8 ...; the first plot of the second stand has only a new tree.
+  std::vector<std::size_t> earlier;
+  std::vector<std::size_t> later;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    (row % 2 == 0 ? earlier : later).push_back(row);
+  }
+  const FittedModel seen = that_has_seen(unseen, table.select(earlier));
+  // Rows of earlier trees stay in the table, without their measurement, so that all plots are
+  // there.
+  std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
+  for (const std::size_t row : earlier) y[row] = kNaN;
+  Table new_trees = table;
+  new_trees.set("y", y);
+  const Calibration both = calibrate(seen, new_trees, {.seen_groups = SeenGroups::kCombined});
+  const Calibration all = calibrate(unseen, table);
+  // In a linear model the two are the same.
+  constexpr double kRounding = 1e-9;
+  CHECK(both.group_labels == all.group_labels);
+  CHECK(both.effects.isApprox(all.effects, kRounding));
+  CHECK(both.uncertainty.covariances.isApprox(all.uncertainty.covariances, kRounding));
+  CHECK(both.uncertainty.sensitivities.isApprox(all.uncertainty.sensitivities, kRounding));
+  CHECK(both.outer_effects.isApprox(all.outer_effects, kRounding));
+  CHECK(both.outer_uncertainty.sensitivities.isApprox(all.outer_uncertainty.sensitivities,
+                                                      kRounding));
+  if (is_nested) {
+    CHECK(
+        both.uncertainty.cross_covariances.isApprox(all.uncertainty.cross_covariances, kRounding));
+  }
+}
+
+TEST_CASE("by default a seen group keeps the fit's random effects, and a new one is calibrated") {
+  const Table table = line_data(2);
+  const FittedModel seen =
+      that_has_seen(line(true), table.select(std::vector<std::size_t>{0, 1, 2}));
+  const Calibration calibration = calibrate(seen, table);
+  REQUIRE(calibration.group_labels ==
+          std::vector<std::string>{"S0/P1", "S0/P2", "S0/P4", "S1/P1", "S1/P2", "S1/P4"});
+  CHECK(calibration.fitted_group == std::vector<Index>{0, 1, -1, -1, -1, -1});
+  CHECK(calibration.fitted_outer == std::vector<Index>{0, -1});
+  CHECK(calibration.measured == std::vector<Index>{0, 0, 4, 1, 2, 4});
+  CHECK_FALSE(calibration.is_used[0]);
+  CHECK(calibration.is_used[3]);
+  // Of the first stand, three trees were fitted to and four are new: together all of its trees.
+  const Calibration all = calibrate(line(true), table);
+  CHECK(calibration.effects.col(2).isApprox(all.effects.col(2), 1e-9));
+  CHECK(calibration.effects.rightCols(3).isApprox(all.effects.rightCols(3), 1e-12));
+}
+
+TEST_CASE("a group without measured trees has what is known of any group") {
+  FittedModel fit = line(false);
+  Table table = line_data(1);
+  std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
+  y[1] = y[2] = kNaN;
+  table.set("y", y);
+  const Calibration calibration = calibrate(fit, table);
+  CHECK(calibration.measured == std::vector<Index>{1, 0, 4});
+  CHECK(calibration.effects.col(1).isZero(0.0));
+  CHECK(calibration.uncertainty.covariance(1, 2) == fit.random_covariance);
+  CHECK(calibration.uncertainty.sensitivities.col(1).isZero(0.0));
+  // A table without the response is one without measured trees.
+  Table unmeasured;
+  unmeasured.set("plot", table.text("plot"));
+  unmeasured.set("x", std::vector<double>(table.numbers("x").begin(), table.numbers("x").end()));
+  CHECK(calibrate(fit, unmeasured).effects.isZero(0.0));
+}
+
+TEST_CASE("calibration does not depend on the number of threads") {
+  const Table table = trees_of({.stands = 40, .plots = 30, .trees = 8});
+  const FittedModel fit = fitted(trees_of({}), {.variance = "power"});
+  const Calibration one = calibrate(fit, table, {.threads = 1});
+  const Calibration two = calibrate(fit, table, {.threads = 2});
+  CHECK(one.effects == two.effects);
+  CHECK(one.uncertainty.covariances == two.uncertainty.covariances);
+  CHECK(one.effects.allFinite());
+}
+
+TEST_CASE("what cannot be calibrated is refused") {
+  FittedModel fit = line(false);
+  Table table = line_data(1);
+  CHECK_THROWS_WITH(calibrate(fit, table, {.seen_groups = SeenGroups::kCombined}),
+                    Contains("fit again"));
+  fit.random_names.clear();
+  CHECK_THROWS_WITH(calibrate(fit, table), Contains("no random effects"));
+}
+
+TEST_CASE("a fit's file keeps what its data leave open of the random effects") {
+  const FittedModel fit = fitted(trees_of({.stands = 6, .plots = 4}),
+                                 {.random = "a | stand; a + b | plot", .variance = "power"});
+  REQUIRE(fit.uncertainty.is_known());
+  const FittedModel read = from_json(to_json(fit), "fit.json");
+  CHECK(read.uncertainty.covariances == fit.uncertainty.covariances);
+  CHECK(read.uncertainty.sensitivities == fit.uncertainty.sensitivities);
+  CHECK(read.uncertainty.cross_covariances == fit.uncertainty.cross_covariances);
+  CHECK(read.outer_uncertainty.covariances == fit.outer_uncertainty.covariances);
+  CHECK(read.outer_uncertainty.sensitivities == fit.outer_uncertainty.sensitivities);
+}

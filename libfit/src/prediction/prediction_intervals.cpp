@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: MIT
+#include "prediction/prediction_intervals.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "prediction/mixture_quantile.hpp"
+#include "prediction/prediction_freedom.hpp"
+#include "prediction/prediction_rules.hpp"
+#include "prediction/row_mean.hpp"
+#include "prediction/smooth_mixture.hpp"
+#include "silvafit/base/parallel.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Open = CoefficientSets::Open;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Rows at a time, so that the nodes of their quadrature stay in memory.
+constexpr std::size_t kChunk = 4096;
+// If the outer of three points move the mean by less, in standard deviations of the prediction,
+// three points do.
+constexpr double kSmallMove = 0.15;
+/// Some rows of the table.
+class Chunk {
+ public:
+  Chunk(const FittedModel& fit,
+        const data::Table& table,
+        const CoefficientSets& sets,
+        const PredictionOptions& options,
+        const MatrixXd& marginal_gradients,
+        std::size_t begin,
+        std::size_t end,
+        Prediction& result)
+      : fit_(fit),
+        sets_(sets),
+        options_(options),
+        marginal_gradients_(marginal_gradients),
+        begin_(static_cast<Index>(begin)),
+        rows_(static_cast<Index>(end - begin)),
+        part_(selected(table, begin, end)),
+        mean_(fit.specification, part_, uncertain_names(options)),
+        freedom_(fit),
+        result_(result) {
+    set_of_row_.assign(sets.set_of_row.begin() + begin_, sets.set_of_row.begin() + begin_ + rows_);
+    arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
+    center_ = mean_.mean(arguments_);
+    gradient_ = mean_.gradient(arguments_);
+    residual_sd_ = fit.residual_sd(center_, part_);
+    for (const UncertainColumn& column : options.uncertain) {
+      if (!uses(column.name)) continue;
+      uncertain_.push_back(&column);
+    }
+  }
+
+  void run() {
+    const VectorXd known = known_variance();
+    const VectorXd inner = open_variance(Open::kInner);
+    const VectorXd all = open_variance(Open::kAll);
+    store_errors(known, inner, all);
+    if (!options_.interval) return;
+    if (options_.interval_kind == IntervalKind::kConfidence) {
+      confidence();
+    } else {
+      prediction();
+    }
+  }
+
+ private:
+  static data::Table selected(const data::Table& table, std::size_t begin, std::size_t end) {
+    std::vector<std::size_t> rows;
+    for (std::size_t row = begin; row < end; ++row) rows.push_back(row);
+    return table.select(rows);
+  }
+  static std::vector<std::string> uncertain_names(const PredictionOptions& options) {
+    std::vector<std::string> names;
+    for (const UncertainColumn& column : options.uncertain) names.push_back(column.name);
+    return names;
+  }
+  bool uses(const std::string& column) const {
+    const std::vector<std::string> names = fit_.specification.predictors();
+    return std::ranges::find(names, column) != names.end();
+  }
+  Open open_of(Index row) const {
+    return sets_.open[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
+  }
+  bool is_marginal(Index row) const {
+    return sets_.is_marginal[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
+  }
+
+  /// (K + U x K + U) covariance of a row's arguments from one of all coefficients, and from the
+  /// uncertain columns.
+  MatrixXd spread(Index row, const Eigen::Ref<const MatrixXd>& covariance, bool of_tree) const {
+    const Index size = mean_.argument_count();
+    MatrixXd result = MatrixXd::Zero(size, size);
+    const Index p = mean_.coefficient_count();
+    for (Index i = 0; i < p; ++i) {
+      for (Index j = 0; j < p; ++j) {
+        result(mean_.parameter_of(i), mean_.parameter_of(j)) +=
+            covariance(i, j) * mean_.multiplier(i)[row] * mean_.multiplier(j)[row];
+      }
+    }
+    for (std::size_t k = 0; k < uncertain_.size(); ++k) {
+      const Index at = mean_.parameter_count() + static_cast<Index>(k);
+      result(at, at) =
+          (of_tree ? uncertain_[k]->tree_variance : uncertain_[k]->mean_variance)[begin_ + row];
+    }
+    return result;
+  }
+  MatrixXd known_covariance(Index row) const {
+    const Index p = mean_.coefficient_count();
+    return sets_.covariances.col(set_of_row_[static_cast<std::size_t>(row)]).reshaped(p, p);
+  }
+
+  /// (N) variance of the mean from what was estimated.
+  VectorXd known_variance() const {
+    VectorXd result(rows_);
+    for (Index row = 0; row < rows_; ++row) {
+      const MatrixXd covariance = known_covariance(row);
+      if (is_marginal(row)) {
+        const VectorXd slope = marginal_gradients_.row(begin_ + row);
+        result[row] = slope.dot(covariance * slope) + uncertain_variance(row, false);
+        continue;
+      }
+      const VectorXd slope = gradient_.row(row);
+      result[row] = slope.dot(spread(row, covariance, false) * slope);
+    }
+    return result;
+  }
+
+  /// (N) variance of the mean over random effects that are open.
+  VectorXd open_variance(Open open) const {
+    const MatrixXd covariance = open_covariance(fit_, open);
+    VectorXd result(rows_);
+    for (Index row = 0; row < rows_; ++row) {
+      const VectorXd slope = gradient_.row(row).head(mean_.parameter_count());
+      const MatrixXd of = spread(row, covariance, false);
+      result[row] = slope.dot(of.topLeftCorner(slope.size(), slope.size()) * slope);
+    }
+    return result;
+  }
+
+  double uncertain_variance(Index row, bool of_tree) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < uncertain_.size(); ++k) {
+      const double slope = gradient_(row, mean_.parameter_count() + static_cast<Index>(k));
+      sum += slope * slope *
+             (of_tree ? uncertain_[k]->tree_variance : uncertain_[k]->mean_variance)[begin_ + row];
+    }
+    return sum;
+  }
+
+  void store_errors(const VectorXd& known, const VectorXd& inner, const VectorXd& all) {
+    const bool is_prediction = options_.interval_kind == IntervalKind::kPrediction;
+    for (Index row = 0; row < rows_; ++row) {
+      const Open open = open_of(row);
+      const double of_inner = open == Open::kNothing ? 0.0 : inner[row];
+      const double of_outer = open == Open::kAll ? all[row] - inner[row] : 0.0;
+      const double of_residual = residual_sd_[row] * residual_sd_[row];
+      const double more = uncertain_variance(row, true) - uncertain_variance(row, false);
+      Satterthwaite freedom;
+      add_known(row, known[row], all[row], freedom);
+      if (is_prediction) {
+        if (of_inner > 0.0) freedom.add(of_inner, freedom_.inner);
+        if (of_outer > 0.0) freedom.add(of_outer, freedom_.outer);
+        freedom.add(of_residual, freedom_.residual);
+        if (more > 0.0) freedom.add(more, freedom_.residual);
+      }
+      const Index at = begin_ + row;
+      result_.mean_error[at] = std::sqrt(known[row]);
+      result_.prediction_error[at] =
+          std::sqrt(known[row] + of_inner + of_outer + of_residual + more);
+      result_.degrees_of_freedom[at] =
+          std::isnan(known[row]) ? kNaN : freedom.value(freedom_.residual);
+    }
+  }
+
+  /// Estimates for the population vary as groups do; those of a group only as far as its own trees
+  /// leave open what groups do.
+  void add_known(Index row, double known, double all, Satterthwaite& freedom) const {
+    if (!(known > 0.0)) return;
+    if (!fit_.has_random_effects() || open_of(row) == Open::kAll) {
+      freedom.add(known, freedom_.outer);
+      return;
+    }
+    const double share = all > 0.0 ? std::min(1.0, known / all) : 0.0;
+    const double rest = 1.0 - share;
+    freedom.add(known, 1.0 / (share * share / freedom_.inner + rest * rest / freedom_.residual));
+  }
+
+  double t_quantile(Index row) const {
+    const double freedom = result_.degrees_of_freedom[begin_ + row];
+    if (!(freedom > 0.0)) return kNaN;
+    const boost::math::students_t_distribution<double> distribution(freedom);
+    return boost::math::quantile(distribution, 0.5 + 0.5 * *options_.interval);
+  }
+
+  /// Ends in the direction in which the mean changes most: values that it can take.
+  void confidence() {
+    MatrixXd low = arguments_;
+    MatrixXd high = arguments_;
+    for (Index row = 0; row < rows_; ++row) {
+      const VectorXd slope = gradient_.row(row);
+      const VectorXd direction = spread(row, known_covariance(row), false) * slope;
+      const double error = std::sqrt(slope.dot(direction));
+      if (!(error > 0.0)) continue;
+      const VectorXd step = t_quantile(row) / error * direction;
+      low.row(row) -= step.transpose();
+      high.row(row) += step.transpose();
+    }
+    const VectorXd lower = mean_.mean(low);
+    const VectorXd upper = mean_.mean(high);
+    for (Index row = 0; row < rows_; ++row) {
+      const Index at = begin_ + row;
+      const double margin = t_quantile(row) * result_.mean_error[at];
+      // A marginal mean is no value of the curve at any coefficients.
+      const bool is_curve = !is_marginal(row) && std::isfinite(lower[row] + upper[row]);
+      result_.lower[at] = is_curve ? std::min(lower[row], upper[row]) : result_.value[at] - margin;
+      result_.upper[at] = is_curve ? std::max(lower[row], upper[row]) : result_.value[at] + margin;
+    }
+  }
+
+  /// Ends by quadrature over what is not known of the arguments.
+  void prediction() {
+    std::vector<MatrixXd> roots(static_cast<std::size_t>(rows_));
+    const MatrixXd open_inner = open_covariance(fit_, Open::kInner);
+    const MatrixXd open_all = open_covariance(fit_, Open::kAll);
+    std::map<Index, std::vector<std::size_t>> rows_of_width;
+    for (Index row = 0; row < rows_; ++row) {
+      const Open open = open_of(row);
+      MatrixXd covariance = known_covariance(row);
+      if (open == Open::kInner) covariance += open_inner;
+      if (open == Open::kAll) covariance += open_all;
+      const MatrixXd of = spread(row, covariance, true);
+      if (!of.allFinite() || !std::isfinite(center_[row])) continue;
+      MatrixXd& root = roots[static_cast<std::size_t>(row)];
+      root = rotated_root(of, gradient_.row(row));
+      rows_of_width[root.cols()].push_back(static_cast<std::size_t>(row));
+    }
+    for (const auto& [width, rows] : rows_of_width) {
+      const std::vector<bool> is_bent = bent(rows, roots, width);
+      const std::vector<MainPoints> needed = main_points(rows, roots, width);
+      for (const MainPoints points : {MainPoints::kFew, MainPoints::kDense, MainPoints::kGapless}) {
+        for (const bool many : {false, true}) {
+          std::vector<std::size_t> chosen;
+          for (std::size_t k = 0; k < rows.size(); ++k) {
+            if (is_bent[k] == many && needed[k] == points) chosen.push_back(rows[k]);
+          }
+          if (chosen.empty()) continue;
+          integrate(chosen, roots, prediction_rule(width, points, many));
+        }
+      }
+    }
+  }
+
+  /// The points in the main direction that each of some rows needs.
+  std::vector<MainPoints> main_points(const std::vector<std::size_t>& rows,
+                                      const std::vector<MatrixXd>& roots,
+                                      Index width) const {
+    if (width < 1) return std::vector<MainPoints>(rows.size(), MainPoints::kFew);
+    const VectorXd found = steepness(rows, roots);
+    std::vector<MainPoints> result;
+    for (const double value : found) result.push_back(points_for(value));
+    return result;
+  }
+
+  /// (rows) largest change of the mean per standard deviation of the main direction, in residual
+  /// standard deviations; infinite where the mean is not finite everywhere.
+  VectorXd steepness(const std::vector<std::size_t>& rows,
+                     const std::vector<MatrixXd>& roots) const {
+    const data::Table part = part_.select(rows);
+    const RowMean mean(fit_.specification, part, uncertain_names(options_));
+    const MatrixXd center = arguments_(rows, Eigen::all);
+    constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
+    constexpr double kStep = 1.5;
+    VectorXd result = VectorXd::Zero(center.rows());
+    VectorXd last_mean;
+    VectorXd last_sd;
+    for (const double place : kPlaces) {
+      MatrixXd at = center;
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        at.row(static_cast<Index>(k)) += place * roots[rows[k]].col(0).transpose();
+      }
+      const VectorXd here = mean.mean(at);
+      const VectorXd sd = fit_.residual_sd(here, part);
+      for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
+        const double change =
+            std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
+        result[k] = std::max(
+            result[k], std::isfinite(change) ? change : std::numeric_limits<double>::infinity());
+      }
+      last_mean = here;
+      last_sd = sd;
+    }
+    return result;
+  }
+
+  /// Whether each of some rows needs many points in the directions in which its mean does not
+  /// change to first order.
+  std::vector<bool> bent(const std::vector<std::size_t>& rows,
+                         const std::vector<MatrixXd>& roots,
+                         Index width) const {
+    std::vector<bool> result(rows.size(), false);
+    if (width < 2) return result;
+    const RowMean mean(fit_.specification, part_.select(rows), uncertain_names(options_));
+    const MatrixXd center = arguments_(rows, Eigen::all);
+    for (Index direction = 1; direction < width; ++direction) {
+      for (const double side : {-std::sqrt(3.0), std::sqrt(3.0)}) {
+        MatrixXd at = center;
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+          at.row(static_cast<Index>(k)) += side * roots[rows[k]].col(direction).transpose();
+        }
+        const VectorXd moved = mean.mean(at);
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+          const auto row = static_cast<Index>(rows[k]);
+          const double move = std::abs(moved[static_cast<Index>(k)] - center_[row]);
+          if (!(move <= kSmallMove * result_.prediction_error[begin_ + row])) result[k] = true;
+        }
+      }
+    }
+    return result;
+  }
+
+  /// Finds the ends of some rows' intervals by a rule.
+  void integrate(const std::vector<std::size_t>& rows,
+                 const std::vector<MatrixXd>& roots,
+                 const PredictionRule& chosen) {
+    const QuadratureRule& rule = chosen.points;
+    const data::Table part = part_.select(rows);
+    const RowMean mean(fit_.specification, part, uncertain_names(options_));
+    const MatrixXd center = arguments_(rows, Eigen::all);
+    const auto count = static_cast<Index>(rows.size());
+    MatrixXd means(rule.weights.size(), count);
+    MatrixXd deviations(rule.weights.size(), count);
+    for (Index k = 0; k < rule.weights.size(); ++k) {
+      MatrixXd at = center;
+      for (Index i = 0; i < count; ++i) {
+        const MatrixXd& root = roots[rows[static_cast<std::size_t>(i)]];
+        at.row(i) += (root * rule.nodes.col(k)).transpose();
+      }
+      const VectorXd value = mean.mean(at);
+      means.row(k) = value;
+      deviations.row(k) = fit_.residual_sd(value, part);
+    }
+    for (Index i = 0; i < count && chosen.stride > 0; ++i) {
+      close_gaps(means.col(i), deviations.col(i), chosen.stride);
+    }
+    const double tail = 0.5 - 0.5 * *options_.interval;
+    const double z = boost::math::quantile(boost::math::normal_distribution<double>(), 1.0 - tail);
+    for (Index i = 0; i < count; ++i) {
+      const auto row = static_cast<Index>(rows[static_cast<std::size_t>(i)]);
+      // Quantiles of known variances are widened as those of one normal distribution would be.
+      const double wider = t_quantile(row) / z;
+      const auto end = [&](double probability) {
+        const double quantile =
+            mixture_quantile(means.col(i), deviations.col(i), rule.weights, probability);
+        return center_[row] + wider * (quantile - center_[row]);
+      };
+      result_.lower[begin_ + row] = end(tail);
+      result_.upper[begin_ + row] = end(1.0 - tail);
+    }
+  }
+
+  const FittedModel& fit_;
+  const CoefficientSets& sets_;
+  const PredictionOptions& options_;
+  const MatrixXd& marginal_gradients_;
+  Index begin_;
+  Index rows_;
+  data::Table part_;
+  RowMean mean_;
+  Freedom freedom_;
+  Prediction& result_;
+  std::vector<Index> set_of_row_;
+  std::vector<const UncertainColumn*> uncertain_;
+  MatrixXd arguments_;
+  VectorXd center_;
+  MatrixXd gradient_;
+  VectorXd residual_sd_;
+};
+
+}  // namespace
+
+void add_errors(const FittedModel& fit,
+                const data::Table& table,
+                const CoefficientSets& sets,
+                const PredictionOptions& options,
+                const MatrixXd& marginal_gradients,
+                Prediction& values) {
+  const Index n = values.value.size();
+  values.mean_error.setConstant(n, kNaN);
+  values.prediction_error.setConstant(n, kNaN);
+  values.degrees_of_freedom.setConstant(n, kNaN);
+  if (options.interval) {
+    values.lower.setConstant(n, kNaN);
+    values.upper.setConstant(n, kNaN);
+  }
+  const std::size_t chunks = (table.rows() + kChunk - 1) / kChunk;
+  parallel_for(chunks, options.threads, [&](std::size_t k) {
+    const std::size_t end = std::min(table.rows(), (k + 1) * kChunk);
+    Chunk(fit, table, sets, options, marginal_gradients, k * kChunk, end, values).run();
+  });
+}
+
+}  // namespace silvafit::fit

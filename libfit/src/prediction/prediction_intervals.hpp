@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// Standard errors and intervals of predictions.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "model/coefficient_sets.hpp"
+#include "silvafit/fit/prediction.hpp"
+
+namespace silvafit::fit {
+
+/// Fills in errors, degrees of freedom and, if asked for, the ends of intervals.
+/// \param values  the predictions so far: values and residual standard deviations
+/// \param marginal_gradients  (N x p) derivatives of marginal means; rows that have none are not
+///   read
+void add_errors(const FittedModel& fit,
+                const data::Table& table,
+                const CoefficientSets& sets,
+                const PredictionOptions& options,
+                const Eigen::MatrixXd& marginal_gradients,
+                Prediction& values);
+
+}  // namespace silvafit::fit

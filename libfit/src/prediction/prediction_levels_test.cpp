@@ -1,0 +1,443 @@
+// SPDX-License-Identifier: MIT
+// Levels, errors and intervals of predictions against theory and simulation.
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <boost/math/distributions/students_t.hpp>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "prediction/mixture_quantile.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/prediction.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using silvafit::Random;
+using silvafit::data::Table;
+using silvafit::data::TextColumn;
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+TextColumn texts(const std::vector<std::string>& labels) {
+  TextColumn column;
+  for (const std::string& label : labels) column.append(label);
+  return column;
+}
+
+FittedModel model(const std::string& formula,
+                  const std::vector<std::string>& coefficients,
+                  const std::string& random) {
+  FittedModel fit{.specification = {.formula = silvafit::data::parse_formula(formula)}};
+  for (const std::string& name : coefficients) {
+    fit.specification.parameters.push_back(parse_parameter_model(name + " ~ 1"));
+  }
+  fit.coefficient_names = coefficients;
+  const auto p = static_cast<Index>(coefficients.size());
+  fit.covariance.setZero(p, p);
+  fit.method = Method::kLaplace;
+  const std::vector<RandomEffects> effects = parse_random_effects(random);
+  fit.specification.random = effects.back();
+  fit.random_names = effects.back().coefficients;
+  fit.random_effects.resize(static_cast<Index>(fit.random_names.size()), 0);
+  if (effects.size() > 1) {
+    fit.specification.outer_random = effects.front();
+    fit.outer.names = effects.front().coefficients;
+    fit.outer.effects.resize(static_cast<Index>(fit.outer.names.size()), 0);
+  }
+  fit.degrees_of_freedom = Eigen::VectorXd::Constant(1, 100.0);
+  fit.sigma = 1.0;
+  return fit;
+}
+
+/// y = mu + b + e with Var b = 4, Var e = 9 and Var(mu-hat) = 0.5.
+FittedModel one_way() {
+  FittedModel fit = model("y ~ mu + 0*x", {"mu"}, "mu | plot");
+  fit.estimate = VectorXd::Constant(1, 10.0);
+  fit.covariance.setConstant(0.5);
+  fit.random_covariance = MatrixXd::Constant(1, 1, 4.0);
+  fit.sigma = 3.0;
+  fit.group_labels = {"1", "2", "3", "4", "5", "6"};
+  fit.random_effects.setZero(1, 6);
+  fit.uncertainty = {.covariances = MatrixXd::Zero(1, 6), .sensitivities = MatrixXd::Zero(1, 6)};
+  return fit;
+}
+
+/// A height curve with random limit and rate, so many plots that t is all but normal.
+FittedModel curve() {
+  FittedModel fit = model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"a", "b"}, "a + b | plot");
+  fit.estimate = Eigen::Vector2d(25.0, 0.06);
+  fit.covariance = Eigen::Matrix2d{{0.3, -5e-4}, {-5e-4, 4e-6}};
+  fit.random_covariance = Eigen::Matrix2d{{9.0, -0.015}, {-0.015, 2e-4}};
+  fit.sigma = 0.3;
+  fit.variance = VarianceEstimate::missing(parse_variance_function("power"));
+  fit.variance.factors[0].delta[0] = 0.6;
+  fit.degrees_of_freedom = Eigen::VectorXd::Constant(1, 1e6);
+  fit.group_labels.assign(100001, "");
+  for (std::size_t g = 0; g < fit.group_labels.size(); ++g)
+    fit.group_labels[g] = fmt::format("{}", g);
+  fit.random_effects.setZero(2, 100001);
+  fit.uncertainty.covariances.setZero(4, 100001);
+  fit.uncertainty.sensitivities.setZero(4, 100001);
+  return fit;
+}
+
+double height(double a, double b, double dbh) { return 1.3 + a * (1.0 - std::exp(-b * dbh)); }
+
+double t_quantile(double freedom, double coverage) {
+  return boost::math::quantile(boost::math::students_t_distribution<double>(freedom),
+                               0.5 + 0.5 * coverage);
+}
+
+}  // namespace
+
+TEST_CASE("in the one-way layout errors and intervals are those of theory") {
+  const FittedModel fit = one_way();
+  Table table;
+  table.set("plot", texts({"A", "A", "A", "A", "B"}));
+  table.set("x", std::vector<double>(5, 0.0));
+  table.set("y", std::vector<double>{13.0, 16.0, 10.0, kNaN, kNaN});
+  const Prediction prediction = predict(fit, table, Level::kCalibrated, {.interval = 0.9});
+  // Three trees with mean 13: shrinkage 3*4/(3*4 + 9) = 4/7, so b = 12/7.
+  const double shrinkage = 4.0 / 7.0;
+  const double known = 4.0 * (1.0 - shrinkage) + std::pow(1.0 - shrinkage, 2) * 0.5;
+  CHECK(prediction.value[3] == Approx(10.0 + 3.0 * shrinkage).epsilon(1e-12));
+  CHECK(prediction.mean_error[3] == Approx(std::sqrt(known)).epsilon(1e-12));
+  CHECK(prediction.prediction_error[3] == Approx(std::sqrt(known + 9.0)).epsilon(1e-12));
+  CHECK(prediction.calibrated_from == std::vector<Index>{3, 3, 3, 3, 0});
+  CHECK(prediction.is_new_group == std::vector<bool>{false, false, false, false, true});
+  // Nothing is known of plot B.
+  CHECK(prediction.value[4] == Approx(10.0));
+  CHECK(prediction.mean_error[4] == Approx(std::sqrt(0.5)));
+  CHECK(prediction.prediction_error[4] == Approx(std::sqrt(0.5 + 4.0 + 9.0)));
+  // Satterthwaite: 5 of six plots for what differs between plots, 100 for the residual.
+  const double freedom = 13.5 * 13.5 / (0.5 * 0.5 / 5.0 + 4.0 * 4.0 / 5.0 + 9.0 * 9.0 / 100.0);
+  CHECK(prediction.degrees_of_freedom[4] == Approx(freedom).epsilon(1e-12));
+  // The quadrature has 15 points for normal distributions whose mixture is normal; its end is exact
+  // to about 1e-6 where the components are as wide as their spread.
+  const double margin = t_quantile(freedom, 0.9) * std::sqrt(13.5);
+  CHECK(prediction.lower[4] == Approx(10.0 - margin).epsilon(1e-5));
+  CHECK(prediction.upper[4] == Approx(10.0 + margin).epsilon(1e-5));
+  const Prediction mean = predict(fit,
+                                  table,
+                                  Level::kCalibrated,
+                                  {.interval = 0.9, .interval_kind = IntervalKind::kConfidence});
+  const double half = t_quantile(mean.degrees_of_freedom[3], 0.9) * std::sqrt(known);
+  CHECK(mean.lower[3] == Approx(prediction.value[3] - half).epsilon(1e-12));
+  CHECK(mean.upper[3] == Approx(prediction.value[3] + half).epsilon(1e-12));
+  CHECK(mean.degrees_of_freedom[4] == Approx(5.0));
+}
+
+TEST_CASE("marginal means are the expectations over random effects") {
+  SECTION("of an exponential, over two groupings") {
+    FittedModel fit = model("y ~ exp(a + 0*x)", {"a"}, "a | stand; a | plot");
+    fit.estimate = VectorXd::Constant(1, 0.7);
+    fit.random_covariance = MatrixXd::Constant(1, 1, 0.09);
+    fit.outer.covariance = MatrixXd::Constant(1, 1, 0.16);
+    Table table;
+    table.set("x", std::vector<double>{1.0});
+    const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
+    CHECK(prediction.value[0] == Approx(std::exp(0.7 + 0.125)).epsilon(1e-9));
+    CHECK(prediction.marginal_difference < 1e-8);
+  }
+  SECTION("of a height curve with two correlated effects") {
+    const FittedModel fit = curve();
+    Table table;
+    const std::vector<double> diameters{5.0, 15.0, 40.0};
+    table.set("dbh", diameters);
+    const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
+    for (std::size_t i = 0; i < diameters.size(); ++i) {
+      // E exp(-(b + v) d) = exp(-b d + s^2 d^2 / 2), under which a + u has the mean a - cov(u, v)
+      // d.
+      const double d = diameters[i];
+      const double decay = std::exp(-0.06 * d + 0.5 * 2e-4 * d * d);
+      const double expected = 1.3 + 25.0 - (25.0 + 0.015 * d) * decay;
+      CHECK(prediction.value[static_cast<Index>(i)] == Approx(expected).epsilon(1e-8));
+      const Eigen::Vector2d slope(1.0 - decay, d * (25.0 + 0.015 * d) * decay);
+      CHECK(prediction.mean_error[static_cast<Index>(i)] ==
+            Approx(std::sqrt(slope.dot(fit.covariance * slope))).epsilon(1e-7));
+    }
+  }
+}
+
+TEST_CASE("population prediction intervals hold what simulation draws") {
+  const FittedModel fit = curve();
+  Table table;
+  const std::vector<double> diameters{6.0, 20.0, 45.0};
+  table.set("dbh", diameters);
+  const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = 0.95});
+  const MatrixXd of_fixed = fit.covariance.llt().matrixL();
+  const MatrixXd of_random = fit.random_covariance.llt().matrixL();
+  Random random(3);
+  constexpr int kDraws = 200000;
+  Eigen::Vector3d below = Eigen::Vector3d::Zero();
+  Eigen::Vector3d above = Eigen::Vector3d::Zero();
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const VectorXd at = fit.estimate +
+                        of_fixed * Eigen::Vector2d(random.normal(), random.normal()) +
+                        of_random * Eigen::Vector2d(random.normal(), random.normal());
+    for (Index i = 0; i < 3; ++i) {
+      const double mean = height(at[0], at[1], diameters[static_cast<std::size_t>(i)]);
+      const double value = mean + random.normal(0.0, 0.3 * std::pow(std::abs(mean), 0.6));
+      if (value < prediction.lower[i]) below[i] += 1.0 / kDraws;
+      if (value > prediction.upper[i]) above[i] += 1.0 / kDraws;
+    }
+  }
+  // Four standard errors of a share of 0.025 among the draws.
+  const double tolerance = 4.0 * std::sqrt(0.025 * 0.975 / kDraws);
+  for (Index i = 0; i < 3; ++i) {
+    CHECK(below[i] == Approx(0.025).margin(tolerance));
+    CHECK(above[i] == Approx(0.025).margin(tolerance));
+  }
+}
+
+TEST_CASE("calibrated intervals hold new trees of many simulated plots") {
+  const FittedModel fit = curve();
+  const MatrixXd of_fixed = fit.covariance.llt().matrixL();
+  const MatrixXd of_random = fit.random_covariance.llt().matrixL();
+  const int measured = GENERATE(1, 4);
+  Random random(8);
+  constexpr int kPlots = 5000;
+  TextColumn plot;
+  std::vector<double> dbh;
+  std::vector<double> h;
+  std::vector<double> truth;
+  for (int i = 0; i < kPlots; ++i) {
+    const VectorXd at = fit.estimate +
+                        of_fixed * Eigen::Vector2d(random.normal(), random.normal()) +
+                        of_random * Eigen::Vector2d(random.normal(), random.normal());
+    for (int j = 0; j <= measured; ++j) {
+      plot.append(fmt::format("new {}", i));
+      dbh.push_back(random.uniform(8.0, 40.0));
+      const double mean = height(at[0], at[1], dbh.back());
+      truth.push_back(mean + random.normal(0.0, 0.3 * std::pow(std::abs(mean), 0.6)));
+      h.push_back(j < measured ? truth.back() : kNaN);
+    }
+  }
+  Table table;
+  table.set("plot", plot);
+  table.set("dbh", dbh);
+  table.set("h", h);
+  for (const double coverage : {0.9, 0.95}) {
+    const Prediction prediction =
+        predict(fit, table, Level::kCalibrated, {.interval = coverage, .threads = 2});
+    double held = 0.0;
+    for (std::size_t row = 0; row < truth.size(); ++row) {
+      const auto at = static_cast<Index>(row);
+      const bool is_new = std::isnan(h[row]);
+      if (is_new && truth[row] >= prediction.lower[at] && truth[row] <= prediction.upper[at]) {
+        held += 1.0 / kPlots;
+      }
+    }
+    // Four standard errors of the share, and half a point for the random effects' distribution
+    // given few trees, which is not quite normal.
+    const double tolerance = 4.0 * std::sqrt(coverage * (1.0 - coverage) / kPlots) + 0.005;
+    CHECK(held == Approx(coverage).margin(tolerance));
+  }
+}
+
+TEST_CASE("the error of a predictor that is a prediction is in errors and intervals") {
+  FittedModel fit = model("hcb ~ c + d*h", {"c", "d"}, "c | plot");
+  fit.estimate = Eigen::Vector2d(1.0, 0.5);
+  fit.covariance = Eigen::Matrix2d{{0.04, 0.0}, {0.0, 0.0001}};
+  fit.random_covariance = MatrixXd::Constant(1, 1, 0.25);
+  Table table;
+  table.set("h", std::vector<double>{20.0, 20.0});
+  const UncertainColumn height_error{.name = "h",
+                                     .mean_variance = Eigen::Vector2d(0.0, 0.6),
+                                     .tree_variance = Eigen::Vector2d(0.0, 4.0)};
+  const Prediction prediction =
+      predict(fit, table, Level::kPopulation, {.interval = 0.95, .uncertain = {height_error}});
+  const double of_mean = 0.04 + 0.0001 * 400.0;
+  CHECK(prediction.value[0] == prediction.value[1]);
+  CHECK(prediction.mean_error[0] == Approx(std::sqrt(of_mean)));
+  CHECK(prediction.mean_error[1] == Approx(std::sqrt(of_mean + 0.25 * 0.6)));
+  CHECK(prediction.prediction_error[0] == Approx(std::sqrt(of_mean + 0.25 + 1.0)));
+  CHECK(prediction.prediction_error[1] == Approx(std::sqrt(of_mean + 0.25 + 1.0 + 0.25 * 4.0)));
+  CHECK(prediction.upper[1] - prediction.lower[1] > prediction.upper[0] - prediction.lower[0]);
+}
+
+TEST_CASE("confidence intervals stay within the range of the curve") {
+  FittedModel fit = model("hcb ~ h/(1 + exp(a))", {"a"}, "a | plot");
+  fit.estimate = VectorXd::Constant(1, 0.3);
+  fit.covariance.setConstant(4.0);
+  fit.random_covariance = MatrixXd::Constant(1, 1, 1.0);
+  Table table;
+  table.set("h", std::vector<double>{20.0});
+  const Prediction prediction =
+      predict(fit,
+              table,
+              Level::kPopulation,
+              {.interval = 0.95, .interval_kind = IntervalKind::kConfidence});
+  const double t = t_quantile(prediction.degrees_of_freedom[0], 0.95);
+  CHECK(prediction.lower[0] == Approx(20.0 / (1.0 + std::exp(0.3 + 2.0 * t))));
+  CHECK(prediction.upper[0] == Approx(20.0 / (1.0 + std::exp(0.3 - 2.0 * t))));
+}
+
+TEST_CASE("groups of which nothing is known are what the option says") {
+  const FittedModel fit = curve();
+  Table table;
+  table.set("plot", texts({"new", "old"}));
+  table.set("dbh", std::vector<double>{20.0, 20.0});
+  table.set("h", std::vector<double>{kNaN, 18.0});
+  const auto at = [&](NewGroups choice) {
+    return predict(fit, table, Level::kCalibrated, {.new_groups = choice, .interval = 0.95});
+  };
+  CHECK(at(NewGroups::kPopulation).value[0] == Approx(height(25.0, 0.06, 20.0)));
+  const double marginal = predict(fit, table, Level::kMarginal).value[0];
+  CHECK(at(NewGroups::kMarginal).value[0] == Approx(marginal).epsilon(1e-14));
+  CHECK(at(NewGroups::kMarginal).value[1] == at(NewGroups::kPopulation).value[1]);
+  CHECK(std::isnan(at(NewGroups::kMissing).value[0]));
+  CHECK(std::isnan(at(NewGroups::kMissing).lower[0]));
+  CHECK_THROWS_WITH(at(NewGroups::kError), Contains("no measured tree"));
+}
+
+TEST_CASE("an interval needs a sensible level and a fit that keeps what it needs") {
+  FittedModel fit = one_way();
+  Table table;
+  table.set("plot", texts({"1"}));
+  table.set("x", std::vector<double>{0.0});
+  CHECK_THROWS_WITH(predict(fit, table, Level::kPopulation, {.interval = 1.0}),
+                    Contains("between 0 and 1"));
+  fit.uncertainty = {};
+  CHECK(predict(fit, table, Level::kConditional).value[0] == 10.0);
+  CHECK_THROWS_WITH(predict(fit, table, Level::kConditional, {.interval = 0.9}),
+                    Contains("fit again"));
+}
+
+TEST_CASE("quantiles of a mixture are where its distribution function says") {
+  const Eigen::Vector3d means(0.0, 5.0, -2.0);
+  const Eigen::Vector3d deviations(1.0, 0.5, 3.0);
+  const Eigen::Vector3d weights(0.5, 0.3, 0.2);
+  const auto distribution = [&](double y) {
+    double sum = 0.0;
+    for (Index k = 0; k < 3; ++k) {
+      sum += weights[k] * 0.5 * std::erfc((means[k] - y) / deviations[k] / std::sqrt(2.0));
+    }
+    return sum;
+  };
+  for (const double probability : {0.001, 0.025, 0.5, 0.85, 0.999}) {
+    const double y = mixture_quantile(means, deviations, weights, probability);
+    CHECK(distribution(y) == Approx(probability).epsilon(1e-8));
+  }
+  // One normal distribution, and one whose other component is not finite.
+  CHECK(mixture_quantile(
+            VectorXd::Constant(1, 2.0), VectorXd::Constant(1, 3.0), VectorXd::Ones(1), 0.975) ==
+        Approx(2.0 + 3.0 * 1.959963984540054));
+  CHECK(mixture_quantile(Eigen::Vector2d(2.0, kNaN),
+                         Eigen::Vector2d(3.0, 1.0),
+                         Eigen::Vector2d(0.5, 0.5),
+                         0.5) == Approx(2.0));
+}
+
+namespace {
+
+/// y = mu + b + e with Var e = 1, mu known.
+FittedModel separated(double between) {
+  FittedModel fit = model("y ~ mu + 0*x", {"mu"}, "mu | plot");
+  fit.estimate = VectorXd::Constant(1, 100.0);
+  fit.random_covariance = MatrixXd::Constant(1, 1, between * between);
+  fit.group_labels.assign(40, "");
+  return fit;
+}
+
+/// Naslund's height curve with the estimates from the pines of spati, taken as known: plots differ
+/// ten times as much as trees do, and the curve is bent.
+FittedModel naslund() {
+  FittedModel fit = curve();
+  const FittedModel shape = model("h ~ 1.3 + dbh^2/(a + b*dbh)^2", {"a", "b"}, "a + b | plot");
+  fit.specification.formula = shape.specification.formula;
+  fit.estimate = Eigen::Vector2d(1.0752270, 0.2331406);
+  fit.covariance.setZero();
+  const double joint = -0.45603 * 0.27553578 * 0.05962333;
+  fit.random_covariance = Eigen::Matrix2d{{0.075919966, joint}, {joint, 0.003554941}};
+  fit.sigma = 0.3983975;
+  fit.variance = VarianceEstimate::missing(parse_variance_function("power(dbh)"));
+  fit.variance.factors[0].delta[0] = 0.386452;
+  return fit;
+}
+
+/// P(value < each limit) over both random effects, by the trapezoid rule with steps of 1/50.
+VectorXd probabilities_below(const FittedModel& fit, double dbh, const VectorXd& limits) {
+  const MatrixXd root = fit.random_covariance.llt().matrixL();
+  constexpr int kSide = 300;
+  constexpr double kStep = 0.02;
+  VectorXd below = VectorXd::Zero(limits.size());
+  double total = 0.0;
+  for (int i = -kSide; i <= kSide; ++i) {
+    for (int j = -kSide; j <= kSide; ++j) {
+      const Eigen::Vector2d u(kStep * i, kStep * j);
+      const double weight = std::exp(-0.5 * u.squaredNorm());
+      const VectorXd at = fit.estimate + root * u;
+      const double mean = 1.3 + std::pow(dbh / (at[0] + at[1] * dbh), 2);
+      const double sd = fit.sigma * std::pow(dbh, 0.386452);
+      total += weight;
+      for (Index k = 0; k < limits.size(); ++k) {
+        below[k] += weight * 0.5 * std::erfc((mean - limits[k]) / sd / std::sqrt(2.0));
+      }
+    }
+  }
+  return below / total;
+}
+
+}  // namespace
+
+TEST_CASE("predicted intervals of unseen groups are normal ones however far groups are apart") {
+  const double between = GENERATE(0.0, 0.1, 0.4, 1.0, 5.0, 20.0, 1000.0);
+  const FittedModel fit = separated(between);
+  Table table;
+  table.set("x", std::vector<double>{0.0});
+  for (const double coverage : {0.5, 0.8, 0.9, 0.95, 0.99}) {
+    const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = coverage});
+    const double deviation = std::hypot(between, 1.0);
+    const double freedom = std::pow(deviation, 4) / (std::pow(between, 4) / 39.0 + 1.0 / 100.0);
+    const double margin = t_quantile(freedom, coverage) * deviation;
+    // The distribution function of the rule is within 1e-6 of the normal one's.
+    INFO(between << " " << coverage);
+    CHECK(prediction.upper[0] - 100.0 == Approx(margin).epsilon(2e-5));
+    CHECK(100.0 - prediction.lower[0] == Approx(margin).epsilon(2e-5));
+  }
+}
+
+TEST_CASE("predicted intervals of a bent curve hold what a very fine quadrature says") {
+  FittedModel fit = naslund();
+  fit.sigma *= GENERATE(0.01, 0.3, 1.0, 3.0);
+  const double dbh = GENERATE(5.0, 20.3, 40.0);
+  Table table;
+  table.set("dbh", std::vector<double>{dbh});
+  for (const double coverage : {0.5, 0.8, 0.95, 0.99}) {
+    const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = coverage});
+    const VectorXd below =
+        probabilities_below(fit, dbh, Eigen::Vector2d(prediction.lower[0], prediction.upper[0]));
+    const double tail = 0.5 - 0.5 * coverage;
+    INFO(fit.sigma << " " << dbh << " " << coverage);
+    // Components have the mean and variance of their neighborhood, but not its skewness, and
+    // across the main direction there are few points.
+    CHECK(below[0] == Approx(tail).epsilon(0.015));
+    CHECK(1.0 - below[1] == Approx(tail).epsilon(0.015));
+  }
+}
+
+TEST_CASE("predicted intervals of unseen plots end where simulated pines do") {
+  Table table;
+  table.set("dbh", std::vector<double>{20.3});
+  // Of 2,000,000 trees simulated in R, with the standard errors of these quantiles.
+  struct End {
+    double coverage;
+    double upper;
+    double error;
+  };
+  for (const End& end :
+       {End{0.8, 22.91, 0.013}, End{0.95, 32.77, 0.036}, End{0.97, 37.28, 0.053}}) {
+    const Prediction prediction =
+        predict(naslund(), table, Level::kPopulation, {.interval = end.coverage});
+    CHECK(prediction.upper[0] == Approx(end.upper).margin(4.0 * end.error));
+  }
+}

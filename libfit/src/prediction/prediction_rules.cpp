@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "prediction/prediction_rules.hpp"
+
+#include <Eigen/QR>
+#include <array>
+#include <vector>
+
+#include "model/covariance_factor.hpp"
+#include "prediction/smooth_mixture.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Points in the direction in which the mean changes most where the residual is wide enough to close
+// the gaps between them, and in each other direction.
+constexpr int kMainPoints = 15;
+constexpr int kFewPoints = 3;
+// Many points, by the number of directions: a product of many would take too long.
+constexpr std::array kManyPoints{1, 1, 11, 7, 5};
+// How much the mean may change, in residual standard deviations per standard deviation of the main
+// direction, before the main points show as steps of the distribution function, and before dense
+// points do.
+constexpr double kSteepForFew = 0.5;
+constexpr double kSteepForDense = 4.0;
+
+}  // namespace
+
+MainPoints points_for(double steepness) {
+  if (steepness <= kSteepForFew) return MainPoints::kFew;
+  return steepness <= kSteepForDense ? MainPoints::kDense : MainPoints::kGapless;
+}
+
+PredictionRule prediction_rule(Index width, MainPoints main, bool many) {
+  const auto at = static_cast<std::size_t>(width);
+  const int points = many && at < kManyPoints.size() ? kManyPoints[at] : kFewPoints;
+  const QuadratureRule nothing{.nodes = MatrixXd(0, 1), .weights = VectorXd::Ones(1)};
+  if (width == 0) return {.points = nothing};
+  const QuadratureRule others = width == 1 ? nothing : gauss_hermite(points, width - 1);
+  switch (main) {
+    case MainPoints::kFew:
+      return {.points = product_rule(gauss_hermite(kMainPoints, 1), others)};
+    case MainPoints::kDense:
+      return {.points = dense_rule(others)};
+    case MainPoints::kGapless:
+      break;
+  }
+  return {.points = gapless_rule(others), .stride = others.weights.size()};
+}
+
+MatrixXd rotated_root(const MatrixXd& covariance, const VectorXd& slope) {
+  const MatrixXd root = covariance_factor(covariance);
+  std::vector<Index> kept;
+  for (Index k = 0; k < root.cols(); ++k) {
+    if (!root.col(k).isZero(0.0)) kept.push_back(k);
+  }
+  const MatrixXd reduced = root(Eigen::all, kept);
+  const VectorXd direction = reduced.transpose() * slope;
+  if (reduced.cols() < 2 || !(direction.norm() > 0.0) || !direction.allFinite()) return reduced;
+  const Eigen::HouseholderQR<MatrixXd> qr{MatrixXd(direction)};
+  const MatrixXd rotation = qr.householderQ() * MatrixXd::Identity(reduced.cols(), reduced.cols());
+  return reduced * rotation;
+}
+
+}  // namespace silvafit::fit

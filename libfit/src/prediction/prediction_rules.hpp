@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// Points to integrate predictions over what is not known of their arguments.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "marginal_likelihood/quadrature_rule.hpp"
+
+namespace silvafit::fit {
+
+/// Points in the main direction, by how much the mean changes in it against the residual.
+enum class MainPoints { kFew, kDense, kGapless };
+
+/// Points to integrate over what is not known.
+struct PredictionRule {
+  QuadratureRule points{};
+  Eigen::Index stride = 0;  ///< of close_gaps, which the components then need; else 0
+};
+
+/// \param steepness  largest change of the mean per standard deviation of the main direction, in
+///   residual standard deviations
+MainPoints points_for(double steepness);
+
+/// \param width  directions, of which the first is the main one
+/// \param many   whether the others need many points
+PredictionRule prediction_rule(Eigen::Index width, MainPoints main, bool many);
+
+/// A root of a covariance whose first column points where the mean changes most; the mean does not
+/// change in the others, to first order.
+Eigen::MatrixXd rotated_root(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& slope);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "prediction/row_mean.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+RowMean::RowMean(const ModelSpecification& specification,
+                 const data::Table& table,
+                 const std::vector<std::string>& uncertain)
+    : rows_(static_cast<Index>(table.rows())),
+      parameters_(static_cast<Index>(specification.parameters.size())),
+      is_complete_(table.rows(), true) {
+  for (std::size_t k = 0; k < specification.parameters.size(); ++k) {
+    const ParameterModel& parameter = specification.parameters[k];
+    if (parameter.has_intercept) {
+      slots_.push_back(
+          {.parameter = static_cast<Index>(k), .multiplier = Eigen::ArrayXd::Ones(rows_)});
+    }
+    for (const Covariate& covariate : parameter.covariates) {
+      const std::vector<double> values = data::evaluate(covariate.value, table);
+      slots_.push_back({.parameter = static_cast<Index>(k),
+                        .multiplier = Eigen::Map<const Eigen::ArrayXd>(values.data(), rows_)});
+    }
+  }
+  std::vector<data::Program::Input> inputs;
+  for (const ParameterModel& parameter : specification.parameters) {
+    inputs.push_back({.name = parameter.name});
+  }
+  std::vector<std::string> arguments;
+  for (const ParameterModel& parameter : specification.parameters) {
+    arguments.push_back(parameter.name);
+  }
+  for (const std::string& name : specification.predictors()) {
+    columns_.push_back(data::variable_values(name, table));
+    inputs.push_back({.name = name});
+    // A formula may hide a missing value, as min() and ifelse() do; a prediction may not.
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (std::isnan(columns_.back()[row])) is_complete_[row] = false;
+    }
+    if (std::ranges::find(uncertain, name) == uncertain.end()) continue;
+    uncertain_.push_back(static_cast<Index>(columns_.size()) - 1);
+    arguments.push_back(name);
+  }
+  mean_ = data::Program({&specification.formula.right, 1}, inputs);
+  std::vector<data::Expression> derivatives;
+  for (const std::string& name : arguments) {
+    derivatives.push_back(specification.formula.right.derivative(name));
+  }
+  gradient_ = data::Program(derivatives, inputs);
+}
+
+MatrixXd RowMean::arguments(const MatrixXd& coefficients,
+                            const std::vector<Index>& set_of_row) const {
+  MatrixXd result = MatrixXd::Zero(rows_, argument_count());
+  for (Index j = 0; j < coefficient_count(); ++j) {
+    const Slot& slot = slots_[static_cast<std::size_t>(j)];
+    result.col(slot.parameter).array() +=
+        coefficients.row(j)(set_of_row).transpose().array() * slot.multiplier;
+  }
+  for (std::size_t k = 0; k < uncertain_.size(); ++k) {
+    const std::vector<double>& column = columns_[static_cast<std::size_t>(uncertain_[k])];
+    result.col(parameters_ + static_cast<Index>(k)) =
+        Eigen::Map<const VectorXd>(column.data(), rows_);
+  }
+  return result;
+}
+
+MatrixXd RowMean::run(const data::Program& program, const MatrixXd& arguments) const {
+  std::vector<const double*> inputs;
+  for (Index k = 0; k < parameters_; ++k) inputs.push_back(arguments.col(k).data());
+  for (const std::vector<double>& column : columns_) inputs.push_back(column.data());
+  for (std::size_t k = 0; k < uncertain_.size(); ++k) {
+    inputs[static_cast<std::size_t>(parameters_ + uncertain_[k])] =
+        arguments.col(parameters_ + static_cast<Index>(k)).data();
+  }
+  MatrixXd result(rows_, static_cast<Index>(program.output_count()));
+  std::vector<double*> outputs;
+  for (Index k = 0; k < result.cols(); ++k) outputs.push_back(result.col(k).data());
+  data::Program::Workspace workspace;
+  program.evaluate(inputs, static_cast<std::size_t>(rows_), outputs, workspace);
+  return result;
+}
+
+VectorXd RowMean::mean(const MatrixXd& arguments) const {
+  VectorXd result = run(mean_, arguments);
+  for (Index row = 0; row < rows_; ++row) {
+    if (!is_complete_[static_cast<std::size_t>(row)]) result[row] = kNaN;
+  }
+  return result;
+}
+
+MatrixXd RowMean::gradient(const MatrixXd& arguments) const { return run(gradient_, arguments); }
+
+}  // namespace silvafit::fit

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/bootstrap.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <memory>
+
+#include "resampling/counted_reasons.hpp"
+#include "resampling/resampled_data.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/parameter_values.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+/// In the order of the enumeration.
+constexpr std::array<std::string_view, 2> kResampleNames{"parametric", "cases"};
+
+/// What one replicate ended in.
+struct Replicate {
+  std::vector<NamedValue> values{};  ///< empty where it failed
+  std::string verdict{};
+  std::vector<std::string> boundary{};
+};
+
+Replicate refitted(Resampled&& data, const FitModelOptions& options) {
+  FitModelOptions from = options;
+  from.from = &data.start;
+  const FittedModel fit = fit_model(data.specification, data.table, from).fit;
+  Replicate result{.verdict = fit.convergence.verdict, .boundary = fit.convergence.boundary};
+  if (fit.convergence.converged) result.values = parameter_values(fit);
+  return result;
+}
+
+/// The value at a position between order statistics, counted from 1.
+double order_statistic(const std::vector<double>& sorted, double position) {
+  const double last = static_cast<double>(sorted.size());
+  const double inside = std::clamp(position, 1.0, last);
+  const double whole = std::min(std::floor(inside), last - 1.0);
+  if (sorted.size() == 1) return sorted.front();
+  const auto below = static_cast<std::size_t>(whole) - 1;
+  return sorted[below] + (inside - whole) * (sorted[below + 1] - sorted[below]);
+}
+
+BootstrapParameter summary(const NamedValue& parameter, const VectorXd& values, double level) {
+  BootstrapParameter result{
+      .name = parameter.name, .estimate = parameter.value, .bias = kNaN, .standard_error = kNaN};
+  std::vector<double> sorted;
+  for (const double value : values) {
+    if (std::isfinite(value)) sorted.push_back(value);
+  }
+  result.replicates = sorted.size();
+  if (sorted.size() < 2) return result;
+  std::ranges::sort(sorted);
+  const Eigen::Map<const VectorXd> all(sorted.data(), static_cast<Index>(sorted.size()));
+  const double mean = all.mean();
+  result.bias = mean - parameter.value;
+  result.standard_error =
+      std::sqrt((all.array() - mean).square().sum() / static_cast<double>(sorted.size() - 1));
+  const double count = static_cast<double>(sorted.size()) + 1.0;
+  const double tail = 0.5 * (1.0 - level);
+  result.percentile = {.low = order_statistic(sorted, count * tail),
+                       .high = order_statistic(sorted, count * (1.0 - tail))};
+  result.basic = {.low = 2.0 * parameter.value - result.percentile.high,
+                  .high = 2.0 * parameter.value - result.percentile.low};
+  return result;
+}
+
+void check(const FittedModel& fit, const BootstrapOptions& options) {
+  if (!fit.convergence.converged) {
+    throw UsageError("a fit that has not converged cannot be bootstrapped");
+  }
+  if (!(fit.sigma > 0.0)) {
+    throw UsageError(
+        "the fit goes through all observations, so that there is no spread to draw from");
+  }
+  if (options.replicates < 2) throw UsageError("a bootstrap needs 2 replicates at least");
+  if (!(options.level > 0.0 && options.level < 1.0)) {
+    throw UsageError(
+        fmt::format("the level of intervals is between 0 and 1, not {}", options.level));
+  }
+}
+
+/// The values of a replicate in the order of the fit's parameters; a stratum that a replicate does
+/// not have leaves NaN.
+VectorXd in_order(const std::vector<NamedValue>& parameters,
+                  const std::vector<NamedValue>& values) {
+  VectorXd result = VectorXd::Constant(static_cast<Index>(parameters.size()), kNaN);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto found = std::ranges::find(values, parameters[k].name, &NamedValue::name);
+    if (found != values.end()) result[static_cast<Index>(k)] = found->value;
+  }
+  return result;
+}
+
+std::vector<Replicate> run(const FittedModel& fit,
+                           const data::Table& table,
+                           const BootstrapOptions& options) {
+  std::unique_ptr<const ParametricDraw> parametric;
+  std::unique_ptr<const CaseDraw> cases;
+  if (options.resample == Resample::kParametric) {
+    parametric = std::make_unique<ParametricDraw>(fit, table);
+  } else {
+    cases = std::make_unique<CaseDraw>(fit, table, options.group);
+  }
+  FitModelOptions refit = options.refit;
+  refit.method = fit.method;
+  refit.reml = fit.reml;
+  refit.quadrature_points = fit.quadrature_points > 0 ? fit.quadrature_points : 1;
+  refit.threads = 1;
+  refit.trace = nullptr;
+  std::vector<Replicate> replicates(options.replicates);
+  std::atomic<std::size_t> done{0};
+  parallel_for(options.replicates, options.threads, [&](std::size_t i) {
+    Random random(options.seed, i + 1);
+    try {
+      replicates[i] = refitted(parametric ? parametric->draw(random) : cases->draw(random), refit);
+    } catch (const Error& error) {
+      // What the data of one replicate cannot mean says nothing against the others.
+      replicates[i] = {.verdict = error.message()};
+    }
+    if (options.progress) options.progress(++done, options.replicates);
+  });
+  return replicates;
+}
+
+}  // namespace
+
+std::string resample_text(Resample resample) {
+  return std::string(kResampleNames[static_cast<std::size_t>(resample)]);
+}
+
+Resample parse_resample(std::string_view text) {
+  const auto* const found = std::ranges::find(kResampleNames, text);
+  if (found == kResampleNames.end()) {
+    throw UsageError(fmt::format(
+        "'{}' is no way to resample; there are {}", text, fmt::join(kResampleNames, ", ")));
+  }
+  return static_cast<Resample>(found - kResampleNames.begin());
+}
+
+Bootstrap bootstrap(const FittedModel& fit,
+                    const data::Table& table,
+                    const BootstrapOptions& options) {
+  check(fit, options);
+  const std::vector<Replicate> replicates = run(fit, table, options);
+  const std::vector<NamedValue> parameters = parameter_values(fit);
+  Bootstrap result{.resample = options.resample,
+                   .seed = options.seed,
+                   .level = options.level,
+                   .replicates = options.replicates};
+  result.values.setConstant(
+      static_cast<Index>(parameters.size()), static_cast<Index>(replicates.size()), kNaN);
+  ReasonCounts failures;
+  ReasonCounts on_edge;
+  for (std::size_t i = 0; i < replicates.size(); ++i) {
+    if (replicates[i].values.empty()) {
+      failures.add(replicates[i].verdict);
+      continue;
+    }
+    ++result.converged;
+    result.values.col(static_cast<Index>(i)) = in_order(parameters, replicates[i].values);
+    for (const std::string& what : replicates[i].boundary) on_edge.add_exactly(what);
+  }
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    result.parameters.push_back(
+        summary(parameters[k], result.values.row(static_cast<Index>(k)), options.level));
+  }
+  result.failures = failures.sorted();
+  result.on_edge = on_edge.sorted();
+  return result;
+}
+
+}  // namespace silvafit::fit

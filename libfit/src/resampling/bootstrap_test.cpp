@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/bootstrap.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "reference.hpp"
+#include "resampling/counted_reasons.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/fit/parameter_values.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr int kGroups = 12;
+constexpr int kRows = 8;
+
+/// A balanced one-way layout with large differences between groups.
+data::Table one_way() {
+  Random random(41);
+  data::Table table;
+  data::TextColumn plot;
+  std::vector<double> y;
+  for (int i = 0; i < kGroups; ++i) {
+    const double effect = random.normal(0.0, 3.0);
+    for (int j = 0; j < kRows; ++j) {
+      plot.append("p" + std::to_string(i));
+      y.push_back(10.0 + effect + random.normal(0.0, 1.0));
+    }
+  }
+  table.set("plot", plot);
+  table.set("y", y);
+  return table;
+}
+
+FittedModel one_way_fit(const data::Table& table) {
+  ModelSpecification model = specify_model("y ~ mu", {}, table);
+  add_random_effects(model, "mu | plot", table);
+  return fit_model(model, table).fit;
+}
+
+const BootstrapParameter& named(const Bootstrap& bootstrap, const std::string& name) {
+  for (const BootstrapParameter& parameter : bootstrap.parameters) {
+    if (parameter.name == name) return parameter;
+  }
+  FAIL("no parameter " << name);
+  return bootstrap.parameters.front();
+}
+
+/// Four standard errors of a standard deviation from R normal replicates, relative to it.
+double monte_carlo(std::size_t replicates) {
+  return 4.0 / std::sqrt(2.0 * static_cast<double>(replicates));
+}
+
+data::Table stands() {
+  return data::read_csv_table(test::source_file("tests/reference/data/stands.csv"));
+}
+
+FittedModel stands_fit(const data::Table& table, const char* random, Method method) {
+  ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table);
+  add_random_effects(model, random, table);
+  model.variance = parse_variance_function("power");
+  return fit_model(model, table, {.method = method}).fit;
+}
+
+}  // namespace
+
+TEST_CASE("the parametric bootstrap has the standard errors of linear mixed model theory") {
+  // Balanced one-way layout: the mean of all is normal with variance (psi + sigma^2/n)/G, and the
+  // estimate of sigma^2 is chi-squared with G(n - 1) degrees of freedom.
+  const data::Table table = one_way();
+  const FittedModel fit = one_way_fit(table);
+  const std::size_t count = 1000;
+  const Bootstrap result = bootstrap(fit, table, {.replicates = count, .seed = 3});
+  REQUIRE(result.converged == count);
+  const double sigma2 = fit.sigma * fit.sigma;
+  const double psi = fit.random_covariance(0, 0);
+  const double error = std::sqrt((psi + sigma2 / kRows) / kGroups);
+  const BootstrapParameter& mean = named(result, "mu");
+  CHECK(mean.estimate == fit.estimate[0]);
+  CHECK(mean.replicates == count);
+  CHECK(mean.standard_error == Approx(error).epsilon(monte_carlo(count)));
+  const double error_of_mean = error / std::sqrt(static_cast<double>(count));
+  CHECK(mean.bias == Approx(0.0).margin(4.0 * error_of_mean));
+  // A normal quantile at 2.5 % from R replicates has a standard error of 2.67 / sqrt(R) sd.
+  const double margin = 4.0 * 2.67 * error_of_mean;
+  CHECK(mean.percentile.low == Approx(mean.estimate - 1.96 * error).margin(margin));
+  CHECK(mean.percentile.high == Approx(mean.estimate + 1.96 * error).margin(margin));
+  CHECK(mean.basic.low == 2.0 * mean.estimate - mean.percentile.high);
+  CHECK(mean.basic.high == 2.0 * mean.estimate - mean.percentile.low);
+  // sd of the root of a chi-squared over its degrees of freedom, to second order.
+  const double freedom = kGroups * (kRows - 1);
+  CHECK(named(result, "sigma").standard_error ==
+        Approx(fit.sigma / std::sqrt(2.0 * freedom)).epsilon(monte_carlo(count) + 1.0 / freedom));
+  // The estimate of psi + sigma^2/n is (psi + sigma^2/n) times chi-squared(G - 1) over G, so that
+  // that of its root is too small on average; sigma^2/n is next to nothing here.
+  const BootstrapParameter& sd = named(result, "sd(mu)");
+  const double half = 0.5 * (kGroups - 1);
+  const double shrinkage =
+      std::sqrt(2.0 / kGroups) * std::exp(std::lgamma(half + 0.5) - std::lgamma(half));
+  CHECK(sd.bias == Approx((shrinkage - 1.0) * sd.estimate)
+                       .margin(4.0 * sd.standard_error / std::sqrt(1.0 * count)));
+}
+
+TEST_CASE("the cases bootstrap draws whole groups") {
+  // The mean of G balanced groups drawn with replacement has the variance of the group means,
+  // divisor G, over G.
+  const data::Table table = one_way();
+  const FittedModel fit = one_way_fit(table);
+  const std::size_t count = 1000;
+  const Bootstrap result =
+      bootstrap(fit, table, {.replicates = count, .resample = Resample::kCases, .seed = 4});
+  REQUIRE(result.converged == count);
+  const auto y = table.numbers("y");
+  double squares = 0.0;
+  for (int i = 0; i < kGroups; ++i) {
+    double group = 0.0;
+    for (int j = 0; j < kRows; ++j) group += y[static_cast<std::size_t>(i * kRows + j)] / kRows;
+    squares += std::pow(group - fit.estimate[0], 2);
+  }
+  CHECK(named(result, "mu").standard_error ==
+        Approx(std::sqrt(squares / kGroups / kGroups)).epsilon(monte_carlo(count)));
+}
+
+TEST_CASE("the parametric bootstrap agrees with Wald's standard errors on much data", "[slow]") {
+  const data::Table table = stands();
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    const FittedModel fit = stands_fit(table, "a | plot", method);
+    const std::size_t count = 400;
+    const Bootstrap result = bootstrap(fit, table, {.replicates = count});
+    CHECK(result.converged == count);
+    for (Eigen::Index k = 0; k < fit.estimate.size(); ++k) {
+      // Wald's are those of an infinite sample; 32 plots leave some hundredths.
+      CHECK(result.parameters[static_cast<std::size_t>(k)].standard_error ==
+            Approx(fit.standard_errors()[k]).epsilon(monte_carlo(count) + 0.03));
+    }
+  }
+}
+
+TEST_CASE("replicates do not depend on the number of threads") {
+  const data::Table table = stands();
+  const FittedModel nested = stands_fit(table, "a | stand/number", Method::kLindstromBates);
+  REQUIRE(nested.convergence.converged);
+  for (const Resample resample : {Resample::kParametric, Resample::kCases}) {
+    const BootstrapOptions options{.replicates = 12, .resample = resample, .seed = 9, .threads = 1};
+    BootstrapOptions parallel = options;
+    parallel.threads = 2;
+    const Bootstrap one = bootstrap(nested, table, options);
+    const Bootstrap two = bootstrap(nested, table, parallel);
+    REQUIRE(one.values.size() == two.values.size());
+    CHECK(one.converged > 0);
+    const auto bytes = sizeof(double) * static_cast<std::size_t>(one.values.size());
+    CHECK(std::memcmp(one.values.data(), two.values.data(), bytes) == 0);
+    BootstrapOptions other = options;
+    other.seed = 10;
+    CHECK(bootstrap(nested, table, other).values(0, 0) != one.values(0, 0));
+  }
+}
+
+TEST_CASE("replicates without a fit are counted with their reason") {
+  // Of three rows, all three draws are the same one in 1/9 of the replicates: no line goes through.
+  data::Table table;
+  table.set("x", std::vector<double>{1.0, 2.0, 4.0});
+  table.set("y", std::vector<double>{1.0, 2.5, 3.0});
+  const FittedModel fit = fit_model(specify_model("y ~ a*exp(b*x)", {}, table), table).fit;
+  REQUIRE(fit.convergence.converged);
+  const std::size_t count = 300;
+  const Bootstrap result =
+      bootstrap(fit, table, {.replicates = count, .resample = Resample::kCases});
+  std::size_t failed = 0;
+  for (const CountedReason& failure : result.failures) {
+    CHECK_FALSE(failure.reason.empty());
+    failed += failure.replicates;
+  }
+  CHECK(result.converged + failed == count);
+  CHECK(failed > 10);
+  CHECK(named(result, "b").replicates == result.converged);
+}
+
+TEST_CASE("verdicts that differ in their numbers are counted as one") {
+  ReasonCounts counts;
+  counts.add("Not converged after 17 alternations: off by 1.5e-07 of b0.");
+  counts.add("Not converged after 200 alternations: off by 0.02 of b0.");
+  counts.add("Another");
+  const auto sorted = counts.sorted();
+  REQUIRE(sorted.size() == 2);
+  CHECK(sorted[0].replicates == 2);
+  CHECK(sorted[0].reason == "Not converged after # alternations: off by # of b0.");
+  CHECK(sorted[1].reason == "Another");
+}
+
+TEST_CASE("parameters have the names that people read") {
+  const data::Table table = stands();
+  const FittedModel fit = stands_fit(table, "a + b | stand/number", Method::kLindstromBates);
+  std::vector<std::string> names;
+  for (const NamedValue& value : parameter_values(fit)) names.push_back(value.name);
+  CHECK(names == std::vector<std::string>{"a",
+                                          "b",
+                                          "sd(a | stand)",
+                                          "sd(b | stand)",
+                                          "cor(a, b | stand)",
+                                          "sd(a | number)",
+                                          "sd(b | number)",
+                                          "cor(a, b | number)",
+                                          "delta",
+                                          "sigma"});
+  CHECK(static_cast<int>(names.size()) == fit.parameter_count);
+}
+
+TEST_CASE("a bootstrap refuses what it cannot do") {
+  const data::Table table = one_way();
+  FittedModel fit = one_way_fit(table);
+  CHECK_THROWS_AS(bootstrap(fit, table, {.replicates = 1}), UsageError);
+  CHECK_THROWS_AS(bootstrap(fit, table, {.level = 1.0}), UsageError);
+  CHECK_THROWS_WITH(parse_resample("residuals"), Contains("there are parametric, cases"));
+  fit.convergence.converged = false;
+  CHECK_THROWS_WITH(bootstrap(fit, table), Contains("has not converged"));
+}

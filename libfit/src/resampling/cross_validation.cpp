@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/cross_validation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "inference/variance_shares.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/calibrated_fit.hpp"
+#include "silvafit/fit/calibration.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+#include "silvafit/fit/prediction.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::string group_column(const FittedModel& fit, const CrossValidationOptions& options) {
+  if (!options.group.empty()) return options.group;
+  const ModelSpecification& specification = fit.specification;
+  if (specification.outer_random) return specification.outer_random->group;
+  if (specification.random) return specification.random->group;
+  throw UsageError(
+      "cross-validation leaves out groups, and this model has none; name their column, such as "
+      "plot");
+}
+
+/// The fold of each group: dealt in turn after shuffling.
+std::vector<std::size_t> dealt(std::size_t groups, std::size_t folds, std::uint64_t seed) {
+  std::vector<std::size_t> order(groups);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (folds < groups) {
+    Random random(seed);
+    for (std::size_t k = groups; k > 1; --k) std::swap(order[k - 1], order[random.below(k)]);
+  }
+  std::vector<std::size_t> fold_of(groups);
+  for (std::size_t k = 0; k < groups; ++k) fold_of[order[k]] = k % folds;
+  return fold_of;
+}
+
+/// The observations of a fit and their groups.
+struct Observations {
+  data::Table table{};  ///< their rows
+  data::TextColumn labels{};
+};
+
+Observations observations_of(const data::Table& table,
+                             const std::vector<std::size_t>& rows,
+                             const std::string& group) {
+  Observations result{.table = table.select(rows)};
+  result.labels = result.table.labels(group);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (!result.labels.is_missing(row)) continue;
+    Place place{.file = table.file(), .column = group};
+    if (table.line(rows[row]) > 0) place.line = table.line(rows[row]);
+    throw InputError("the group is missing, so that it cannot be left out", place);
+  }
+  return result;
+}
+
+/// What is known of the rows of one fold.
+struct FoldPrediction {
+  VectorXd predicted{};
+  VectorXd calibrated{};
+  VectorXd log_density{};
+  std::string failure{};  ///< empty where the fit converged
+};
+
+/// \param rows  of one fold, in the order of the table; the model sorts them by its own groups
+VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Prediction& at) {
+  const NonlinearModel model(fit.specification, rows);
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd slopes;
+  model.evaluate(fit.estimate, mean, &slopes, workspace);
+  const VectorXd effects = variance_of_effects(fit, model, slopes);
+  VectorXd result = VectorXd::Constant(at.value.size(), kNaN);
+  for (Index i = 0; i < model.observations(); ++i) {
+    const auto row = static_cast<Index>(model.rows()[static_cast<std::size_t>(i)]);
+    const double variance = effects[i] + std::pow(at.residual_sd[row], 2);
+    const double error = model.response()[i] - at.value[row];
+    result[row] = -0.5 * (std::log(2.0 * std::numbers::pi * variance) + error * error / variance);
+  }
+  return result;
+}
+
+/// Which observations count as measured when their group is left out: some of each group of the
+/// random effects, the finer grouping's.
+std::vector<bool> drawn_measured(const NonlinearModel& model,
+                                 const CrossValidationOptions& options) {
+  std::vector<bool> is_measured(static_cast<std::size_t>(model.observations()), false);
+  if (options.measured == 0) return is_measured;
+  for (Index g = 0; g < model.group_count(); ++g) {
+    std::vector<Index> trees(
+        static_cast<std::size_t>(model.group_begin(g + 1) - model.group_begin(g)));
+    std::iota(trees.begin(), trees.end(), model.group_begin(g));
+    Random random(options.seed, static_cast<std::uint64_t>(g) + 1);
+    for (std::size_t k = 0; k < std::min(options.measured, trees.size()); ++k) {
+      std::swap(trees[k], trees[k + random.below(trees.size() - k)]);
+      is_measured[static_cast<std::size_t>(trees[k])] = true;
+    }
+  }
+  return is_measured;
+}
+
+/// Predictions of the trees of left-out groups that are not measured, from those that are.
+VectorXd calibrated(const FittedModel& fit,
+                    const data::Table& left_out,
+                    const std::vector<bool>& is_measured) {
+  data::Table known = left_out;
+  const std::string& response = fit.specification.formula.left;
+  const auto values = left_out.numbers(response);
+  std::vector<double> measured(values.begin(), values.end());
+  for (std::size_t row = 0; row < measured.size(); ++row) {
+    if (!is_measured[row]) measured[row] = data::kMissing;
+  }
+  known.set(response, std::move(measured));
+  const Calibration calibration = calibrate(fit, known, {.seen_groups = SeenGroups::kNew});
+  VectorXd result = predict(with_groups(fit, calibration), left_out, Level::kConditional).value;
+  for (std::size_t row = 0; row < is_measured.size(); ++row) {
+    if (is_measured[row]) result[static_cast<Index>(row)] = kNaN;
+  }
+  return result;
+}
+
+/// \param is_measured  by row of what is left out; empty: nothing is calibrated
+FoldPrediction predicted(const FittedModel& fit,
+                         const data::Table& training,
+                         const data::Table& left_out,
+                         const std::vector<bool>& is_measured,
+                         FitModelOptions options) {
+  const auto n = static_cast<Index>(left_out.rows());
+  FoldPrediction result{.predicted = VectorXd::Constant(n, kNaN),
+                        .calibrated = VectorXd::Constant(n, kNaN),
+                        .log_density = VectorXd::Constant(n, kNaN)};
+  options.from = &fit;
+  try {
+    const FittedModel refit = fit_model(fit.specification, training, options).fit;
+    if (!refit.convergence.converged) {
+      result.failure = refit.convergence.verdict;
+      return result;
+    }
+    const Prediction prediction = predict(refit, left_out, Level::kPopulation);
+    result.predicted = prediction.value;
+    result.log_density = log_densities(refit, left_out, prediction);
+    if (!is_measured.empty()) result.calibrated = calibrated(refit, left_out, is_measured);
+  } catch (const Error& error) {
+    result.failure = error.message();
+  }
+  return result;
+}
+
+FitModelOptions refit_options(const FittedModel& fit, const CrossValidationOptions& options) {
+  FitModelOptions refit = options.refit;
+  refit.method = fit.method;
+  refit.reml = fit.reml;
+  if (fit.quadrature_points > 0) refit.quadrature_points = fit.quadrature_points;
+  refit.threads = 1;
+  refit.trace = nullptr;
+  return refit;
+}
+
+/// Statistics of the observations that have a prediction.
+/// \param where  observations without one here do not count either
+FitStatistics statistics_of(const VectorXd& observed,
+                            const VectorXd& predicted,
+                            const VectorXd& where,
+                            std::size_t& count) {
+  std::vector<Index> known;
+  for (Index i = 0; i < predicted.size(); ++i) {
+    if (std::isfinite(predicted[i]) && std::isfinite(where[i])) known.push_back(i);
+  }
+  count = known.size();
+  if (known.empty()) return {.r2 = kNaN, .mean_error = kNaN, .rmse = kNaN, .mae = kNaN};
+  return fit_statistics(VectorXd(observed(known)), VectorXd(predicted(known)));
+}
+
+void summarize(CrossValidation& result, const VectorXd& log_density) {
+  result.statistics =
+      statistics_of(result.observed, result.predicted, result.predicted, result.predicted_count);
+  const auto is_known = log_density.array().isFinite();
+  result.log_density = is_known.any() ? is_known.select(log_density.array(), 0.0).sum() /
+                                            static_cast<double>(is_known.count())
+                                      : kNaN;
+  result.calibrated_statistics =
+      statistics_of(result.observed, result.calibrated, result.predicted, result.calibrated_count);
+  result.uncalibrated_statistics =
+      statistics_of(result.observed, result.predicted, result.calibrated, result.calibrated_count);
+}
+
+std::size_t fold_count(const CrossValidation& result, const CrossValidationOptions& options) {
+  if (result.groups < 2) {
+    throw UsageError(
+        fmt::format("cross-validation needs two groups at least; {} has one", result.group));
+  }
+  const std::size_t folds =
+      options.folds == 0 ? result.groups : std::min(options.folds, result.groups);
+  if (folds < 2) throw UsageError("cross-validation needs two folds at least");
+  return folds;
+}
+
+/// Rows of the observations, by fold.
+struct FoldRows {
+  std::vector<std::vector<std::size_t>> training{};
+  std::vector<std::vector<std::size_t>> left_out{};
+};
+
+/// \param fold  of each row
+FoldRows rows_of_folds(const std::vector<std::size_t>& fold, std::size_t folds) {
+  FoldRows rows;
+  rows.training.resize(folds);
+  rows.left_out.resize(folds);
+  for (std::size_t row = 0; row < fold.size(); ++row) {
+    for (std::size_t k = 0; k < folds; ++k) {
+      (k == fold[row] ? rows.left_out : rows.training)[k].push_back(row);
+    }
+  }
+  return rows;
+}
+
+std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
+                                            const data::Table& observations,
+                                            const FoldRows& rows,
+                                            const std::vector<bool>& is_measured,
+                                            const CrossValidationOptions& options) {
+  const FitModelOptions refit = refit_options(fit, options);
+  std::vector<FoldPrediction> folds(rows.left_out.size());
+  std::atomic<std::size_t> done{0};
+  parallel_for(folds.size(), options.threads, [&](std::size_t k) {
+    std::vector<bool> measured;
+    if (options.measured > 0) {
+      for (const std::size_t row : rows.left_out[k]) measured.push_back(is_measured[row]);
+    }
+    folds[k] = predicted(fit,
+                         observations.select(rows.training[k]),
+                         observations.select(rows.left_out[k]),
+                         measured,
+                         refit);
+    if (options.progress) options.progress(++done, folds.size());
+  });
+  return folds;
+}
+
+/// Puts what is known of each fold at its rows.
+void collect(const std::vector<FoldPrediction>& folds,
+             const FoldRows& rows,
+             CrossValidation& result) {
+  result.predicted = VectorXd::Constant(result.observed.size(), kNaN);
+  result.calibrated = result.predicted;
+  VectorXd log_density = result.predicted;
+  for (std::size_t k = 0; k < folds.size(); ++k) {
+    for (std::size_t i = 0; i < rows.left_out[k].size(); ++i) {
+      const auto row = static_cast<Index>(rows.left_out[k][i]);
+      result.predicted[row] = folds[k].predicted[static_cast<Index>(i)];
+      result.calibrated[row] = folds[k].calibrated[static_cast<Index>(i)];
+      log_density[row] = folds[k].log_density[static_cast<Index>(i)];
+    }
+  }
+  summarize(result, log_density);
+}
+
+}  // namespace
+
+CrossValidation cross_validate(const FittedModel& fit,
+                               const data::Table& table,
+                               const CrossValidationOptions& options) {
+  if (!fit.convergence.converged) {
+    throw UsageError("a fit that has not converged cannot be cross-validated");
+  }
+  CrossValidation result{.group = group_column(fit, options), .seed = options.seed};
+  if (options.measured > 0 && !fit.has_random_effects()) {
+    throw UsageError("a model without random effects has nothing that measured trees could tell");
+  }
+  const NonlinearModel model(fit.specification, table);
+  result.measured = options.measured;
+  result.rows = model.rows();
+  result.observed = model.response();
+  const Observations all = observations_of(table, result.rows, result.group);
+  const std::vector<std::string>& labels = all.labels.levels();
+  result.groups = labels.size();
+  result.folds = fold_count(result, options);
+  const std::vector<std::size_t> fold_of = dealt(result.groups, result.folds, options.seed);
+  for (std::size_t row = 0; row < all.labels.size(); ++row) {
+    result.fold.push_back(fold_of[all.labels.code(row)]);
+  }
+  const FoldRows rows = rows_of_folds(result.fold, result.folds);
+  const std::vector<FoldPrediction> folds =
+      predicted_folds(fit, all.table, rows, drawn_measured(model, options), options);
+  collect(folds, rows, result);
+  for (std::size_t k = 0; k < folds.size(); ++k) {
+    if (folds[k].failure.empty()) continue;
+    FailedFold failed{.verdict = folds[k].failure};
+    for (std::size_t g = 0; g < labels.size(); ++g) {
+      if (fold_of[g] == k) failed.groups.push_back(labels[g]);
+    }
+    result.failed.push_back(std::move(failed));
+  }
+  return result;
+}
+
+}  // namespace silvafit::fit

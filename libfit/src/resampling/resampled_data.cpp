@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "resampling/resampled_data.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "model/covariance_factor.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MatrixXd drawn_effects(const MatrixXd& root, Index groups, Random& random) {
+  MatrixXd normal(root.rows(), groups);
+  for (double& value : normal.reshaped()) value = random.normal();
+  return root * normal;
+}
+
+/// Columns that the groups of a replicate have; no file's column has a blank in front.
+std::string drawn_name(const std::string& group) { return " drawn " + group; }
+
+std::vector<std::size_t> numbers(Index begin, Index end) {
+  std::vector<std::size_t> result;
+  for (Index i = begin; i < end; ++i) result.push_back(static_cast<std::size_t>(i));
+  return result;
+}
+
+}  // namespace
+
+ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
+    : fit_(fit),
+      model_(fit.specification, table),
+      table_(table.select(model_.rows())),
+      inner_places_(model_.coefficients_of(fit.specification.random)),
+      outer_places_(model_.coefficients_of(fit.specification.outer_random)),
+      inner_root_(symmetric_root(fit.random_covariance)),
+      outer_root_(symmetric_root(fit.outer.covariance)) {}
+
+Resampled ParametricDraw::draw(Random& random) const {
+  Resampled result{.table = table_, .specification = fit_.specification, .start = fit_};
+  MatrixXd coefficients = fit_.estimate;
+  if (fit_.has_random_effects()) {
+    const MatrixXd outer = drawn_effects(outer_root_, model_.cluster_count(), random);
+    const MatrixXd inner = drawn_effects(inner_root_, model_.group_count(), random);
+    coefficients = fit_.estimate.replicate(1, model_.group_count());
+    coefficients(inner_places_, Eigen::all) += inner;
+    for (Index cluster = 0; outer.rows() > 0 && cluster < model_.cluster_count(); ++cluster) {
+      for (Index g = model_.cluster_begin(cluster); g < model_.cluster_begin(cluster + 1); ++g) {
+        coefficients(outer_places_, g) += outer.col(cluster);
+      }
+    }
+    result.start.group_labels = model_.group_labels();
+    result.start.random_effects = inner;
+    result.start.outer.labels = model_.outer_labels();
+    result.start.outer.effects = outer;
+  }
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  model_.evaluate(coefficients, mean, nullptr, workspace);
+  const VectorXd deviation = fit_.residual_sd(mean, table_);
+  std::vector<double> response;
+  for (Index i = 0; i < mean.size(); ++i) {
+    response.push_back(mean[i] + deviation[i] * random.normal());
+    if (std::isfinite(response.back())) continue;
+    throw NumericalError(
+        "the model has no finite mean with the random effects that were drawn for a group");
+  }
+  result.table.set(fit_.specification.formula.left, std::move(response));
+  return result;
+}
+
+CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::string& group)
+    : fit_(fit) {
+  const NonlinearModel model(fit.specification, table);
+  table_ = table.select(model.rows());
+  if (fit.has_random_effects()) {
+    if (fit.group_labels != model.group_labels()) {
+      throw UsageError("the groups of the table are not those of the fit");
+    }
+    for (Index c = 0; c < model.cluster_count(); ++c) {
+      const Index first = model.cluster_begin(c);
+      const Index last = model.cluster_begin(c + 1);
+      members_.push_back(numbers(model.group_begin(first), model.group_begin(last)));
+      inner_groups_.push_back(numbers(first, last));
+    }
+    return;
+  }
+  if (group.empty()) {
+    for (std::size_t row = 0; row < table_.rows(); ++row) members_.push_back({row});
+    return;
+  }
+  const data::TextColumn labels = table_.labels(group);
+  members_.resize(labels.levels().size());
+  for (std::size_t row = 0; row < table_.rows(); ++row) {
+    if (labels.is_missing(row)) {
+      throw InputError("the group is missing, so that it cannot be drawn",
+                       {.file = table_.file(), .line = table_.line(row), .column = group});
+    }
+    members_[labels.code(row)].push_back(row);
+  }
+}
+
+Resampled CaseDraw::draw(Random& random) const {
+  std::vector<std::size_t> drawn;
+  std::vector<std::size_t> rows;
+  for (std::size_t k = 0; k < members_.size(); ++k) {
+    drawn.push_back(random.below(members_.size()));
+    const std::vector<std::size_t>& members = members_[drawn.back()];
+    rows.insert(rows.end(), members.begin(), members.end());
+  }
+  Resampled result{
+      .table = table_.select(rows), .specification = fit_.specification, .start = fit_};
+  if (fit_.has_random_effects()) relabel(drawn, result);
+  return result;
+}
+
+/// A group that was drawn twice is two groups, each of which starts from the effects of the first.
+void CaseDraw::relabel(const std::vector<std::size_t>& drawn, Resampled& result) const {
+  auto& random = result.specification.outer_random ? result.specification.outer_random
+                                                   : result.specification.random;
+  random->group = drawn_name(random->group);
+  const bool is_nested = result.specification.outer_random.has_value();
+  FittedModel& start = result.start;
+  start.specification = result.specification;
+  start.group_labels.clear();
+  start.outer.labels.clear();
+  data::TextColumn column;
+  std::vector<Index> inner;
+  std::vector<Index> outer;
+  for (std::size_t k = 0; k < drawn.size(); ++k) {
+    const std::string label = std::to_string(k + 1);
+    for (std::size_t i = 0; i < members_[drawn[k]].size(); ++i) column.append(label);
+    for (const std::size_t g : inner_groups_[drawn[k]]) {
+      inner.push_back(static_cast<Index>(g));
+      const std::string& known = fit_.group_labels[g];
+      start.group_labels.push_back(is_nested ? label + known.substr(known.find('/')) : label);
+    }
+    if (!is_nested) continue;
+    outer.push_back(static_cast<Index>(drawn[k]));
+    start.outer.labels.push_back(label);
+  }
+  start.random_effects = fit_.random_effects(Eigen::all, inner);
+  if (is_nested) start.outer.effects = fit_.outer.effects(Eigen::all, outer);
+  result.table.set(random->group, std::move(column));
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/impute.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "prediction/impute_models.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/calibrated_fit.hpp"
+#include "silvafit/fit/calibration.hpp"
+#include "silvafit/fit/prediction.hpp"
+#include "silvafit/study/table_checks.hpp"
+#include "simulation/covariance_root.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool is_measured(double value) { return std::isfinite(value); }
+
+void check(const data::Table& table, const ImputeOptions& options) {
+  for (const std::string& name : {options.response, options.by, options.group}) {
+    if (name.empty() || table.has(name)) continue;
+    throw UsageError(data::no_such_column(name, table.names()));
+  }
+  if (!options.formula.empty() && !options.models.empty()) {
+    throw UsageError("give either --formula or --model, not both");
+  }
+  require_numbers(table, {options.response});
+}
+
+/// The trees that one model is for: their rows, and those it is fitted to.
+struct Part {
+  std::string label{};
+  std::vector<std::size_t> rows{};
+  std::vector<std::size_t> measured{};
+};
+
+/// Values of the column `by` with enough measured trees have a part of their own. All others share
+/// the last part, whose model is fitted to the measured trees of all.
+std::vector<Part> parts_of(const data::Table& table, const ImputeOptions& options) {
+  const auto response = table.numbers(options.response);
+  std::vector<Part> parts;
+  std::vector<std::size_t> part_of_level;
+  std::optional<data::TextColumn> labels;
+  if (!options.by.empty()) {
+    labels = table.labels(options.by);
+    std::vector<std::size_t> counts(labels->levels().size(), 0);
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (!labels->is_missing(row) && is_measured(response[row])) ++counts[labels->code(row)];
+    }
+    for (std::size_t level = 0; level < counts.size(); ++level) {
+      const bool is_own = counts[level] >= options.minimum_trees;
+      part_of_level.push_back(is_own ? parts.size() : std::string::npos);
+      if (is_own) parts.push_back({.label = labels->levels()[level]});
+    }
+  }
+  Part others;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (is_measured(response[row])) others.measured.push_back(row);
+    const bool has_label = labels && !labels->is_missing(row);
+    const std::size_t part = has_label ? part_of_level[labels->code(row)] : std::string::npos;
+    if (part == std::string::npos) {
+      others.rows.push_back(row);
+      continue;
+    }
+    parts[part].rows.push_back(row);
+    if (is_measured(response[row])) parts[part].measured.push_back(row);
+  }
+  if (others.measured.empty()) {
+    throw InputError(fmt::format("no tree has a measured {}, so that there is nothing to fit to",
+                                 options.response),
+                     {.file = table.file(), .column = options.response});
+  }
+  if (!others.rows.empty()) parts.push_back(std::move(others));
+  return parts;
+}
+
+/// Why the model has no value for a row, or what is doubtful of it.
+std::string flag_of(const fit::FittedModel& fit, const data::Table& table, std::size_t row) {
+  for (const fit::ColumnRange& range : fit.ranges) {
+    const double value = table.numbers(range.column)[row];
+    if (std::isnan(value)) return range.column + " is missing";
+    if (value < range.low || value > range.high) {
+      return range.column + " is outside the fitted range";
+    }
+  }
+  return {};
+}
+
+/// What measured trees say of the groups of some rows.
+class Groups {
+ public:
+  Groups(const fit::FittedModel& fit, const data::Table& rows)
+      : fit_(fit), found_(fit::calibrate(fit, rows)) {
+    const std::size_t groups = found_.group_labels.size();
+    is_measured_.resize(groups);
+    is_outer_measured_.resize(found_.outer_labels.size());
+    for (std::size_t c = 0; c < found_.outer_labels.size(); ++c) {
+      is_outer_measured_[c] = found_.fitted_outer[c] >= 0;
+    }
+    for (std::size_t g = 0; g < groups; ++g) {
+      is_measured_[g] = found_.fitted_group[g] >= 0 || found_.measured[g] > 0;
+      if (is_measured_[g] && found_.outer_of[g] >= 0) {
+        is_outer_measured_[static_cast<std::size_t>(found_.outer_of[g])] = true;
+      }
+    }
+  }
+
+  /// Random effects of the groups without measured trees, from their distribution.
+  void draw(Random& random) {
+    draw(is_outer_measured_, fit_.outer.covariance, random, found_.outer_effects);
+    draw(is_measured_, fit_.random_covariance, random, found_.effects);
+  }
+
+  /// The fit with the random effects of these groups.
+  fit::FittedModel known() const { return with_groups(fit_, found_); }
+
+  ImputeLevel level(std::size_t row) const {
+    if (is_known(found_.group_of_row[row], is_measured_, found_.effects)) return ImputeLevel::kPlot;
+    if (is_known(found_.outer_of_row[row], is_outer_measured_, found_.outer_effects)) {
+      return ImputeLevel::kStand;
+    }
+    return ImputeLevel::kPopulation;
+  }
+
+ private:
+  static void draw(const std::vector<bool>& is_measured,
+                   const Eigen::MatrixXd& covariance,
+                   Random& random,
+                   Eigen::MatrixXd& effects) {
+    if (is_measured.empty()) return;
+    const std::optional<Eigen::MatrixXd> root = covariance_root(covariance);
+    if (!root) throw NumericalError("the covariance of the random effects has no root");
+    Eigen::VectorXd normal(covariance.rows());
+    for (std::size_t g = 0; g < is_measured.size(); ++g) {
+      // Drawn for all groups, so that one more measurement does not change the others.
+      for (double& value : normal) value = random.normal();
+      if (!is_measured[g]) effects.col(static_cast<Index>(g)) = *root * normal;
+    }
+  }
+
+  /// Whether effects of a group come from trees; they are NaN if they were not found.
+  static bool is_known(Index group,
+                       const std::vector<bool>& is_measured,
+                       const Eigen::MatrixXd& effects) {
+    return group >= 0 && is_measured[static_cast<std::size_t>(group)] &&
+           effects.col(group).allFinite();
+  }
+
+  const fit::FittedModel& fit_;
+  fit::Calibration found_;
+  std::vector<bool> is_measured_{};        ///< (G) in the fit or these rows
+  std::vector<bool> is_outer_measured_{};  ///< (C)
+};
+
+/// Fills in the rows of one part.
+class Filling {
+ public:
+  Filling(const data::Table& table, const ImputeOptions& options, Imputation& result)
+      : table_(table), options_(options), result_(result) {}
+
+  /// \param stream  of random numbers, one a part
+  void fill(const Part& part, const fit::FittedModel& fit, std::uint64_t stream) {
+    const data::Table rows = table_.select(part.rows);
+    Random random(options_.seed, stream);
+    std::optional<Groups> groups;
+    if (fit.has_random_effects()) groups.emplace(fit, rows);
+    if (groups && options_.add_residual) groups->draw(random);
+    const fit::Prediction prediction =
+        fit::predict(groups ? groups->known() : fit, rows, fit::Level::kConditional);
+    for (std::size_t i = 0; i < part.rows.size(); ++i) {
+      const std::size_t row = part.rows[i];
+      // Drawn for all trees, so that one more measurement does not change the others.
+      const double noise = options_.add_residual ? random.normal() : 0.0;
+      if (is_measured(result_.value[row])) continue;
+      result_.flag[row] = flag_of(fit, rows, i);
+      const auto at = static_cast<Index>(i);
+      const double value =
+          prediction.value[at] + (options_.add_residual ? noise * prediction.residual_sd[at] : 0.0);
+      if (!std::isfinite(value)) {
+        if (result_.flag[row].empty()) result_.flag[row] = "outside the model's domain";
+        continue;
+      }
+      result_.value[row] = value;
+      result_.source[row] = ImputeSource::kImputed;
+      result_.level[row] = groups ? groups->level(i) : ImputeLevel::kPopulation;
+    }
+  }
+
+ private:
+  const data::Table& table_;
+  const ImputeOptions& options_;
+  Imputation& result_;
+};
+
+}  // namespace
+
+std::string source_text(ImputeSource source) {
+  switch (source) {
+    case ImputeSource::kMeasured:
+      return "measured";
+    case ImputeSource::kImputed:
+      return "imputed";
+    default:
+      return "missing";
+  }
+}
+
+std::string level_text(ImputeLevel level) {
+  switch (level) {
+    case ImputeLevel::kPlot:
+      return "plot";
+    case ImputeLevel::kStand:
+      return "stand";
+    case ImputeLevel::kPopulation:
+      return "population";
+    default:
+      return "";
+  }
+}
+
+std::size_t Imputation::count(ImputeSource which) const {
+  return static_cast<std::size_t>(std::ranges::count(source, which));
+}
+
+std::size_t Imputation::count(ImputeLevel which) const {
+  return static_cast<std::size_t>(std::ranges::count(level, which));
+}
+
+Imputation impute(const data::Table& table,
+                  const Catalogue& catalogue,
+                  const ImputeOptions& options) {
+  check(table, options);
+  require_model_numbers(table, catalogue, options);
+  const auto response = table.numbers(options.response);
+  Imputation result{.value = std::vector<double>(table.rows(), kNaN),
+                    .source = std::vector<ImputeSource>(table.rows(), ImputeSource::kMissing),
+                    .level = std::vector<ImputeLevel>(table.rows(), ImputeLevel::kNone),
+                    .flag = std::vector<std::string>(table.rows())};
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (!is_measured(response[row])) continue;
+    result.value[row] = response[row];
+    result.source[row] = ImputeSource::kMeasured;
+  }
+  if (options.random.empty() && plot_column(table, options).empty()) {
+    result.notes.emplace_back(
+        "there is no column 'plot' (--group names another), so that the model has no random "
+        "effects");
+  }
+  Filling filling(table, options, result);
+  std::uint64_t stream = 0;
+  for (const Part& part : parts_of(table, options)) {
+    std::vector<std::string> notes;
+    const fit::FittedModel fit =
+        imputation_model(table.select(part.measured), catalogue, options, notes);
+    for (const std::string& note : notes) {
+      result.notes.push_back(part.label.empty() ? note : part.label + ": " + note);
+    }
+    filling.fill(part, fit, ++stream);
+    result.models.push_back({.label = part.label, .fit = fit});
+  }
+  return result;
+}
+
+}  // namespace silvafit::study

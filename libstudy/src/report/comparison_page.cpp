@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/comparison_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "library/json_values.hpp"
+#include "report/comparison_curves.hpp"
+#include "report/report_fit.hpp"
+#include "report/report_repeat.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
+#include "silvafit/study/report_page.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// What is compared with what.
+struct Subject {
+  std::string species{};
+  std::string response{};
+  std::string role{};
+  bool operator==(const Subject&) const = default;
+};
+
+Subject subject_of(const LibraryModel& model) {
+  return {.species = model.species, .response = model.response, .role = model.role};
+}
+
+/// In the order of the first library, then what only later ones have.
+std::vector<Subject> subjects_of(const std::vector<ModelLibrary>& libraries) {
+  std::vector<Subject> subjects;
+  for (const ModelLibrary& library : libraries) {
+    for (const LibraryModel& model : library.models) {
+      const Subject subject = subject_of(model);
+      if (std::ranges::find(subjects, subject) == subjects.end()) subjects.push_back(subject);
+    }
+  }
+  return subjects;
+}
+
+/// The library's model; of several the one of lowest AIC, as predictions take it.
+const LibraryModel* model_of(const ModelLibrary& library, const Subject& subject) {
+  const LibraryModel* found = nullptr;
+  for (const LibraryModel& model : library.models) {
+    if (subject_of(model) != subject) continue;
+    if (found == nullptr || model.fit.aic() < found->fit.aic()) found = &model;
+  }
+  return found;
+}
+
+/// Why two fits are not of the same trees, as far as one can know; empty if they are.
+std::string different_data(const fit::FittedModel& first,
+                           const LibraryInventory& first_data,
+                           const fit::FittedModel& other,
+                           const LibraryInventory& other_data) {
+  if (first.observations != other.observations) {
+    return fmt::format("fitted to {} and {} trees", first.observations, other.observations);
+  }
+  if (!first.response_fingerprint.empty() && !other.response_fingerprint.empty()) {
+    return first.response_fingerprint == other.response_fingerprint ? ""
+                                                                    : "fitted to different values";
+  }
+  // Published and older fits do not say which values they were fitted to; their files may.
+  if (first_data.fingerprint.empty() || other_data.fingerprint.empty()) {
+    return "a fit does not say which data it was fitted to";
+  }
+  return first_data.fingerprint == other_data.fingerprint ? "" : "fitted to different files";
+}
+
+/// Why AIC and BIC of two fits say nothing about each other; empty if they do.
+std::string not_comparable(const LibraryModel& first,
+                           const LibraryInventory& first_data,
+                           const LibraryModel& other,
+                           const LibraryInventory& other_data) {
+  if (!first.fit.convergence.converged || !other.fit.convergence.converged) {
+    return "a fit has not converged";
+  }
+  if (first.fit.specification.formula.left != other.fit.specification.formula.left) {
+    return "the responses differ";
+  }
+  if (first.fit.reml != other.fit.reml) return "one by ML, the other by REML";
+  if (first.fit.reml && first.fit.coefficient_names != other.fit.coefficient_names) {
+    return "REML likelihoods of different fixed effects";
+  }
+  return different_data(first.fit, first_data, other.fit, other_data);
+}
+
+/// As good as the fit's own data show: conditional with random effects, else population.
+const fit::FitStatistics& best_statistics(const fit::FittedModel& fit) {
+  return fit.has_random_effects() ? fit.conditional : fit.population;
+}
+
+ordered_json difference_of(const LibraryModel& first,
+                           const LibraryInventory& first_data,
+                           const LibraryModel& other,
+                           const LibraryInventory& other_data) {
+  const std::string reason = not_comparable(first, first_data, other, other_data);
+  const bool is_comparable = reason.empty();
+  const auto likelihood = [&](double value) {
+    return is_comparable ? number_or_null(value) : ordered_json(nullptr);
+  };
+  const fit::FitStatistics& ours = best_statistics(first.fit);
+  const fit::FitStatistics& theirs = best_statistics(other.fit);
+  return {{"log_likelihood", likelihood(other.fit.log_likelihood - first.fit.log_likelihood)},
+          {"aic", likelihood(other.fit.aic() - first.fit.aic())},
+          {"bic", likelihood(other.fit.bic() - first.fit.bic())},
+          {"rmse", number_or_null(theirs.rmse - ours.rmse)},
+          {"r2", number_or_null(theirs.r2 - ours.r2)},
+          {"reason", is_comparable ? ordered_json(nullptr) : ordered_json(reason)}};
+}
+
+ordered_json curves_object(const std::vector<const LibraryModel*>& models,
+                           const std::vector<ModelLibrary>& libraries) {
+  const ComparedCurves curves = compared_curves(models, libraries);
+  if (curves.dbh_cm.empty()) return nullptr;
+  ordered_json object{{"held_at", ordered_json::object()},
+                      {"own_heights", curves.own_heights},
+                      {"dbh", numbers_or_null(curves.dbh_cm)},
+                      {"values", ordered_json::array()}};
+  for (const auto& [name, value] : curves.held_at) object["held_at"][name] = number_or_null(value);
+  for (const std::vector<double>& values : curves.values) {
+    object["values"].push_back(values.empty() ? ordered_json(nullptr) : numbers_or_null(values));
+  }
+  return object;
+}
+
+std::string unit_of(const std::vector<const LibraryModel*>& models) {
+  for (const LibraryModel* model : models) {
+    if (model != nullptr && !model->unit.empty()) return model->unit;
+  }
+  return "";
+}
+
+ordered_json pair_object(const Subject& subject, const std::vector<ModelLibrary>& libraries) {
+  std::vector<const LibraryModel*> models;
+  for (const ModelLibrary& library : libraries) models.push_back(model_of(library, subject));
+  ordered_json object{{"species", subject.species},
+                      {"response", subject.response},
+                      {"role", subject.role},
+                      {"unit", unit_of(models)},
+                      {"fits", ordered_json::array()},
+                      {"differences", ordered_json::array()}};
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    object["fits"].push_back(models[i] ? fit_object(models[i]->fit) : ordered_json(nullptr));
+    if (i == 0) continue;
+    const bool has_both = models[0] != nullptr && models[i] != nullptr;
+    object["differences"].push_back(
+        has_both
+            ? difference_of(*models[0], libraries[0].inventory, *models[i], libraries[i].inventory)
+            : ordered_json(nullptr));
+  }
+  object["curves"] = curves_object(models, libraries);
+  return object;
+}
+
+ordered_json library_object(const ModelLibrary& library, const std::string& name) {
+  const LibraryInventory& data = library.inventory;
+  return {{"name", name},
+          {"file", data.file},
+          {"fingerprint", data.fingerprint},
+          {"trees", data.trees},
+          {"models", library.models.size()}};
+}
+
+std::string title_of(const std::vector<std::string>& names) {
+  return fmt::format("Comparison of {}", fmt::join(names, " and "));
+}
+
+}  // namespace
+
+std::string comparison_data(const std::vector<ModelLibrary>& libraries,
+                            const std::vector<std::string>& names) {
+  if (libraries.size() < 2) throw UsageError("a comparison takes two model libraries or more");
+  if (names.size() != libraries.size()) {
+    throw UsageError(fmt::format(
+        "{} model libraries have {} names; each takes one", libraries.size(), names.size()));
+  }
+  ordered_json data{{"schema", "silvafit-comparison/1"},
+                    {"silvafit", SILVAFIT_VERSION},
+                    {"title", title_of(names)},
+                    {"versions", report_versions()},
+                    {"libraries", ordered_json::array()},
+                    {"pairs", ordered_json::array()}};
+  for (std::size_t i = 0; i < libraries.size(); ++i) {
+    data["libraries"].push_back(library_object(libraries[i], names[i]));
+  }
+  for (const Subject& subject : subjects_of(libraries)) {
+    data["pairs"].push_back(pair_object(subject, libraries));
+  }
+  return json_text(data);
+}
+
+void write_comparison_page(const std::vector<ModelLibrary>& libraries,
+                           const std::vector<std::string>& names,
+                           const std::filesystem::path& template_path,
+                           const std::filesystem::path& out_path) {
+  write_report_page(
+      template_path, comparison_data(libraries, names), "silvafit: " + title_of(names), out_path);
+}
+
+}  // namespace silvafit::study

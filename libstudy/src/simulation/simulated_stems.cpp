@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+#include "simulation/simulated_stems.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "simulation/smooth_field.hpp"
+
+namespace silvafit::study {
+namespace {
+
+/// Points in square cells of the minimum distance, so that only nine cells need a look.
+class Inhibition {
+ public:
+  explicit Inhibition(double distance) : distance_(distance) {}
+
+  bool has_room(double x, double y) const {
+    if (distance_ <= 0.0) return true;
+    const auto [column, row] = cell(x, y);
+    for (std::int64_t i = column - 1; i <= column + 1; ++i) {
+      for (std::int64_t j = row - 1; j <= row + 1; ++j) {
+        const auto found = cells_.find(key(i, j));
+        if (found == cells_.end()) continue;
+        for (const auto& [px, py] : found->second) {
+          if (std::hypot(px - x, py - y) < distance_) return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  void add(double x, double y) {
+    if (distance_ <= 0.0) return;
+    const auto [column, row] = cell(x, y);
+    cells_[key(column, row)].emplace_back(x, y);
+  }
+
+ private:
+  std::pair<std::int64_t, std::int64_t> cell(double x, double y) const {
+    return {static_cast<std::int64_t>(std::floor(x / distance_)),
+            static_cast<std::int64_t>(std::floor(y / distance_))};
+  }
+  static std::uint64_t key(std::int64_t column, std::int64_t row) {
+    return (static_cast<std::uint64_t>(column) << 32U) ^
+           (static_cast<std::uint64_t>(row) & 0xffffffffU);
+  }
+
+  double distance_;
+  std::unordered_map<std::uint64_t, std::vector<std::pair<double, double>>> cells_;
+};
+
+/// Where a species likes to stand: the share of candidates that it takes at a place.
+class Habitat {
+ public:
+  Habitat(double patchiness, double patch_length_m, Random& random)
+      : patchiness_(patchiness), field_(patch_length_m, random) {}
+
+  double acceptance(double x, double y) const {
+    // The few places above this many standard deviations count as if they were at it.
+    constexpr double kHighest = 2.5;
+    if (patchiness_ == 0.0) return 1.0;
+    return std::exp(patchiness_ * (std::min(field_(x, y), kHighest) - kHighest));
+  }
+
+ private:
+  double patchiness_;
+  SmoothField field_;
+};
+
+double total_area_m2(const std::vector<PlotDesign>& plots) {
+  double area = 0.0;
+  for (const PlotDesign& plot : plots) area += plot.area_m2();
+  return area;
+}
+
+/// The species of all stems, in random order.
+std::vector<std::size_t> shuffled_species(const SimulationDesign& design, Random& random) {
+  constexpr double kSquareMetersPerHectare = 10000.0;
+  const double hectares = total_area_m2(design.plots) / kSquareMetersPerHectare;
+  std::vector<std::size_t> result;
+  for (std::size_t s = 0; s < design.species.size(); ++s) {
+    const double count = std::round(design.species[s].density_per_ha * hectares);
+    result.insert(result.end(), static_cast<std::size_t>(count), s);
+  }
+  for (std::size_t i = result.size(); i > 1; --i) std::swap(result[i - 1], result[random.below(i)]);
+  return result;
+}
+
+std::size_t plot_by_area(const std::vector<PlotDesign>& plots, double area, Random& random) {
+  double left = random.uniform(0.0, area);
+  for (std::size_t i = 0; i + 1 < plots.size(); ++i) {
+    left -= plots[i].area_m2();
+    if (left < 0.0) return i;
+  }
+  return plots.size() - 1;
+}
+
+/// A place in the plot to the centimeter, inside also after rounding.
+double place_between(double low, double high, Random& random) {
+  return std::clamp(rounded(random.uniform(low, high), 100.0), low, high);
+}
+
+}  // namespace
+
+double rounded(double value, double per_unit) { return std::round(value * per_unit) / per_unit; }
+
+std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed) {
+  constexpr int kAttempts = 20000;
+  std::vector<Habitat> habitats;
+  for (std::size_t s = 0; s < design.species.size(); ++s) {
+    Random patches(seed, stream_of(Draw::kPatches, s));
+    habitats.emplace_back(design.species[s].patchiness, design.stems.patch_length_m, patches);
+  }
+  Random random(seed, stream_of(Draw::kStems));
+  const double area = total_area_m2(design.plots);
+  Inhibition inhibition(design.stems.minimum_distance_m);
+  std::vector<Stem> stems;
+  const std::vector<std::size_t> species_of_stems = shuffled_species(design, random);
+  for (const std::size_t species : species_of_stems) {
+    int attempts_left = kAttempts;
+    for (; attempts_left > 0; --attempts_left) {
+      const std::size_t plot = plot_by_area(design.plots, area, random);
+      const PlotDesign& rectangle = design.plots[plot];
+      const double x = place_between(rectangle.x0, rectangle.x1, random);
+      const double y = place_between(rectangle.y0, rectangle.y1, random);
+      if (random.uniform() >= habitats[species].acceptance(x, y)) continue;
+      if (!inhibition.has_room(x, y)) continue;
+      inhibition.add(x, y);
+      stems.push_back({.plot = plot, .species = species, .x = x, .y = y});
+      break;
+    }
+    if (attempts_left == 0) {
+      throw InputError(fmt::format("after {} of {} stems there is no room for another one at {} m "
+                                   "from all others; lower the densities or the distance",
+                                   stems.size(),
+                                   species_of_stems.size(),
+                                   design.stems.minimum_distance_m),
+                       {.column = "stems.minimum_distance"});
+    }
+  }
+  std::stable_sort(
+      stems.begin(), stems.end(), [](const Stem& a, const Stem& b) { return a.plot < b.plot; });
+  return stems;
+}
+
+std::vector<double> draw_plot_factors(const SimulationDesign& design,
+                                      std::size_t species,
+                                      std::uint64_t seed) {
+  Random random(seed, stream_of(Draw::kDbh, species, 1));
+  const double sd = design.species[species].dbh.plot_log_sd;
+  std::vector<double> factors;
+  for (std::size_t plot = 0; plot < design.plots.size(); ++plot) {
+    factors.push_back(std::exp(random.normal(-0.5 * sd * sd, sd)));
+  }
+  return factors;
+}
+
+std::vector<double> draw_dbh(const SimulationDesign& design,
+                             const std::vector<Stem>& stems,
+                             const std::vector<std::vector<double>>& plot_factors,
+                             std::uint64_t seed) {
+  std::vector<Random> randoms;
+  for (std::size_t s = 0; s < design.species.size(); ++s) {
+    randoms.emplace_back(seed, stream_of(Draw::kDbh, s));
+  }
+  std::vector<double> result;
+  result.reserve(stems.size());
+  for (const Stem& stem : stems) {
+    const DbhDesign& dbh = design.species[stem.species].dbh;
+    const double mean = dbh.mean_cm - dbh.minimum_cm;
+    // Var(F G) = (1 + v)(s^2 + m^2) - m^2 for a factor F of mean 1 and variance v, and a gamma
+    // variate G of mean m and variance s^2; s is chosen such that this is sd^2.
+    const double v = std::expm1(dbh.plot_log_sd * dbh.plot_log_sd);
+    const double variance = (dbh.sd_cm * dbh.sd_cm + mean * mean) / (1.0 + v) - mean * mean;
+    const double gamma = randoms[stem.species].gamma(mean * mean / variance, variance / mean);
+    const double above = plot_factors[stem.species][stem.plot] * gamma;
+    result.push_back(rounded(dbh.minimum_cm + above, 10.0));
+  }
+  return result;
+}
+
+std::vector<double> draw_elevation(const SimulationDesign& design,
+                                   const std::vector<Stem>& stems,
+                                   std::uint64_t seed) {
+  const TerrainDesign& terrain = design.terrain;
+  Random random(seed, stream_of(Draw::kTerrain));
+  const SmoothField hills(terrain.hill_length_m, random);
+  std::vector<double> steps;
+  for (std::size_t plot = 0; plot < design.plots.size(); ++plot) {
+    steps.push_back(random.normal(0.0, terrain.plot_sd_m));
+  }
+  std::vector<double> result;
+  result.reserve(stems.size());
+  for (const Stem& stem : stems) {
+    const double plane =
+        terrain.base_m + terrain.slope_east * stem.x + terrain.slope_north * stem.y;
+    const double z = plane + terrain.hill_sd_m * hills(stem.x, stem.y) + steps[stem.plot];
+    result.push_back(rounded(z, 100.0));
+  }
+  return result;
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+#include "study/level_fits.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/fit/cross_validation.hpp"
+
+namespace silvafit::study {
+namespace {
+
+fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
+  fit::FitResult result{.fit = {.model = trial.model, .specification = trial.specification}};
+  if (trial.options.method) result.fit.method = *trial.options.method;
+  result.fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
+  result.fit.convergence.verdict = reason;
+  return result;
+}
+
+fit::FitResult fit_trial(const Trial& trial, const data::Table& table) {
+  try {
+    fit::FitResult result = fit::fit_model(trial.specification, table, trial.options);
+    result.fit.model = trial.model;
+    return result;
+  } catch (const Error& error) {
+    return failed_fit(trial, error.message());
+  }
+}
+
+/// Trees of a plot left out from which level 3 predicts its others: as many as inventories often
+/// measure.
+constexpr std::size_t kCalibratingTrees = 5;
+
+/// Standard error of a root mean square error, from the mean square errors of the folds.
+double error_between_folds(const fit::CrossValidation& result) {
+  const Eigen::VectorXd& predicted = result.measured > 0 ? result.calibrated : result.predicted;
+  std::vector<double> sums(result.folds, 0.0);
+  std::vector<double> counts(result.folds, 0.0);
+  for (std::size_t i = 0; i < result.fold.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    if (std::isnan(predicted[at])) continue;
+    sums[result.fold[i]] += std::pow(result.observed[at] - predicted[at], 2);
+    counts[result.fold[i]] += 1.0;
+  }
+  std::vector<double> means;
+  for (std::size_t k = 0; k < result.folds; ++k) {
+    if (counts[k] > 0.0) means.push_back(sums[k] / counts[k]);
+  }
+  const Eigen::Map<const Eigen::ArrayXd> squares(means.data(),
+                                                 static_cast<Eigen::Index>(means.size()));
+  const auto n = static_cast<double>(means.size());
+  if (means.size() < 2) return std::numeric_limits<double>::quiet_NaN();
+  const double mean = squares.mean();
+  const double error = std::sqrt((squares - mean).square().sum() / (n - 1.0) / n);
+  return error / (2.0 * std::sqrt(mean));
+}
+
+std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
+                                              const data::Table& table,
+                                              const std::string& group) {
+  // Models on the edge are passed over; where all are, the simplest is taken.
+  if (!fit.convergence.converged || !fit.convergence.boundary.empty()) return std::nullopt;
+  const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
+  try {
+    // The tasks of a level are parallel already.
+    const fit::CrossValidation result =
+        fit::cross_validate(fit, table, {.group = group, .measured = measured, .threads = 1});
+    return CrossValidated{
+        .rmse = measured > 0 ? result.calibrated_statistics.rmse : result.statistics.rmse,
+        .standard_error = error_between_folds(result),
+        .folds = result.folds,
+        .failed = result.failed.size(),
+        .measured = measured};
+  } catch (const Error&) {
+    // One plot alone cannot be left out.
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+LevelFits::LevelFits(std::string name,
+                     const std::vector<Work>& works,
+                     Criterion criterion,
+                     std::string group)
+    : name_(std::move(name)),
+      works_(works),
+      criterion_(criterion),
+      group_(std::move(group)),
+      results_(works.size()),
+      whole_(works.size()),
+      cross_validated_(works.size()) {}
+
+void LevelFits::add(std::size_t work, std::vector<Trial> trials) {
+  for (Trial& trial : trials) {
+    tasks_.push_back({.trial = std::move(trial), .work = work, .position = results_[work].size()});
+    results_[work].emplace_back(
+        fit::FitResult{.fit = {.specification = tasks_.back().trial.specification}});
+    cross_validated_[work].emplace_back();
+  }
+}
+
+void LevelFits::run(unsigned threads,
+                    const ProgressCallback& progress,
+                    std::vector<StageTime>& stages) {
+  const auto start = std::chrono::steady_clock::now();
+  std::atomic<std::size_t> done{0};
+  parallel_for(tasks_.size(), threads, [&](std::size_t i) {
+    const Task& task = tasks_[i];
+    const data::Table& table = works_[task.work].table;
+    fit::FitResult result = fit_trial(task.trial, table);
+    if (criterion_ == Criterion::kCrossValidation) {
+      cross_validated_[task.work][task.position] = cross_validated(result.fit, table, group_);
+    }
+    take(task, std::move(result));
+    const std::size_t count = ++done;
+    if (progress) progress(name_, count, tasks_.size());
+  });
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  stages.push_back({.name = name_, .seconds = seconds.count(), .fits = tasks_.size()});
+}
+
+/// Values of each observation are many, and wanted of the chosen fit only.
+void LevelFits::take(const Task& task, fit::FitResult result) {
+  constexpr std::size_t kWhole = 3;
+  const std::lock_guard lock(taking_);
+  results_[task.work][task.position] = std::move(result);
+  whole_[task.work].push_back(task.position);
+  if (whole_[task.work].size() > kWhole) forget_worst(task.work);
+}
+
+void LevelFits::forget_worst(std::size_t work) {
+  std::vector<std::size_t>& whole = whole_[work];
+  const auto worst = std::ranges::max_element(whole, {}, [&](std::size_t position) {
+    const double aic = results_[work][position].fit.aic();
+    return std::isnan(aic) ? std::numeric_limits<double>::infinity() : aic;
+  });
+  fit::FittedModel fit = std::move(results_[work][*worst].fit);
+  results_[work][*worst] = {.fit = std::move(fit)};
+  whole.erase(worst);
+}
+
+const LevelFits::Task& LevelFits::task_of(std::size_t work, std::size_t position) const {
+  return *std::ranges::find_if(
+      tasks_, [&](const Task& task) { return task.work == work && task.position == position; });
+}
+
+fit::FitResult LevelFits::result(std::size_t work, std::size_t position) const {
+  const fit::FitResult& known = results_[work][position];
+  if (std::ranges::find(whole_[work], position) != whole_[work].end()) return known;
+  fit::FitResult again = fit_trial(task_of(work, position).trial, works_[work].table);
+  again.fit = known.fit;
+  return again;
+}
+
+std::vector<Candidate> LevelFits::candidates(std::size_t work) const {
+  std::vector<Candidate> list;
+  for (const Task& task : tasks_) {
+    if (task.work != work) continue;
+    list.push_back({.terms = task.trial.terms,
+                    .fit = results_[work][task.position].fit,
+                    .cross_validated = cross_validated_[work][task.position]});
+  }
+  return list;
+}
+
+}  // namespace silvafit::study

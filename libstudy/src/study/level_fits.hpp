@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// The fits of one level of a study, in parallel.
+#pragma once
+
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "study/study_work.hpp"
+
+namespace silvafit::study {
+
+/// Runs the fits of one level for all species and responses at once, so that no thread waits for a
+/// single one.
+class LevelFits {
+ public:
+  /// \param criterion  of the level: candidates are cross-validated where it asks for that
+  /// \param group      column of the groups that cross-validation leaves out
+  LevelFits(std::string name,
+            const std::vector<Work>& works,
+            Criterion criterion,
+            std::string group);
+
+  void add(std::size_t work, std::vector<Trial> trials);
+  void run(unsigned threads, const ProgressCallback& progress, std::vector<StageTime>& stages);
+  /// The fits of one work as candidates, in the order in which they were added.
+  std::vector<Candidate> candidates(std::size_t work) const;
+  /// One fit of a work, in that order. Fits that are far from the best are done again.
+  fit::FitResult result(std::size_t work, std::size_t position) const;
+
+ private:
+  /// One fit to be done, and where its result goes.
+  struct Task {
+    Trial trial;
+    std::size_t work = 0;
+    std::size_t position = 0;
+  };
+
+  void take(const Task& task, fit::FitResult result);
+  void forget_worst(std::size_t work);
+  const Task& task_of(std::size_t work, std::size_t position) const;
+
+  std::string name_;
+  const std::vector<Work>& works_;
+  Criterion criterion_;
+  std::string group_;
+  std::vector<Task> tasks_;
+  std::vector<std::vector<fit::FitResult>> results_;
+  /// Positions of each work's fits that still have the values of their observations.
+  std::vector<std::vector<std::size_t>> whole_;
+  std::mutex taking_;
+  std::vector<std::vector<std::optional<CrossValidated>>> cross_validated_;
+};
+
+}  // namespace silvafit::study

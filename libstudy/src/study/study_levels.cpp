@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+#include "study/study_levels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+namespace silvafit::study {
+namespace {
+
+std::vector<std::string> members_of(const std::vector<std::string>& names, std::size_t subset) {
+  std::vector<std::string> members;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if ((subset >> k & 1U) != 0) members.push_back(names[k]);
+  }
+  return members;
+}
+
+fit::Covariate column_covariate(const std::string& name) {
+  return {.label = name, .value = data::Expression::variable(name)};
+}
+
+bool is_usable(const Candidate& candidate) {
+  return candidate.fit.convergence.converged && std::isfinite(candidate.fit.log_likelihood);
+}
+
+bool is_on_edge(const Candidate& candidate) { return !candidate.fit.convergence.boundary.empty(); }
+
+/// What ranks a candidate, smaller being better: folds that failed first, since an error that
+/// leaves them out is not comparable, then the criterion.
+using Score = std::pair<std::size_t, double>;
+
+Score cross_validated_score(const Candidate& candidate) {
+  constexpr double kWorst = std::numeric_limits<double>::infinity();
+  if (!candidate.cross_validated || std::isnan(candidate.cross_validated->rmse)) {
+    return {std::numeric_limits<std::size_t>::max(), kWorst};
+  }
+  return {candidate.cross_validated->failed, candidate.cross_validated->rmse};
+}
+
+Score score_of(Criterion criterion, const Candidate& candidate) {
+  switch (criterion) {
+    case Criterion::kAic:
+      return {0, candidate.fit.aic()};
+    case Criterion::kAicc:
+      return {0, candidate.fit.aicc()};
+    case Criterion::kBic:
+      return {0, candidate.fit.bic()};
+    case Criterion::kCrossValidation:
+      break;
+  }
+  return cross_validated_score(candidate);
+}
+
+/// How far a score may be from the best one to be as good: of errors, one standard error.
+double tolerance_of(Criterion criterion, const Candidate& best, const StudyOptions& options) {
+  if (criterion != Criterion::kCrossValidation) return options.equally_good;
+  if (!best.cross_validated || std::isnan(best.cross_validated->standard_error)) return 0.0;
+  return best.cross_validated->standard_error;
+}
+
+/// Ranks the usable candidates by a criterion; ties keep their order.
+std::vector<std::size_t> ranked(std::vector<Candidate>& candidates, Criterion criterion) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    candidates[i].rank = 0;
+    candidates[i].chosen = false;
+    if (is_usable(candidates[i])) order.push_back(i);
+  }
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t i) { return score_of(criterion, candidates[i]); });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    candidates[order[i]].rank = static_cast<int>(i) + 1;
+  }
+  return order;
+}
+
+std::optional<std::size_t> mark(std::vector<Candidate>& candidates, std::size_t chosen) {
+  candidates[chosen].chosen = true;
+  return chosen;
+}
+
+/// The first in order whose test is significant, if that is asked for. Candidates without a test
+/// stand on their rank: the reference of the tests, and what is not nested with it.
+std::optional<std::size_t> first_significant(std::vector<Candidate>& candidates,
+                                             const std::vector<std::size_t>& order,
+                                             const StudyOptions& options) {
+  for (const std::size_t i : order) {
+    const bool needs_test = options.needs_tests && candidates[i].test.has_value();
+    if (!needs_test || candidates[i].test->p < options.significance) return mark(candidates, i);
+  }
+  return std::nullopt;
+}
+
+/// Those in order that are about as good as the first.
+std::vector<std::size_t> equally_good(const std::vector<Candidate>& candidates,
+                                      const std::vector<std::size_t>& order,
+                                      Criterion criterion,
+                                      const StudyOptions& options) {
+  const Score best = score_of(criterion, candidates[order.front()]);
+  const double tolerance = tolerance_of(criterion, candidates[order.front()], options);
+  std::vector<std::size_t> result;
+  std::ranges::copy_if(order, std::back_inserter(result), [&](std::size_t i) {
+    const Score score = score_of(criterion, candidates[i]);
+    return score.first == best.first && score.second <= best.second + tolerance;
+  });
+  return result;
+}
+
+/// By their numbers of parameters; equal ones keep their order.
+std::vector<std::size_t> simplest_first(const std::vector<Candidate>& candidates,
+                                        std::vector<std::size_t> order) {
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t i) { return candidates[i].fit.parameter_count; });
+  return order;
+}
+
+/// The sub-models of a parameter with every subset of covariates but the empty one.
+std::vector<fit::ParameterModel> extended(const fit::ParameterModel& parameter,
+                                          const std::vector<std::string>& covariates) {
+  std::vector<fit::ParameterModel> result;
+  for (std::size_t subset = 1; subset < (std::size_t{1} << covariates.size()); ++subset) {
+    fit::ParameterModel model = parameter;
+    for (const std::string& name : members_of(covariates, subset)) {
+      model.covariates.push_back(column_covariate(name));
+    }
+    result.push_back(std::move(model));
+  }
+  return result;
+}
+
+/// A trial with other sub-models of some parameters; new coefficients start at zero.
+Trial with_sub_models(Trial trial,
+                      const std::vector<std::pair<std::size_t, fit::ParameterModel>>& models) {
+  for (const auto& [parameter, model] : models) {
+    trial.specification.parameters[parameter] = model;
+    for (const std::string& name : model.coefficient_names())
+      trial.options.start.emplace(name, 0.0);
+    trial.terms.push_back(model.name + " ~ " + model.text());
+  }
+  return trial;
+}
+
+}  // namespace
+
+std::vector<std::string> BaseCandidate::columns(const data::Table& table) const {
+  if (entry != nullptr) return entry->covariates;
+  std::vector<std::string> columns;
+  for (const std::string& name : fit::specify_model(formula, {}, table).predictors()) {
+    data::TextMatch match;
+    columns.push_back(data::is_text_match(name, match) ? match.column : name);
+  }
+  return columns;
+}
+
+std::vector<Trial> base_trials(const std::vector<BaseCandidate>& candidates,
+                               const data::Table& table) {
+  std::vector<Trial> trials;
+  for (const BaseCandidate& candidate : candidates) {
+    Trial trial{.specification = fit::specify_model(candidate.formula, {}, table)};
+    if (candidate.entry != nullptr) {
+      trial.model = candidate.entry->id;
+      const std::vector<double> starts = start_values(*candidate.entry, table);
+      for (std::size_t k = 0; k < starts.size(); ++k) {
+        trial.options.rule[candidate.entry->parameters[k].name] = starts[k];
+      }
+    }
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
+
+std::vector<Trial> covariate_trials(const fit::FittedModel& base,
+                                    const std::vector<std::string>& covariates,
+                                    std::size_t parameters_at_once,
+                                    const data::Table& table) {
+  Trial reference{.model = base.model, .specification = base.specification};
+  for (Eigen::Index k = 0; k < base.estimate.size(); ++k) {
+    reference.options.start[base.coefficient_names[static_cast<std::size_t>(k)]] = base.estimate[k];
+  }
+  std::vector<Trial> trials{reference};
+  if (table.rows() == 0) return trials;
+  const std::vector<fit::ParameterModel>& parameters = base.specification.parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    for (const fit::ParameterModel& model : extended(parameters[i], covariates)) {
+      trials.push_back(with_sub_models(reference, {{i, model}}));
+    }
+  }
+  for (std::size_t i = 0; i < parameters.size() && parameters_at_once > 1; ++i) {
+    for (std::size_t j = i + 1; j < parameters.size(); ++j) {
+      for (const fit::ParameterModel& first : extended(parameters[i], covariates)) {
+        for (const fit::ParameterModel& second : extended(parameters[j], covariates)) {
+          trials.push_back(with_sub_models(reference, {{i, first}, {j, second}}));
+        }
+      }
+    }
+  }
+  return trials;
+}
+
+std::optional<Trial> without_intercept(const Candidate& chosen, const data::Table& table) {
+  if (chosen.terms.empty() || table.rows() == 0) return std::nullopt;
+  Trial trial{.model = chosen.fit.model, .specification = chosen.fit.specification};
+  for (fit::ParameterModel& model : trial.specification.parameters) {
+    if (model.covariates.empty()) continue;
+    model.has_intercept = false;
+    trial.terms.push_back(model.name + " ~ " + model.text());
+  }
+  return trial;
+}
+
+std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
+                                        const std::string& group,
+                                        std::size_t largest) {
+  std::vector<Trial> trials;
+  for (std::size_t subset = 1; subset < (std::size_t{1} << fixed.coefficient_names.size());
+       ++subset) {
+    Trial trial{.terms = members_of(fixed.coefficient_names, subset),
+                .model = fixed.model,
+                .specification = fixed.specification};
+    if (trial.terms.size() > largest) continue;
+    trial.specification.random = fit::RandomEffects{.coefficients = trial.terms, .group = group};
+    trial.options.method = fit::Method::kLindstromBates;
+    for (Eigen::Index k = 0; k < fixed.estimate.size(); ++k) {
+      trial.options.start[fixed.coefficient_names[static_cast<std::size_t>(k)]] = fixed.estimate[k];
+    }
+    trials.push_back(std::move(trial));
+  }
+  std::ranges::stable_sort(trials, {}, [](const Trial& trial) { return trial.terms.size(); });
+  return trials;
+}
+
+std::vector<Trial> variance_trials(const Candidate& mixed,
+                                   const std::vector<std::string>& functions) {
+  std::vector<std::string> all{"none"};
+  std::ranges::copy_if(
+      functions, std::back_inserter(all), [](const std::string& text) { return text != "none"; });
+  std::vector<Trial> trials;
+  for (const std::string& function : all) {
+    Trial trial{
+        .terms = mixed.terms, .model = mixed.fit.model, .specification = mixed.fit.specification};
+    trial.specification.variance = fit::parse_variance_function(function);
+    trial.options.method = fit::Method::kLindstromBates;
+    for (Eigen::Index k = 0; k < mixed.fit.estimate.size(); ++k) {
+      trial.options.start[mixed.fit.coefficient_names[static_cast<std::size_t>(k)]] =
+          mixed.fit.estimate[k];
+    }
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
+
+std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates,
+                                       const StudyOptions& options) {
+  const Criterion criterion = options.criteria.base;
+  const std::vector<std::size_t> order = ranked(candidates, criterion);
+  if (order.empty()) return std::nullopt;
+  const auto close = equally_good(candidates, order, criterion, options);
+  return mark(candidates, simplest_first(candidates, close).front());
+}
+
+std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates,
+                                             const StudyOptions& options) {
+  return first_significant(candidates, ranked(candidates, options.criteria.covariates), options);
+}
+
+std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates,
+                                                 const StudyOptions& options) {
+  const Criterion criterion = options.criteria.random;
+  const std::vector<std::size_t> order = ranked(candidates, criterion);
+  if (order.empty()) return std::nullopt;
+  std::vector<std::size_t> inside;
+  std::ranges::copy_if(
+      order, std::back_inserter(inside), [&](std::size_t i) { return !is_on_edge(candidates[i]); });
+  const std::vector<std::size_t>& eligible = inside.empty() ? order : inside;
+  if (!options.parsimonious) return mark(candidates, eligible.front());
+  const auto close = equally_good(candidates, eligible, criterion, options);
+  return mark(candidates, simplest_first(candidates, close).front());
+}
+
+std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
+                                           const StudyOptions& options) {
+  const Criterion criterion = options.criteria.variance;
+  std::vector<std::size_t> order = ranked(candidates, criterion);
+  if (options.parsimonious && !order.empty()) {
+    order = simplest_first(candidates, equally_good(candidates, order, criterion, options));
+  }
+  return first_significant(candidates, order, options);
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,429 @@
+// SPDX-License-Identifier: MIT
+#include "study/study_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/stand/species_table.hpp"
+#include "silvafit/stand/stand_summary.hpp"
+#include "study/letter_groups.hpp"
+#include "study/nested_tests.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Columns = std::vector<TableColumn>;
+
+template <typename List>
+List joined(List first, const List& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+TableCell number(double value) { return value; }
+TableCell count(std::size_t value) { return static_cast<double>(value); }
+TableCell rank_cell(int rank) {
+  return rank > 0 ? TableCell(static_cast<double>(rank)) : TableCell();
+}
+TableCell yes_or_no(bool value) { return std::string(value ? "yes" : "no"); }
+
+const Columns kSubject{{"species", "Species"}, {"response", "Response"}};
+
+TableRow subject(const ResponseStudy& result) { return {result.species, result.response}; }
+
+const Columns kCriteria{{"k", "k", ColumnKind::kCount},
+                        {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                        {"aic", "AIC", ColumnKind::kCriterion},
+                        {"bic", "BIC", ColumnKind::kCriterion},
+                        {"cv_rmse", "RMSE, left out", ColumnKind::kShare},
+                        {"cv_failed_folds", "Failed folds", ColumnKind::kCount},
+                        {"rank", "Rank", ColumnKind::kCount},
+                        {"chosen", "Chosen"},
+                        {"converged", "Converged"},
+                        {"verdict", "Verdict"}};
+
+TableRow criteria(const Candidate& candidate) {
+  const fit::FittedModel& fit = candidate.fit;
+  const auto& validated = candidate.cross_validated;
+  return {number(fit.parameter_count),
+          fit.log_likelihood,
+          fit.aic(),
+          fit.bic(),
+          validated ? number(validated->rmse) : TableCell(),
+          validated ? count(validated->failed) : TableCell(),
+          rank_cell(candidate.rank),
+          yes_or_no(candidate.chosen),
+          yes_or_no(fit.convergence.converged),
+          fit.convergence.verdict};
+}
+
+const Columns kStatistics{{"r2", "R2", ColumnKind::kShare},
+                          {"mean_error", "Mean error", ColumnKind::kShare},
+                          {"rmse", "RMSE", ColumnKind::kShare},
+                          {"mae", "MAE", ColumnKind::kShare}};
+
+TableRow statistics(const fit::FitStatistics& values) {
+  return {values.r2, values.mean_error, values.rmse, values.mae};
+}
+
+const Columns kTest{{"likelihood_ratio", "Likelihood ratio", ColumnKind::kCriterion},
+                    {"df", "df", ColumnKind::kCount},
+                    {"p", "p", ColumnKind::kP}};
+
+TableRow test_cells(const std::optional<LikelihoodRatioTest>& test) {
+  if (!test) return {TableCell(), TableCell(), TableCell()};
+  return {test->statistic, number(test->degrees_of_freedom), test->p};
+}
+
+std::string joined_terms(const Candidate& candidate, const char* joint) {
+  return fmt::format("{}", fmt::join(candidate.terms, joint));
+}
+
+FormattedTable candidates_table(const Study& study, const Catalogue& catalogue) {
+  FormattedTable table{
+      .name = "candidates",
+      .caption = "Level 1: base models by least squares",
+      .columns = joined(
+          joined(joined(kSubject, {{"model", "Model"}, {"name", "Name"}, {"formula", "Formula"}}),
+                 kStatistics),
+          kCriteria)};
+  for (const ResponseStudy& result : study.results) {
+    for (const Candidate& candidate : result.base) {
+      const std::string& id = candidate.fit.model;
+      const std::string name = id.empty() ? std::string() : catalogue.find(id).name;
+      const std::string& formula = candidate.fit.specification.formula.text;
+      table.rows.push_back(joined(joined(joined(subject(result), {id, name, formula}),
+                                         statistics(candidate.fit.population)),
+                                  criteria(candidate)));
+    }
+  }
+  return table;
+}
+
+FormattedTable covariates_table(const Study& study) {
+  FormattedTable table{
+      .name = "covariates",
+      .caption = "Level 2: covariates on parameters of the base model",
+      .columns = joined(
+          joined(joined(joined(kSubject, {{"sub_models", "Sub-models"}}), kStatistics), kTest),
+          kCriteria)};
+  for (const ResponseStudy& result : study.results) {
+    for (const Candidate& candidate : result.covariates) {
+      table.rows.push_back(
+          joined(joined(joined(joined(subject(result), {joined_terms(candidate, "; ")}),
+                               statistics(candidate.fit.population)),
+                        test_cells(candidate.test)),
+                 criteria(candidate)));
+    }
+  }
+  return table;
+}
+
+FormattedTable random_effects_table(const Study& study) {
+  FormattedTable table{
+      .name = "random_effects",
+      .caption = "Level 3: random effects, tested against none",
+      .columns = joined(
+          joined(joined(kSubject,
+                        {{"random_effects", "Random effects"}, {"covariance", "Covariance"}}),
+                 kTest),
+          kCriteria)};
+  for (const ResponseStudy& result : study.results) {
+    for (const Candidate& candidate : result.random) {
+      const fit::Covariance form = candidate.fit.specification.random->covariance;
+      table.rows.push_back(joined(
+          joined(
+              joined(subject(result), {joined_terms(candidate, " + "), fit::covariance_text(form)}),
+              test_cells(candidate.test)),
+          criteria(candidate)));
+    }
+  }
+  return table;
+}
+
+FormattedTable variance_functions_table(const Study& study) {
+  FormattedTable table{
+      .name = "variance_functions",
+      .caption = "Level 3: variance functions",
+      .columns = joined(joined(joined(kSubject,
+                                      {{"function", "Function"},
+                                       {"delta", "delta", ColumnKind::kEstimate},
+                                       {"constant", "constant", ColumnKind::kEstimate}}),
+                               kTest),
+                        kCriteria)};
+  for (const ResponseStudy& result : study.results) {
+    for (const Candidate& candidate : result.variance) {
+      const fit::VarianceEstimate& variance = candidate.fit.variance;
+      const fit::VarianceFunction function = variance.function();
+      table.rows.push_back(joined(
+          joined(joined(subject(result), {function.text(), variance.delta(), variance.constant()}),
+                 test_cells(candidate.test)),
+          criteria(candidate)));
+    }
+  }
+  return table;
+}
+
+/// The chosen fits of a result under the names of their levels.
+std::vector<std::pair<std::string, const fit::FittedModel*>> chosen_fits(
+    const ResponseStudy& result) {
+  std::vector<std::pair<std::string, const fit::FittedModel*>> fits;
+  if (result.ols) fits.emplace_back("ols", &result.ols->fit);
+  if (result.with_covariates) fits.emplace_back("covariates", &result.with_covariates->fit);
+  if (result.nlme) fits.emplace_back("nlme", &result.nlme->fit);
+  return fits;
+}
+
+FormattedTable estimates_table(const Study& study) {
+  FormattedTable table{.name = "estimates",
+                       .caption = "Coefficients of the chosen models",
+                       .columns = joined(kSubject,
+                                         {{"level", "Level"},
+                                          {"coefficient", "Coefficient"},
+                                          {"estimate", "Estimate", ColumnKind::kEstimate},
+                                          {"se", "Standard error", ColumnKind::kEstimate},
+                                          {"df", "df", ColumnKind::kCount},
+                                          {"t", "t", ColumnKind::kCriterion},
+                                          {"p", "p", ColumnKind::kP}})};
+  for (const ResponseStudy& result : study.results) {
+    for (const auto& [level, fit] : chosen_fits(result)) {
+      const Eigen::VectorXd errors = fit->standard_errors();
+      const Eigen::VectorXd t = fit->t_values();
+      const Eigen::VectorXd p = fit->p_values();
+      for (Eigen::Index k = 0; k < fit->estimate.size(); ++k) {
+        table.rows.push_back(
+            joined(subject(result),
+                   {level,
+                    fit->coefficient_names[static_cast<std::size_t>(k)],
+                    fit->estimate[k],
+                    errors[k],
+                    k < fit->degrees_of_freedom.size() ? fit->degrees_of_freedom[k] : NAN,
+                    t[k],
+                    p[k]}));
+      }
+    }
+  }
+  return table;
+}
+
+void add_components(const ResponseStudy& result,
+                    const fit::FittedModel& fit,
+                    FormattedTable& table) {
+  const auto add = [&](const std::string& component, double value) {
+    table.rows.push_back(joined(subject(result), {component, value}));
+  };
+  const Eigen::VectorXd deviations = fit.random_sd();
+  const Eigen::MatrixXd correlation = fit.random_correlation();
+  for (std::size_t i = 0; i < fit.random_names.size(); ++i) {
+    add(fmt::format("sd({})", fit.random_names[i]), deviations[static_cast<Eigen::Index>(i)]);
+  }
+  for (std::size_t i = 0; i < fit.random_names.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      add(fmt::format("cor({}, {})", fit.random_names[j], fit.random_names[i]),
+          correlation(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+    }
+  }
+  add("sigma", fit.sigma);
+  const int parameters = fit.variance.function().parameter_count();
+  if (parameters > 0) add("delta", fit.variance.delta());
+  if (parameters > 1) add("constant", fit.variance.constant());
+}
+
+FormattedTable variance_components_table(const Study& study) {
+  FormattedTable table{
+      .name = "variance_components",
+      .caption = "Variance components of the chosen mixed models",
+      .columns = joined(kSubject,
+                        {{"component", "Component"}, {"value", "Value", ColumnKind::kEstimate}})};
+  for (const ResponseStudy& result : study.results) {
+    if (result.nlme) add_components(result, result.nlme->fit, table);
+  }
+  return table;
+}
+
+FormattedTable statistics_table(const Study& study) {
+  FormattedTable table{
+      .name = "statistics",
+      .caption = "Fit statistics of the chosen models",
+      .columns = joined(joined(joined(kSubject,
+                                      {{"level", "Level"},
+                                       {"prediction", "Prediction"},
+                                       {"formula", "Formula"},
+                                       {"n", "n", ColumnKind::kCount}}),
+                               kStatistics),
+                        {{"k", "k", ColumnKind::kCount},
+                         {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                         {"aic", "AIC", ColumnKind::kCriterion},
+                         {"bic", "BIC", ColumnKind::kCriterion},
+                         {"converged", "Converged"}})};
+  for (const ResponseStudy& result : study.results) {
+    for (const auto& [level, fit] : chosen_fits(result)) {
+      const auto add = [&, &name = level, &model = fit](const std::string& prediction,
+                                                        const fit::FitStatistics& values) {
+        table.rows.push_back(
+            joined(joined(joined(subject(result),
+                                 {name,
+                                  prediction,
+                                  model->specification.formula.text,
+                                  number(static_cast<double>(model->observations))}),
+                          statistics(values)),
+                   {number(model->parameter_count),
+                    model->log_likelihood,
+                    model->aic(),
+                    model->bic(),
+                    yes_or_no(model->convergence.converged)}));
+      };
+      add("population", fit->population);
+      if (fit->has_random_effects()) add("conditional", fit->conditional);
+    }
+  }
+  return table;
+}
+
+FormattedTable gains_table(const Study& study) {
+  FormattedTable table{
+      .name = "gains",
+      .caption = "What the mixed model gains over ordinary least squares",
+      .columns = joined(kSubject,
+                        {{"r2_ols", "R2 OLS", ColumnKind::kShare},
+                         {"r2_nlme", "R2 NLME", ColumnKind::kShare},
+                         {"gain", "Gain (%)", ColumnKind::kPercent},
+                         {"rmse_ols", "RMSE OLS", ColumnKind::kShare},
+                         {"rmse_nlme", "RMSE NLME", ColumnKind::kShare},
+                         {"rmse_reduction", "RMSE lower by (%)", ColumnKind::kPercent},
+                         {"aic_ols", "AIC OLS", ColumnKind::kCriterion},
+                         {"aic_nlme", "AIC NLME", ColumnKind::kCriterion},
+                         {"r2_population", "R2 NLME, b = 0", ColumnKind::kShare}})};
+  for (const ResponseStudy& result : study.results) {
+    if (!result.ols || !result.nlme) continue;
+    const fit::FitStatistics& ols = result.ols->fit.population;
+    const fit::FitStatistics& nlme = result.nlme->fit.conditional;
+    table.rows.push_back(joined(subject(result),
+                                {ols.r2,
+                                 nlme.r2,
+                                 100.0 * (nlme.r2 - ols.r2),
+                                 ols.rmse,
+                                 nlme.rmse,
+                                 100.0 * (1.0 - nlme.rmse / ols.rmse),
+                                 result.ols->fit.aic(),
+                                 result.nlme->fit.aic(),
+                                 result.nlme->fit.population.r2}));
+  }
+  return table;
+}
+
+/// Models that are not nested count as different where their AIC are apart.
+bool differ(const fit::FittedModel& larger,
+            const fit::FittedModel& smaller,
+            const StudyOptions& options) {
+  if (const auto test = nested_test(larger, smaller)) return test->p < options.significance;
+  return std::abs(larger.aic() - smaller.aic()) > options.equally_good;
+}
+
+void add_level_tests(const ResponseStudy& result,
+                     const StudyOptions& options,
+                     FormattedTable& table) {
+  const auto fits = chosen_fits(result);
+  std::vector<std::vector<bool>> differs(fits.size(), std::vector<bool>(fits.size(), false));
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      differs[i][j] = differs[j][i] = differ(*fits[i].second, *fits[j].second, options);
+    }
+  }
+  const std::vector<std::string> letters = letter_groups(differs);
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const std::optional<LikelihoodRatioTest> against_before =
+        i == 0 ? std::nullopt : nested_test(*fits[i].second, *fits[i - 1].second);
+    table.rows.push_back(joined(joined(joined(subject(result), {fits[i].first, letters[i]}),
+                                       {fits[i].second->log_likelihood, fits[i].second->aic()}),
+                                test_cells(against_before)));
+  }
+}
+
+FormattedTable level_tests_table(const Study& study) {
+  FormattedTable table{
+      .name = "level_tests",
+      .caption =
+          "Chosen models of the levels, each tested against the one before; "
+          "models that share a letter do not differ",
+      .columns = joined(joined(kSubject,
+                               {{"level", "Level"},
+                                {"letters", "Letters"},
+                                {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                                {"aic", "AIC", ColumnKind::kCriterion}}),
+                        kTest)};
+  for (const ResponseStudy& result : study.results) {
+    add_level_tests(result, study.options, table);
+  }
+  return table;
+}
+
+/// Table 1 of Wang and others 2023. Areas, and what is by hectare, need windows.
+FormattedTable species_table_of(const StudyRecord& record) {
+  FormattedTable table{
+      .name = "species",
+      .caption = "Species by importance value",
+      .columns = {{"species", "Species"},
+                  {"trees", "Trees", ColumnKind::kCount},
+                  {"stems_per_ha", "Stems per ha", ColumnKind::kPercent},
+                  {"basal_area_per_ha", "Basal area (m2/ha)", ColumnKind::kCriterion},
+                  {"mean_dbh", "Mean DBH (cm)", ColumnKind::kCriterion},
+                  {"mean_height", "Mean height (m)", ColumnKind::kCriterion},
+                  {"dominant_height", "Dominant height (m)", ColumnKind::kCriterion},
+                  {"relative_density", "Relative density (%)", ColumnKind::kPercent},
+                  {"relative_frequency", "Relative frequency (%)", ColumnKind::kPercent},
+                  {"relative_dominance", "Relative dominance (%)", ColumnKind::kPercent},
+                  {"importance", "Importance value (%)", ColumnKind::kPercent}}};
+  if (!record.units) return table;
+  const stand::Inventory& inventory = record.inventory.inventory;
+  const auto areas = stand::sampled_areas(inventory, record.units->windows, {});
+  for (const stand::SpeciesRow& row : stand::species_table(inventory, areas)) {
+    table.rows.push_back({row.species,
+                          count(row.figures.trees),
+                          row.figures.stems_per_ha,
+                          row.figures.basal_area_m2_per_ha,
+                          row.figures.mean_dbh_cm,
+                          row.figures.mean_height_m,
+                          row.figures.dominant_height_m,
+                          row.all.relative_density,
+                          row.all.relative_frequency,
+                          row.all.relative_dominance,
+                          row.all.value});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalogue& catalogue) {
+  const Study& study = record.study;
+  return {species_table_of(record),
+          candidates_table(study, catalogue),
+          covariates_table(study),
+          random_effects_table(study),
+          variance_functions_table(study),
+          estimates_table(study),
+          variance_components_table(study),
+          statistics_table(study),
+          gains_table(study),
+          level_tests_table(study)};
+}
+
+void write_study_tables(const StudyRecord& record,
+                        const Catalogue& catalogue,
+                        const std::filesystem::path& folder) {
+  for (const FormattedTable& table : study_tables(record, catalogue)) {
+    write_file(folder / (table.name + ".csv"), to_csv(table));
+    write_file(folder / (table.name + ".md"), to_markdown(table));
+    write_file(folder / (table.name + ".tex"), to_latex(table));
+  }
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+// Whole studies of small simulated stands.
+#include "silvafit/study/study.hpp"
+
+#include <atomic>
+#include <catch2/catch.hpp>
+
+#include "study/study_test_support.hpp"
+
+using namespace silvafit;
+using namespace silvafit::study;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Study study_of(const data::Table& table, StudyOptions options = {}) {
+  options.responses = {"h"};
+  return run_study(table, test::catalogue(), options);
+}
+
+std::vector<double> likelihoods(const std::vector<Candidate>& candidates) {
+  std::vector<double> values;
+  for (const Candidate& candidate : candidates) {
+    // NaN is not equal to itself.
+    const double value = candidate.fit.log_likelihood;
+    values.push_back(std::isnan(value) ? 0.0 : value);
+  }
+  return values;
+}
+
+bool any_contains(const std::vector<std::string>& texts, const std::string& part) {
+  return std::ranges::any_of(
+      texts, [&](const std::string& text) { return text.find(part) != std::string::npos; });
+}
+
+}  // namespace
+
+TEST_CASE("a study tries every model of each level and finds the covariate that counts") {
+  const Study study = study_of(test::stand({}));
+  REQUIRE(study.results.size() == 1);
+  const ResponseStudy& result = study.results.front();
+  CHECK(result.rows.size() == 240);
+  CHECK(result.plots == 8);
+  CHECK(result.base.size() == 16);
+  REQUIRE(result.ols);
+  const auto parameters = static_cast<std::size_t>(result.ols->fit.estimate.size());
+  // W, M, C, U on each parameter, the base itself, and one without intercept.
+  CHECK(result.covariates.size() == parameters * 15 + 1 + 1);
+  REQUIRE(result.with_covariates);
+  const std::vector<std::string> names = result.with_covariates->fit.coefficient_names;
+  CHECK(std::ranges::any_of(names, [](const std::string& name) { return name.ends_with(":C"); }));
+  CHECK(result.variance.size() == 4);
+  CHECK(result.converged());
+  std::size_t rows =
+      result.base.size() + result.covariates.size() + result.random.size() + result.variance.size();
+  CHECK(study.fit_count() == rows);
+}
+
+TEST_CASE("mixed models are never less likely than the least squares they contain") {
+  const Study study = study_of(test::stand({}));
+  const ResponseStudy& result = study.results.front();
+  const double below = result.with_covariates->fit.log_likelihood;
+  for (const Candidate& candidate : result.random) {
+    INFO(fmt::format("{}", fmt::join(candidate.terms, " + ")));
+    if (candidate.rank > 0) CHECK(candidate.fit.log_likelihood >= below - 1e-6);
+  }
+  const double none = result.variance.front().fit.log_likelihood;
+  for (const Candidate& candidate : result.variance) {
+    if (candidate.rank > 0) CHECK(candidate.fit.log_likelihood >= none - 1e-6);
+  }
+  // Larger least-squares models contain level 1.
+  for (const Candidate& candidate : result.covariates) {
+    if (candidate.rank > 0 && candidate.test) {
+      CHECK(candidate.fit.log_likelihood >= result.ols->fit.log_likelihood - 1e-6);
+    }
+  }
+}
+
+TEST_CASE("a study gives the same doubles with any number of threads") {
+  const data::Table table = test::stand({});
+  const Study one = study_of(table, {.threads = 1});
+  for (const unsigned threads : {2U, 5U}) {
+    const Study other = study_of(table, {.threads = threads});
+    const ResponseStudy& a = one.results.front();
+    const ResponseStudy& b = other.results.front();
+    CHECK(likelihoods(a.base) == likelihoods(b.base));
+    CHECK(likelihoods(a.covariates) == likelihoods(b.covariates));
+    CHECK(likelihoods(a.random) == likelihoods(b.random));
+    CHECK(likelihoods(a.variance) == likelihoods(b.variance));
+    CHECK(a.nlme->fit.estimate == b.nlme->fit.estimate);
+    CHECK(a.nlme->fit.random_effects == b.nlme->fit.random_effects);
+  }
+}
+
+TEST_CASE("level 2 is left out with a sentence where there are no indices") {
+  const Study study = study_of(test::stand({.has_indices = false}));
+  CHECK(any_contains(study.notes, "no positions"));
+  const ResponseStudy& result = study.results.front();
+  CHECK(result.covariates.empty());
+  CHECK(result.with_covariates->fit.log_likelihood == result.ols->fit.log_likelihood);
+  CHECK(result.nlme);
+}
+
+TEST_CASE("an index that is the same for all trees is no covariate") {
+  data::Table table = test::stand({});
+  table.set("M", std::vector<double>(table.rows(), 0.0));
+  const ResponseStudy result = study_of(table).results.front();
+  CHECK(any_contains(result.notes, "M is 0 for all of these trees"));
+  for (const Candidate& candidate : result.covariates) {
+    CHECK_FALSE(any_contains(candidate.terms, "M"));
+  }
+}
+
+TEST_CASE("one plot has no level 3, and the verdict says so") {
+  const ResponseStudy result = study_of(test::stand({.plots = 1, .trees = 150})).results.front();
+  CHECK(result.plots == 1);
+  CHECK(result.random.empty());
+  CHECK(result.variance.empty());
+  CHECK_FALSE(result.nlme);
+  CHECK(result.converged());
+  CHECK_THAT(result.verdict(), Contains("There is one plot: level 3 was left out."));
+}
+
+TEST_CASE("species with too few trees are noted, with their number") {
+  StudyOptions options;
+  options.minimum_trees = 241;
+  const Study study = study_of(test::stand({}), options);
+  CHECK(study.results.empty());
+  CHECK(any_contains(study.notes, "fewer than 241): SM h (240)"));
+  options.minimum_trees = 240;
+  CHECK(study_of(test::stand({}), options).results.size() == 1);
+}
+
+TEST_CASE("trees outside the core and trees without a measure are left out") {
+  data::Table table = test::stand({});
+  std::vector<double> core(table.rows(), 1.0);
+  core[7] = 0.0;
+  table.set("core", core);
+  std::vector<double> heights(table.numbers("h").begin(), table.numbers("h").end());
+  heights[9] = data::kMissing;
+  table.set("h", heights);
+  std::vector<double> angles(table.numbers("W").begin(), table.numbers("W").end());
+  angles[11] = data::kMissing;
+  table.set("W", angles);
+  const ResponseStudy result = study_of(table).results.front();
+  CHECK(result.rows.size() == 237);
+  for (const std::size_t row : {7U, 9U, 11U}) {
+    CHECK(std::ranges::find(result.rows, row) == result.rows.end());
+  }
+  CHECK(any_contains(result.notes, "1 tree without structural unit was left out."));
+}
+
+TEST_CASE("fits that fail are listed with a reason, without rank and test") {
+  // Heights that do not depend on DBH leave the shape of every curve undetermined.
+  data::Table table = test::stand({.has_indices = false});
+  table.set("h", std::vector<double>(table.rows(), 12.0));
+  const Study study = study_of(table);
+  const ResponseStudy& result = study.results.front();
+  CHECK(result.base.size() == 16);
+  std::size_t failures = 0;
+  for (const Candidate& candidate : result.base) {
+    if (candidate.fit.convergence.converged) continue;
+    ++failures;
+    CHECK_FALSE(candidate.fit.convergence.verdict.empty());
+    CHECK(candidate.rank == 0);
+    CHECK_FALSE(candidate.chosen);
+  }
+  CHECK(failures > 0);
+}
+
+TEST_CASE("species and responses that are not there are usage errors that say what is") {
+  StudyOptions options;
+  options.species = {"XX"};
+  CHECK_THROWS_AS(run_study(test::stand({}), test::catalogue(), options), UsageError);
+  CHECK_THROWS_WITH(run_study(test::stand({}), test::catalogue(), options), Contains("SM"));
+  options.species.clear();
+  options.responses = {"volume"};
+  CHECK_THROWS_AS(run_study(test::stand({}), test::catalogue(), options), UsageError);
+  CHECK_THROWS_WITH(run_study(test::stand({}), test::catalogue(), options), Contains("cw, h, hcb"));
+  // One that the catalogue knows and this inventory does not have is only a note.
+  options.responses = {"h", "cw"};
+  const Study study = run_study(test::stand({}), test::catalogue(), options);
+  CHECK(study.results.size() == 1);
+  CHECK(any_contains(study.notes, "no cw"));
+}
+
+TEST_CASE("progress counts every fit of every stage once") {
+  std::atomic<std::size_t> calls{0};
+  StudyOptions options;
+  options.responses = {"h"};
+  const Study study = run_study(test::stand({}),
+                                test::catalogue(),
+                                options,
+                                [&](const std::string&, std::size_t done, std::size_t total) {
+                                  ++calls;
+                                  if (done > total) calls = 0;
+                                });
+  CHECK(calls == study.fit_count());
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+#include "study/study_work.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/fit/variance_function.hpp"
+
+namespace silvafit::study {
+
+bool has_numbers(const data::Table& table, const std::string& name) {
+  return table.has(name) && table.is_numeric(name);
+}
+
+namespace {
+
+/// Columns among those wanted that the table has with values that differ.
+std::vector<std::string> varying_columns(const data::Table& table,
+                                         const std::vector<std::string>& wanted,
+                                         const std::vector<std::size_t>& rows,
+                                         std::vector<std::string>& notes) {
+  std::vector<std::string> result;
+  for (const std::string& name : wanted) {
+    if (!has_numbers(table, name)) continue;
+    const std::span<const double> column = table.numbers(name);
+    std::set<double> values;
+    for (const std::size_t row : rows) {
+      const double value = column[row];
+      if (!std::isnan(value)) values.insert(value);
+      if (values.size() > 1) break;
+    }
+    if (values.size() > 1) {
+      result.push_back(name);
+    } else {
+      notes.push_back(
+          fmt::format("{} is {} for all of these trees: left out as a covariate.",
+                      name,
+                      values.empty() ? std::string("missing") : data::shortest(*values.begin())));
+    }
+  }
+  return result;
+}
+
+std::vector<std::size_t> rows_of_species(const data::Table& table, const std::string& species) {
+  std::vector<std::size_t> rows;
+  const data::TextColumn column = table.labels("species");
+  const std::uint32_t code = column.code_of(species);
+  if (code == data::TextColumn::kMissingCode) return rows;
+  std::span<const double> core;
+  if (has_numbers(table, "core")) core = table.numbers("core");
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const bool counts = core.empty() || core[row] == 1.0;
+    if (counts && column.code(row) == code) rows.push_back(row);
+  }
+  return rows;
+}
+
+std::vector<std::size_t> complete_rows(const data::Table& table,
+                                       const std::vector<std::size_t>& rows,
+                                       const std::vector<std::string>& columns) {
+  std::vector<std::span<const double>> values;
+  for (const std::string& name : columns) values.push_back(table.numbers(name));
+  std::vector<std::size_t> complete;
+  for (const std::size_t row : rows) {
+    const bool is_complete = std::ranges::none_of(
+        values, [row](std::span<const double> column) { return std::isnan(column[row]); });
+    if (is_complete) complete.push_back(row);
+  }
+  return complete;
+}
+
+std::size_t count_groups(const data::Table& table, const std::string& group) {
+  return table.labels(group).levels().size();
+}
+
+bool is_formula(const std::string& text) { return text.find('~') != std::string::npos; }
+
+/// \throws UsageError if a candidate is neither in the catalogue nor a formula, or is for another
+/// response
+std::vector<BaseCandidate> candidates_of(const std::string& response,
+                                         const Catalogue& catalogue,
+                                         const StudyOptions& options) {
+  std::vector<BaseCandidate> candidates;
+  const auto chosen = options.candidates.find(response);
+  if (chosen == options.candidates.end()) {
+    for (const BaseModel* model : catalogue.candidates(response)) {
+      candidates.push_back({.entry = model, .formula = model->formula});
+    }
+    return candidates;
+  }
+  for (const std::string& text : chosen->second) {
+    BaseCandidate candidate{.formula = text};
+    if (!is_formula(text)) {
+      candidate.entry = &catalogue.find(text);
+      candidate.formula = candidate.entry->formula;
+    }
+    if (data::parse_formula(candidate.formula).left != response) {
+      throw UsageError(fmt::format("the candidate '{}' is no model of {}", text, response));
+    }
+    candidates.push_back(std::move(candidate));
+  }
+  return candidates;
+}
+
+/// Some columns of a table, as far as it has them.
+data::Table with_columns(const data::Table& table, const std::vector<std::string>& names) {
+  data::Table part(table.rows());
+  for (const std::string& name : names) {
+    if (!table.has(name) || part.has(name)) continue;
+    if (table.is_numeric(name)) {
+      const std::span<const double> values = table.numbers(name);
+      part.set(name, std::vector<double>(values.begin(), values.end()));
+    } else {
+      part.set(name, table.text(name));
+    }
+  }
+  std::vector<std::uint32_t> lines(table.rows());
+  for (std::size_t row = 0; row < lines.size(); ++row) {
+    lines[row] = static_cast<std::uint32_t>(table.line(row));
+  }
+  part.set_origin(table.file(), std::move(lines));
+  return part;
+}
+
+/// Columns that the variance functions of level 3 read.
+std::vector<std::string> variance_columns(const StudyOptions& options) {
+  std::vector<std::string> names;
+  for (const std::string& text : options.variance_functions) {
+    for (const fit::VarianceFactor& factor : fit::parse_variance_function(text).factors) {
+      for (const std::string& name : {factor.column, factor.stratum}) {
+        if (!name.empty()) names.push_back(name);
+      }
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+Work prepared(const data::Table& table,
+              const Catalogue& catalogue,
+              const StudyOptions& options,
+              const std::string& species,
+              const std::string& response) {
+  Work work{.result = {.species = species, .response = response},
+            .candidates = candidates_of(response, catalogue, options)};
+  std::vector<std::string> columns{response};
+  for (const BaseCandidate& candidate : work.candidates) {
+    for (const std::string& name : candidate.columns(table)) columns.push_back(name);
+  }
+  if (!std::ranges::all_of(columns,
+                           [&](const std::string& name) { return has_numbers(table, name); })) {
+    return work;
+  }
+  const auto rows = complete_rows(table, rows_of_species(table, species), columns);
+  work.covariates = varying_columns(table, options.covariates, rows, work.result.notes);
+  columns.insert(columns.end(), work.covariates.begin(), work.covariates.end());
+  work.result.rows = complete_rows(table, rows, columns);
+  if (work.result.rows.size() < rows.size()) {
+    work.result.notes.push_back(counted(rows.size() - work.result.rows.size(),
+                                        "tree without structural unit was left out.",
+                                        "trees without structural unit were left out."));
+  }
+  columns.push_back(options.group);
+  for (const std::string& name : variance_columns(options)) columns.push_back(name);
+  // Not all of them: a study of a million trees would have each column nine times.
+  work.table = with_columns(table, columns).select(work.result.rows);
+  work.result.plots = count_groups(work.table, options.group);
+  return work;
+}
+
+std::vector<std::string> species_of(const data::Table& table, const StudyOptions& options) {
+  const data::TextColumn column = table.labels("species");
+  if (options.species.empty()) return column.levels();
+  for (const std::string& species : options.species) {
+    if (column.code_of(species) == data::TextColumn::kMissingCode) {
+      throw UsageError(fmt::format("there is no species '{}'; the species are {}",
+                                   species,
+                                   fmt::join(column.levels(), ", ")),
+                       {.file = table.file()});
+    }
+  }
+  return options.species;
+}
+
+}  // namespace silvafit::study

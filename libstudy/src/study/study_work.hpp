@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// What a study works on: a species and a response, their trees, and what the models may use.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/study/study.hpp"
+#include "study/study_levels.hpp"
+
+namespace silvafit::study {
+
+/// A species and response in work: its trees and what it may use.
+struct Work {
+  ResponseStudy result{};
+  data::Table table{};
+  std::vector<BaseCandidate> candidates{};
+  std::vector<std::string> covariates{};
+};
+
+/// Whether the table has the column, with numbers.
+bool has_numbers(const data::Table& table, const std::string& name);
+
+/// The species to study: those that the options name, or all.
+/// \throws UsageError if one that is asked for is not there
+std::vector<std::string> species_of(const data::Table& table, const StudyOptions& options);
+
+/// Sets up one species and response: what it may use, and the rows that all of its fits share.
+/// \throws UsageError if a candidate is neither in the catalogue nor a formula, or is for another
+/// response
+Work prepared(const data::Table& table,
+              const Catalogue& catalogue,
+              const StudyOptions& options,
+              const std::string& species,
+              const std::string& response);
+
+}  // namespace silvafit::study

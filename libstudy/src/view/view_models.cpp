@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "view/view_models.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+#include "silvafit/tree/ground.hpp"
+#include "silvafit/tree/scene.hpp"
+#include "silvafit/tree/scene_writer.hpp"
+
+namespace silvafit::study {
+namespace {
+
+/// A builder for each preset, and which one each tree has.
+class Builders {
+ public:
+  explicit Builders(std::span<const tree::Preset* const> presets) {
+    std::map<const tree::Preset*, const tree::Builder*> known;
+    for (const tree::Preset* preset : presets) {
+      const tree::Builder*& builder = known[preset];
+      if (builder == nullptr) {
+        builders_.push_back(std::make_unique<tree::SegmentBuilder>(*preset));
+        builder = builders_.back().get();
+      }
+      of_trees_.push_back(builder);
+    }
+  }
+  std::span<const tree::Builder* const> of_trees() const { return of_trees_; }
+
+ private:
+  std::vector<std::unique_ptr<const tree::Builder>> builders_{};
+  std::vector<const tree::Builder*> of_trees_{};
+};
+
+ViewModel view_model(const tree::SharedModel& shared) {
+  const tree::Morphology& shape = shared.morphology;
+  return {.preset = shared.builder->name(),
+          .h_m = shape.h_m,
+          .hcb_m = shape.hcb_m,
+          .hc_m = shape.hc_m.value(),
+          .dbh_cm = shape.dbh_cm,
+          .radii = shape.radii.value()};
+}
+
+/// All models at all levels, model by model.
+std::vector<tree::SceneTree> grown_models(const tree::SharedModels& shared,
+                                          const ViewOptions& options) {
+  const std::size_t levels = options.levels.size();
+  std::vector<tree::SceneTree> grown(shared.models.size() * levels);
+  parallel_for(grown.size(), options.threads, [&](std::size_t i) {
+    const tree::SharedModel& model = shared.models[i / levels];
+    const tree::GrowOptions grow{.seed = options.seed,
+                                 .mesh = tree::level_of_detail(options.levels[i % levels])};
+    grown[i] = tree::grow_tree(model.morphology, *model.builder, grow);
+  });
+  return grown;
+}
+
+std::string packed(const tree::SharedModels& shared,
+                   std::span<const tree::Position> stems,
+                   const tree::Position& origin,
+                   const ViewOptions& options) {
+  // The scene passes through the disk.
+  const TemporaryFolder folder("silvafit-view");
+  const std::filesystem::path path = folder.path() / "models.glb";
+  const auto writer =
+      tree::open_scene(path, tree::SceneFormat::kGlb, {.origin = origin, .compress = true});
+  const std::vector<tree::SceneTree> grown = grown_models(shared, options);
+  for (std::size_t i = 0; i < grown.size(); ++i) {
+    const std::size_t model = i / options.levels.size();
+    const std::string name =
+        fmt::format("model-{}-level-{}", model, options.levels[i % options.levels.size()]);
+    const auto added = writer->add_model(
+        name, tree::parts_of(grown[i].mesh, shared.models[model].builder->name()));
+    writer->place(added, name, {.position = origin}, tree::SceneWriter::kNoTree);
+  }
+  const tree::MeshPart ground = tree::ground_mesh(stems, origin, {.margin_m = 4.0});
+  const auto added = writer->add_model("ground", {{"ground", "ground", &ground}});
+  writer->place(added, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
+  writer->finish();
+  return read_file(path);
+}
+
+}  // namespace
+
+ViewModels grow_view_models(std::span<const tree::Morphology> trees,
+                            std::span<const tree::Preset* const> presets,
+                            std::span<const tree::Position> stems,
+                            const tree::Position& origin,
+                            const ViewOptions& options) {
+  const Builders builders(presets);
+  const tree::SharedModels shared =
+      tree::share_models(trees, builders.of_trees(), options.models_per_preset);
+  ViewModels result;
+  for (const tree::SharedModel& model : shared.models) result.models.push_back(view_model(model));
+  for (const tree::SharedTree& tree : shared.trees) result.of_tree.push_back(tree.model);
+  result.glb = packed(shared, stems, origin, options);
+  return result;
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "view/view_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/scene_reader.hpp"
+#include "view/view_match.hpp"
+#include "view/view_table.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kHeader = 20;  // of the file and of its first chunk
+
+std::uint32_t word_at(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data() + at, sizeof(value));
+  return value;
+}
+
+/// The description of a GLB file; what is in its buffers is the page's business.
+json description_of(std::string_view glb) {
+  if (glb.size() < kHeader || glb.substr(0, 4) != "glTF" || word_at(glb, 4) != 2 ||
+      glb.substr(16, 4) != "JSON" || word_at(glb, 12) > glb.size() - kHeader) {
+    throw InputError("is no GLB file (binary glTF 2.0)");
+  }
+  json description = json::parse(glb.substr(kHeader, word_at(glb, 12)), nullptr, false);
+  if (!description.is_object()) throw InputError("is no GLB file: its description is not JSON");
+  return description;
+}
+
+/// A page fetches nothing, so that everything must be in the file.
+void check_self_contained(const json& description) {
+  for (const char* kind : {"buffers", "images"}) {
+    if (!description.contains(kind)) continue;
+    for (const json& item : description[kind]) {
+      const std::string uri = item.value("uri", "");
+      if (!uri.empty() && !uri.starts_with("data:")) {
+        throw InputError("needs the file " + uri + " beside it; a page holds one GLB file only");
+      }
+    }
+  }
+}
+
+double number(const json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_number() ? found->get<double>() : data::kMissing;
+}
+
+tree::Position origin_of(const json& description) {
+  const json::json_pointer place("/scenes/0/extras/origin");
+  if (!description.contains(place)) return {};
+  const json& origin = description[place];
+  const auto coordinate = [&](const char* name) {
+    const double value = number(origin, name);
+    return std::isfinite(value) ? value : 0.0;
+  };
+  return {coordinate("x"), coordinate("y"), coordinate("z")};
+}
+
+/// x east, y up, z south in the scene.
+tree::Position position_of(const json& node, const tree::Position& origin) {
+  const auto found = node.find("translation");
+  if (found == node.end() || found->size() != 3) return origin;
+  return {origin.x_m + found->at(0).get<double>(),
+          origin.y_m - found->at(2).get<double>(),
+          origin.z_m + found->at(1).get<double>()};
+}
+
+std::optional<tree::TreeShape> shape_of(const ViewTree& tree, const json& extras) {
+  tree::Morphology morphology{.plot = tree.plot,
+                              .tree = tree.tree,
+                              .dbh_cm = tree.dbh_cm,
+                              .h_m = tree.observed.h_m,
+                              .hcb_m = tree.observed.hcb_m,
+                              .cw_m = tree.observed.cw_m};
+  if (const auto radii = extras.find("radii"); radii != extras.end() && radii->is_object()) {
+    morphology.radii = tree::CrownRadii{
+        number(*radii, "e"), number(*radii, "w"), number(*radii, "s"), number(*radii, "n")};
+  }
+  try {
+    return tree::complete(morphology, tree.preset->relative_hc, tree.preset->name);
+  } catch (const DomainError&) {
+    return std::nullopt;  // another program may have written the numbers
+  }
+}
+
+const tree::Preset& preset_named(const std::string& name,
+                                 const std::string& species,
+                                 const tree::PresetCatalogue& catalogue) {
+  for (const tree::Preset& preset : catalogue.presets()) {
+    if (preset.name == name) return preset;
+  }
+  return preset_or_fallback(species, catalogue);
+}
+
+/// Trees whose measurements stand beside them.
+ViewStand stand_of_extras(const json& description,
+                          const tree::Position& origin,
+                          const tree::PresetCatalogue& catalogue) {
+  ViewStand stand;
+  ViewVariant variant{.name = "scene", .title = "As in the file"};
+  std::size_t without = 0;
+  const json& nodes = description.value("nodes", json::array());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const json& extras = nodes[i].value("extras", json::object());
+    if (!extras.is_object() || !extras.contains("tree") || !extras.contains("h")) continue;
+    const auto text = [&](const char* name) {
+      const auto found = extras.find(name);
+      if (found == extras.end()) return std::string();
+      return found->is_string() ? found->get<std::string>() : found->dump();
+    };
+    ViewTree tree{.plot = text("plot"),
+                  .tree = text("tree"),
+                  .species = text("species"),
+                  .preset = &preset_named(text("preset"), text("species"), catalogue),
+                  .position = position_of(nodes[i], origin),
+                  .dbh_cm = number(extras, "dbh"),
+                  .observed = {number(extras, "h"), number(extras, "hcb"), number(extras, "cw")},
+                  .node = i};
+    std::optional<tree::TreeShape> shape = shape_of(tree, extras);
+    if (!shape) {
+      ++without;
+      continue;
+    }
+    variant.trees.push_back({.sizes = tree.observed, .shape = std::move(shape)});
+    stand.trees.push_back(std::move(tree));
+  }
+  if (without > 0) {
+    stand.notes.push_back(
+        fmt::format("{} of {} trees of the file have no sizes that a tree can have; they are shown "
+                    "without measurements.",
+                    without,
+                    without + stand.trees.size()));
+  }
+  stand.variants.push_back(std::move(variant));
+  return stand;
+}
+
+std::vector<std::string> node_names(const json& description) {
+  std::vector<std::string> names;
+  for (const json& node : description.value("nodes", json::array())) {
+    names.push_back(node.value("name", ""));
+  }
+  return names;
+}
+
+/// Nodes form trees, which spares whoever walks through them endless ways.
+void check_hierarchy(const json& description) {
+  const json& nodes = description.value("nodes", json::array());
+  std::vector<int> parents(nodes.size(), 0);
+  const auto count = [&](const json& list) {
+    for (const json& index : list) {
+      const auto node = index.get<std::size_t>();
+      if (node >= parents.size())
+        throw InputError(fmt::format("there is no nodes[{}] in it", node));
+      if (++parents[node] > 1) {
+        throw InputError(fmt::format("nodes[{}] in it has two parents, or is below itself", node));
+      }
+    }
+  };
+  for (const json& node : nodes) count(node.value("children", json::array()));
+  const json& scenes = description.value("scenes", json::array());
+  const auto shown = description.value("scene", std::size_t{0});
+  if (shown < scenes.size()) count(scenes[shown].value("nodes", json::array()));
+}
+
+}  // namespace
+
+SceneTrees trees_of_scene(std::string_view glb,
+                          const data::Table* table,
+                          const tree::PresetCatalogue& catalogue,
+                          const ViewOptions& options) {
+  const json description = description_of(glb);
+  try {
+    check_self_contained(description);
+    check_hierarchy(description);
+    // Whatever a page would stumble over is refused here.
+    const tree::ReadScene read = tree::read_glb(glb);
+    SceneTrees scene{.origin = origin_of(description)};
+    if (table == nullptr) {
+      scene.stand = stand_of_extras(description, scene.origin, catalogue);
+      if (scene.stand.trees.empty()) {
+        scene.stand.notes.emplace_back(
+            "The file holds no measurements of trees, so there is no list of trees.");
+      }
+    } else {
+      scene.stand = read_view_stand(*table, catalogue, options);
+      match_trees(scene.stand, node_names(description), read);
+    }
+    return scene;
+  } catch (const json::exception& error) {
+    throw InputError(std::string("is no GLB file that can be read: ") + error.what());
+  }
+}
+
+}  // namespace silvafit::study

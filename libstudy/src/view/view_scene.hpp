@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// Which nodes of a GLB scene are which trees.
+#pragma once
+
+#include <string_view>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/study/view_data.hpp"
+#include "silvafit/tree/preset.hpp"
+#include "view/view_stand.hpp"
+
+namespace silvafit::study {
+
+struct SceneTrees {
+  ViewStand stand{};
+  tree::Position origin{};  ///< of the scene's frame in the inventory's coordinates
+};
+
+/// \throws as view_of_scene()
+SceneTrees trees_of_scene(std::string_view glb,
+                          const data::Table* table,
+                          const tree::PresetCatalogue& catalogue,
+                          const ViewOptions& options);
+
+}  // namespace silvafit::study

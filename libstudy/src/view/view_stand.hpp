@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// The trees of a 3D page with their measurements, from a table or a scene.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/tree/morphology.hpp"
+#include "silvafit/tree/morphology_table.hpp"
+#include "silvafit/tree/preset.hpp"
+
+namespace silvafit::study {
+
+/// Height, crown base, crown width [m]; NaN where unknown.
+struct ViewSizes {
+  double h_m = data::kMissing;
+  double hcb_m = data::kMissing;
+  double cw_m = data::kMissing;
+};
+
+struct ViewTree {
+  std::string plot{};
+  std::string tree{};
+  std::string species{};
+  const tree::Preset* preset = nullptr;
+  tree::Position position{};
+  double dbh_cm = data::kMissing;
+  ViewSizes observed{};
+  std::array<double, 4> indices{
+      data::kMissing, data::kMissing, data::kMissing, data::kMissing};  ///< W, M, U, C
+  double core = data::kMissing;
+  /// The tree's node in the scene, or the number that its instance has.
+  std::optional<std::size_t> node{};
+  std::optional<std::size_t> number{};
+};
+
+/// A tree with the sizes of a variant.
+struct ViewVersion {
+  ViewSizes sizes{};                       ///< as the table has them
+  std::optional<tree::TreeShape> shape{};  ///< none if no tree can have such sizes
+};
+
+/// One set of sizes of all trees.
+struct ViewVariant {
+  std::string name{};   ///< observed, ols, population, conditional
+  std::string title{};  ///< for people
+  std::vector<ViewVersion> trees{};
+};
+
+struct ViewStand {
+  std::vector<ViewTree> trees{};
+  std::vector<ViewVariant> variants{};
+  std::vector<tree::LeftOut> left_out{};  ///< rows of which no variant can be drawn
+  std::vector<std::string> notes{};
+};
+
+}  // namespace silvafit::study

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+#include "view/view_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <span>
+#include <unordered_map>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/program.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using tree::Use;
+
+struct Kind {
+  Use use;
+  const char* name;
+  const char* suffix;
+  const char* title;
+};
+constexpr std::array kKinds{
+    Kind{Use::kObserved, "observed", "", "Observed"},
+    Kind{Use::kOls, "ols", "_ols", "OLS"},
+    Kind{Use::kPopulation, "population", "_population", "NLME, population"},
+    Kind{Use::kConditional, "conditional", "_conditional", "NLME, plot"},
+};
+
+/// Columns under our names, whatever they are called in the table.
+class Columns {
+ public:
+  Columns(const data::Table& table, const ViewOptions& options)
+      : table_(table), columns_(options.columns) {}
+
+  std::string name_of(const std::string& ours) const {
+    const auto mapped = columns_.find(ours);
+    return mapped == columns_.end() ? ours : mapped->second;
+  }
+  bool has(const std::string& ours) const { return columns_.contains(ours) || table_.has(ours); }
+
+  /// NaN where a value, or the column, is missing.
+  std::vector<double> numbers(const std::string& ours) const {
+    if (columns_.contains(ours)) {
+      return data::evaluate(data::Expression::parse(name_of(ours)), table_);
+    }
+    if (!table_.has(ours) || !table_.is_numeric(ours)) {
+      return std::vector<double>(table_.rows(), data::kMissing);
+    }
+    const std::span<const double> values = table_.numbers(ours);
+    return {values.begin(), values.end()};
+  }
+
+  /// What tells trees apart: plot and tree, parted by a sign that no text has.
+  std::vector<std::string> keys() const {
+    const data::TextColumn plots = table_.labels(name_of("plot"));
+    const data::TextColumn trees = table_.labels(name_of("tree"));
+    std::vector<std::string> keys(table_.rows());
+    for (std::size_t row = 0; row < keys.size(); ++row) {
+      keys[row] = key(std::string(plots[row]), std::string(trees[row]));
+    }
+    return keys;
+  }
+  static std::string key(const std::string& plot, const std::string& tree) {
+    return plot + '\0' + tree;
+  }
+
+ private:
+  const data::Table& table_;
+  const std::map<std::string, std::string>& columns_;
+};
+
+bool has_sizes(const Columns& columns, const Kind& kind) {
+  const std::string suffix = kind.suffix;
+  if (!columns.has("h" + suffix) || !columns.has("hcb" + suffix)) return false;
+  const bool has_radii = kind.use == Use::kObserved && columns.has("cr_e") && columns.has("cr_w") &&
+                         columns.has("cr_s") && columns.has("cr_n");
+  return has_radii || columns.has("cw" + suffix);
+}
+
+/// The trees of a variant that can be drawn, by key.
+using Drawable = std::unordered_map<std::string, tree::Morphology>;
+
+struct ReadVariant {
+  const Kind* kind = nullptr;
+  Drawable trees{};
+  std::vector<tree::LeftOut> left_out{};
+};
+
+ReadVariant read_variant(const data::Table& table, const Kind& kind, const ViewOptions& options) {
+  tree::MorphologyTable read = tree::read_morphologies(table,
+                                                       {.use = kind.use,
+                                                        .columns = options.columns,
+                                                        .plots = options.plots,
+                                                        .needs_position = true});
+  ReadVariant variant{.kind = &kind, .left_out = std::move(read.left_out)};
+  for (tree::Morphology& tree : read.morphologies) {
+    std::string key = Columns::key(tree.plot, tree.tree);
+    variant.trees.emplace(std::move(key), std::move(tree));
+  }
+  return variant;
+}
+
+/// The sizes of a tree that can be drawn. Its columns may hold text in other rows, and so be no
+/// numbers to the table; its crown width may follow from its radii.
+ViewSizes sizes_of(const tree::Morphology& tree, const ViewSizes& table) {
+  const bool has_width = !std::isnan(table.cw_m);
+  const double radii_width = tree.radii ? tree.radii->width_m() : data::kMissing;
+  return {tree.h_m, tree.hcb_m, has_width ? table.cw_m : tree.cw_m.value_or(radii_width)};
+}
+
+class StandReader {
+ public:
+  StandReader(const data::Table& table,
+              const tree::PresetCatalogue& catalogue,
+              const ViewOptions& options)
+      : table_(table), catalogue_(catalogue), options_(options), columns_(table, options) {}
+
+  ViewStand read() {
+    check_places();
+    for (const Kind& kind : kKinds) {
+      if (has_sizes(columns_, kind)) variants_.push_back(read_variant(table_, kind, options_));
+    }
+    if (variants_.empty()) {
+      throw InputError(
+          "trees need the columns h, hcb and cw, or predictions such as h_ols, hcb_ols and cw_ols",
+          {.file = table_.file(), .line = 1});
+    }
+    find_rows();
+    add_trees();
+    for (const ReadVariant& variant : variants_) add_variant(variant);
+    say_what_is_missing();
+    return std::move(stand_);
+  }
+
+ private:
+  void check_places() const {
+    for (const char* name : {"x", "y"}) {
+      if (columns_.has(name)) continue;
+      throw InputError(
+          "a picture of a stand needs the trees' places: the columns x (east) and y (north) in "
+          "meters, or --columns x=...,y=... where they have other names",
+          {.file = table_.file(), .line = 1, .column = name});
+    }
+  }
+
+  /// Rows that at least one variant can draw; of rows with the same key the first.
+  void find_rows() {
+    const std::vector<std::string> keys = columns_.keys();
+    std::set<std::string> seen;
+    for (std::size_t row = 0; row < keys.size(); ++row) {
+      const bool is_drawn = std::ranges::any_of(
+          variants_, [&](const ReadVariant& variant) { return variant.trees.contains(keys[row]); });
+      if (!is_drawn || !seen.insert(keys[row]).second) continue;
+      rows_.push_back(row);
+      keys_.push_back(keys[row]);
+    }
+    if (rows_.empty()) {
+      stand_.left_out = variants_.front().left_out;
+      const std::string why =
+          stand_.left_out.empty() ? "" : "; the first row: " + stand_.left_out.front().reason;
+      throw InputError("no tree can be shown from its rows" + why, {.file = table_.file()});
+    }
+  }
+
+  const tree::Morphology& any_version(const std::string& key) const {
+    for (const ReadVariant& variant : variants_) {
+      const auto found = variant.trees.find(key);
+      if (found != variant.trees.end()) return found->second;
+    }
+    throw UsageError("a tree without any sizes");
+  }
+
+  void add_trees() {
+    const std::vector<double> h = columns_.numbers("h");
+    const std::vector<double> hcb = columns_.numbers("hcb");
+    const std::vector<double> cw = columns_.numbers("cw");
+    const std::vector<double> core = columns_.numbers("core");
+    const std::array indices{
+        columns_.numbers("W"), columns_.numbers("M"), columns_.numbers("U"), columns_.numbers("C")};
+    std::set<std::string> unknown;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const std::size_t row = rows_[i];
+      const tree::Morphology& version = any_version(keys_[i]);
+      ViewTree tree{.plot = version.plot,
+                    .tree = version.tree,
+                    .species = version.species,
+                    .preset = &preset_or_fallback(version.species, catalogue_),
+                    .position = version.position,
+                    .dbh_cm = version.dbh_cm,
+                    .observed = {h[row], hcb[row], cw[row]},
+                    .core = core[row]};
+      for (std::size_t k = 0; k < indices.size(); ++k) tree.indices.at(k) = indices.at(k)[row];
+      const auto observed = variants_.front().trees.find(keys_[i]);
+      if (variants_.front().kind->use == Use::kObserved &&
+          observed != variants_.front().trees.end()) {
+        tree.observed = sizes_of(observed->second, tree.observed);
+      }
+      if (catalogue_.for_species(version.species) == nullptr) unknown.insert(version.species);
+      stand_.trees.push_back(std::move(tree));
+    }
+    if (unknown.empty()) return;
+    const std::string& fallback = catalogue_.fallback().name;
+    if (unknown.erase("") > 0) {
+      stand_.notes.push_back(fmt::format("Trees without a species are drawn as {}.", fallback));
+    }
+    if (unknown.empty()) return;
+    std::string names;
+    for (const std::string& name : unknown) names += (names.empty() ? "" : ", ") + name;
+    stand_.notes.push_back(
+        fmt::format("No preset lists the species {}; drawn as {}.", names, fallback));
+  }
+
+  void add_variant(const ReadVariant& read) {
+    const std::string suffix = read.kind->suffix;
+    const std::vector<double> h = columns_.numbers("h" + suffix);
+    const std::vector<double> hcb = columns_.numbers("hcb" + suffix);
+    const std::vector<double> cw = columns_.numbers("cw" + suffix);
+    ViewVariant variant{.name = read.kind->name, .title = read.kind->title};
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      ViewVersion version{.sizes = {h[rows_[i]], hcb[rows_[i]], cw[rows_[i]]}};
+      const auto found = read.trees.find(keys_[i]);
+      if (found != read.trees.end()) {
+        const tree::Preset& preset = *stand_.trees[i].preset;
+        version.shape = tree::complete(found->second, preset.relative_hc, preset.name);
+        version.sizes = sizes_of(found->second, version.sizes);
+      }
+      variant.trees.push_back(std::move(version));
+    }
+    stand_.variants.push_back(std::move(variant));
+  }
+
+  void say_what_is_missing() {
+    for (const ViewVariant& variant : stand_.variants) {
+      say_what_is_missing(variant);
+    }
+    const std::set<std::string> shown(keys_.begin(), keys_.end());
+    for (const tree::LeftOut& one : variants_.front().left_out) {
+      if (!shown.contains(Columns::key(one.place.plot, one.place.tree))) {
+        stand_.left_out.push_back(one);
+      }
+    }
+  }
+
+  void say_what_is_missing(const ViewVariant& variant) {
+    const auto is_unknown = [](const ViewSizes& sizes) {
+      return std::isnan(sizes.h_m) && std::isnan(sizes.hcb_m) && std::isnan(sizes.cw_m);
+    };
+    const bool is_observed = variant.name == kKinds.front().name;
+    const auto count = [&](bool unknown) {
+      return std::ranges::count_if(variant.trees, [&](const ViewVersion& tree) {
+        return !tree.shape && is_unknown(tree.sizes) == unknown;
+      });
+    };
+    const auto say = [&](std::ptrdiff_t missing, const char* what) {
+      if (missing == 0) return;
+      stand_.notes.push_back(fmt::format("{}: {} of {} trees have no {} and are not drawn.",
+                                         variant.title,
+                                         missing,
+                                         variant.trees.size(),
+                                         what));
+    };
+    say(count(true), is_observed ? "measurements" : "predictions");
+    say(count(false), "sizes that a tree can have");
+  }
+
+  const data::Table& table_;
+  const tree::PresetCatalogue& catalogue_;
+  const ViewOptions& options_;
+  Columns columns_;
+  std::vector<ReadVariant> variants_{};
+  std::vector<std::size_t> rows_{};
+  std::vector<std::string> keys_{};
+  ViewStand stand_{};
+};
+
+}  // namespace
+
+const tree::Preset& preset_or_fallback(const std::string& species,
+                                       const tree::PresetCatalogue& catalogue) {
+  const tree::Preset* preset = catalogue.for_species(species);
+  return preset == nullptr ? catalogue.fallback() : *preset;
+}
+
+ViewStand read_view_stand(const data::Table& table,
+                          const tree::PresetCatalogue& catalogue,
+                          const ViewOptions& options) {
+  return StandReader(table, catalogue, options).read();
+}
+
+}  // namespace silvafit::study

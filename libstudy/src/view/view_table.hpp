@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// Trees of a 3D page from a table.
+#pragma once
+
+#include <string>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/study/view_data.hpp"
+#include "silvafit/tree/preset.hpp"
+#include "view/view_stand.hpp"
+
+namespace silvafit::study {
+
+/// \throws as view_of_trees()
+ViewStand read_view_stand(const data::Table& table,
+                          const tree::PresetCatalogue& catalogue,
+                          const ViewOptions& options);
+
+/// The preset of a species, or that for species which none lists.
+const tree::Preset& preset_or_fallback(const std::string& species,
+                                       const tree::PresetCatalogue& catalogue);
+
+}  // namespace silvafit::study

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "bamboo/culm.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kBreastHeight = 1.3;
+constexpr double kRadian = std::numbers::pi / 180.0;
+
+/// Length of an internode, as a share of the longest.
+double relative_internode(const CulmStyle& style, double share) {
+  constexpr double kQuarter = 0.5 * std::numbers::pi;
+  if (share <= style.longest_at) {
+    return style.internode_base +
+           (1.0 - style.internode_base) * std::sin(kQuarter * share / style.longest_at);
+  }
+  return style.internode_top +
+         (1.0 - style.internode_top) *
+             std::cos(kQuarter * (share - style.longest_at) / (1.0 - style.longest_at));
+}
+
+double narrowest_m(const CrownRadii& radii) {
+  return std::min(std::min(radii.east_m, radii.west_m), std::min(radii.south_m, radii.north_m));
+}
+
+}  // namespace
+
+std::vector<double> node_heights_m(const CulmStyle& style,
+                                   double h_m,
+                                   int internodes,
+                                   Random& random) {
+  std::vector<double> heights;
+  double sum = 0.0;
+  for (int i = 0; i < internodes; ++i) {
+    const double share = (i + 0.5) / internodes;
+    const double factor = style.internode_length_sd > 0.0
+                              ? random.truncated_normal(1.0, style.internode_length_sd, 0.5, 1.5)
+                              : 1.0;
+    sum += factor * relative_internode(style, share);
+    heights.push_back(sum);
+  }
+  heights.pop_back();
+  for (double& height : heights) height *= h_m / sum;
+  return heights;
+}
+
+Culm::Culm(const TreeShape& shape, const Crown& crown, const CulmStyle& style, Random& random)
+    : style_(style), h_m_(shape.h_m), hcb_m_(shape.hcb_m), dbh_cm_(shape.dbh_cm) {
+  // Drawn whether they are measured or not, so that what follows is the same.
+  const double bend_deg = std::clamp(random.normal(style.bend_deg, style.bend_sd_deg), 0.0, 60.0);
+  const double azimuth_deg = random.normal(style.sun_azimuth_deg, style.sun_azimuth_sd_deg);
+  const double factor = 1.0 + style.internodes_sd * std::clamp(random.normal(), -2.0, 2.0);
+  lean_azimuth_deg_ = shape.culm.bend_azimuth_deg.value_or(azimuth_deg);
+  const double wanted =
+      std::clamp(factor * h_m_ / style.internode_m, 1.0, 1.0 * style.internodes_most);
+  const double internodes =
+      shape.culm.internodes.value_or(std::max(wanted, 1.0 * style.internodes_least));
+  place_nodes(static_cast<int>(std::lround(internodes)), random);
+  bend(shape, crown, shape.culm.bend_deg.value_or(bend_deg));
+}
+
+void Culm::place_nodes(int internodes, Random& random) {
+  for (const double z : node_heights_m(style_, h_m_, internodes, random)) {
+    nodes_.push_back({z, static_cast<std::uint32_t>(nodes_.size() + 1)});
+  }
+  // A bamboo's crown base is its lowest node with branches.
+  const auto nearest =
+      std::min_element(nodes_.begin(), nodes_.end(), [this](const CulmNode& a, const CulmNode& b) {
+        return std::abs(a.z_m - hcb_m_) < std::abs(b.z_m - hcb_m_);
+      });
+  if (nearest == nodes_.end()) return;
+  const double off = std::abs(nearest->z_m - hcb_m_);
+  if (off < hcb_m_ && off < h_m_ - hcb_m_) nearest->z_m = hcb_m_;
+}
+
+void Culm::bend(const TreeShape& shape, const Crown& crown, double bend_deg) {
+  bent_from_m_ = h_m_;
+  const double from = std::max(kBreastHeight, hcb_m_);
+  const double rise = h_m_ - from;
+  constexpr double kShortest = 0.2;
+  if (rise < kShortest || bend_deg == 0.0) return;
+  // The tip is a little beside the crown curve, but branches must find room around the culm.
+  constexpr double kRoom = 0.2;
+  const double most_deg = 2.0 * std::atan(kRoom * narrowest_m(crown.radii()) / rise) / kRadian;
+  if (bend_deg > most_deg && shape.culm.bend_deg) {
+    notes_.push_back(
+        {"bend_deg",
+         fmt::format("bent by {:.1f} degrees, not {}: the crown is too narrow for more",
+                     most_deg,
+                     bend_deg)});
+  }
+  bent_from_m_ = from;
+  const Point side{
+      std::sin(lean_azimuth_deg_ * kRadian), std::cos(lean_azimuth_deg_ * kRadian), 0.0};
+  const Point base{0.0, 0.0, from};
+  const Point up{0.0, 0.0, 1.0};
+  const double used_deg = std::min(bend_deg, most_deg);
+  const double unit_rise = bent_curve({}, up, side, 1.0, used_deg, 1.0).at(1.0).z;
+  curve_ = bent_curve(base, up, side, rise / unit_rise, used_deg, 1.0);
+}
+
+Point Culm::at(double z_m) const {
+  if (z_m <= bent_from_m_) return {0.0, 0.0, z_m};
+  // Heights rise along the curve, almost evenly.
+  double t = (z_m - bent_from_m_) / (h_m_ - bent_from_m_);
+  for (int step = 0; step < 3; ++step) {
+    t = std::clamp(t - (curve_.at(t).z - z_m) / curve_.derivative(t).z, 0.0, 1.0);
+  }
+  const Point found = curve_.at(t);
+  return {found.x, found.y, z_m};
+}
+
+std::vector<SkeletonPoint> Culm::points(const Taper& taper) const {
+  struct Section {
+    double z_m;
+    double swelling;
+  };
+  std::vector<Section> sections{{0.0, 1.0}, {kBreastHeight, 1.0}};
+  sections.reserve(3 * nodes_.size() + 3);
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const double z = nodes_[i].z_m;
+    const double below = i == 0 ? 0.0 : nodes_[i - 1].z_m;
+    const double above = i + 1 == nodes_.size() ? h_m_ : nodes_[i + 1].z_m;
+    const double half = std::min(style_.ridge_m, 0.2 * std::min(z - below, above - z));
+    // Breast height is measured between two nodes; so is it here.
+    constexpr double kLeast = 0.001;
+    if (half < kLeast || std::abs(z - kBreastHeight) < half + kLeast) continue;
+    sections.insert(sections.end(),
+                    {{z - half, 1.0}, {z, 1.0 + style_.ridge_height}, {z + half, 1.0}});
+  }
+  std::sort(sections.begin(), sections.end(), [](const Section& a, const Section& b) {
+    return a.z_m < b.z_m;
+  });
+  std::vector<double> heights;
+  for (const Section& section : sections) heights.push_back(section.z_m);
+  const std::vector<double> diameters = taper.diameters_cm(heights, h_m_, dbh_cm_);
+  constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
+  std::vector<SkeletonPoint> points;
+  points.reserve(sections.size() + 1);
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    points.push_back({at(heights[i]), sections[i].swelling * diameters[i] * kRadiusPerDiameter});
+  }
+  points.push_back({at(h_m_), 0.0});
+  return points;
+}
+
+}  // namespace silvafit::tree

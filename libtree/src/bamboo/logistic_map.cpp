@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "bamboo/logistic_map.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+double step(double mu, double x) { return mu * x * (1.0 - x); }
+
+/// Whether a value comes back within a few steps of itself, so nearly that it would stay with it
+/// for more steps than a culm has branches.
+bool repeats_soon(double mu, double x0) {
+  constexpr int kLookedAt = 256;
+  constexpr std::size_t kLongestPeriod = 8;
+  constexpr double kSame = 1e-9;
+  std::array<double, kLongestPeriod> last{};
+  last.fill(-1.0);
+  double x = x0;
+  for (int i = 0; i < kLookedAt; ++i) {
+    for (const double before : last) {
+      if (std::abs(x - before) < kSame) return true;
+    }
+    last.at(static_cast<std::size_t>(i) % kLongestPeriod) = x;
+    x = step(mu, x);
+  }
+  return false;
+}
+
+bool in_range(double mu, double x0) {
+  return mu >= LogisticMap::kLeastMu && mu <= LogisticMap::kMostMu && x0 > 0.0 && x0 < 1.0;
+}
+
+}  // namespace
+
+bool LogisticMap::is_chaotic(double mu, double x0) {
+  return in_range(mu, x0) && !repeats_soon(mu, x0);
+}
+
+LogisticMap::LogisticMap(double mu, double x0) : mu_(mu), x0_(x0), x_(x0) {
+  if (!(mu >= kLeastMu && mu <= kMostMu)) {
+    throw UsageError(fmt::format("mu = {} of the logistic map is outside [3.56994, 4]", mu));
+  }
+  if (!(x0 > 0.0 && x0 < 1.0)) {
+    throw UsageError(fmt::format("the logistic map starts between 0 and 1, not at {}", x0));
+  }
+  if (repeats_soon(mu, x0)) {
+    throw UsageError(fmt::format(
+        "the logistic map with mu = {} soon repeats itself from {}; take another start, or mu = 4",
+        mu,
+        x0));
+  }
+}
+
+double LogisticMap::next() {
+  const double before = x_;
+  x_ = step(mu_, x_);
+  while (!(x_ > 0.0 && x_ < 1.0 && x_ != before)) {
+    constexpr double kGolden = 0.6180339887498949;
+    double ignored = 0.0;
+    x_ = step(mu_, std::modf(x0_ + kGolden * ++restarts_, &ignored));
+  }
+  return x_;
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/branch_count.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "catalogue/json_entry.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+data::Expression equation_of_age(const JsonEntry& entry, const std::string& field) {
+  try {
+    data::Expression equation = data::Expression::parse(entry.get<std::string>(field));
+    for (const std::string& name : equation.variables()) {
+      if (name != "age") throw UsageError("knows only `age`, not `" + name + "`");
+    }
+    return equation;
+  } catch (const UsageError& error) {
+    throw InputError(error.message(), entry.place_of(field));
+  }
+}
+
+}  // namespace
+
+BranchCount::BranchCount(data::Expression total, data::Expression dead)
+    : total_(std::move(total)), dead_(std::move(dead)) {}
+
+BranchCount BranchCount::load(const std::filesystem::path& file) {
+  const JsonEntry entry = JsonEntry::load(file, "silvafit-branch-count/1");
+  BranchCount count(equation_of_age(entry, "total"), equation_of_age(entry, "dead"));
+  count.name_ = entry.get<std::string>("name");
+  const JsonEntry range = entry.child("age_range_years");
+  count.youngest_years_ = range.number("from", 0.0, 1000.0);
+  count.oldest_years_ = range.number("to", count.youngest_years_, 1000.0);
+  constexpr int kChecks = 100;
+  for (int i = 0; i <= kChecks; ++i) {
+    const double share = static_cast<double>(i) / kChecks;
+    const Count at =
+        count.at(count.youngest_years_ + share * (count.oldest_years_ - count.youngest_years_));
+    if (!(at.total > at.dead && at.dead > 0.0)) {
+      throw InputError("total > dead > 0 does not hold in the whole range",
+                       entry.place_of("age_range_years"));
+    }
+  }
+  return count;
+}
+
+BranchCount::Count BranchCount::at(double age_years) const {
+  const double used = std::clamp(age_years, youngest_years_, oldest_years_);
+  return {.total = total_.value({"age"}, {used}),
+          .dead = dead_.value({"age"}, {used}),
+          .age_years = used,
+          .clamped = used != age_years};
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/branch_count.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "test_support/tree_test_support.hpp"
+
+using namespace silvafit;
+using namespace silvafit::tree;
+
+namespace {
+BranchCount chinese_fir() {
+  return BranchCount::load(test::source_file("models/branch_count/chinese-fir.json"));
+}
+}  // namespace
+
+// -106 + 276.3 - 38.33 and 105.53 - 92.039 + 35.012, by hand.
+TEST_CASE("a Chinese fir of ten years has the published number of branches") {
+  const BranchCount::Count count = chinese_fir().at(10.0);
+  CHECK(count.total == Approx(131.97).epsilon(1e-12));
+  CHECK(count.dead == Approx(48.503).epsilon(1e-12));
+  CHECK_FALSE(count.clamped);
+}
+
+TEST_CASE("outside its years the equation is held at the nearer end and says so") {
+  const BranchCount equations = chinese_fir();
+  const BranchCount::Count old = equations.at(40.0);
+  CHECK(old.clamped);
+  CHECK(old.age_years == equations.oldest_years());
+  CHECK(old.live() > 0.0);
+  CHECK(equations.at(1.0).age_years == equations.youngest_years());
+}
+
+TEST_CASE("a range of years in which no branch would live is refused") {
+  const auto file = std::filesystem::temp_directory_path() / "silvafit-branch-count-test.json";
+  write_file(file, R"({"schema": "silvafit-branch-count/1", "name": "t", "source": "s",
+    "total": "-1.06*age^2 + 27.63*age - 38.33", "dead": "1.0553*age^2 - 9.2039*age + 35.012",
+    "age_range_years": {"from": 3, "to": 16}})");
+  CHECK_THROWS_AS(BranchCount::load(file), InputError);
+  std::filesystem::remove(file);
+}
+
+TEST_CASE("age changes the number of branches, and a tree too old for the equation says so") {
+  const Preset& preset = test::shipped_presets().named("cunninghamia-lanceolata");
+  const auto branches_at = [&](double age, std::size_t& notes) {
+    Morphology tree = test::paper_tree_1();
+    tree.age_years = age;
+    const test::Stages stages = test::stages_of(tree, preset);
+    notes = stages.skeleton.notes.size();
+    std::size_t count = 0;
+    for (const Axis& axis : stages.skeleton.axes) count += axis.order == 1 ? 1 : 0;
+    return count;
+  };
+  std::size_t notes = 0;
+  // 83.467 living branches; the four that reach the measured radii are among them.
+  CHECK(branches_at(10.0, notes) == 83);
+  CHECK(notes == 0);
+  CHECK(branches_at(30.0, notes) == static_cast<std::size_t>(preset.branching.least));
+  CHECK(notes == 2);
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "catalogue/preset_head.hpp"
+
+#include <map>
+
+namespace silvafit::tree {
+
+PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& entry) {
+  const JsonEntry crown = entry.child("crown");
+  PresetHead head;
+  head.name = entry.get<std::string>("name");
+  head.title = entry.get<std::string>("title");
+  head.species = entry.get<std::vector<std::string>>("species");
+  head.crown_index = {crown.number("index_up", 1.0, 2.0), crown.number("index_down", 1.0, 2.0)};
+  head.relative_hc = crown.number("relative_hc", 0.0, 1.0);
+  head.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));
+  // Whoever reads a preset must be able to tell what is known from what is guessed.
+  entry.get<std::map<std::string, std::string>>("basis");
+  return head;
+}
+
+Color color_of(const JsonEntry& entry, const std::string& field) {
+  const auto color = entry.get<Color>(field);
+  for (const double channel : color) {
+    if (!(channel >= 0.0 && channel <= 1.0)) {
+      throw InputError("must be three numbers in [0, 1]", entry.place_of(field));
+    }
+  }
+  return color;
+}
+
+int whole_number(const JsonEntry& entry, const std::string& field, int low, int high) {
+  const double value = entry.number(field, low, high);
+  const int number = static_cast<int>(value);
+  if (number != value) throw InputError("must be a whole number", entry.place_of(field));
+  return number;
+}
+
+}  // namespace silvafit::tree

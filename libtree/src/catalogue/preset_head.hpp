@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// The fields that the preset files of all builders share.
+#pragma once
+
+#include <filesystem>
+
+#include "catalogue/json_entry.hpp"
+#include "silvafit/tree/builder.hpp"
+
+namespace silvafit::tree {
+
+/// \param models  the folder with taper/
+/// \throws InputError naming file and field
+PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& entry);
+
+/// Three numbers in [0, 1].
+Color color_of(const JsonEntry& entry, const std::string& field);
+
+/// A whole number in [low, high].
+int whole_number(const JsonEntry& entry, const std::string& field, int low, int high);
+
+}  // namespace silvafit::tree

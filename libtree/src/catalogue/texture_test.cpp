@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/texture.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "scratch_file.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/scene_reader.hpp"
+#include "silvafit/tree/scene_writer.hpp"
+#include "silvafit/tree/texture_library.hpp"
+#include "test_support/tree_test_support.hpp"
+
+using namespace silvafit;
+using namespace silvafit::tree;
+
+namespace {
+
+constexpr std::array kBarks{BarkKind::kFurrowed, BarkKind::kSmooth, BarkKind::kCulm};
+constexpr std::array kLeaves{LeafKind::kBroadleaf, LeafKind::kNeedles};
+
+double linear(std::uint8_t srgb) {
+  const double c = srgb / 255.0;
+  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+}
+
+/// Mean difference between the pixels of two columns, or two rows.
+double step_between(const Texture& texture, std::size_t a, std::size_t b, bool columns) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < texture.width; ++i) {
+    const auto value = [&](std::size_t line) {
+      const std::size_t x = columns ? line : i;
+      const std::size_t y = columns ? i : line;
+      return double{linear(texture.rgba[4 * (y * texture.width + x)])};
+    };
+    sum += std::abs(value(a) - value(b));
+  }
+  return sum / static_cast<double>(texture.width);
+}
+
+SceneTree textured_tree(const char* preset) {
+  return grow_tree(
+      test::paper_tree_1(), test::shipped_presets().named(preset), {.mesh = {.textured = true}});
+}
+
+}  // namespace
+
+TEST_CASE("a texture comes back from its PNG as it was") {
+  Texture texture{.name = "noise", .width = 8, .height = 4};
+  for (int i = 0; i < 128; ++i) texture.rgba.push_back(static_cast<std::uint8_t>(37 * i + 11));
+  const std::string bytes = png_bytes(texture);
+  CHECK(bytes.substr(1, 3) == "PNG");
+  const Texture read = texture_from_png(bytes, "noise");
+  CHECK(read.width == 8);
+  CHECK(read.height == 4);
+  CHECK(read.rgba == texture.rgba);
+  CHECK(png_bytes(texture) == bytes);
+  texture.rgba.pop_back();
+  CHECK_THROWS_AS(png_bytes(texture), UsageError);
+  CHECK_THROWS_AS(png_bytes(Texture{}), UsageError);
+  CHECK_THROWS_AS(texture_from_png(bytes.substr(0, bytes.size() / 2), "half"), InputError);
+  CHECK_THROWS_AS(texture_from_png("no picture", "none"), InputError);
+}
+
+TEST_CASE("bark goes on at all edges of its picture") {
+  for (const BarkKind kind : kBarks) {
+    const Texture& bark = *bark_texture(kind);
+    INFO(bark.name);
+    REQUIRE(bark.width == 256);
+    REQUIRE(bark.height == 256);
+    CHECK_FALSE(has_transparency(bark));
+    for (const bool columns : {true, false}) {
+      double inside = 0.0;
+      double largest = 0.0;
+      for (std::size_t i = 0; i + 1 < bark.width; ++i) {
+        const double step = step_between(bark, i, i + 1, columns);
+        inside += step / static_cast<double>(bark.width - 1);
+        largest = std::max(largest, step);
+      }
+      // The step over the edge is one like those inside: no larger than the largest of them.
+      CHECK(step_between(bark, bark.width - 1, 0, columns) <= largest);
+      CHECK(inside > 0.0);
+    }
+  }
+}
+
+TEST_CASE("pictures keep the brightness of the colors that they are multiplied with") {
+  for (const BarkKind kind : kBarks) {
+    const Texture& bark = *bark_texture(kind);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < bark.rgba.size(); i += 4) sum += linear(bark.rgba[i]);
+    INFO(bark.name);
+    // Bytes round evenly; brightness above white is cut off.
+    CHECK(4.0 * sum / static_cast<double>(bark.rgba.size()) == Approx(0.8).margin(0.01));
+  }
+  for (const LeafKind kind : kLeaves) {
+    const Texture& leaf = *leaf_texture(kind);
+    double sum = 0.0;
+    double cover = 0.0;
+    for (std::size_t i = 0; i < leaf.rgba.size(); i += 4) {
+      sum += leaf.rgba[i + 3] * linear(leaf.rgba[i + 1]);
+      cover += leaf.rgba[i + 3];
+    }
+    INFO(leaf.name);
+    CHECK(has_transparency(leaf));
+    CHECK(sum / cover == Approx(0.8).margin(0.02));
+    const double share = cover / (255.0 * static_cast<double>(leaf.width * leaf.height));
+    CHECK(share > 0.2);
+    CHECK(share < 0.8);
+  }
+  CHECK(bark_texture(BarkKind::kCulm) == bark_texture(BarkKind::kCulm));
+}
+
+TEST_CASE("a GLB holds each picture once and gives it back") {
+  Scene scene;
+  scene.trees = {textured_tree("cunninghamia-lanceolata"), textured_tree("generic-conifer")};
+  const ReadScene read = read_glb(glb_bytes(scene));
+  REQUIRE(read.models.size() == 2);
+  std::set<const Texture*> pictures;
+  for (const ReadModel& model : read.models) {
+    for (const ReadPart& part : model.parts) {
+      REQUIRE(part.mesh.texture != nullptr);
+      const bool is_leaf = part.mesh.kind == PartKind::kFoliage;
+      const Texture& expected =
+          is_leaf ? *leaf_texture(LeafKind::kNeedles) : *bark_texture(BarkKind::kFurrowed);
+      CHECK(part.mesh.texture->rgba == expected.rgba);
+      CHECK(part.mesh.texture->name == expected.name);
+      CHECK(part.mesh.uvs.size() == 2 * part.mesh.vertex_count());
+      pictures.insert(part.mesh.texture.get());
+    }
+  }
+  CHECK(pictures.size() == 2);
+  const std::string bytes = glb_bytes(scene);
+  CHECK(bytes.find("\"alphaMode\":\"MASK\"") != std::string::npos);
+  CHECK(bytes.find("\"name\":\"generic-conifer-leaf\"") != std::string::npos);
+}
+
+TEST_CASE("trees without pictures name none") {
+  Scene scene;
+  scene.trees = {grow_tree(test::paper_tree_1(), test::shipped_presets().fallback())};
+  const std::string bytes = glb_bytes(scene);
+  for (const char* word : {"textures", "images", "samplers", "alphaMode", "baseColorTexture"}) {
+    CHECK(bytes.find(word) == std::string::npos);
+  }
+}
+
+TEST_CASE("OBJ names its pictures, which lie beside it") {
+  const test::ScratchFile file("", ".obj");
+  const auto writer = open_scene(file.path(), SceneFormat::kObj);
+  writer->add_tree(textured_tree("schima-superba"));
+  writer->finish();
+  std::filesystem::path materials = file.path();
+  materials.replace_extension(".mtl");
+  const std::string text = read_file(materials);
+  const std::string stem = materials.stem().string();
+  const std::string leaf = stem + "-leaf-broadleaf.png";
+  CHECK(text.find("map_Kd " + stem + "-bark-smooth.png\n") != std::string::npos);
+  CHECK(text.find("map_Kd " + leaf + "\nmap_d " + leaf + "\n") != std::string::npos);
+  CHECK(texture_from_png(read_file(file.path().parent_path() / leaf), "leaf").rgba ==
+        leaf_texture(LeafKind::kBroadleaf)->rgba);
+  for (const std::string& name : {leaf, stem + "-bark-smooth.png", stem + ".mtl"}) {
+    std::filesystem::remove(file.path().parent_path() / name);
+  }
+}

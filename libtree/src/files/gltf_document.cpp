@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: MIT
+#include "files/gltf_document.hpp"
+
+#include <fmt/format.h>
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/json_text.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+using nlohmann::json;
+using Matrix = std::array<double, 16>;
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+constexpr std::size_t kMostElements = std::size_t{1} << 31U;
+
+const json& item(const json& in, const char* array, std::size_t index) {
+  const auto found = in.find(array);
+  if (found == in.end() || !found->is_array() || index >= found->size()) {
+    refuse_gltf(fmt::format("there is no {}[{}]", array, index));
+  }
+  return (*found)[index];
+}
+
+/// A whole number that may not be missing, unless there is a default.
+std::size_t number(const json& in, const char* name, std::optional<std::size_t> otherwise = {}) {
+  const auto found = in.find(name);
+  if (found == in.end() && otherwise) return *otherwise;
+  if (found == in.end() || !found->is_number_unsigned()) {
+    refuse_gltf(fmt::format("{} is not a whole number", name));
+  }
+  return found->get<std::size_t>();
+}
+
+const json* extension(const json& in, const char* name) {
+  const auto all = in.find("extensions");
+  if (all == in.end() || !all->is_object()) return nullptr;
+  const auto found = all->find(name);
+  return found == all->end() ? nullptr : &*found;
+}
+
+Matrix identity() { return {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}; }
+
+Matrix product(const Matrix& a, const Matrix& b) {
+  Matrix result{};
+  for (std::size_t column = 0; column < 4; ++column) {
+    for (std::size_t row = 0; row < 4; ++row) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        result[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+      }
+    }
+  }
+  return result;
+}
+
+Matrix placed(std::array<double, 3> t, std::array<double, 4> q, std::array<double, 3> s) {
+  const auto [x, y, z, w] = q;
+  return {(1 - 2 * (y * y + z * z)) * s[0],
+          2 * (x * y + z * w) * s[0],
+          2 * (x * z - y * w) * s[0],
+          0,
+          2 * (x * y - z * w) * s[1],
+          (1 - 2 * (x * x + z * z)) * s[1],
+          2 * (y * z + x * w) * s[1],
+          0,
+          2 * (x * z + y * w) * s[2],
+          2 * (y * z - x * w) * s[2],
+          (1 - 2 * (x * x + y * y)) * s[2],
+          0,
+          t[0],
+          t[1],
+          t[2],
+          1};
+}
+
+template <std::size_t N>
+std::array<double, N> numbers(const json& in, const char* name, std::array<double, N> otherwise) {
+  const auto found = in.find(name);
+  if (found == in.end()) return otherwise;
+  if (!found->is_array() || found->size() != N)
+    refuse_gltf(fmt::format("{} has not {} numbers", name, N));
+  for (std::size_t i = 0; i < N; ++i) {
+    if (!(*found)[i].is_number())
+      refuse_gltf(std::string(name) + " has something else than numbers");
+    otherwise[i] = (*found)[i].template get<double>();
+  }
+  return otherwise;
+}
+
+/// The numbers of an accessor, as doubles, and as many a row as its type has.
+struct Values {
+  std::size_t width = 1;
+  std::vector<double> numbers{};
+
+  std::size_t rows() const { return numbers.size() / width; }
+};
+
+class Reader {
+ public:
+  Reader(json description, std::vector<std::string> buffers)
+      : json_(std::move(description)), buffers_(std::move(buffers)) {}
+
+  ReadScene read() {
+    check_extensions();
+    const json& scene = item(json_, "scenes", number(json_, "scene", 0));
+    read_origin(scene);
+    const std::size_t meshes = count_of("meshes");
+    for (std::size_t i = 0; i < meshes; ++i)
+      scene_.models.push_back(model(item(json_, "meshes", i)));
+    const auto roots = scene.find("nodes");
+    if (roots != scene.end()) {
+      for (const json& root : *roots) add_node(index_of(root), identity(), 0);
+    }
+    return std::move(scene_);
+  }
+
+ private:
+  std::size_t count_of(const char* array) const {
+    const auto found = json_.find(array);
+    return found != json_.end() && found->is_array() ? found->size() : 0;
+  }
+
+  static std::size_t index_of(const json& value) {
+    if (!value.is_number_unsigned()) refuse_gltf("a reference is not a whole number");
+    return value.get<std::size_t>();
+  }
+
+  void check_extensions() const {
+    const auto required = json_.find("extensionsRequired");
+    if (required == json_.end()) return;
+    for (const json& name : *required) {
+      if (name != kMeshopt && name != kInstancing && name != "KHR_mesh_quantization") {
+        refuse_gltf("it requires " + json_text(name));
+      }
+    }
+  }
+
+  void read_origin(const json& scene) {
+    const auto extras = scene.find("extras");
+    if (extras == scene.end() || !extras->contains("origin")) return;
+    const json& origin = (*extras)["origin"];
+    scene_.origin = {origin.value("x", 0.0), origin.value("y", 0.0), origin.value("z", 0.0)};
+  }
+
+  std::string_view slice(std::size_t buffer, std::size_t from, std::size_t size) const {
+    if (buffer >= buffers_.size()) refuse_gltf(fmt::format("there is no buffer {}", buffer));
+    const std::string& bytes = buffers_[buffer];
+    if (from > bytes.size() || size > bytes.size() - from) refuse_gltf("a view leaves its buffer");
+    return std::string_view(bytes).substr(from, size);
+  }
+
+  /// The bytes of a view, unpacked where they are packed; unpacked once.
+  std::string_view view(std::size_t index) {
+    const json& view = item(json_, "bufferViews", index);
+    const json* packed = extension(view, kMeshopt);
+    if (packed == nullptr) {
+      return slice(
+          number(view, "buffer"), number(view, "byteOffset", 0), number(view, "byteLength"));
+    }
+    const auto known = unpacked_.find(index);
+    if (known != unpacked_.end()) return known->second;
+    return unpacked_.emplace(index, unpack(*packed)).first->second;
+  }
+
+  std::string unpack(const json& packed) const {
+    const std::string_view source = slice(
+        number(packed, "buffer"), number(packed, "byteOffset", 0), number(packed, "byteLength"));
+    const std::size_t stride = number(packed, "byteStride");
+    const std::size_t count = number(packed, "count");
+    const std::string mode = gltf_text(packed, "mode");
+    if (stride == 0 || stride > 256 || count > kMostElements)
+      refuse_gltf("a packed view is too large");
+    std::string bytes(stride * count, '\0');
+    const auto* from = reinterpret_cast<const unsigned char*>(source.data());
+    int failed = 0;
+    if (mode == "ATTRIBUTES") {
+      if (stride % 4 != 0) refuse_gltf("packed attributes have a stride that 4 does not divide");
+      failed = meshopt_decodeVertexBuffer(bytes.data(), count, stride, from, source.size());
+    } else if (mode == "TRIANGLES" || mode == "INDICES") {
+      if ((stride != 2 && stride != 4) || (mode == "TRIANGLES" && count % 3 != 0)) {
+        refuse_gltf("packed indices have a wrong size");
+      }
+      auto* to = reinterpret_cast<void*>(bytes.data());
+      failed = mode == "TRIANGLES"
+                   ? meshopt_decodeIndexBuffer(to, count, stride, from, source.size())
+                   : meshopt_decodeIndexSequence(to, count, stride, from, source.size());
+    } else {
+      refuse_gltf("a packed view has the mode " + mode);
+    }
+    if (failed != 0) refuse_gltf("a packed view is damaged");
+    unfilter(gltf_text(packed, "filter"), bytes, count, stride);
+    return bytes;
+  }
+
+  static void unfilter(const std::string& filter,
+                       std::string& bytes,
+                       std::size_t count,
+                       std::size_t stride) {
+    if (filter.empty() || filter == "NONE") return;
+    if (filter == "OCTAHEDRAL" && (stride == 4 || stride == 8)) {
+      meshopt_decodeFilterOct(bytes.data(), count, stride);
+    } else if (filter == "QUATERNION" && stride == 8) {
+      meshopt_decodeFilterQuat(bytes.data(), count, stride);
+    } else if (filter == "EXPONENTIAL" && stride % 4 == 0) {
+      meshopt_decodeFilterExp(bytes.data(), count, stride);
+    } else {
+      refuse_gltf("a packed view has the filter " + filter);
+    }
+  }
+
+  static double component(const char* at, std::size_t type, bool normalized) {
+    const auto read = [at](auto value) {
+      std::memcpy(&value, at, sizeof(value));
+      return static_cast<double>(value);
+    };
+    switch (type) {
+      case 5120: {
+        const double value = read(std::int8_t{});
+        return normalized ? std::max(value / 127.0, -1.0) : value;
+      }
+      case 5121:
+        return read(std::uint8_t{}) / (normalized ? 255.0 : 1.0);
+      case 5122: {
+        const double value = read(std::int16_t{});
+        return normalized ? std::max(value / 32767.0, -1.0) : value;
+      }
+      case 5123:
+        return read(std::uint16_t{}) / (normalized ? 65535.0 : 1.0);
+      case 5125:
+        return read(std::uint32_t{});
+      default:
+        return read(float{});
+    }
+  }
+
+  static std::size_t size_of(std::size_t type) {
+    switch (type) {
+      case 5120:
+      case 5121:
+        return 1;
+      case 5122:
+      case 5123:
+        return 2;
+      case 5125:
+      case 5126:
+        return 4;
+      default:
+        refuse_gltf(fmt::format("there is no component type {}", type));
+    }
+  }
+
+  static std::size_t width_of(const std::string& type) {
+    if (type == "SCALAR") return 1;
+    if (type == "VEC2") return 2;
+    if (type == "VEC3") return 3;
+    if (type == "VEC4") return 4;
+    refuse_gltf("an accessor has the type " + type);
+  }
+
+  Values values(std::size_t index) {
+    const json& accessor = item(json_, "accessors", index);
+    if (accessor.contains("sparse")) refuse_gltf("sparse accessors are not read");
+    const std::size_t type = number(accessor, "componentType");
+    const std::size_t size = size_of(type);
+    Values result{.width = width_of(gltf_text(accessor, "type"))};
+    const std::size_t count = number(accessor, "count");
+    const std::size_t view_index = number(accessor, "bufferView");
+    const json& view_json = item(json_, "bufferViews", view_index);
+    const std::size_t row = size * result.width;
+    const std::size_t stride = number(view_json, "byteStride", row);
+    const std::string_view bytes = view(view_index);
+    const std::size_t from = number(accessor, "byteOffset", 0);
+    if (count == 0 || count > kMostElements || stride < row || from > bytes.size() ||
+        (count - 1) * stride + row > bytes.size() - from) {
+      refuse_gltf(fmt::format("accessor {} leaves its view", index));
+    }
+    const bool normalized = accessor.value("normalized", false);
+    result.numbers.reserve(count * result.width);
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < result.width; ++k) {
+        const double value =
+            component(bytes.data() + from + i * stride + k * size, type, normalized);
+        if (!std::isfinite(value)) refuse_gltf(fmt::format("accessor {} is not finite", index));
+        result.numbers.push_back(value);
+      }
+    }
+    return result;
+  }
+
+  ReadModel model(const json& mesh) {
+    ReadModel model{.name = gltf_text(mesh, "name")};
+    const std::size_t count = mesh.contains("primitives") ? mesh["primitives"].size() : 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      model.parts.push_back(part(item(mesh, "primitives", i)));
+    }
+    return model;
+  }
+
+  std::vector<float> attribute(const json& attributes,
+                               const char* name,
+                               std::size_t width,
+                               std::size_t rows) {
+    if (!attributes.contains(name)) return {};
+    const Values read = values(number(attributes, name));
+    if (read.width != width || (rows > 0 && read.rows() != rows)) {
+      refuse_gltf(fmt::format("{} has another size than POSITION", name));
+    }
+    return {read.numbers.begin(), read.numbers.end()};
+  }
+
+  ReadPart part(const json& primitive) {
+    if (number(primitive, "mode", 4) != 4) refuse_gltf("only triangles are read");
+    const auto found = primitive.find("attributes");
+    if (found == primitive.end()) refuse_gltf("a primitive has no attributes");
+    const json& attributes = *found;
+    ReadPart part;
+    if (primitive.contains("extras")) part.part = gltf_text(primitive["extras"], "part");
+    part.mesh.kind = part.part == "foliage"    ? PartKind::kFoliage
+                     : part.part == "branches" ? PartKind::kBranches
+                                               : PartKind::kStem;
+    if (primitive.contains("material")) read_material(number(primitive, "material"), part);
+    part.mesh.positions = attribute(attributes, "POSITION", 3, 0);
+    const std::size_t rows = part.mesh.vertex_count();
+    if (rows == 0) refuse_gltf("a primitive has no positions");
+    part.mesh.normals = attribute(attributes, "NORMAL", 3, rows);
+    part.mesh.uvs = attribute(attributes, "TEXCOORD_0", 2, rows);
+    part.mesh.tangents = attribute(attributes, "TANGENT", 4, rows);
+    for (const float value : attribute(attributes, "COLOR_0", 4, rows)) {
+      part.mesh.colors.push_back(static_cast<std::uint8_t>(std::lround(255.0F * value)));
+    }
+    read_indices(primitive, part.mesh);
+    return part;
+  }
+
+  void read_material(std::size_t index, ReadPart& part) {
+    const json& material = item(json_, "materials", index);
+    part.material = gltf_text(material, "name");
+    part.mesh.double_sided = material.value("doubleSided", false);
+    if (!material.contains("pbrMetallicRoughness")) return;
+    const json& base = material["pbrMetallicRoughness"];
+    const auto color = numbers<4>(base, "baseColorFactor", {1, 1, 1, 1});
+    part.mesh.color = {color[0], color[1], color[2]};
+    if (!base.contains("baseColorTexture")) return;
+    const json& texture = item(json_, "textures", number(base["baseColorTexture"], "index"));
+    part.mesh.texture = picture(number(texture, "source"));
+  }
+
+  /// A PNG picture in a buffer; null where it is of another kind, or in a file of its own.
+  std::shared_ptr<const Texture> picture(std::size_t index) {
+    const auto known = pictures_.find(index);
+    if (known != pictures_.end()) return known->second;
+    const json& image = item(json_, "images", index);
+    std::shared_ptr<const Texture> texture;
+    if (image.contains("bufferView") && gltf_text(image, "mimeType") == "image/png") {
+      std::string name = gltf_text(image, "name");
+      if (name.empty()) name = fmt::format("image-{}", index);
+      texture = std::make_shared<const Texture>(
+          texture_from_png(view(number(image, "bufferView")), std::move(name)));
+    }
+    return pictures_.emplace(index, std::move(texture)).first->second;
+  }
+
+  void read_indices(const json& primitive, MeshPart& mesh) {
+    if (!primitive.contains("indices")) {
+      for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) mesh.indices.push_back(i);
+    } else {
+      for (const double value : values(number(primitive, "indices")).numbers) {
+        if (value < 0.0 || value >= static_cast<double>(mesh.vertex_count())) {
+          refuse_gltf("an index is larger than the number of vertices");
+        }
+        mesh.indices.push_back(static_cast<std::uint32_t>(value));
+      }
+    }
+    if (mesh.indices.size() % 3 != 0) refuse_gltf("a triangle has not three corners");
+  }
+
+  void add_node(std::size_t index, const Matrix& parent, int depth) {
+    constexpr int kDeepest = 64;
+    if (depth > kDeepest) refuse_gltf("its nodes are nested too deeply");
+    const json& node = item(json_, "nodes", index);
+    Matrix own = parent;
+    // What an animation shows at another time has no size now.
+    if (numbers<3>(node, "scale", {1, 1, 1}) == std::array<double, 3>{0, 0, 0}) return;
+    if (node.contains("matrix")) {
+      own = product(parent, numbers<16>(node, "matrix", identity()));
+    } else {
+      own = product(parent,
+                    placed(numbers<3>(node, "translation", {0, 0, 0}),
+                           numbers<4>(node, "rotation", {0, 0, 0, 1}),
+                           numbers<3>(node, "scale", {1, 1, 1})));
+    }
+    if (node.contains("mesh")) {
+      const std::size_t mesh = number(node, "mesh");
+      if (mesh >= scene_.models.size()) refuse_gltf(fmt::format("there is no meshes[{}]", mesh));
+      add_instances(node, mesh, own);
+    }
+    if (!node.contains("children")) return;
+    for (const json& child : node["children"]) add_node(index_of(child), own, depth + 1);
+  }
+
+  void add_instances(const json& node, std::size_t mesh, const Matrix& own) {
+    const json* instancing = extension(node, kInstancing);
+    if (instancing == nullptr) {
+      scene_.instances.push_back({gltf_text(node, "name"), mesh, own});
+      return;
+    }
+    const auto found = instancing->find("attributes");
+    if (found == instancing->end()) refuse_gltf("instances have no attributes");
+    const auto column = [&](const char* name, std::size_t width) -> Values {
+      if (!found->contains(name)) return {.width = width};
+      Values read = values(number(*found, name));
+      if (read.width != width) refuse_gltf(fmt::format("instances have a wrong {}", name));
+      return read;
+    };
+    const Values translation = column("TRANSLATION", 3);
+    const Values rotation = column("ROTATION", 4);
+    const Values scale = column("SCALE", 3);
+    const Values tree = column("_TREE", 1);
+    const std::size_t count =
+        std::max({translation.rows(), rotation.rows(), scale.rows(), tree.rows()});
+    for (const Values* values : {&translation, &rotation, &scale, &tree}) {
+      if (values->rows() != 0 && values->rows() != count) refuse_gltf("instances differ in number");
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto row = [i](const Values& from, auto otherwise) {
+        for (std::size_t k = 0; k < otherwise.size() && from.rows() > 0; ++k) {
+          otherwise[k] = from.numbers[i * from.width + k];
+        }
+        return otherwise;
+      };
+      const Matrix at = placed(row(translation, std::array<double, 3>{0, 0, 0}),
+                               row(rotation, std::array<double, 4>{0, 0, 0, 1}),
+                               row(scale, std::array<double, 3>{1, 1, 1}));
+      scene_.instances.push_back({gltf_text(node, "name"),
+                                  mesh,
+                                  product(own, at),
+                                  tree.rows() > 0 ? tree.numbers[i] : -1.0});
+    }
+  }
+
+  json json_;
+  std::vector<std::string> buffers_;
+  std::map<std::size_t, std::string> unpacked_{};
+  std::map<std::size_t, std::shared_ptr<const Texture>> pictures_{};
+  ReadScene scene_{};
+};
+
+}  // namespace
+
+void refuse_gltf(const std::string& what) {
+  throw InputError("not a glTF scene that can be read: " + what);
+}
+
+std::string gltf_text(const json& in, const char* name) {
+  const auto found = in.find(name);
+  return found != in.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+ReadScene read_document(json description, std::vector<std::string> buffers) {
+  return Reader(std::move(description), std::move(buffers)).read();
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "files/gltf_materials.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace silvafit::tree {
+namespace {
+
+const Texture* picture_of(const MeshPart& part) {
+  return part.uvs.empty() ? nullptr : part.texture.get();
+}
+
+}  // namespace
+
+std::size_t GltfMaterials::number_of(const ModelPart& part) {
+  const auto [found, is_new] = materials_.try_emplace(part.material, materials_.size());
+  if (is_new) {
+    if (!materials_text_.empty()) materials_text_ += ',';
+    materials_text_ += description(part);
+  }
+  return found->second;
+}
+
+std::string GltfMaterials::description(const ModelPart& part) {
+  const Color& color = part.mesh->color;
+  const Texture* const picture = picture_of(*part.mesh);
+  const bool is_cut_out = picture != nullptr && has_transparency(*picture);
+  return fmt::format(
+      "{{\"name\":{},\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],{}"
+      "\"metallicFactor\":0,\"roughnessFactor\":0.9}}{}{}}}",
+      json_quoted(part.material),
+      // glTF's factors end at 1, which a sum of shades may pass by rounding.
+      std::min(color[0], 1.0),
+      std::min(color[1], 1.0),
+      std::min(color[2], 1.0),
+      picture == nullptr ? std::string()
+                         : fmt::format("\"baseColorTexture\":{{\"index\":{}}},", texture(*picture)),
+      is_cut_out ? ",\"alphaMode\":\"MASK\",\"alphaCutoff\":0.5" : "",
+      part.mesh->double_sided ? ",\"doubleSided\":true" : "");
+}
+
+/// The number of a texture, whose picture is put into the buffer once.
+std::size_t GltfMaterials::texture(const Texture& picture) {
+  const auto [found, is_new] = textures_.try_emplace(picture.name, textures_.size());
+  if (is_new) {
+    if (!images_text_.empty()) images_text_ += ',';
+    images_text_ += fmt::format("{{\"name\":{},\"mimeType\":\"image/png\",\"bufferView\":{}}}",
+                                json_quoted(picture.name),
+                                buffers_.add_view(png_bytes(picture)));
+  }
+  return found->second;
+}
+
+/// Every texture is its own picture; all repeat and are smoothed.
+std::string GltfMaterials::textures() const {
+  if (textures_.empty()) return {};
+  std::string text;
+  for (std::size_t i = 0; i < textures_.size(); ++i) {
+    text += fmt::format("{}{{\"sampler\":0,\"source\":{}}}", i > 0 ? "," : "", i);
+  }
+  constexpr int kLinear = 9729;
+  constexpr int kLinearOfSmaller = 9987;
+  return fmt::format(
+      "\"textures\":[{}],\"images\":[{}],\"samplers\":[{{\"magFilter\":{},\"minFilter\":{}}}],",
+      text,
+      images_text_,
+      kLinear,
+      kLinearOfSmaller);
+}
+
+}  // namespace silvafit::tree

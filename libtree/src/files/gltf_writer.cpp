@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: MIT
+// Binary glTF and glTF with its buffer beside it.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+#include "files/format_writers.hpp"
+#include "files/gltf_animation.hpp"
+#include "files/gltf_buffers.hpp"
+#include "files/gltf_materials.hpp"
+#include "files/json_spool.hpp"
+#include "files/packed_part.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+/// To a micrometer, so that differences of coordinates have few digits.
+double rounded(double meters) {
+  constexpr double kPerMeter = 1e6;
+  const double value = std::round(meters * kPerMeter) / kPerMeter;
+  return value == 0.0 ? 0.0 : value;  // no -0
+}
+
+std::string word(std::size_t value) {
+  std::string bytes(4, '\0');
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes[i] = static_cast<char>(value >> (8 * i) & 0xFFU);
+  }
+  return bytes;
+}
+
+class GltfWriter final : public SceneWriter {
+ public:
+  GltfWriter(std::filesystem::path path, bool binary, const SceneOptions& options)
+      : path_(std::move(path)),
+        binary_(binary),
+        options_(options),
+        buffers_(path_, options.compress),
+        meshes_(path_),
+        nodes_(path_),
+        roots_(path_) {
+    options_.quantize = options.quantize || options.compress;
+  }
+
+  Model add_model(const std::string& name, const std::vector<ModelPart>& parts) override {
+    PackOptions pack_options{.quantize = options_.quantize, .compress = options_.compress};
+    std::vector<const MeshPart*> meshes;
+    for (const ModelPart& part : parts) {
+      if (!part.mesh->indices.empty()) meshes.push_back(part.mesh);
+    }
+    if (meshes.empty()) throw GeometryError("the model " + name + " has no triangles");
+    pack_options.step_m = options_.quantize ? quantization_step_m(meshes) : 1.0;
+    std::string primitives;
+    for (const ModelPart& part : parts) {
+      if (part.mesh->indices.empty()) continue;
+      if (!primitives.empty()) primitives += ',';
+      primitives += primitive(part, pack_options);
+    }
+    const std::size_t mesh = meshes_.add(
+        fmt::format("{{\"name\":{},\"primitives\":[{}]}}", json_quoted(name), primitives));
+    models_.push_back({mesh, pack_options.step_m, options_.instancing ? name : std::string(), {}});
+    return models_.size() - 1;
+  }
+
+  void place(Model model,
+             const std::string& name,
+             const Placement& placement,
+             std::size_t number) override {
+    if (options_.instancing && number != kNoTree) {
+      add_instance(models_[model], placement, number);
+    } else {
+      add_node(models_[model], name, placement, {});
+    }
+  }
+
+  void add_tree(const SceneTree& tree) override {
+    const Model model = add_model(tree.name(), parts_of(tree.mesh, tree.preset));
+    add_node(models_[model], tree.name(), {.position = tree.position}, tree_extras(tree));
+    models_.pop_back();  // nothing else stands at this model's place
+  }
+
+  void animate(const std::string& name,
+               const Position& position,
+               const std::vector<AnimatedModel>& models,
+               const std::string& extras) override {
+    std::string children;
+    for (const AnimatedModel& model : models) {
+      const std::size_t mesh_node = add_resting_node(models_[model.model], model);
+      const double shown = model.at_rest ? 1.0 : 0.0;
+      const std::size_t node =
+          nodes_.add(fmt::format("{{\"name\":{},\"scale\":[{},{},{}],\"children\":[{}]}}",
+                                 json_quoted(name + "@" + model.name),
+                                 shown,
+                                 shown,
+                                 shown,
+                                 mesh_node));
+      animation_.add_scales(node, model.shown, Interpolation::kStep, 1.0);
+      animation_.add_scales(
+          mesh_node, model.size, Interpolation::kLinear, models_[model.model].step_m);
+      children += (children.empty() ? "" : ",") + std::to_string(node);
+    }
+    std::string node = fmt::format("{{\"name\":{},\"translation\":{},\"children\":[{}]",
+                                   json_quoted(name),
+                                   json_triple(translation_of({.position = position})),
+                                   children);
+    if (!extras.empty()) node += ",\"extras\":" + extras;
+    roots_.add(std::to_string(nodes_.add(node + '}')));
+  }
+
+  std::size_t finish() override {
+    if (options_.instancing) write_instances();
+    if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
+    return binary_ ? write_binary() : write_with_buffer();
+  }
+
+  std::string bytes() {
+    if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
+    std::ostringstream stream;
+    write_binary_to(stream);
+    return std::move(stream).str();
+  }
+
+ private:
+  static constexpr std::size_t kPerInstance = 7;  // translation, scale, number
+  struct PlacedModel {
+    std::size_t mesh = 0;
+    double step_m = 1.0;  ///< of quantized positions
+    std::string name{};
+    std::vector<float> instances{};  ///< kPerInstance a place
+  };
+
+  std::array<double, 3> translation_of(const Placement& placement) const {
+    const Position& at = placement.position;
+    return {rounded(at.x_m - options_.origin.x_m),
+            rounded(at.z_m - options_.origin.z_m),
+            rounded(-(at.y_m - options_.origin.y_m))};
+  }
+
+  static std::array<double, 3> scale_of(const PlacedModel& model, const Placement& placement) {
+    return {placement.stretch_east * model.step_m,
+            placement.stretch_up * model.step_m,
+            placement.stretch_north * model.step_m};
+  }
+
+  void add_node(const PlacedModel& model,
+                const std::string& name,
+                const Placement& placement,
+                const std::string& extras) {
+    std::string node = fmt::format("{{\"name\":{},\"mesh\":{}", json_quoted(name), model.mesh);
+    node += fmt::format(",\"translation\":{}", json_triple(translation_of(placement)));
+    const std::array<double, 3> scale = scale_of(model, placement);
+    if (scale != std::array<double, 3>{1.0, 1.0, 1.0}) {
+      // Seven digits are what a viewer's floats hold.
+      node += fmt::format(",\"scale\":[{:.7g},{:.7g},{:.7g}]", scale[0], scale[1], scale[2]);
+    }
+    if (!extras.empty()) node += ",\"extras\":" + extras;
+    roots_.add(std::to_string(nodes_.add(node + '}')));
+  }
+
+  /// As large as at its first keyframe of full size.
+  std::size_t add_resting_node(const PlacedModel& placed, const AnimatedModel& model) {
+    const double step = placed.step_m;
+    std::string node = fmt::format("{{\"mesh\":{}", placed.mesh);
+    if (step != 1.0 || !model.size.empty()) {
+      node += fmt::format(",\"scale\":[{0:.7g},{0:.7g},{0:.7g}]", step);
+    }
+    return nodes_.add(node + '}');
+  }
+
+  void add_instance(PlacedModel& model, const Placement& placement, std::size_t number) {
+    for (const double value : translation_of(placement)) {
+      model.instances.push_back(static_cast<float>(value));
+    }
+    for (const double value : scale_of(model, placement)) {
+      model.instances.push_back(static_cast<float>(value));
+    }
+    model.instances.push_back(static_cast<float>(number));
+  }
+
+  void write_instances() {
+    for (const PlacedModel& model : models_) {
+      if (model.instances.empty()) continue;
+      const std::size_t translation = instance_attribute(model, 0, 3);
+      const std::size_t scale = instance_attribute(model, 3, 3);
+      const std::size_t number = instance_attribute(model, 6, 1);
+      const std::string node = fmt::format(
+          "{{\"name\":{},\"mesh\":{},\"extensions\":{{\"EXT_mesh_gpu_instancing\":"
+          "{{\"attributes\":{{\"TRANSLATION\":{},\"SCALE\":{},\"_TREE\":{}}}}}}}}}",
+          json_quoted(model.name),
+          model.mesh,
+          translation,
+          scale,
+          number);
+      roots_.add(std::to_string(nodes_.add(node)));
+    }
+  }
+
+  /// \returns the accessor of `each` values of every place, the first of them at `from`
+  std::size_t instance_attribute(const PlacedModel& model, std::size_t from, std::size_t each) {
+    std::vector<float> values;
+    values.reserve(model.instances.size() / kPerInstance * each);
+    for (std::size_t at = from; at < model.instances.size(); at += kPerInstance) {
+      for (std::size_t k = 0; k < each; ++k) values.push_back(model.instances[at + k]);
+    }
+    return buffers_.add_floats(values, each);
+  }
+
+  std::string primitive(const ModelPart& part, const PackOptions& pack_options) {
+    const PackedPart packed = pack(*part.mesh, pack_options);
+    std::string attributes;
+    for (const PackedStream& stream : packed.attributes) {
+      if (!attributes.empty()) attributes += ',';
+      attributes +=
+          fmt::format("\"{}\":{}",
+                      stream.attribute,
+                      stream.attribute == "POSITION" ? buffers_.add_positions(stream, packed)
+                                                     : buffers_.add_attribute(stream));
+    }
+    const std::size_t material = materials_.number_of(part);
+    return fmt::format(
+        "{{\"attributes\":{{{}}},\"indices\":{},\"material\":{},\"extras\":{{\"part\":{}}}}}",
+        attributes,
+        buffers_.add_indices(packed.indices),
+        material,
+        json_quoted(part.part));
+  }
+
+  std::string extensions() const {
+    std::string names;
+    for (const auto& [used, name] : {std::pair{options_.instancing, "EXT_mesh_gpu_instancing"},
+                                     std::pair{options_.quantize, "KHR_mesh_quantization"},
+                                     std::pair{options_.compress, "EXT_meshopt_compression"}}) {
+      if (used) names += (names.empty() ? "\"" : ",\"") + std::string(name) + '"';
+    }
+    if (names.empty()) return {};
+    // Required, since a program without them would show one tree, or none, without a word.
+    return fmt::format(",\"extensionsUsed\":[{0}],\"extensionsRequired\":[{0}]", names);
+  }
+
+  Pieces description(const std::string& uri) {
+    const Position& origin = options_.origin;
+    Pieces pieces;
+    pieces.add(
+        "{\"asset\":{\"generator\":\"silvafit\",\"version\":\"2.0\"}" + extensions() +
+        ",\"scene\":0,\"scenes\":[{\"extras\":" +
+        fmt::format(
+            "{{\"origin\":{{\"x\":{},\"y\":{},\"z\":{}}}}}", origin.x_m, origin.y_m, origin.z_m) +
+        ",\"nodes\":[");
+    pieces.add(roots_.spool());
+    pieces.add("]}],\"nodes\":[");
+    pieces.add(nodes_.spool());
+    pieces.add("]" + animation_.json() + ",\"meshes\":[");
+    pieces.add(meshes_.spool());
+    pieces.add("],\"materials\":[" + materials_.materials() + "]," + materials_.textures() +
+               "\"accessors\":[");
+    pieces.add(buffers_.accessors());
+    pieces.add("],\"bufferViews\":[");
+    pieces.add(buffers_.views());
+    pieces.add("],\"buffers\":[" + buffers_.description(uri) + "]}");
+    return pieces;
+  }
+
+  std::size_t write_binary_to(std::ostream& stream) {
+    Pieces json = description({});
+    json.add(std::string(aligned_to_word(json.size()) - json.size(), ' '));
+    constexpr std::size_t kHeaders = 12 + 8 + 8;
+    const std::size_t total = kHeaders + json.size() + buffers_.size();
+    if (total > std::numeric_limits<std::uint32_t>::max()) {
+      throw GeometryError(
+          "the scene is larger than the 4 GB of a GLB file; share models, use a coarser level of "
+          "detail or fewer plots, or write glTF");
+    }
+    stream << "glTF" << word(2) << word(total) << word(json.size()) << "JSON";
+    json.write_to(stream);
+    stream << word(buffers_.size()) << std::string("BIN\0", 4);
+    buffers_.data().copy_to(stream);
+    return total;
+  }
+
+  std::size_t write_binary() {
+    AtomicFile file(path_);
+    const std::size_t size = write_binary_to(file.stream());
+    file.commit();
+    return size;
+  }
+
+  std::size_t write_with_buffer() {
+    std::filesystem::path buffer_path = path_;
+    buffer_path.replace_extension(".bin");
+    AtomicFile buffer(buffer_path);
+    buffers_.data().copy_to(buffer.stream());
+    AtomicFile file(path_);
+    const Pieces json = description(uri_of(buffer_path.filename().string()));
+    json.write_to(file.stream());
+    // The buffer first: a description never names one that is not there.
+    buffer.commit();
+    file.commit();
+    return json.size() + buffers_.size();
+  }
+
+  /// Bytes that a URI does not take as they are become %XX.
+  static std::string uri_of(const std::string& name) {
+    std::string uri;
+    for (const char c : name) {
+      const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                            (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.' || c == '~';
+      uri += is_plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    }
+    return uri;
+  }
+
+  std::filesystem::path path_;
+  bool binary_;
+  SceneOptions options_;
+  GltfBuffers buffers_;
+  ArraySpool meshes_;
+  ArraySpool nodes_;
+  ArraySpool roots_;
+  GltfMaterials materials_{buffers_};
+  GltfAnimation animation_{buffers_};
+  std::vector<PlacedModel> models_{};
+};
+
+}  // namespace
+
+std::unique_ptr<SceneWriter> make_gltf_writer(const std::filesystem::path& path,
+                                              bool binary,
+                                              const SceneOptions& options) {
+  return std::make_unique<GltfWriter>(path, binary, options);
+}
+
+std::size_t glb_mesh_bytes(const Mesh& mesh) {
+  std::size_t size = 0;
+  for (const MeshPart& part : mesh.parts) {
+    constexpr std::size_t kNarrow = 65535;
+    const std::size_t index_size = part.vertex_count() < kNarrow ? 2 : 4;
+    size += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size() +
+                             part.tangents.size()) +
+            part.colors.size() + aligned_to_word(index_size * part.indices.size());
+  }
+  return size;
+}
+
+std::string glb_bytes(const Scene& scene) {
+  GltfWriter writer({}, true, {.origin = scene.origin});
+  for (const SceneTree& tree : scene.trees) writer.add_tree(tree);
+  return writer.bytes();
+}
+
+void write_glb(Scene scene, const std::filesystem::path& path) {
+  const auto writer = open_scene(path, SceneFormat::kGlb, {.origin = scene.origin});
+  for (SceneTree& tree : scene.trees) {
+    writer->add_tree(tree);
+    tree.mesh = {};
+  }
+  writer->finish();
+}
+
+}  // namespace silvafit::tree

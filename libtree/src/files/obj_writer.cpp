@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// Wavefront OBJ with its materials in an MTL file beside it.
+#include <fmt/format.h>
+
+#include <iterator>
+#include <set>
+
+#include "files/baked.hpp"
+#include "files/format_writers.hpp"
+#include "silvafit/base/atomic_file.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+/// OBJ separates by blanks.
+std::string one_word(std::string name) {
+  for (char& c : name) {
+    if (static_cast<unsigned char>(c) <= ' ') c = '_';
+  }
+  return name;
+}
+
+class ObjWriter final : public BakingWriter {
+ public:
+  ObjWriter(const std::filesystem::path& path, const SceneOptions& options)
+      : BakingWriter(options.origin),
+        materials_path_(std::filesystem::path(path).replace_extension(".mtl")),
+        file_(path) {
+    const Position& origin = options.origin;
+    put(fmt::format("# silvafit: meters, y up, x east, z south; origin {} {} {}\nmtllib {}\n",
+                    origin.x_m,
+                    origin.y_m,
+                    origin.z_m,
+                    one_word(materials_path_.filename().string())));
+  }
+
+  std::size_t finish() override {
+    if (vertices_ == 0) throw GeometryError("a scene needs at least one tree");
+    AtomicFile materials(materials_path_);
+    materials.stream() << materials_;
+    // The materials first: an OBJ never names a file that is not there.
+    materials.commit();
+    file_.commit();
+    return size_ + materials_.size();
+  }
+
+ private:
+  void begin_tree(const std::string& name) override { put(fmt::format("o {}\n", one_word(name))); }
+
+  void add_part(const std::string& part,
+                const std::string& material,
+                const MeshPart& mesh) override {
+    describe(material, mesh);
+    fmt::memory_buffer text;
+    auto to = std::back_inserter(text);
+    fmt::format_to(to, "g {}\nusemtl {}\n", part, one_word(material));
+    // A tenth of a millimeter.
+    for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
+      fmt::format_to(to,
+                     "v {:.4f} {:.4f} {:.4f}\n",
+                     mesh.positions[i],
+                     mesh.positions[i + 1],
+                     mesh.positions[i + 2]);
+    }
+    for (std::size_t i = 0; i < mesh.normals.size(); i += 3) {
+      fmt::format_to(to,
+                     "vn {:.3f} {:.3f} {:.3f}\n",
+                     mesh.normals[i],
+                     mesh.normals[i + 1],
+                     mesh.normals[i + 2]);
+    }
+    for (std::size_t i = 0; i < mesh.uvs.size(); i += 2) {
+      // OBJ counts v upwards.
+      fmt::format_to(to, "vt {:.4f} {:.4f}\n", mesh.uvs[i], 1.0F - mesh.uvs[i + 1]);
+    }
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+      fmt::format_to(to, "f");
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t index = mesh.indices[i + k];
+        if (mesh.uvs.empty()) {
+          fmt::format_to(to, " {}//{}", index + vertices_ + 1, index + vertices_ + 1);
+        } else {
+          fmt::format_to(
+              to, " {}/{}/{}", index + vertices_ + 1, index + uvs_ + 1, index + vertices_ + 1);
+        }
+      }
+      fmt::format_to(to, "\n");
+    }
+    vertices_ += mesh.vertex_count();
+    uvs_ += mesh.uvs.size() / 2;
+    put(fmt::to_string(text));
+  }
+
+  void describe(const std::string& material, const MeshPart& mesh) {
+    if (!known_.insert(material).second) return;
+    materials_ += fmt::format("newmtl {}\nKd {:.4f} {:.4f} {:.4f}\nKs 0 0 0\nillum 1\n",
+                              one_word(material),
+                              mesh.color[0],
+                              mesh.color[1],
+                              mesh.color[2]);
+    if (mesh.texture != nullptr && !mesh.uvs.empty()) {
+      const std::string file = picture_file(*mesh.texture);
+      materials_ += fmt::format("map_Kd {}\n", file);
+      if (has_transparency(*mesh.texture)) materials_ += fmt::format("map_d {}\n", file);
+    }
+    materials_ += '\n';
+  }
+
+  /// Writes a picture beside the materials, once.
+  std::string picture_file(const Texture& texture) {
+    std::filesystem::path path = materials_path_;
+    path.replace_extension();
+    path += "-" + one_word(texture.name) + ".png";
+    if (pictures_.insert(texture.name).second) {
+      const std::string bytes = png_bytes(texture);
+      write_file(path, bytes);
+      size_ += bytes.size();
+    }
+    return one_word(path.filename().string());
+  }
+
+  void put(const std::string& text) {
+    file_.stream() << text;
+    size_ += text.size();
+  }
+
+  std::filesystem::path materials_path_;
+  AtomicFile file_;
+  std::string materials_{};
+  std::set<std::string> known_{};
+  std::set<std::string> pictures_{};
+  std::size_t vertices_ = 0;
+  std::size_t uvs_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<SceneWriter> make_obj_writer(const std::filesystem::path& path,
+                                             const SceneOptions& options) {
+  return std::make_unique<ObjWriter>(path, options);
+}
+
+}  // namespace silvafit::tree

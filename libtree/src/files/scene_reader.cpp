@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/scene_reader.hpp"
+
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "files/gltf_document.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+using nlohmann::json;
+
+std::uint32_t word_at(std::string_view bytes, std::size_t at) {
+  if (at + 4 > bytes.size()) refuse_gltf("it ends too early");
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data() + at, sizeof(value));
+  return value;
+}
+
+json parsed(std::string_view bytes) {
+  json description = json::parse(bytes, nullptr, false);
+  if (!description.is_object()) refuse_gltf("its description is not JSON");
+  return description;
+}
+
+template <typename Read>
+ReadScene guarded(Read read) {
+  try {
+    return read();
+  } catch (const json::exception& error) {
+    // What is there under a name has another type than glTF gives it.
+    refuse_gltf(error.what());
+  }
+}
+
+ReadScene read_glb_unguarded(std::string_view bytes) {
+  if (bytes.size() < 20 || bytes.substr(0, 4) != "glTF") refuse_gltf("it does not begin with glTF");
+  if (word_at(bytes, 4) != 2) refuse_gltf("it is not of version 2");
+  if (word_at(bytes, 8) != bytes.size()) refuse_gltf("it is not as long as it says");
+  const std::size_t length = word_at(bytes, 12);
+  if (bytes.substr(16, 4) != "JSON" || length > bytes.size() - 20)
+    refuse_gltf("it has no description");
+  std::vector<std::string> buffers;
+  const std::size_t binary = 20 + length;
+  if (binary + 8 <= bytes.size()) {
+    const std::size_t size = word_at(bytes, binary);
+    if (size > bytes.size() - binary - 8) refuse_gltf("its buffer ends too early");
+    buffers.emplace_back(bytes.substr(binary + 8, size));
+  }
+  return read_document(parsed(bytes.substr(20, length)), std::move(buffers));
+}
+
+std::string unescaped(const std::string& uri) {
+  std::string name;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] != '%') {
+      name += uri[i];
+      continue;
+    }
+    unsigned value = 0;
+    for (std::size_t k = i + 1; k < i + 3; ++k) {
+      const char c = k < uri.size() ? uri[k] : '?';
+      const bool digit = c >= '0' && c <= '9';
+      const bool upper = c >= 'A' && c <= 'F';
+      const bool lower = c >= 'a' && c <= 'f';
+      if (!digit && !upper && !lower) refuse_gltf("a URI has a stray %");
+      value =
+          16 * value + static_cast<unsigned>(digit ? c - '0' : (upper ? c - 'A' : c - 'a') + 10);
+    }
+    name += static_cast<char>(value);
+    i += 2;
+  }
+  return name;
+}
+
+ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::string& bytes) {
+  json description = parsed(bytes);
+  std::vector<std::string> buffers;
+  if (description.contains("buffers")) {
+    for (const json& buffer : description["buffers"]) {
+      const std::string uri = gltf_text(buffer, "uri");
+      if (uri.empty()) {
+        buffers.emplace_back();  // nothing but views that are packed elsewhere may name it
+        continue;
+      }
+      const std::filesystem::path name = unescaped(uri);
+      if (name.has_parent_path() || uri.find(':') != std::string::npos) {
+        refuse_gltf("its buffer is not a file beside it: " + uri);
+      }
+      buffers.push_back(read_file(path.parent_path() / name));
+    }
+  }
+  return read_document(std::move(description), std::move(buffers));
+}
+
+}  // namespace
+
+std::array<double, 3> ReadInstance::moved(std::array<double, 3> point) const {
+  std::array<double, 3> result{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    result[row] = transform[12 + row];
+    for (std::size_t k = 0; k < 3; ++k) result[row] += transform[4 * k + row] * point[k];
+  }
+  return result;
+}
+
+std::size_t ReadScene::triangle_count() const {
+  std::vector<std::size_t> of_model;
+  for (const ReadModel& model : models) {
+    std::size_t count = 0;
+    for (const ReadPart& part : model.parts) count += part.mesh.triangle_count();
+    of_model.push_back(count);
+  }
+  std::size_t sum = 0;
+  for (const ReadInstance& instance : instances) sum += of_model[instance.model];
+  return sum;
+}
+
+ReadScene read_glb(std::string_view bytes) {
+  return guarded([&] { return read_glb_unguarded(bytes); });
+}
+
+ReadScene read_scene(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path);
+  try {
+    const bool is_binary = bytes.compare(0, 4, "glTF") == 0;
+    return guarded(
+        [&] { return is_binary ? read_glb_unguarded(bytes) : read_gltf_unguarded(path, bytes); });
+  } catch (const InputError& error) {
+    if (!error.place().file.empty()) throw;
+    throw InputError(error.message(), {.file = path.string()});
+  }
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/scene_writer.hpp"
+
+#include "files/format_writers.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+
+SceneFormat scene_format_from_text(const std::string& text) {
+  if (text == "glb") return SceneFormat::kGlb;
+  if (text == "gltf") return SceneFormat::kGltf;
+  if (text == "obj") return SceneFormat::kObj;
+  if (text == "ply") return SceneFormat::kPly;
+  throw UsageError("a scene is written as glb, gltf, obj or ply, not as " + text);
+}
+
+const char* file_ending(SceneFormat format) {
+  switch (format) {
+    case SceneFormat::kGlb:
+      return "glb";
+    case SceneFormat::kGltf:
+      return "gltf";
+    case SceneFormat::kObj:
+      return "obj";
+    case SceneFormat::kPly:
+      return "ply";
+  }
+  return "";
+}
+
+std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset) {
+  std::vector<ModelPart> parts;
+  for (const MeshPart& part : mesh.parts) {
+    const std::string material = preset + "-" + material_name(material_of(part.kind));
+    parts.push_back({.part = part_name(part.kind), .material = material, .mesh = &part});
+  }
+  return parts;
+}
+
+void SceneWriter::animate(const std::string&,
+                          const Position&,
+                          const std::vector<AnimatedModel>&,
+                          const std::string&) {
+  throw UsageError("only glb and gltf hold animations");
+}
+
+std::unique_ptr<SceneWriter> open_scene(const std::filesystem::path& path,
+                                        SceneFormat format,
+                                        const SceneOptions& options) {
+  const bool is_gltf = format == SceneFormat::kGlb || format == SceneFormat::kGltf;
+  if (!is_gltf && (options.instancing || options.quantize || options.compress)) {
+    throw UsageError("instancing, quantization and compression are for glb and gltf");
+  }
+  if (options.ascii && format != SceneFormat::kPly) {
+    throw UsageError("only ply is written as text or binary by choice");
+  }
+  if (is_gltf) return make_gltf_writer(path, format == SceneFormat::kGlb, options);
+  return format == SceneFormat::kObj ? make_obj_writer(path, options)
+                                     : make_ply_writer(path, options);
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "fitted/fitted_leaves.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fitted/leaf_sites.hpp"
+#include "fitted/skeleton_line.hpp"
+#include "fitted/standing_skeleton.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// Sum of the lengths of all branches in the grown and in the fitted skeleton.
+double mean_scale(const Skeleton& grown,
+                  const Skeleton& fitted,
+                  const std::vector<std::uint32_t>& number) {
+  const auto length_of = [](std::span<const SkeletonPoint> line) {
+    double sum = 0.0;
+    for (std::size_t i = 1; i < line.size(); ++i) sum += length(line[i].at - line[i - 1].at);
+    return sum;
+  };
+  double before = 0.0;
+  double after = 0.0;
+  for (std::size_t i = 1; i < grown.axes.size(); ++i) {
+    before += length_of(grown.points_of(grown.axes[i]));
+    if (number[i] != kNone) after += length_of(fitted.points_of(fitted.axes[number[i]]));
+  }
+  return before > 0.0 ? after / before : 1.0;
+}
+
+}  // namespace
+
+std::vector<LeafSite> fitted_leaves(const Skeleton& grown,
+                                    const Skeleton& fitted,
+                                    const std::vector<std::uint32_t>& number,
+                                    const Crown& crown,
+                                    const std::function<Point(Point)>& in_crown) {
+  std::vector<LeafSite> leaves;
+  if (grown.leaves.empty()) return leaves;
+  leaves.reserve(grown.leaves.size());
+  const double scale = mean_scale(grown, fitted, number);
+  constexpr double kLongest = 0.8;
+  for (LeafSite leaf : grown.leaves) {
+    if (number[leaf.axis] == kNone) continue;
+    if (leaf.axis == 0) {
+      leaf.at = in_crown(leaf.at);
+    } else {
+      const auto was = grown.points_of(grown.axes[leaf.axis]);
+      const auto now = fitted.points_of(fitted.axes[number[leaf.axis]]);
+      const auto [k, part] = nearest_place(was, leaf.at);
+      const Point before = was[k + 1].at - was[k].at;
+      const Point after = now[k + 1].at - now[k].at;
+      move_with(leaf, before, after, was[k].at + part * before, now[k].at + part * after, scale);
+    }
+    leaf.axis = number[leaf.axis];
+    leaf.length_m = std::min(scale * leaf.length_m, kLongest);
+    if (bring_inside(leaf, crown)) leaves.push_back(leaf);
+  }
+  return leaves;
+}
+
+}  // namespace silvafit::tree

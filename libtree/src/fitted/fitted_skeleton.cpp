@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/fitted_skeleton.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "fitted/crown_map.hpp"
+#include "fitted/fitted_leaves.hpp"
+#include "fitted/fitted_stem.hpp"
+#include "fitted/radius_axes.hpp"
+#include "fitted/skeleton_line.hpp"
+#include "fitted/standing_skeleton.hpp"
+#include "silvafit/tree/affine_map.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+// A float at the height of the tallest tree still resolves a twig of this radius.
+constexpr double kThinnest = 0.0003;
+constexpr double kShortest = 0.0005;  // an axis that the crown leaves no more of goes
+
+double squared(double value) { return value * value; }
+
+class Fitter {
+ public:
+  Fitter(StandingSkeleton grown, const TreeShape& shape, const Crown& crown, const Taper& taper)
+      : grown_(std::move(grown)),
+        crown_(crown),
+        map_(grown_, crown),
+        stem_(fitted_stem(grown_, map_, shape, crown, taper)) {}
+
+  Skeleton run() {
+    radius_axes_ = lead_to_radii(grown_.skeleton, map_, crown_);
+    const Skeleton& grown = grown_.skeleton;
+    choose_lowest();
+    number_.assign(grown.axes.size(), kNone);
+    thickness_.assign(grown.axes.size(), 1.0);
+    result_.notes = grown.notes;
+    result_.axes.reserve(grown.axes.size());
+    result_.points.reserve(grown.points.size() + stem_.size());
+    number_[0] = 0;
+    result_.axes.push_back({.count = static_cast<std::uint32_t>(stem_.size())});
+    result_.points = stem_;
+    moves_.resize(grown.axes.size());
+    for (std::uint32_t i = 1; i < grown.axes.size(); ++i) add(i);
+    result_.leaves = fitted_leaves(grown, result_, number_, crown_, [this](Point at) {
+      const CrownPlace place = map_.place_of(at);
+      return bent_with_stem(place, map_.inside(place));
+    });
+    return std::move(result_);
+  }
+
+ private:
+  /// The branch of the stem that will begin at the crown base: the lowest that is drawn as wood,
+  /// and if possible one that reaches no measured radius.
+  void choose_lowest() {
+    const Skeleton& grown = grown_.skeleton;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = 1; i < grown.axes.size(); ++i) {
+      const SkeletonPoint& base = grown.points[grown.axes[i].first];
+      if (grown.axes[i].order != 1) continue;
+      const double reluctance =
+          (base.radius_m > 0.0 ? 0.0 : 4.0) + (radius_axes_.direction_of(i) < 0 ? 0.0 : 2.0);
+      const double here = reluctance + base.at.z / grown_.top;
+      if (here >= least) continue;
+      lowest_ = i;
+      least = here;
+    }
+  }
+
+  std::span<const SkeletonPoint> line_of(std::uint32_t axis) const {
+    return grown_.skeleton.points_of(grown_.skeleton.axes[axis]);
+  }
+
+  std::span<const SkeletonPoint> fitted_line_of(std::uint32_t axis) const {
+    return result_.points_of(result_.axes[number_[axis]]);
+  }
+
+  /// With the stem's bend: full at the stem, none at the crown's surface.
+  Point bent_with_stem(const CrownPlace& place, Point at) const {
+    const Point stem = at_height(stem_, at.z).at;
+    at.x += (1.0 - place.out) * stem.x;
+    at.y += (1.0 - place.out) * stem.y;
+    return at;
+  }
+
+  void add(std::uint32_t i) {
+    const Axis& axis = grown_.skeleton.axes[i];
+    if (number_[axis.parent] == kNone) return;
+    const int direction = radius_axes_.direction_of(i);
+    const bool is_measured = i == lowest_ || direction >= 0;
+    place(i, is_measured);
+    bring_to_base(i, is_measured);
+    if (!is_measured) fit_in(i);
+    if (direction >= 0) line_.back() = {radius_tip(direction), 0.0};
+    if (line_length_m(line_) < kShortest) {
+      if (!is_measured) return;
+      // Whatever it was, it has to be there: as a shoot along the stem.
+      line_.back().at.z += 0.5 * (crown_.h_m() - line_.back().at.z);
+    }
+    set_radii(i);
+    number_[i] = static_cast<std::uint32_t>(result_.axes.size());
+    result_.axes.push_back({.order = axis.order,
+                            .parent = number_[axis.parent],
+                            .first = static_cast<std::uint32_t>(result_.points.size()),
+                            .count = static_cast<std::uint32_t>(line_.size())});
+    result_.points.insert(result_.points.end(), line_.begin(), line_.end());
+  }
+
+  /// Where the axis comes to by the map of the crown, and by what happened to what bears it.
+  void place(std::uint32_t i, bool is_measured) {
+    const Axis& axis = grown_.skeleton.axes[i];
+    const auto grown_line = line_of(i);
+    moves_[i] = moves_[axis.parent];
+    line_.clear();
+    for (std::uint32_t k = 0; k < axis.count; ++k) {
+      const CrownPlace place = radius_axes_.led(map_.place_of(grown_line[k].at), axis.first + k);
+      const Point at = is_measured ? map_.inside(place) : moves_[i](map_.at(place));
+      line_.push_back({bent_with_stem(place, at), grown_line[k].radius_m});
+    }
+  }
+
+  /// The place on its parent where an axis begins.
+  Point base_of(std::uint32_t i) const {
+    const Axis& axis = grown_.skeleton.axes[i];
+    if (axis.order == 1) {
+      if (i == lowest_) return at_height(stem_, crown_.hcb_m()).at;
+      const double z = std::clamp(line_.front().at.z, crown_.hcb_m(), crown_.h_m());
+      return crown_.confine(at_height(stem_, z).at);
+    }
+    const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
+    const auto parent = fitted_line_of(axis.parent);
+    const Point from = parent[place.segment].at;
+    // A crown with very unequal radii is hollow between them; a bearer's line may cut across.
+    return crown_.confine(from + place.part * (parent[place.segment + 1].at - from));
+  }
+
+  /// Moves the axis to its base on what bears it: as a whole, or so that its tip stays where it is.
+  void bring_to_base(std::uint32_t i, bool keeps_tip) {
+    const Point base = base_of(i);
+    const Point shift = base - line_.front().at;
+    const double total = line_length_m(line_);
+    double before = 0.0;
+    Point last = line_.front().at;
+    for (SkeletonPoint& point : line_) {
+      before += length(point.at - last);
+      last = point.at;
+      const double share = keeps_tip && total > 0.0 ? before / total : 0.0;
+      point.at = point.at + squared(1.0 - share) * shift;
+      if (keeps_tip) point.at = crown_.confine(point.at);
+    }
+    line_.front().at = base;
+    if (!keeps_tip) moves_[i].b = moves_[i].b + shift;
+  }
+
+  /// Turns the axis up or down about its base, and makes it shorter, until it is inside the crown.
+  void fit_in(std::uint32_t i) {
+    const Point base = line_.front().at;
+    const Point chord = line_.back().at - base;
+    const Point level = direction(cross(chord, {0.0, 0.0, 1.0}), {1.0, 0.0, 0.0});
+    double kept = share_inside(base, {});
+    AffineMap best{};
+    bool is_turned = false;
+    // A turn is better than a cut, but a third of a right angle only for a quarter of the length.
+    constexpr double kWorthTurning = 0.85;
+    constexpr double kStep = std::numbers::pi / 12.0;
+    constexpr double kLossPerStep = 0.12;
+    if (kept < kWorthTurning) {
+      double most = kept;
+      for (int step = 1; step <= 3; ++step) {
+        for (const double sign : {1.0, -1.0}) {
+          const AffineMap turn = turn_about(level, sign * step * kStep);
+          const double share = share_inside(base, turn);
+          if (share - kLossPerStep * step <= most) continue;
+          most = share - kLossPerStep * step;
+          kept = share;
+          best = turn;
+          is_turned = true;
+        }
+      }
+    }
+    if (kept < 1.0) {
+      // Tips that all end on the curve would make a clipped hedge.
+      constexpr double kGoldenRatio = 0.6180339887498949;
+      constexpr double kRagged = 0.12;
+      kept *= 1.0 - kRagged * std::fmod(kGoldenRatio * i, 1.0);
+    }
+    if (kept == 1.0 && !is_turned) return;
+    AffineMap move = scaled(best, kept);
+    move.b = base - move.turn(base);
+    for (SkeletonPoint& point : line_) point.at = crown_.confine(move(point.at));
+    line_.front().at = base;
+    moves_[i] = move.after(moves_[i]);
+  }
+
+  /// How much of its size the axis keeps inside the crown, turned about its base.
+  double share_inside(Point base, const AffineMap& turn) const {
+    double share = 1.0;
+    for (const SkeletonPoint& point : line_) {
+      const Point away = share * turn.turn(point.at - base);
+      if (crown_.contains(base + away)) continue;
+      const double wanted = length(away);
+      if (wanted == 0.0) continue;
+      share *= crown_.length_inside_m(base, (1.0 / wanted) * away, wanted) / wanted;
+    }
+    return share;
+  }
+
+  Point radius_tip(int direction) const {
+    const CrownRadii& radii = crown_.radii();
+    const double z = crown_.hc_m();
+    switch (direction) {
+      case 0:
+        return {radii.east_m, 0.0, z};
+      case 1:
+        return {-radii.west_m, 0.0, z};
+      case 2:
+        return {0.0, -radii.south_m, z};
+      default:
+        return {0.0, radii.north_m, z};
+    }
+  }
+
+  /// Radii of a branch of the stem keep their share of the stem's radius at its base; what grows
+  /// from the branch gets thinner or thicker with it.
+  void set_radii(std::uint32_t i) {
+    const Axis& axis = grown_.skeleton.axes[i];
+    const double grown_base = line_.front().radius_m;
+    double bearer_m = 0.0;
+    if (axis.order == 1) {
+      bearer_m = at_height(stem_, line_.front().at.z).radius_m;
+      const double grown_stem = at_height(grown_.course, line_of(i).front().at.z).radius_m;
+      thickness_[i] = grown_stem > 0.0 ? bearer_m / grown_stem : 0.0;
+    } else {
+      thickness_[i] = thickness_[axis.parent];
+      const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
+      const auto parent = fitted_line_of(axis.parent);
+      const double from = parent[place.segment].radius_m;
+      bearer_m = from + place.part * (parent[place.segment + 1].radius_m - from);
+    }
+    // No branch is thicker than what bears it, nor a club in a crown too narrow for the stem.
+    constexpr double kThickest = 0.15;
+    const double most = std::min(bearer_m, kThickest * line_length_m(line_));
+    if (grown_base * thickness_[i] > most) thickness_[i] = most / grown_base;
+    const bool has_wood = grown_base > 0.0;
+    for (SkeletonPoint& point : line_) {
+      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnest) : 0.0;
+    }
+    line_.back().radius_m = 0.0;
+  }
+
+  StandingSkeleton grown_;
+  const Crown& crown_;
+  CrownMap map_;
+  std::vector<SkeletonPoint> stem_;
+  RadiusAxes radius_axes_{};
+  std::uint32_t lowest_ = kNone;
+  std::vector<std::uint32_t> number_{};  ///< of each grown axis in the result
+  std::vector<double> thickness_{};      ///< fitted by grown radius of each axis
+  std::vector<AffineMap> moves_{};       ///< of each grown axis from where the map has it
+  std::vector<SkeletonPoint> line_{};    ///< the axis being fitted
+  Skeleton result_{};
+};
+
+}  // namespace
+
+Skeleton fit_to_measurements(Skeleton grown,
+                             const TreeShape& shape,
+                             const Crown& crown,
+                             const Taper& taper) {
+  return Fitter(standing(grown), shape, crown, taper).run();
+}
+
+}  // namespace silvafit::tree

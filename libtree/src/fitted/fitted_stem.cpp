@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "fitted/fitted_stem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fitted/skeleton_line.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kBreastHeight = 1.3;
+constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
+
+double narrowest_m(const CrownRadii& radii) {
+  return std::min({radii.east_m, radii.west_m, radii.south_m, radii.north_m});
+}
+
+double mean_m(const CrownRadii& radii) { return 0.5 * radii.width_m(); }
+
+}  // namespace
+
+std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
+                                       const CrownMap& map,
+                                       const TreeShape& shape,
+                                       const Crown& crown,
+                                       const Taper& taper) {
+  const std::vector<double> heights = section_heights_m(shape.h_m);
+  const std::vector<double> diameters = taper.diameters_cm(heights, shape.h_m, shape.dbh_cm);
+  // A section's height, so that the stem is on the axis wherever it is below.
+  const double from =
+      *std::lower_bound(heights.begin(), heights.end(), std::max(kBreastHeight, shape.hcb_m));
+  const double scale = mean_m(shape.radii) / map.widest();
+  const Point lowest = at_height(grown.course, map.grown_height(from)).at;
+  const Point highest = at_height(grown.course, map.grown_height(shape.h_m)).at;
+
+  const auto bent = [&](double z_m) -> Point {
+    if (z_m <= from || z_m >= shape.h_m) return {0.0, 0.0, z_m};
+    const double share = (z_m - from) / (shape.h_m - from);
+    const Point grown_at = at_height(grown.course, map.grown_height(z_m)).at;
+    // Both ends stay on the axis.
+    const Point chord = lowest + share * (highest - lowest);
+    const double x = scale * (grown_at.x - chord.x);
+    const double y = scale * (grown_at.y - chord.y);
+    const double away = std::hypot(x, y);
+    // The inner third of the crown, and no steeper bend than a short crown has room for.
+    constexpr double kInner = 1.0 / 3.0;
+    constexpr double kSteepest = 0.2;
+    const double most = std::min(kInner * narrowest_m(shape.radii) * crown.relative_width(z_m),
+                                 kSteepest * (shape.h_m - from) * 4.0 * share * (1.0 - share));
+    const double kept = away > 0.0 ? most / (most + away) : 0.0;
+    return {kept * x, kept * y, z_m};
+  };
+
+  std::vector<SkeletonPoint> stem;
+  stem.reserve(heights.size());
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    stem.push_back({bent(heights[i]), diameters[i] * kRadiusPerDiameter});
+  }
+  return stem;
+}
+
+}  // namespace silvafit::tree

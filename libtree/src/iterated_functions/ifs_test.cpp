@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/ifs.hpp"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "test_support/fitted_test_support.hpp"
+
+using namespace silvafit;
+using namespace silvafit::tree;
+namespace fs = std::filesystem;
+
+namespace {
+
+AffineMap shrinking(double scale, Point b) {
+  AffineMap map = scaled({}, scale);
+  map.b = b;
+  return map;
+}
+
+/// Any matrix with a spectral norm of 0.2 to 0.8.
+AffineMap random_map(Random& random) {
+  AffineMap map;
+  for (auto& row : map.a) {
+    for (double& value : row) value = random.uniform(-1.0, 1.0);
+  }
+  map = scaled(map, random.uniform(0.2, 0.8) / map.spectral_norm());
+  map.b = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+  return map;
+}
+
+Eigen::Matrix3d linear(const AffineMap& map) {
+  Eigen::Matrix3d a;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) a(i, j) = map.a[i][j];
+  }
+  return a;
+}
+
+Eigen::Vector3d vector(Point p) { return {p.x, p.y, p.z}; }
+
+/// Mean of the invariant measure: m = sum p_i (A_i m + b_i).
+Eigen::Vector3d invariant_mean(const IteratedFunctionSystem& ifs) {
+  Eigen::Matrix3d a = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < ifs.maps().size(); ++i) {
+    a -= ifs.probabilities()[i] * linear(ifs.maps()[i]);
+    b += ifs.probabilities()[i] * vector(ifs.maps()[i].b);
+  }
+  return a.fullPivLu().solve(b);
+}
+
+/// Its covariance: C = sum p_i (A_i C A_i' + d_i d_i') with d_i = A_i m + b_i - m, as one system of
+/// nine linear equations.
+Eigen::Matrix3d invariant_covariance(const IteratedFunctionSystem& ifs) {
+  const Eigen::Vector3d m = invariant_mean(ifs);
+  Eigen::Matrix<double, 9, 9> left = Eigen::Matrix<double, 9, 9>::Identity();
+  Eigen::Matrix3d right = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < ifs.maps().size(); ++i) {
+    const double p = ifs.probabilities()[i];
+    const Eigen::Matrix3d a = linear(ifs.maps()[i]);
+    const Eigen::Vector3d d = a * m + vector(ifs.maps()[i].b) - m;
+    right += p * d * d.transpose();
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) left.block<3, 3>(3 * r, 3 * c) -= p * a(r, c) * a;
+    }
+  }
+  const Eigen::Matrix<double, 9, 1> stacked =
+      left.fullPivLu().solve(Eigen::Map<Eigen::Matrix<double, 9, 1>>(right.data()));
+  return Eigen::Map<const Eigen::Matrix3d>(stacked.data());
+}
+
+/// Corners of a tetrahedron, halved towards each: the attractor has four halves of itself.
+IteratedFunctionSystem sierpinski_tetrahedron() {
+  return IteratedFunctionSystem({shrinking(0.5, {0, 0, 0}),
+                                 shrinking(0.5, {0.5, 0, 0}),
+                                 shrinking(0.5, {0, 0.5, 0}),
+                                 shrinking(0.5, {0, 0, 0.5})});
+}
+
+/// Two side branches, and perhaps one that goes on, all alike.
+IfsPreset forked(int depth, bool continues) {
+  std::vector<IfsCopy> copies;
+  const auto add = [&copies](AffineMap map, double scale, bool goes_on) {
+    map = scaled(map, scale);
+    map.b = {0, 0, goes_on ? 1.0 : 0.6};
+    copies.push_back({.map = map, .scale = scale, .thickness = scale, .continues = goes_on});
+  };
+  if (continues) add(turn_about({1, 0, 0}, 0.05), 0.8, true);
+  add(turn_about({1, 0, 0}, 0.8), 0.5, false);
+  add(turn_about({1, 0, 0}, -0.7), 0.4, false);
+  std::vector<AffineMap> maps;
+  for (const IfsCopy& copy : copies) maps.push_back(copy.map);
+  std::vector<double> probabilities =
+      continues ? std::vector<double>{0.2, 0.5, 0.3} : std::vector<double>{0.7, 0.3};
+  return {.system = IteratedFunctionSystem(maps, probabilities),
+          .copies = copies,
+          .trunk = {.segments = 1},
+          .limits = {.depth = depth},
+          .leaves = {.count = 0}};
+}
+
+std::size_t power_sum(std::size_t base, int depth) {
+  std::size_t sum = 0;
+  std::size_t power = 1;
+  for (int i = 0; i <= depth; ++i) {
+    sum += power;
+    power *= base;
+  }
+  return sum;
+}
+
+const IfsBuilder& ifs_preset(const char* name) {
+  return dynamic_cast<const IfsBuilder&>(test::shipped_builders().named(BuilderKind::kIfs, name));
+}
+
+}  // namespace
+
+TEST_CASE("the chaos game has the invariant measure's mean and covariance") {
+  Random random(61);
+  for (int system = 0; system < 6; ++system) {
+    std::vector<AffineMap> maps;
+    for (int i = 0; i < 2 + system % 3; ++i) maps.push_back(random_map(random));
+    const IteratedFunctionSystem ifs(maps);
+    const Eigen::Vector3d mean = invariant_mean(ifs);
+    const Eigen::Matrix3d covariance = invariant_covariance(ifs);
+    // Points of a chain hang together; means of long batches do not, and their spread is the
+    // Monte-Carlo error.
+    constexpr int kBatches = 100;
+    constexpr int kBatch = 2000;
+    std::vector<Eigen::Matrix<double, 12, 1>> batches;
+    const std::vector<Point> points = ifs.chaos_game(kBatches * kBatch, random);
+    Eigen::Matrix<double, 12, 1> overall = Eigen::Matrix<double, 12, 1>::Zero();
+    for (int b = 0; b < kBatches; ++b) {
+      Eigen::Matrix<double, 12, 1> sum = Eigen::Matrix<double, 12, 1>::Zero();
+      for (int i = 0; i < kBatch; ++i) {
+        const Eigen::Vector3d away = vector(points[kBatch * b + i]) - mean;
+        const Eigen::Matrix3d product = away * away.transpose();
+        sum.head<3>() += away;
+        sum.tail<9>() += Eigen::Map<const Eigen::Matrix<double, 9, 1>>(product.data());
+      }
+      batches.push_back(sum / kBatch);
+      overall += batches.back() / kBatches;
+    }
+    for (int k = 0; k < 12; ++k) {
+      double squares = 0.0;
+      for (const auto& batch : batches) squares += std::pow(batch(k) - overall(k), 2);
+      const double error = std::sqrt(squares / (kBatches - 1) / kBatches);
+      const double expected = k < 3 ? 0.0 : covariance((k - 3) % 3, (k - 3) / 3);
+      INFO("system " << system << " moment " << k << " standard error " << error);
+      // 72 comparisons: 4.5 standard errors of a t distribution with 99 degrees of freedom are
+      // passed by chance in fewer than one of 700 runs; the seed is fixed.
+      CHECK(overall(k) == Approx(expected).margin(4.5 * error));
+      CHECK(error < 0.02);
+    }
+  }
+}
+
+TEST_CASE("the chaos game draws Barnsley's fern within its known bounds") {
+  // Barnsley 1988, table of the black spleenwort fern; x and y stand for x and z here.
+  const auto map = [](double a, double b, double c, double d, double f) {
+    return AffineMap{.a = {{{a, 0, b}, {0, 0, 0}, {c, 0, d}}}, .b = {0, 0, f}};
+  };
+  const IteratedFunctionSystem fern({map(0, 0, 0, 0.16, 0),
+                                     map(0.85, 0.04, -0.04, 0.85, 1.6),
+                                     map(0.2, -0.26, 0.23, 0.22, 1.6),
+                                     map(-0.15, 0.28, 0.26, 0.24, 0.44)},
+                                    {0.01, 0.85, 0.07, 0.07});
+  Random random(62);
+  double left = 0.0, right = 0.0, low = 0.0, high = 0.0;
+  for (const Point& point : fern.chaos_game(400000, random)) {
+    left = std::min(left, point.x);
+    right = std::max(right, point.x);
+    low = std::min(low, point.z);
+    high = std::max(high, point.z);
+  }
+  // Published bounds -2.1820 < x < 2.6558 and 0 <= y < 9.9983; the outermost tips are hardly ever
+  // visited.
+  CHECK(left > -2.1821);
+  CHECK(left < -2.15);
+  CHECK(right < 2.6559);
+  CHECK(right > 2.62);
+  CHECK(low >= 0.0);
+  CHECK(high < 9.9984);
+  CHECK(high > 9.95);
+}
+
+TEST_CASE("a Sierpinski tetrahedron has four boxes for each before, and dimension 2") {
+  const IteratedFunctionSystem ifs = sierpinski_tetrahedron();
+  CHECK(ifs.similarity_dimension() == Approx(2.0).epsilon(1e-12));
+  for (const double p : ifs.probabilities()) CHECK(p == Approx(0.25).epsilon(1e-12));
+  Random random(63);
+  const std::vector<Point> points = ifs.chaos_game(60000, random);
+  std::size_t expected = 1;
+  for (int level = 1; level <= 5; ++level) {
+    expected *= 4;
+    const double boxes = std::pow(2.0, level);
+    std::set<std::array<int, 3>> seen;
+    for (const Point& p : points) {
+      seen.insert({static_cast<int>(p.x * boxes),
+                   static_cast<int>(p.y * boxes),
+                   static_cast<int>(p.z * boxes)});
+    }
+    CHECK(seen.size() == expected);
+  }
+  // Moran's equation by hand: (1/2)^D + (1/4)^D = 1 has the golden ratio's logarithm.
+  const IteratedFunctionSystem uneven({shrinking(0.5, {}), shrinking(0.25, {0, 0, 1})});
+  CHECK(uneven.similarity_dimension() ==
+        Approx(std::log2(0.5 * (1.0 + std::sqrt(5.0)))).epsilon(1e-12));
+}
+
+TEST_CASE("maps are put together as functions are") {
+  Random random(64);
+  for (int i = 0; i < 20; ++i) {
+    const AffineMap f = random_map(random);
+    const AffineMap g = random_map(random);
+    const Point x{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+    // A few roundings of numbers near 1.
+    CHECK(length(f.after(g)(x) - f(g(x))) < 1e-14);
+    CHECK(f.after(g).determinant() == Approx(f.determinant() * g.determinant()).margin(1e-14));
+    CHECK(length(f.turn(x)) <= f.spectral_norm() * length(x) * (1 + 1e-14));
+  }
+  const Point east = turn_about({0, 0, 1}, std::numbers::pi / 2).turn({0, -1, 0});
+  CHECK(length(east - Point{1, 0, 0}) < 1e-15);
+}
+
+TEST_CASE("systems that are none are refused") {
+  const auto make = [](std::vector<AffineMap> maps, std::vector<double> probabilities) {
+    return IteratedFunctionSystem(std::move(maps), std::move(probabilities));
+  };
+  const AffineMap half = shrinking(0.5, {});
+  CHECK_THROWS_AS(make({}, {}), DomainError);
+  CHECK_THROWS_AS(make({half, shrinking(1.0, {})}, {}), DomainError);
+  CHECK_THROWS_AS(make({half, shrinking(NAN, {})}, {}), DomainError);
+  CHECK_THROWS_AS(make({half, half}, {0.5, 0.50001}), DomainError);
+  CHECK_THROWS_AS(make({half, half}, {1.0, 0.0}), DomainError);
+  CHECK_THROWS_AS(make({half, half}, {1.0}), DomainError);
+  CHECK_NOTHROW(make({half, half}, {0.5, 0.5 + 5e-10}));
+  // A shear with a small determinant that stretches.
+  AffineMap shear = half;
+  shear.a[0][1] = 1.5;
+  CHECK_THROWS_AS(make({shear}, {}), DomainError);
+}
+
+TEST_CASE("k maps make the sum of k^d copies, each as long as its maps say") {
+  Random random(65);
+  for (int depth = 1; depth <= 7; ++depth) {
+    const Skeleton lateral = grow_ifs(forked(depth, false), random);
+    CHECK(lateral.axes.size() == power_sum(2, depth));
+    std::vector<double> scale(lateral.axes.size(), 1.0);
+    for (std::size_t i = 1; i < lateral.axes.size(); ++i) {
+      const Axis& axis = lateral.axes[i];
+      const auto line = lateral.points_of(axis);
+      const double size = length(line.back().at - line.front().at);
+      const auto parent = lateral.points_of(lateral.axes[axis.parent]);
+      const double of_parent = length(parent.back().at - parent.front().at);
+      CHECK((size / of_parent == Approx(0.5).epsilon(1e-12) ||
+             size / of_parent == Approx(0.4).epsilon(1e-12)));
+      // Both stand at 0.6 of what bears them.
+      const Point base = parent.front().at + 0.6 * (parent.back().at - parent.front().at);
+      CHECK(length(line.front().at - base) < 1e-12);
+    }
+    // A copy that goes on adds a point to its axis; every other one starts an axis of two.
+    const Skeleton continued = grow_ifs(forked(depth, true), random);
+    CHECK(continued.points.size() - continued.axes.size() == power_sum(3, depth));
+  }
+}
+
+TEST_CASE("limits keep a system of many copies from filling the machine") {
+  Random random(66);
+  IfsPreset preset = forked(40, true);
+  CHECK_THROWS_AS(grow_ifs(preset, random), GeometryError);
+  preset.limits.least_scale = 0.1;
+  const Skeleton skeleton = grow_ifs(preset, random);
+  CHECK(skeleton.axes.size() > 10);
+  for (const Axis& axis : skeleton.axes) {
+    const auto line = skeleton.points_of(axis);
+    CHECK(length(line.back().at - line[line.size() - 2].at) >= 0.1 - 1e-12);
+  }
+}
+
+TEST_CASE("leaves go where the probabilities say") {
+  Random random(67);
+  IfsPreset preset = forked(6, false);
+  preset.leaves.count = 20000;
+  const Skeleton skeleton = grow_ifs(preset, random);
+  REQUIRE(skeleton.leaves.size() == preset.leaves.count);
+  std::array<double, 2> of_first{};
+  for (const LeafSite& leaf : skeleton.leaves) {
+    std::uint32_t axis = leaf.axis;
+    // All hang on the last copies of copies.
+    CHECK(skeleton.axes[axis].order == 6);
+    while (skeleton.axes[axis].order > 1) axis = skeleton.axes[axis].parent;
+    of_first[axis - 1] += 1.0;
+    const auto line = skeleton.points_of(skeleton.axes[leaf.axis]);
+    const Point along = direction(line.back().at - line.front().at);
+    CHECK(dot(along, leaf.along) ==
+          Approx(std::cos(preset.leaves.angle_deg * std::numbers::pi / 180)).margin(1e-12));
+    CHECK(std::abs(dot(leaf.along, leaf.facing)) < 1e-12);
+  }
+  // Five standard deviations of a binomial share.
+  CHECK(of_first[0] / 20000 == Approx(0.7).margin(5 * std::sqrt(0.7 * 0.3 / 20000)));
+}
+
+TEST_CASE("trees of every system have their measurements, whatever they are") {
+  Random random(68);
+  for (const Builder* builder : test::shipped_builders().of(BuilderKind::kIfs)) {
+    for (int i = 0; i < 60; ++i) {
+      const Morphology tree = test::random_morphology(random, i);
+      const TreeShape shape = builder->shape_of(tree);
+      const Crown crown(shape, builder->preset().crown_index);
+      Random own = random_of_tree(1, tree.plot, tree.tree);
+      const Skeleton skeleton = builder->grow_skeleton(shape, crown, own);
+      INFO(builder->name());
+      test::check_fitted({&builder->preset().taper, shape, crown, skeleton});
+    }
+  }
+}
+
+TEST_CASE("the same random numbers give the same copies, others others") {
+  const IfsBuilder& builder = ifs_preset("broadleaf");
+  const auto points = [&](std::uint64_t seed) {
+    Random random(seed);
+    std::vector<double> all;
+    const Skeleton skeleton = grow_ifs(builder.ifs(), random);
+    for (const SkeletonPoint& p : skeleton.points) all.push_back(p.at.x);
+    for (const LeafSite& leaf : skeleton.leaves) all.push_back(leaf.at.z);
+    return all;
+  };
+  CHECK(points(1) == points(1));
+  CHECK(points(1) != points(2));
+}
+
+TEST_CASE("a species finds its system, and others get the fallback") {
+  const BuilderCatalogue& catalogue = test::shipped_builders();
+  CHECK(catalogue.fallback(BuilderKind::kIfs).name() == "broadleaf");
+  CHECK(catalogue.for_species(BuilderKind::kIfs, "SM")->name() == "conifer");
+  CHECK(catalogue.for_species(BuilderKind::kIfs, "Abies alba")->name() == "conifer");
+  CHECK(catalogue.for_species(BuilderKind::kIfs, "Quercus") == nullptr);
+}
+
+TEST_CASE("a system with a wrong field is refused with file and field") {
+  const fs::path models = fs::temp_directory_path() / "silvafit-ifs-test";
+  fs::remove_all(models);
+  fs::create_directories(models);
+  fs::copy(test::source_file("models/taper"), models / "taper");
+  const auto column_of_error = [&](const char* name,
+                                   const std::string& find,
+                                   const std::string& replacement) {
+    std::string text = read_file(test::source_file("models/ifs/" + std::string(name) + ".json"));
+    REQUIRE(text.find(find) != std::string::npos);
+    text.replace(text.find(find), find.size(), replacement);
+    write_file(models / "one.json", text);
+    try {
+      IfsBuilder::load(models, models / "one.json");
+    } catch (const InputError& error) {
+      CHECK(error.place().file.find(".json") != std::string::npos);
+      return error.place().column;
+    }
+    return std::string("accepted");
+  };
+  const auto with_value = [&](const char* name, const std::string& field, const char* value) {
+    const std::string text =
+        read_file(test::source_file("models/ifs/" + std::string(name) + ".json"));
+    const std::size_t at = text.find("\"" + field + "\": ");
+    REQUIRE(at != std::string::npos);
+    const std::size_t begin = at + field.size() + 4;
+    std::size_t end = begin;
+    for (int depth = 0; end < text.size(); ++end) {
+      if (text[end] == '[' || text[end] == '{') ++depth;
+      if (depth == 0 && (text[end] == ',' || text[end] == ' ' || text[end] == '\n')) break;
+      if (text[end] == ']' || text[end] == '}') --depth;
+    }
+    return column_of_error(name, text.substr(at, end - at), "\"" + field + "\": " + value);
+  };
+  CHECK(with_value("broadleaf", "scale", "1.5") == "maps[0].scale");
+  CHECK(with_value("broadleaf", "at", "0.9") == "maps[0].at");
+  CHECK(with_value("broadleaf", "angle_deg", "-1") == "maps[0].angle_deg");
+  CHECK(with_value("broadleaf", "probability", "0.5") == "maps");
+  CHECK(with_value("broadleaf", "depth", "65") == "recursion.depth");
+  CHECK(with_value("broadleaf", "depth", "2.5") == "recursion.depth");
+  CHECK(with_value("broadleaf", "segments", "0") == "trunk.segments");
+  CHECK(with_value("broadleaf", "form", "\"round\"") == "leaves.look.form");
+  CHECK(with_value("broadleaf", "count", "-1") == "leaves.count");
+  CHECK(with_value("broadleaf", "taper", "\"none\"").empty());
+  CHECK(with_value("conifer", "orders", "[2, 1]") == "maps[0].orders");
+  CHECK(with_value("conifer", "orders", "[0, 1]") == "maps");
+  CHECK(with_value("fern", "matrix", "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1]]") ==
+        "maps[0].matrix");
+  CHECK(with_value("fern", "matrix", "[[0.5, 0, 0, 0], [0, 0.5, 0, 0]]") == "maps[0].matrix");
+  CHECK(column_of_error("broadleaf", "\"trunk\"", "\"trunks\"") == "trunks");
+  CHECK(column_of_error("broadleaf", "\"turn_deg\"", "\"twist_deg\"") == "maps[0].twist_deg");
+  CHECK(column_of_error("broadleaf",
+                        "\"depth\": 6, \"least_scale\": 0.13",
+                        "\"depth\": 20, \"least_scale\": 0") == "recursion");
+  CHECK(column_of_error("broadleaf", "silvafit-ifs/1", "silvafit-ifs/2") == "schema");
+  CHECK(with_value("broadleaf", "depth", "4") == "accepted");
+  fs::remove_all(models);
+}

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/lsystem_builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <numbers>
+
+#include "catalogue/leaf_look.hpp"
+#include "catalogue/preset_head.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/fitted_skeleton.hpp"
+#include "silvafit/tree/turtle.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+using Constants = std::map<std::string, double>;
+
+/// The list `by_height` gives some constants other values for taller trees.
+std::vector<LsystemPreset::Stage> stages_of(const JsonEntry& entry,
+                                            const std::filesystem::path& grammars) {
+  const auto name = entry.get<std::string>("grammar");
+  const std::filesystem::path file = grammars / (name + ".lsys");
+  const auto common = entry.get<Constants>("constants");
+  const auto grammar = [&](Constants constants, const Place& place) {
+    constants.insert(common.begin(), common.end());
+    try {
+      return Grammar::load(file, constants);
+    } catch (const UsageError& error) {
+      throw InputError(error.message(), place);
+    }
+  };
+  if (!entry.has("by_height")) return {{0.0, grammar({}, entry.place_of("constants"))}};
+  std::vector<LsystemPreset::Stage> stages;
+  for (const JsonEntry& stage : entry.children("by_height")) {
+    stage.allow_only({"from_m", "constants"});
+    constexpr double kTallest = 200.0;
+    const double lowest = stages.empty() ? 0.0 : stages.back().from_m;
+    const double from_m = stage.number("from_m", lowest, stages.empty() ? 0.0 : kTallest);
+    stages.push_back(
+        {from_m, grammar(stage.get<Constants>("constants"), stage.place_of("constants"))});
+  }
+  if (stages.empty()) throw InputError("is empty", entry.place_of("by_height"));
+  return stages;
+}
+
+/// All the same, seen from another side.
+void turn_about_stem(Skeleton& skeleton, double angle_rad) {
+  const double c = std::cos(angle_rad);
+  const double s = std::sin(angle_rad);
+  const auto turn = [c, s](Point& p) { p = {c * p.x - s * p.y, s * p.x + c * p.y, p.z}; };
+  for (SkeletonPoint& point : skeleton.points) turn(point.at);
+  for (LeafSite& leaf : skeleton.leaves) {
+    turn(leaf.at);
+    turn(leaf.along);
+    turn(leaf.facing);
+  }
+}
+
+}  // namespace
+
+/// What a grammar without random numbers draws for every tree.
+struct LsystemBuilder::Derived {
+  std::once_flag once{};
+  Skeleton skeleton{};
+};
+
+std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path& models,
+                                                     const std::filesystem::path& file) {
+  const JsonEntry entry = JsonEntry::load(file, "silvafit-lsystem/1");
+  entry.allow_only({"schema",
+                    "name",
+                    "title",
+                    "species",
+                    "taper",
+                    "crown",
+                    "grammar",
+                    "constants",
+                    "by_height",
+                    "bark_color",
+                    "bark",
+                    "leaves",
+                    "bud",
+                    "basis"});
+  LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
+  preset.style.bark = color_of(entry, "bark_color");
+  preset.style.bark_texture = bark_picture_of(entry);
+  for (const JsonEntry& look : entry.children("leaves")) {
+    preset.style.leaves.push_back(leaf_look_of(look));
+  }
+  if (entry.has("bud")) {
+    const int last = static_cast<int>(preset.style.leaves.size()) - 1;
+    preset.bud_grade = static_cast<std::uint32_t>(whole_number(entry, "bud", 0, last));
+  }
+  return std::make_unique<LsystemBuilder>(preset_head_of(models, entry), std::move(preset));
+}
+
+LsystemBuilder::LsystemBuilder(PresetHead head, LsystemPreset preset)
+    : Builder(BuilderKind::kLsystem, std::move(head)), lsystem_(std::move(preset)) {
+  for (std::size_t i = 0; i < lsystem_.stages.size(); ++i) {
+    derived_.push_back(std::make_unique<Derived>());
+  }
+}
+
+LsystemBuilder::~LsystemBuilder() = default;
+
+std::unique_ptr<LsystemBuilder> LsystemBuilder::with_grammar(const Grammar& grammar) const {
+  LsystemPreset changed = lsystem_;
+  changed.stages = {{0.0, grammar}};
+  return std::make_unique<LsystemBuilder>(preset(), std::move(changed));
+}
+
+Skeleton LsystemBuilder::derive(const Grammar& grammar, Random& random) const {
+  Skeleton skeleton = skeleton_of(draw(grammar.derive(random), grammar.turtle(), grammar.file()),
+                                  grammar.file(),
+                                  lsystem_.bud_grade);
+  const std::size_t looks = lsystem_.style.leaves.size();
+  if (looks == 0) {
+    skeleton.leaves.clear();
+    return skeleton;
+  }
+  // A grammar may know more grades than the preset has looks.
+  for (LeafSite& leaf : skeleton.leaves) {
+    leaf.grade = std::min(leaf.grade, static_cast<std::uint32_t>(looks - 1));
+  }
+  return skeleton;
+}
+
+Skeleton LsystemBuilder::grow_freely(double h_m, Random& random) const {
+  const auto above = std::upper_bound(
+      lsystem_.stages.begin(),
+      lsystem_.stages.end(),
+      h_m,
+      [](double h, const LsystemPreset::Stage& stage) { return h < stage.from_m; });
+  const auto stage =
+      static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - lsystem_.stages.begin() - 1, 0));
+  const Grammar& grammar = lsystem_.stages[stage].grammar;
+  if (grammar.is_random()) return derive(grammar, random);
+  Derived& derived = *derived_[stage];
+  std::call_once(derived.once, [&] {
+    Random unused(0);
+    derived.skeleton = derive(grammar, unused);
+  });
+  return derived.skeleton;
+}
+
+Skeleton LsystemBuilder::grow_skeleton(const TreeShape& shape,
+                                       const Crown& crown,
+                                       Random& random) const {
+  Skeleton grown = grow_freely(shape.h_m, random);
+  turn_about_stem(grown, random.uniform(0.0, 2.0 * std::numbers::pi));
+  return fit_to_measurements(std::move(grown), shape, crown, preset().taper);
+}
+
+Mesh LsystemBuilder::build_mesh(const Skeleton& skeleton,
+                                const Crown& crown,
+                                Random& random,
+                                const MeshOptions& options) const {
+  return build_smooth_mesh(skeleton, crown, lsystem_.style, random, options);
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Arithmetic of grammars: compiled once, evaluated for millions of modules.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "lsystem/lsystem_text.hpp"
+#include "silvafit/base/random.hpp"
+
+namespace silvafit::tree {
+
+/// No number is the result of this: a division by zero, a root of a negative number.
+struct ArithmeticProblem {
+  std::string message{};
+};
+
+/// Names that an expression may use: constants by value, parameters by slot.
+struct ExpressionNames {
+  const std::map<std::string, double, std::less<>>* constants = nullptr;
+  std::vector<std::string> parameters{};
+};
+
+/// An expression of a production. libdata's expressions are made for derivatives and for whole
+/// columns at a time; this one draws random numbers and takes a module's parameters as they lie.
+class LsystemExpression {
+ public:
+  /// Reads up to the first character that cannot continue an expression, and stops there.
+  /// \throws GrammarProblem
+  static LsystemExpression parse(GrammarCursor& cursor, const ExpressionNames& names);
+
+  /// \param parameters  as many as there were names
+  /// \throws ArithmeticProblem
+  double value(const double* parameters, Random& random) const {
+    return code_.size() == 1 && code_.front().operation == Operation::kNumber
+               ? code_.front().number
+               : run(parameters, random);
+  }
+
+  bool is_constant() const {
+    return code_.size() == 1 && code_.front().operation == Operation::kNumber;
+  }
+  bool draws_random_numbers() const;
+  /// As written.
+  const std::string& text() const { return text_; }
+
+  // For the parser, which fills it.
+  enum class Operation : std::uint8_t {
+    kNumber,
+    kParameter,
+    kAdd,
+    kSubtract,
+    kMultiply,
+    kDivide,
+    kRemainder,
+    kPower,
+    kNegate,
+    kNot,
+    kLess,
+    kLessEqual,
+    kGreater,
+    kGreaterEqual,
+    kEqual,
+    kNotEqual,
+    kSkipIfFalse,  ///< of &&: what follows is not evaluated
+    kSkipIfTrue,   ///< of ||
+    kTruth,
+    kSqrt,
+    kSin,
+    kCos,
+    kTan,
+    kExp,
+    kLog,
+    kAbs,
+    kFloor,
+    kCeil,
+    kMin,
+    kMax,
+    kUniform,
+    kNormal,
+  };
+  struct Instruction {
+    Operation operation = Operation::kNumber;
+    std::uint32_t index = 0;  ///< a parameter's slot; where a skip goes to
+    double number = 0.0;
+  };
+
+ private:
+  friend class ExpressionParser;
+  double run(const double* parameters, Random& random) const;
+
+  std::vector<Instruction> code_;
+  std::string text_;
+};
+
+}  // namespace silvafit::tree

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Leaves as they are added to the foliage of a mesh.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "mesh/crown_light.hpp"
+#include "mesh/leaf_corner.hpp"
+#include "mesh/part_builder.hpp"
+#include "silvafit/tree/mesh.hpp"
+
+namespace silvafit::tree {
+
+/// Points of one spray or tuft and the leaves between them.
+///
+/// Neighboring leaves share their points, which halves the size of a mesh. Where a picture of a
+/// leaf is to be laid over each, they cannot: then every leaf becomes a card of its own.
+class LeafSurface {
+ public:
+  LeafSurface(const Crown& crown,
+              const Foliage& foliage,
+              const MeshOptions& options,
+              PartBuilder& build);
+
+  /// Begins a spray: what it may have at most, and how bright it is.
+  void begin(std::size_t points, std::size_t leaves, std::size_t fillings, double shade);
+
+  /// A point, moved into the crown where it is outside.
+  /// \param lean  how the surface leans away there from the crown's; much shorter than 1
+  /// \returns its number in the spray
+  std::size_t point(Point at, Point lean = {});
+  Point at(std::size_t number) const { return points_[number].at; }
+
+  /// A leaf folded along its middle, counter-clockwise from its base.
+  void leaf(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
+  /// A triangle between leaves, from the branch (`first`, `second`) out to its tip.
+  void fill(std::size_t first, std::size_t tip, std::size_t second);
+
+  /// Away from the crown's inside, as on an ellipsoid with the crown's width and length.
+  Point outward_of(Point at) const { return light_.outward(at); }
+
+ private:
+  void triangle(std::size_t a, std::size_t b, std::size_t c);
+  void card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
+  void triangular_card(std::size_t first, std::size_t tip, std::size_t second);
+  /// A vertex of a card whose picture has `sideways` to the right and `axis` up.
+  std::uint32_t card_vertex(
+      const LeafCorner& corner, Point sideways, Point axis, double u, double v);
+  Bytes4 color_at(Point at) const;
+
+  const Crown& crown_;
+  const Foliage& foliage_;
+  const MeshOptions& options_;
+  PartBuilder& build_;
+  CrownLight light_;
+  std::vector<LeafCorner> points_;
+  double shade_ = 1.0;
+};
+
+}  // namespace silvafit::tree

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "mesh/foliage.hpp"
+#include "mesh/level_of_detail.hpp"
+#include "mesh/mesh_checks.hpp"
+#include "mesh/tube.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/tree/texture_library.hpp"
+
+namespace silvafit::tree {
+void check_options(const MeshOptions& options) {
+  if (options.stem_sides < 3 || options.branch_sides < 3 || options.twig_sides < 3) {
+    throw UsageError("a stem or branch needs at least 3 sides");
+  }
+  if (!(options.stem_tolerance_m >= 0.0 && options.branch_tolerance_m >= 0.0)) {
+    throw UsageError("the tolerance of stem sections and branches must not be negative");
+  }
+  if (options.foliage_per < 1) throw UsageError("foliage_per must be at least 1");
+  if (options.wood_order < 1) {
+    throw UsageError("first-order branches are always drawn: wood_order must be at least 1");
+  }
+}
+
+namespace {
+
+/// Without colors of the vertices, the material has what they are on the whole.
+Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
+  constexpr double kInner = 0.25;
+  Color color = foliage.outer;
+  if (options.vertex_colors) return color;
+  for (std::size_t i = 0; i < color.size(); ++i) {
+    color[i] += kInner * (foliage.inner[i] - color[i]);
+  }
+  return color;
+}
+
+}  // namespace
+
+void check_finite(const MeshPart& part) {
+  // A number times 0 is 0 unless the number is not finite: a sum that the compiler may vectorize.
+  const auto is_finite = [](const std::vector<float>& values) {
+    float sum = 0.0F;
+    for (const float value : values) sum += 0.0F * value;
+    return sum == 0.0F;
+  };
+  if (!is_finite(part.positions) || !is_finite(part.normals)) {
+    throw GeometryError(std::string("the mesh has a coordinate that is not finite in its ") +
+                        part_name(part.kind));
+  }
+}
+
+const char* part_name(PartKind kind) {
+  switch (kind) {
+    case PartKind::kStem:
+      return "stem";
+    case PartKind::kBranches:
+      return "branches";
+    case PartKind::kFoliage:
+      return "foliage";
+  }
+  return "";
+}
+
+MaterialKind material_of(PartKind kind) {
+  return kind == PartKind::kFoliage ? MaterialKind::kLeaf : MaterialKind::kBark;
+}
+
+const char* material_name(MaterialKind kind) {
+  return kind == MaterialKind::kBark ? "bark" : "leaf";
+}
+
+std::size_t Mesh::vertex_count() const {
+  std::size_t count = 0;
+  for (const MeshPart& part : parts) count += part.vertex_count();
+  return count;
+}
+
+std::size_t Mesh::triangle_count() const {
+  std::size_t count = 0;
+  for (const MeshPart& part : parts) count += part.triangle_count();
+  return count;
+}
+
+Mesh build_mesh(const Skeleton& skeleton,
+                const Crown& crown,
+                const Preset& preset,
+                Random& random,
+                const MeshOptions& options) {
+  check_options(options);
+  MeshPart stem{.kind = PartKind::kStem, .color = preset.bark};
+  MeshPart branches{.kind = PartKind::kBranches, .color = preset.bark};
+  MeshPart foliage{.kind = PartKind::kFoliage,
+                   .color = foliage_color(preset.foliage, options),
+                   .double_sided = true};
+  if (options.textured) {
+    const bool has_needles = preset.foliage.kind == FoliageKind::kNeedles;
+    stem.texture = branches.texture =
+        bark_texture(has_needles ? BarkKind::kFurrowed : BarkKind::kSmooth);
+    foliage.texture = leaf_texture(has_needles ? LeafKind::kNeedles : LeafKind::kBroadleaf);
+  }
+  {
+    PartBuilder stem_builder(stem);
+    PartBuilder branch_builder(branches);
+    BranchTubes tubes(crown, options, branch_builder);
+    tubes.reserve(skeleton);
+    for (const Axis& axis : skeleton.axes) {
+      const auto points = skeleton.points_of(axis);
+      if (axis.order == 0) {
+        add_stem(points, options, stem_builder);
+      } else if (is_drawn(axis, points.front(), options)) {
+        tubes.add(points);
+      }
+    }
+    PartBuilder foliage_builder(foliage);
+    add_foliage(skeleton, crown, preset.foliage, random, options, foliage_builder);
+    for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
+      builder->finish();
+    }
+  }
+
+  Mesh mesh{.surface_error_m = surface_error_m(skeleton, crown, options)};
+  mesh.parts.reserve(3);
+  for (MeshPart* part : {&stem, &branches, &foliage}) {
+    check_finite(*part);
+    if (!part->indices.empty()) mesh.parts.push_back(std::move(*part));
+  }
+  return mesh;
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// Single leaves, sprays and cards at the places that a skeleton names.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "mesh/crown_light.hpp"
+#include "mesh/leaf_corner.hpp"
+#include "mesh/part_builder.hpp"
+#include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/smooth_mesh.hpp"
+
+namespace silvafit::tree {
+
+/// \throws UsageError as build_smooth_mesh()
+void check_looks(const Skeleton& skeleton, const SmoothStyle& style);
+
+/// Color of the foliage's material, which the colors of vertices are shares of.
+Color leaf_material(const Skeleton& skeleton, const SmoothStyle& style, bool vertex_colors);
+
+/// Adds leaves to a part. All their vertices are inside the crown.
+class LeafWriter {
+ public:
+  LeafWriter(const Crown& crown,
+             const SmoothStyle& style,
+             const MeshOptions& options,
+             const Color& material,
+             PartBuilder& build);
+
+  void reserve(const Skeleton& skeleton);
+
+  /// \param scale  how much larger than its site says
+  /// \param shade  brightness, in [0, 1]
+  void add(const LeafSite& site, double scale, double shade);
+
+ private:
+  /// A point of a leaf: across in shares of the half width, along in shares of the length, and
+  /// above the leaf's plane in shares of the half width; its place in the picture.
+  struct Flat {
+    double across = 0.0;
+    double along = 0.0;
+    double above = 0.0;
+  };
+
+  void begin(const LeafSite& site, const LeafLook& look, double scale, double shade);
+  void point(Flat flat);
+  void triangle(std::size_t a, std::size_t b, std::size_t c);
+  void add_outline(const LeafLook& look);
+  void add_needles();
+  void add_card();
+
+  const Crown& crown_;
+  const SmoothStyle& style_;
+  const MeshOptions& options_;
+  Color material_;
+  PartBuilder& build_;
+  CrownLight light_;
+
+  /// Of the leaf at hand:
+  const LeafLook* look_ = nullptr;
+  Point base_{};
+  Point length_{};
+  Point half_width_{};
+  Point facing_{};  ///< of length 1
+  Point normal_{};
+  Bytes4 color_{};
+  std::vector<LeafCorner> corners_;
+};
+
+}  // namespace silvafit::tree

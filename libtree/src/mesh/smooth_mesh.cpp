@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/smooth_mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "mesh/level_of_detail.hpp"
+#include "mesh/mesh_checks.hpp"
+#include "mesh/polygon.hpp"
+#include "mesh/smooth_leaf.hpp"
+#include "mesh/smooth_mesh_limbs.hpp"
+#include "mesh/smooth_mesh_tube.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+void check_finite(const Skeleton& skeleton) {
+  const auto zero = [](Point p) { return 0.0 * p.x + 0.0 * p.y + 0.0 * p.z; };
+  double sum = 0.0;
+  for (const SkeletonPoint& point : skeleton.points) sum += zero(point.at) + 0.0 * point.radius_m;
+  for (const LeafSite& leaf : skeleton.leaves) {
+    sum += zero(leaf.at) + zero(leaf.along) + zero(leaf.facing) + 0.0 * leaf.length_m;
+  }
+  if (sum != 0.0) throw GeometryError("the skeleton has a coordinate that is not finite");
+}
+
+bool has_same_wood(const MeshOptions& a, const MeshOptions& b) {
+  return a.stem_sides == b.stem_sides && a.branch_sides == b.branch_sides &&
+         a.twig_sides == b.twig_sides && a.thick_branch_m == b.thick_branch_m &&
+         a.stem_tolerance_m == b.stem_tolerance_m && a.branch_tolerance_m == b.branch_tolerance_m &&
+         a.wood_order == b.wood_order;
+}
+
+/// An upper bound of the distance between the surfaces of two sets of rings of the same limbs: that
+/// of places with the same share of the way between neighboring rings.
+class WoodError {
+ public:
+  WoodError(const Limbs& limbs, const WoodRings& finest, const WoodRings& coarse)
+      : limbs_(limbs), finest_(finest), coarse_(coarse) {}
+
+  double bound() {
+    double worst = 0.0;
+    for (std::size_t i = 0; i < limbs_.all().size(); ++i) {
+      const auto whole = finest_.of(i);
+      const auto kept = coarse_.of(i);
+      if (whole.size() < 2) continue;
+      worst = std::max(worst, kept.size() < 2 ? left_out(i) : of_limb(i));
+    }
+    return worst;
+  }
+
+ private:
+  double of_limb(std::size_t i) {
+    const Limb& limb = limbs_.all()[i];
+    const int fine = finest_.sides_of(limb);
+    const int rough = coarse_.sides_of(limb);
+    corner_ = std::max(equal_area_corner(fine), equal_area_corner(rough));
+    gap_ = gap_of(fine, rough);
+    const auto whole = finest_.of(i);
+    const auto kept = coarse_.of(i);
+    return std::max(farthest(whole, kept), farthest(kept, whole));
+  }
+
+  double gap_of(int fine, int rough) {
+    if (fine == rough) return 0.0;
+    if (fine != gap_fine_ || rough != gap_rough_) {
+      gap_fine_ = fine;
+      gap_rough_ = rough;
+      known_gap_ = equal_area_gap(fine, rough);
+    }
+    return known_gap_;
+  }
+
+  double farthest(std::span<const Ring> from, std::span<const Ring> to) const {
+    double worst = 0.0;
+    std::size_t piece = 0;
+    for (const Ring& ring : from) {
+      while (piece + 2 < to.size() && to[piece + 1].along_m < ring.along_m) ++piece;
+      worst = std::max(worst, error_at(ring, to[piece], to[piece + 1]));
+    }
+    return worst;
+  }
+
+  double error_at(const Ring& ring, const Ring& a, const Ring& b) const {
+    const auto [middle, sideways, upward] = offset_between(a, b, ring);
+    const double thickest = std::max({ring.radius_m, a.radius_m, b.radius_m});
+    // The faces between two rings that lean to each other are bent, and their diagonals cut the
+    // corner: as far as a quarter of what the sides of the polygon differ by.
+    constexpr double kWarp = 0.25;
+    const double turn = length(a.sideways - b.sideways) + length(a.upward - b.upward);
+    return length(middle) + corner_ * std::sqrt(dot(sideways, sideways) + dot(upward, upward)) +
+           gap_ * thickest + kWarp * corner_ * turn * thickest;
+  }
+
+  /// A twig that is not drawn is as far off as it reaches from where it begins.
+  double left_out(std::size_t i) const {
+    const Limb* limb = &limbs_.all()[i];
+    while (limb->bearer != kNone && coarse_.of(limb->bearer).size() < 2) {
+      limb = &limbs_.all()[limb->bearer];
+    }
+    const Point base = limbs_.knots_of(*limb).front().at;
+    double worst = 0.0;
+    for (const Ring& ring : finest_.of(i)) {
+      worst = std::max(worst, length(ring.at - base) + corner_ * ring.radius_m);
+    }
+    return worst;
+  }
+
+  const Limbs& limbs_;
+  const WoodRings& finest_;
+  const WoodRings& coarse_;
+  double corner_ = 1.0;
+  double gap_ = 0.0;
+  int gap_fine_ = 0;
+  int gap_rough_ = 0;
+  double known_gap_ = 0.0;
+};
+
+double wood_error_m(const Limbs& limbs,
+                    const Crown& crown,
+                    const WoodRings& rings,
+                    const MeshOptions& options) {
+  const MeshOptions finest = level_of_detail(0, options);
+  if (has_same_wood(finest, options)) return 0.0;
+  return WoodError(limbs, WoodRings(limbs, crown, finest), rings).bound();
+}
+
+void add_wood(const Limbs& limbs,
+              const WoodRings& rings,
+              const MeshOptions& options,
+              PartBuilder& stem,
+              PartBuilder& branches) {
+  const std::vector<Point> of_stem = equal_area_corners(options.stem_sides);
+  const std::vector<Point> of_branch = equal_area_corners(options.branch_sides);
+  const std::vector<Point> of_twig = equal_area_corners(options.twig_sides);
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (std::size_t i = 1; i < limbs.all().size(); ++i) {
+    const auto sides = static_cast<std::size_t>(rings.sides_of(limbs.all()[i]));
+    vertices += rings.of(i).size() * (sides + 1) + 1;
+    triangles += (2 * rings.of(i).size() + 1) * sides;
+  }
+  branches.reserve(vertices, triangles);
+  for (std::size_t i = 0; i < limbs.all().size(); ++i) {
+    const Limb& limb = limbs.all()[i];
+    if (rings.of(i).size() < 2) continue;
+    if (limb.axis == 0) {
+      add_tube(rings.of(i), of_stem, options.textured, true, stem);
+    } else {
+      const bool is_thick = rings.sides_of(limb) == options.branch_sides;
+      add_tube(rings.of(i), is_thick ? of_branch : of_twig, options.textured, false, branches);
+    }
+  }
+}
+
+void add_leaves(const Skeleton& skeleton,
+                const Limbs& limbs,
+                Random& random,
+                const MeshOptions& options,
+                const SmoothStyle& style,
+                LeafWriter& writer) {
+  const double scale = std::sqrt(static_cast<double>(options.foliage_per));
+  for (std::size_t i = 0; i < skeleton.leaves.size(); ++i) {
+    LeafSite site = skeleton.leaves[i];
+    // Drawn for all of them, so that the levels of detail agree about those that they share.
+    const double shade = 1.0 - style.leaves[site.grade].color_variation * random.uniform();
+    if (i % static_cast<std::size_t>(options.foliage_per) != 0) continue;
+    site.at = site.at + limbs.moved(site.axis, site.at);
+    writer.add(site, scale, shade);
+  }
+}
+
+}  // namespace
+
+Mesh build_smooth_mesh(const Skeleton& skeleton,
+                       const Crown& crown,
+                       const SmoothStyle& style,
+                       Random& random,
+                       const MeshOptions& options) {
+  check_options(options);
+  check_looks(skeleton, style);
+  check_finite(skeleton);
+  const Limbs limbs(skeleton);
+  const WoodRings rings(limbs, crown, options);
+  const auto bark = options.textured ? style.bark_texture : nullptr;
+  const auto leaf =
+      options.textured && !style.leaves.empty() ? style.leaves.front().texture : nullptr;
+  MeshPart stem{.kind = PartKind::kStem, .color = style.bark, .texture = bark};
+  MeshPart branches{.kind = PartKind::kBranches, .color = style.bark, .texture = bark};
+  MeshPart foliage{.kind = PartKind::kFoliage,
+                   .color = leaf_material(skeleton, style, options.vertex_colors),
+                   .double_sided = true,
+                   .texture = leaf};
+  {
+    PartBuilder stem_builder(stem);
+    PartBuilder branch_builder(branches);
+    add_wood(limbs, rings, options, stem_builder, branch_builder);
+    PartBuilder foliage_builder(foliage);
+    LeafWriter writer(crown, style, options, foliage.color, foliage_builder);
+    writer.reserve(skeleton);
+    add_leaves(skeleton, limbs, random, options, style, writer);
+    for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
+      builder->finish();
+    }
+  }
+  Mesh mesh{.surface_error_m = wood_error_m(limbs, crown, rings, options)};
+  mesh.parts.reserve(3);
+  for (MeshPart* part : {&stem, &branches, &foliage}) {
+    tree::check_finite(*part);
+    if (!part->indices.empty()) mesh.parts.push_back(std::move(*part));
+  }
+  return mesh;
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+#include "mesh/smooth_mesh_tube.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mesh/line_simplification.hpp"
+#include "mesh/moving_frame.hpp"
+#include "mesh/polygon.hpp"
+#include "mesh/tube.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+/// Of a tolerance, what straight lines between a curve's steps may take up; the rest is for steps
+/// that are left out.
+constexpr double kStepShare = 0.4;
+
+/// Nothing thinner or shorter than this can be told apart by floats at a height.
+double least_distance_m(double height_m) { return 0.0002 * (1.0 + 0.05 * std::abs(height_m)); }
+
+/// Where the options leave it open, bends may add half as much to the surface's error as the
+/// section's corners.
+double own_tolerance_m(double radius_m, int sides) {
+  constexpr double kFinest = 0.0002;
+  return std::max(0.5 * (equal_area_corner(sides) - 1.0) * radius_m, kFinest);
+}
+
+double tolerance_of(const Limb& limb, double radius_m, int sides, const MeshOptions& options) {
+  const double wanted = limb.axis == 0 ? options.stem_tolerance_m : options.branch_tolerance_m;
+  return wanted > 0.0 ? wanted : own_tolerance_m(radius_m, sides);
+}
+
+int sides_with(const Limb& limb, double radius_m, const MeshOptions& options) {
+  if (limb.axis == 0) return options.stem_sides;
+  return 2.0 * radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
+}
+
+/// How far the tube is off at a ring that is left out between two others: its middle, its radius,
+/// and its corners as the curve turns.
+struct RingError {
+  double bend = 1.0;  ///< weight of the middle's error
+
+  double operator()(const Ring& a, const Ring& b, const Ring& ring) const {
+    const auto [middle, sideways, upward] = offset_between(a, b, ring);
+    return bend * length(middle) +
+           std::sqrt(std::max(dot(sideways, sideways), dot(upward, upward)));
+  }
+};
+
+/// Whether all corners of a ring lie ahead of another's, as seen from both.
+bool advances(const Ring& from, const Ring& to, std::span<const Point> corners, double least_m) {
+  return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+    const Point step =
+        to.at + to.radius_m * to.across(corner) - (from.at + from.radius_m * from.across(corner));
+    return dot(step, from.tangent) > least_m && dot(step, to.tangent) > least_m;
+  });
+}
+
+bool reaches(const Ring& from, const Ring& tip, std::span<const Point> corners, double least_m) {
+  return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+    return dot(tip.at - (from.at + from.radius_m * from.across(corner)), from.tangent) > least_m;
+  });
+}
+
+}  // namespace
+
+std::vector<Point> equal_area_corners(int sides) {
+  std::vector<Point> result = corners(sides);
+  const double enlarged = equal_area_corner(sides);
+  for (Point& corner : result) corner = enlarged * corner;
+  return result;
+}
+
+WoodRings::WoodRings(const Limbs& limbs,
+                     const Crown& crown,
+                     const MeshOptions& options,
+                     double step_m)
+    : limbs_(limbs),
+      crown_(crown),
+      options_(options),
+      step_m_(step_m),
+      branch_corners_(equal_area_corners(options.branch_sides)),
+      twig_corners_(equal_area_corners(options.twig_sides)) {
+  first_.reserve(limbs.all().size() + 1);
+  first_.push_back(0);
+  for (const Limb& limb : limbs.all()) {
+    add(limb);
+    first_.push_back(rings_.size());
+  }
+}
+
+int WoodRings::sides_of(const Limb& limb) const {
+  return sides_with(limb, limbs_.knots_of(limb).front().radius_m, options_);
+}
+
+std::span<const Point> WoodRings::corners_of(const Limb& limb) const {
+  return sides_of(limb) == options_.branch_sides ? branch_corners_ : twig_corners_;
+}
+
+void WoodRings::add(const Limb& limb) {
+  const std::size_t drawn = limbs_.drawn_knots(limb, options_.wood_order);
+  if (drawn < 2) return;
+  take_steps(limb, drawn);
+  const bool is_stem = limb.axis == 0;
+  if (is_stem) {
+    constexpr double kThinnest = 0.00005;
+    constexpr double kNearest = 0.001;
+    const Ring tip = kept_.back();
+    std::erase_if(kept_, [&](const Ring& ring) {
+      const bool is_tip = ring.along_m == tip.along_m;
+      const bool is_like_tip = ring.radius_m < kThinnest || tip.at.z - ring.at.z < kNearest;
+      return !is_tip && !ring.is_fixed && ring.along_m > 0.0 && is_like_tip;
+    });
+    kept_.back().radius_m = 0.0;
+  } else {
+    const std::span<const Point> corners = corners_of(limb);
+    if (limb.bearer != kNone) place_base(limb, kept_.front());
+    // Up to its collar the tube widens evenly.
+    const double widest = collar_radius_m(limb);
+    for (Ring& ring : kept_) {
+      if (ring.along_m >= limb.collar_m) break;
+      const double share = ring.along_m / limb.collar_m;
+      const double base = kept_.front().radius_m;
+      ring.radius_m = std::min(ring.radius_m, base + share * (widest - base));
+    }
+    fit_base_into_crown(limb, corners);
+    for (std::size_t i = 1; i + 1 < kept_.size(); ++i) fit_into_crown(kept_[i], corners);
+    keep_advancing(limb, corners);
+    if (kept_.size() < 2) return;
+  }
+  rings_.insert(rings_.end(), kept_.begin(), kept_.end());
+}
+
+double WoodRings::collar_radius_m(const Limb& limb) const {
+  for (const Ring& ring : kept_) {
+    if (ring.along_m >= limb.collar_m) return ring.radius_m;
+  }
+  return kept_.back().radius_m;
+}
+
+/// Fills kept_ with the steps of the curve that are drawn.
+void WoodRings::take_steps(const Limb& limb, std::size_t drawn_knots) {
+  const auto pieces = limbs_.pieces_of(limb).first(drawn_knots - 1);
+  if (step_m_ > 0.0) {
+    sampler_.sample_evenly(pieces, limb, step_m_, kept_);
+    return;
+  }
+  const double radius = limbs_.knots_of(limb).front().radius_m;
+  const MeshOptions finest{};
+  const double tolerance = tolerance_of(limb, radius, sides_of(limb), options_);
+  // All levels of detail choose from the same steps.
+  const double of_finest = tolerance_of(limb, radius, sides_with(limb, radius, finest), finest);
+  sampler_.sample(pieces, limb, kStepShare * std::min(tolerance, of_finest), samples_);
+  const double bend = limb.axis == 0 ? 1.0 / kBendTolerance : 1.0;
+  keep_needed((1.0 - kStepShare) * tolerance, bend);
+}
+
+void WoodRings::keep_needed(double tolerance_m, double bend) {
+  const std::span<const Ring> samples = samples_;
+  is_needed_.assign(samples_.size(), false);
+  is_needed_.front() = is_needed_.back() = true;
+  std::size_t from = 0;
+  for (std::size_t i = 1; i < samples_.size(); ++i) {
+    if (!samples_[i].is_fixed && i + 1 < samples_.size()) continue;
+    is_needed_[i] = true;
+    mark_needed(samples, from, i, tolerance_m, RingError{.bend = bend}, is_needed_);
+    from = i;
+  }
+  take_marked(samples, is_needed_, kept_);
+}
+
+/// Moves the base onto the bearer as it is drawn, and makes it so small that it is inside.
+void WoodRings::place_base(const Limb& limb, Ring& base) const {
+  const auto rings = of(limb.bearer);
+  if (rings.size() < 2) return;
+  const auto at = [&](double along_m) {
+    auto after =
+        std::upper_bound(rings.begin(), rings.end(), along_m, [](double along, const Ring& ring) {
+          return along < ring.along_m;
+        });
+    after = std::clamp(after, rings.begin() + 1, rings.end() - 1);
+    const Ring& a = *(after - 1);
+    const Ring& b = *after;
+    const double part =
+        std::clamp((along_m - a.along_m) / std::max(b.along_m - a.along_m, 1e-12), 0.0, 1.0);
+    return SkeletonPoint{a.at + part * (b.at - a.at),
+                         a.radius_m + part * (b.radius_m - a.radius_m)};
+  };
+  const Limb& bearer = limbs_.all()[limb.bearer];
+  const int bearer_sides = sides_of(bearer);
+  const double inner = equal_area_corner(bearer_sides) * std::cos(std::numbers::pi / bearer_sides);
+  const double corner = equal_area_corner(sides_of(limb));
+  const SkeletonPoint place = at(limb.bearer_along_m);
+  const double reach = corner * base.radius_m;
+  const double thinnest = std::min({place.radius_m,
+                                    at(limb.bearer_along_m - reach).radius_m,
+                                    at(limb.bearer_along_m + reach).radius_m});
+  constexpr double kInside = 0.8;
+  constexpr double kThinnest = 0.0001;
+  base.at = place.at;
+  base.radius_m = std::max(std::min(base.radius_m, kInside * inner * thinnest / corner), kThinnest);
+}
+
+/// A base inside a branch stays where it is, since the branch has been fitted itself; only where
+/// the crown is hollow, so that the straight way between two fitted rings leaves it, the base
+/// moves.
+void WoodRings::fit_base_into_crown(const Limb& limb, std::span<const Point> corners) {
+  constexpr double kLetPass = 0.0005;
+  Ring& base = kept_.front();
+  const bool is_on_branch = limb.bearer != kNone && limbs_.all()[limb.bearer].axis != 0;
+  const bool stays =
+      is_on_branch && std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+        return crown_.excess_m(base.at + base.radius_m * base.across(corner)) < kLetPass;
+      });
+  if (!stays) fit_into_crown(base, corners);
+}
+
+/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
+/// fits; half a millimeter is let pass, so that it never becomes a point.
+void WoodRings::fit_into_crown(Ring& ring, std::span<const Point> corners) const {
+  constexpr double kLetPass = 0.0003;
+  ring.radius_m = std::max(ring.radius_m, kLetPass);
+  const auto fits = [&] {
+    return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
+      return crown_.contains(ring.at + ring.radius_m * ring.across(corner));
+    });
+  };
+  if (fits()) return;
+  double lowest = 0.0;
+  for (const Point& corner : corners) lowest = std::min(lowest, ring.across(corner).z);
+  const double missing = crown_.hcb_m() - (ring.at.z + ring.radius_m * lowest);
+  if (missing > 0.0) ring.at.z += missing;
+  ring.at = crown_.confine(ring.at);
+  constexpr double kShrink = 0.75;
+  while (!fits() && ring.radius_m > kLetPass) {
+    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
+    if (missing > 0.0) {
+      ring.at.z += (ring.radius_m - smaller) * lowest;
+      ring.at = crown_.confine(ring.at);
+    }
+    ring.radius_m = smaller;
+  }
+  // Beside a direction in which the crown is much narrower a hair's breadth of azimuth counts.
+  constexpr int kMostSteps = 12;
+  for (int i = 1; i <= kMostSteps && !fits(); ++i) {
+    const double away = std::hypot(ring.at.x, ring.at.y);
+    const double nearer = std::max(away - kLetPass * i, 0.0) / std::max(away, kLetPass);
+    ring.at = crown_.confine({nearer * ring.at.x, nearer * ring.at.y, ring.at.z});
+  }
+}
+
+/// Leaves out rings that would fold the tube where a curve turns more sharply than it is thick, or
+/// that floats could not tell apart. Only the tip stays of a limb that is too short.
+void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners) {
+  const Ring tip = kept_.back();
+  const double least = least_distance_m(tip.at.z);
+  const Point whole = tip.at - kept_.front().at;
+  if (length(whole) <= 2.0 * least) {
+    kept_.assign(1, tip);
+    return;
+  }
+  std::size_t kept = 1;
+  for (std::size_t i = 1; i + 1 < kept_.size(); ++i) {
+    if (advances(kept_[kept - 1], kept_[i], corners, least)) kept_[kept++] = kept_[i];
+  }
+  while (kept > 1 && !reaches(kept_[kept - 1], tip, corners, least)) --kept;
+  Ring& base = kept_.front();
+  // A hook that comes back behind its base becomes straight.
+  if (kept == 1 && !reaches(base, tip, corners, least)) {
+    base.turn(direction(whole), base.sideways);
+    fit_base_into_crown(limb, corners);
+  }
+  kept_[kept++] = tip;
+  kept_.resize(kept);
+}
+
+namespace {
+
+/// Joins a ring with the one before it; where there is a seam, the last vertices of both stand
+/// where the first ones do.
+void join(
+    PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t j = !seam && i + 1 == sides ? 0 : i + 1;
+    build.triangle(lower + i, lower + j, upper + j);
+    build.triangle(lower + i, upper + j, upper + i);
+  }
+}
+
+/// By how much the tube gets thinner at a ring, by length. A base that widens in its bearer is not
+/// seen.
+double lean_of(std::span<const Ring> rings, std::size_t k) {
+  const bool widens = k > 0 && rings[k - 1].radius_m < rings[k].radius_m;
+  const Ring& before = k > 0 && !widens ? rings[k - 1] : rings[k];
+  const Ring& after = rings[k + 1];
+  return (before.radius_m - after.radius_m) / std::max(length(after.at - before.at), 1e-9);
+}
+
+void add_foot(const Ring& ring, std::span<const Point> corners, bool textured, PartBuilder& build) {
+  const auto sides = static_cast<std::uint32_t>(corners.size());
+  const std::uint32_t base = build.vertex_count();
+  for (const Point& corner : corners) {
+    build.vertex(ring.at + ring.radius_m * ring.across(corner), -1.0 * ring.tangent);
+    if (textured) {
+      const Point flat = direction(corner);
+      build.texture({.u = 0.5 + 0.5 * flat.x, .v = 0.5 + 0.5 * flat.y, .tangent = ring.sideways});
+    }
+  }
+  for (std::uint32_t i = 1; i + 1 < sides; ++i) build.triangle(base, base + i + 1, base + i);
+}
+
+}  // namespace
+
+void add_tube(std::span<const Ring> rings,
+              std::span<const Point> corners,
+              bool textured,
+              bool has_foot,
+              PartBuilder& build) {
+  const auto sides = static_cast<std::uint32_t>(corners.size());
+  const std::uint32_t around = textured ? sides + 1 : sides;
+  build.reserve((rings.size() + 1) * around + 1, (2 * rings.size() + 1) * sides);
+  const double per_girth = 1.0 / (kTwoPi * std::max(rings[0].radius_m, rings[1].radius_m));
+  const double per_corner = 1.0 / length(corners[0]);
+  std::uint32_t lower = 0;
+  for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
+    const Ring& ring = rings[k];
+    const double lean = lean_of(rings, k);
+    const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
+    const std::uint32_t first = build.vertex_count();
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const Point& corner = corners[i < sides ? i : 0];
+      const Point outward = ring.across(corner);
+      build.vertex(ring.at + ring.radius_m * outward,
+                   (scale * per_corner) * outward + (scale * lean) * ring.tangent);
+      if (textured) {
+        const Point flat = per_corner * corner;
+        build.texture({.u = static_cast<double>(i) / sides,
+                       .v = -per_girth * ring.along_m,
+                       .tangent = flat.x * ring.upward - flat.y * ring.sideways});
+      }
+    }
+    if (k > 0) {
+      join(build, lower, first, sides, textured);
+    } else if (!has_foot) {
+      for (std::uint32_t i = 1; i + 1 < sides; ++i) {
+        build.triangle(first, first + i + 1, first + i);
+      }
+    }
+    lower = first;
+  }
+  const Ring& last = rings[rings.size() - 2];
+  const Ring& tip = rings.back();
+  const std::uint32_t end = build.vertex(tip.at, direction(tip.at - last.at, last.tangent));
+  if (textured) {
+    build.texture({.u = 0.5, .v = -per_girth * tip.along_m, .tangent = last.sideways});
+  }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t j = !textured && i + 1 == sides ? 0 : i + 1;
+    build.triangle(lower + i, lower + j, end);
+  }
+  if (has_foot) add_foot(rings.front(), corners, textured, build);
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Rings along curves, and the tubes between them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "mesh/curve_sampler.hpp"
+#include "mesh/part_builder.hpp"
+#include "mesh/smooth_mesh_limbs.hpp"
+#include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/mesh.hpp"
+
+namespace silvafit::tree {
+
+/// The rings that all limbs of a tree are drawn with.
+class WoodRings {
+ public:
+  /// \param step_m  all steps of this length are drawn, whatever the tolerances are; 0 for none
+  WoodRings(const Limbs& limbs,
+            const Crown& crown,
+            const MeshOptions& options,
+            double step_m = 0.0);
+
+  /// None where a limb is not drawn. The last one is the tip, where the tube ends in a point.
+  std::span<const Ring> of(std::size_t limb) const {
+    return {rings_.data() + first_[limb], first_[limb + 1] - first_[limb]};
+  }
+  int sides_of(const Limb& limb) const;
+
+ private:
+  void add(const Limb& limb);
+  void take_steps(const Limb& limb, std::size_t drawn_knots);
+  void keep_needed(double tolerance_m, double bend);
+  void place_base(const Limb& limb, Ring& base) const;
+  double collar_radius_m(const Limb& limb) const;
+  void fit_into_crown(Ring& ring, std::span<const Point> corners) const;
+  void fit_base_into_crown(const Limb& limb, std::span<const Point> corners);
+  void keep_advancing(const Limb& limb, std::span<const Point> corners);
+  std::span<const Point> corners_of(const Limb& limb) const;
+
+  const Limbs& limbs_;
+  const Crown& crown_;
+  const MeshOptions& options_;
+  double step_m_;
+  CurveSampler sampler_;
+  std::vector<Ring> rings_;
+  std::vector<std::size_t> first_;
+  std::vector<Ring> samples_;  ///< of the limb at hand
+  std::vector<Ring> kept_;     ///< those of them that are drawn
+  std::vector<bool> is_needed_;
+  std::vector<Point> branch_corners_;
+  std::vector<Point> twig_corners_;
+};
+
+/// Corners of the regular polygon that has the area of the circle of radius 1.
+std::vector<Point> equal_area_corners(int sides);
+
+/// Adds a tube that is closed at its base and ends in a point.
+/// \param corners   of its sections, where their radius is 1
+/// \param textured  with a seam, and UVs and tangents for pictures
+/// \param has_foot  its base is seen, and has normals of its own
+void add_tube(std::span<const Ring> rings,
+              std::span<const Point> corners,
+              bool textured,
+              bool has_foot,
+              PartBuilder& build);
+
+}  // namespace silvafit::tree

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: MIT
+#include "mesh/tube.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mesh/level_of_detail.hpp"
+#include "mesh/line_simplification.hpp"
+#include "mesh/polygon.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kBreastHeight = 1.3;
+
+/// How far the surface is off at a point that is left out between two others: its radius and its
+/// middle together.
+struct TubeError {
+  double bend = 1.0;  ///< weight of the middle's error
+
+  double operator()(const SkeletonPoint& a, const SkeletonPoint& b, const SkeletonPoint& at) const {
+    const Point chord = b.at - a.at;
+    const double squared = dot(chord, chord);
+    const double part = squared > 0.0 ? dot(at.at - a.at, chord) / squared : 0.0;
+    return std::abs(at.radius_m - (a.radius_m + part * (b.radius_m - a.radius_m))) +
+           bend * length(at.at - (a.at + part * chord));
+  }
+};
+
+/// Joins a ring with the one before it; both have `count` vertices, one after the other, and where
+/// `seam` is set the last ones stand where the first ones do.
+void join_rings(
+    PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t j = seam ? i + 1 : (i + 1) % sides;
+    build.triangle(lower + i, lower + j, upper + j);
+    build.triangle(lower + i, upper + j, upper + i);
+  }
+}
+
+/// The tube of a stem that stands upright. Pictures go round it once, and up by as much as they are
+/// wide.
+class StemTube {
+ public:
+  StemTube(std::span<const SkeletonPoint> sections, const MeshOptions& options, PartBuilder& build)
+      : sections_(sections),
+        sides_(static_cast<std::uint32_t>(options.stem_sides)),
+        seam_(options.textured),
+        polygon_(corners(options.stem_sides)),
+        enlarged_(equal_area_corner(options.stem_sides)),
+        girth_m_(kTwoPi * sections.front().radius_m),
+        build_(build) {}
+
+  void add() {
+    build_.reserve((sections_.size() + 2) * (sides_ + 2), (2 * sections_.size() + 1) * sides_);
+    add_wall();
+    add_foot();
+  }
+
+ private:
+  void add_wall() {
+    std::uint32_t ring = 0;
+    for (std::size_t k = 0; k + 1 < sections_.size(); ++k) {
+      const std::uint32_t first = add_ring(sections_[k], sections_[k + 1]);
+      if (k > 0) join_rings(build_, ring, first, sides_, seam_);
+      ring = first;
+    }
+    const SkeletonPoint& end = sections_.back();
+    const std::uint32_t tip = build_.vertex(end.at, {0.0, 0.0, 1.0});
+    texture(0, end.at.z);
+    for (std::uint32_t i = 0; i < sides_; ++i) {
+      build_.triangle(ring + i, ring + (seam_ ? i + 1 : (i + 1) % sides_), tip);
+    }
+  }
+
+  /// \returns the ring's first vertex
+  std::uint32_t add_ring(const SkeletonPoint& here, const SkeletonPoint& next) {
+    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
+    const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
+    const std::uint32_t first = build_.vertex_count();
+    const std::uint32_t around = seam_ ? sides_ + 1 : sides_;
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const Point& corner = polygon_[i % sides_];
+      build_.vertex(here.at + enlarged_ * here.radius_m * corner,
+                    {scale * corner.x, scale * corner.y, scale * slope});
+      texture(i, here.at.z);
+    }
+    return first;
+  }
+
+  void texture(std::uint32_t i, double height_m) {
+    if (!seam_) return;
+    const Point& corner = polygon_[i % sides_];
+    build_.texture({.u = static_cast<double>(i) / sides_,
+                    .v = -height_m / girth_m_,
+                    .tangent = {-corner.y, corner.x, 0.0}});
+  }
+
+  /// Closes the tube at the ground.
+  void add_foot() {
+    const SkeletonPoint& foot = sections_.front();
+    const std::uint32_t base = build_.vertex_count();
+    for (const Point& corner : polygon_) {
+      build_.vertex(foot.at + enlarged_ * foot.radius_m * corner, {0.0, 0.0, -1.0});
+      if (seam_) {
+        build_.texture(
+            {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
+      }
+    }
+    for (std::uint32_t i = 1; i + 1 < sides_; ++i) build_.triangle(base, base + i + 1, base + i);
+  }
+
+  std::span<const SkeletonPoint> sections_;
+  std::uint32_t sides_;
+  bool seam_;
+  std::vector<Point> polygon_;
+  double enlarged_;  ///< the section's corners, so that its area is the circle's
+  double girth_m_;
+  PartBuilder& build_;
+};
+
+/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
+/// fits; half a millimeter is let pass, so that it never becomes a point.
+SkeletonPoint fitted(SkeletonPoint ring,
+                     const TubeFrame& frame,
+                     const std::vector<Point>& polygon,
+                     const Crown& crown) {
+  constexpr double kLetPass = 0.00045;
+  const auto fits = [&] {
+    return std::all_of(polygon.begin(), polygon.end(), [&](const Point& corner) {
+      return crown.contains(ring.at + ring.radius_m * frame.across(corner));
+    });
+  };
+  if (fits()) return ring;
+  double lowest = 0.0;
+  for (const Point& corner : polygon) lowest = std::min(lowest, frame.across(corner).z);
+  const double missing = crown.hcb_m() - (ring.at.z + ring.radius_m * lowest);
+  if (missing > 0.0) ring.at.z += missing;
+  ring.at = crown.confine(ring.at);
+  constexpr double kShrink = 0.75;
+  while (!fits() && ring.radius_m > kLetPass) {
+    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
+    if (missing > 0.0) {
+      ring.at.z += (ring.radius_m - smaller) * lowest;
+      ring.at = crown.confine(ring.at);
+    }
+    ring.radius_m = smaller;
+  }
+  return ring;
+}
+
+}  // namespace
+
+TubeFrame frame_of(std::span<const SkeletonPoint> branch) {
+  // Branches bow so little that one frame serves along the whole of one.
+  const Point tangent = direction(branch.back().at - branch.front().at);
+  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
+  return {tangent, sideways, cross(tangent, sideways)};
+}
+
+void branch_rings(std::span<const SkeletonPoint> branch,
+                  double tolerance_m,
+                  const TubeFrame& frame,
+                  int sides,
+                  const Crown& crown,
+                  std::vector<SkeletonPoint>& rings) {
+  needed_points(branch, tolerance_m, rings);
+  // The same polygon at all levels of detail, so that their rings are the same.
+  static const std::vector<Point> round = corners(12);
+  const bool has_corners = 12 % sides == 0;
+  const std::vector<Point> own = has_corners ? std::vector<Point>{} : corners(sides);
+  const std::vector<Point>& polygon = has_corners ? round : own;
+  // Where a crown is flat or thin, rings may end up beside each other; floats could not tell them
+  // apart.
+  const SkeletonPoint tip = rings.back();
+  const double apart = 0.0002 * (1.0 + 0.05 * tip.at.z);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i + 1 < rings.size(); ++i) {
+    const SkeletonPoint ring = fitted(rings[i], frame, polygon, crown);
+    if (dot(tip.at - ring.at, frame.tangent) < apart) continue;
+    if (kept > 0 && dot(ring.at - rings[kept - 1].at, frame.tangent) < apart) continue;
+    rings[kept++] = ring;
+  }
+  rings[kept++] = tip;
+  rings.resize(kept);
+}
+
+void needed_sections(std::span<const SkeletonPoint> stem,
+                     double tolerance_m,
+                     std::vector<SkeletonPoint>& sections) {
+  std::vector<bool> needed(stem.size(), tolerance_m == 0.0);
+  const TubeError error{.bend = 1.0 / kBendTolerance};
+  std::size_t from = 0;
+  needed.front() = needed.back() = true;
+  if (tolerance_m > 0.0) {
+    for (std::size_t i = 1; i + 1 < stem.size(); ++i) {
+      if (stem[i].at.z != kBreastHeight) continue;
+      needed[i] = true;
+      mark_needed(stem, 0, i, tolerance_m, error, needed);
+      from = i;
+    }
+    mark_needed(stem, from, stem.size() - 1, tolerance_m, error, needed);
+  }
+  // Sections that floats could not tell from the tip.
+  constexpr double kThinnest = 0.00005;
+  constexpr double kNearest = 0.001;
+  const double tip = stem.back().at.z;
+  for (std::size_t i = 1; i + 1 < stem.size(); ++i) {
+    const bool is_tip = stem[i].radius_m < kThinnest || tip - stem[i].at.z < kNearest;
+    if (is_tip && stem[i].at.z != kBreastHeight) needed[i] = false;
+  }
+  take_marked(stem, needed, sections);
+}
+
+void needed_points(std::span<const SkeletonPoint> branch,
+                   double tolerance_m,
+                   std::vector<SkeletonPoint>& needed) {
+  if (tolerance_m == 0.0 || branch.size() == 2) {
+    needed.assign(branch.begin(), branch.end());
+    return;
+  }
+  std::vector<bool> marks(branch.size(), false);
+  marks.front() = marks.back() = true;
+  mark_needed(branch, 0, branch.size() - 1, tolerance_m, TubeError{}, marks);
+  take_marked(branch, marks, needed);
+}
+
+void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build) {
+  std::vector<SkeletonPoint> sections;
+  needed_sections(stem, options.stem_tolerance_m, sections);
+  StemTube(sections, options, build).add();
+}
+
+BranchTubes::BranchTubes(const Crown& crown, const MeshOptions& options, PartBuilder& build)
+    : crown_(crown),
+      options_(options),
+      build_(build),
+      branch_polygon_(corners(options.branch_sides)),
+      twig_polygon_(corners(options.twig_sides)) {}
+
+void BranchTubes::reserve(const Skeleton& skeleton) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const Axis& axis : skeleton.axes) {
+    const SkeletonPoint& base = skeleton.points[axis.first];
+    if (axis.order == 0 || !is_drawn(axis, base, options_)) continue;
+    const auto around = static_cast<std::size_t>(sides_of(base, options_));
+    vertices += axis.count * (around + 1) + 1;
+    triangles += (2 * axis.count + 1) * around;
+  }
+  build_.reserve(vertices, triangles);
+}
+
+void BranchTubes::add_ring(const SkeletonPoint& ring,
+                           const TubeFrame& frame,
+                           const std::vector<Point>& polygon,
+                           double v,
+                           double lean) {
+  const std::size_t around = polygon.size() + (options_.textured ? 1 : 0);
+  const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
+  for (std::size_t i = 0; i < around; ++i) {
+    const Point& corner = polygon[i % polygon.size()];
+    const Point outward = frame.across(corner);
+    build_.vertex(ring.at + ring.radius_m * outward, scale * (outward + lean * frame.tangent));
+    if (options_.textured) {
+      build_.texture({.u = static_cast<double>(i) / static_cast<double>(polygon.size()),
+                      .v = v,
+                      .tangent = corner.x * frame.upward - corner.y * frame.sideways});
+    }
+  }
+}
+
+void BranchTubes::add(std::span<const SkeletonPoint> branch) {
+  const bool is_thick = sides_of(branch.front(), options_) == options_.branch_sides;
+  const std::vector<Point>& polygon = is_thick ? branch_polygon_ : twig_polygon_;
+  const auto sides = static_cast<std::uint32_t>(polygon.size());
+  const bool seam = options_.textured;
+  const TubeFrame frame = frame_of(branch);
+  branch_rings(
+      branch, options_.branch_tolerance_m, frame, static_cast<int>(sides), crown_, points_);
+  if (points_.size() < 2) return;
+  const double reach = length(points_.back().at - points_.front().at);
+  build_.reserve(points_.size() * (sides + 1) + 1, (2 * points_.size() + 1) * sides);
+
+  const double lean = points_.front().radius_m / reach;
+  const double per_girth = 1.0 / (kTwoPi * points_.front().radius_m);
+  std::uint32_t ring = 0;
+  for (std::size_t k = 0; k + 1 < points_.size(); ++k) {
+    const std::uint32_t first = build_.vertex_count();
+    const double v = -dot(points_[k].at - points_.front().at, frame.tangent) * per_girth;
+    add_ring(points_[k], frame, polygon, v, lean);
+    if (k > 0) {
+      join_rings(build_, ring, first, sides, seam);
+    } else if (options_.closed_branches) {
+      for (std::uint32_t i = 1; i + 1 < sides; ++i) {
+        build_.triangle(first, first + i + 1, first + i);
+      }
+    }
+    ring = first;
+  }
+  const std::uint32_t tip = build_.vertex(points_.back().at, frame.tangent);
+  if (seam) {
+    build_.texture({.u = 0.5, .v = -reach * per_girth, .tangent = frame.sideways});
+  }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    build_.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);
+  }
+}
+
+}  // namespace silvafit::tree

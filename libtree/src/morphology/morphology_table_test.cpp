@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/morphology_table.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "scratch_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "test_support/tree_test_support.hpp"
+
+using namespace silvafit;
+using namespace silvafit::tree;
+
+namespace {
+
+data::Table table_of(const std::string& csv) {
+  const test::ScratchFile file(csv);
+  const data::CsvTableOptions options{.text_columns = {"plot", "tree", "species"}};
+  return data::read_csv_table(file.path(), options);
+}
+
+const char* const kInventory =
+    "plot,tree,species,x,y,z,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n\n"
+    "01,7,SM,1.5,2.5,100,20.5,15.5,5.5,4,1,2,2,3\n"
+    "01,8,SM,1,1,100,20,15,5,4,,2,2,3\n"
+    "01,9,SM,1,1,100,,15,5,4,1,2,2,3\n"
+    "01,10,SM,1,1,100,20,15,16,4,1,2,2,3\n"
+    "01,7,SM,1,1,100,20,15,5,4,1,2,2,3\n"
+    "02,7,SM,,1,100,20,15,5,4,1,2,2,3\n";
+
+}  // namespace
+
+TEST_CASE("an inventory is read row by row, and what cannot be used is told") {
+  const MorphologyTable read = read_morphologies(table_of(kInventory), {.needs_position = true});
+  REQUIRE(read.morphologies.size() == 2);
+  const Morphology& first = read.morphologies[0];
+  CHECK(first.plot == "01");
+  CHECK(first.tree == "7");
+  CHECK(first.position.y_m == 2.5);
+  CHECK(first.h_m == 15.5);
+  REQUIRE(first.radii);
+  CHECK(first.radii->north_m == 3.0);
+  // One radius is missing: the crown width takes over.
+  CHECK_FALSE(read.morphologies[1].radii);
+  CHECK(read.morphologies[1].cw_m == 4.0);
+
+  REQUIRE(read.left_out.size() == 4);
+  CHECK(read.left_out[0].place.tree == "9");
+  CHECK(read.left_out[0].place.column == "dbh");
+  CHECK(read.left_out[0].place.line == 4);
+  CHECK(read.left_out[1].place.column == "hcb");
+  CHECK(read.left_out[2].place.line == 6);
+  CHECK(read.left_out[3].place.plot == "02");
+  CHECK(read.left_out[3].place.column == "x");
+}
+
+TEST_CASE("positions are not needed where trees stand alone") {
+  const MorphologyTable read = read_morphologies(table_of(kInventory), {.plots = {"02"}});
+  REQUIRE(read.morphologies.size() == 1);
+  CHECK(read.morphologies[0].position.z_m == 0.0);
+  CHECK_THROWS_AS(read_morphologies(table_of(kInventory), {.plots = {"3"}}), InputError);
+}
+
+TEST_CASE("predictions are chosen by level, and measured radii do not mix into them") {
+  const data::Table table = table_of(
+      "plot,tree,species,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n,h_population,hcb_population,"
+      "cw_population\n"
+      "1,1,SM,20,,,,1,1,1,1,14,6,3.5\n");
+  const MorphologyTable read = read_morphologies(table, {.use = Use::kPopulation});
+  REQUIRE(read.morphologies.size() == 1);
+  CHECK(read.morphologies[0].h_m == 14.0);
+  CHECK(read.morphologies[0].cw_m == 3.5);
+  CHECK_FALSE(read.morphologies[0].radii);
+  CHECK(read_morphologies(table, {}).left_out.size() == 1);
+  CHECK_THROWS_AS(read_morphologies(table, {.use = Use::kConditional}), InputError);
+  CHECK(use_from_text("ols") == Use::kOls);
+  CHECK_THROWS_AS(use_from_text("best"), UsageError);
+}
+
+TEST_CASE("a cell with text costs its row only") {
+  const MorphologyTable read = read_morphologies(
+      table_of("plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,15,6,3\n1,2,SM,thick,15,6,3\n"), {});
+  CHECK(read.morphologies.size() == 1);
+  REQUIRE(read.left_out.size() == 1);
+  CHECK(read.left_out[0].reason == "'thick' is no number");
+  CHECK(read.left_out[0].place.column == "dbh");
+  CHECK(read.left_out[0].place.tree == "2");
+  CHECK_THROWS_AS(read_morphologies(table_of("plot,tree,dbh,h,hcb,cw\n1,1,thick,15,6,3\n"), {}),
+                  InputError);
+}
+
+TEST_CASE("columns of other names and units are mapped") {
+  const data::Table table = table_of("Plot,No,BHD,Hoehe,KA,KB\nA,1,205,15.5,5,4\n");
+  const MorphologyTableOptions options{.columns = {{"plot", "Plot"},
+                                                   {"tree", "No"},
+                                                   {"dbh", "BHD/10"},
+                                                   {"h", "Hoehe"},
+                                                   {"hcb", "KA"},
+                                                   {"cw", "KB"}}};
+  const MorphologyTable read = read_morphologies(table, options);
+  REQUIRE(read.morphologies.size() == 1);
+  CHECK(read.morphologies[0].dbh_cm == 20.5);
+  CHECK(read.morphologies[0].plot == "A");
+  CHECK_THROWS_AS(read_morphologies(table, {}), InputError);
+  CHECK_THROWS_AS(read_morphologies(table, {.columns = {{"bhd", "BHD"}}}), UsageError);
+}

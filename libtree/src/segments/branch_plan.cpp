@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "segments/branch_plan.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "segments/drawn_angle.hpp"
+#include "segments/whorls.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kRadian = kPi / 180.0;
+
+class Planner {
+ public:
+  Planner(const Crown& crown, const Branching& branching, Random& random)
+      : crown_(crown), branching_(branching), random_(random) {}
+
+  PlannedBranch branch(double base_m, double azimuth_rad) {
+    PlannedBranch branch{.base_m = base_m,
+                         .outward = {std::sin(azimuth_rad), std::cos(azimuth_rad), 0.0}};
+    const double radius = crown_.radius_m(branch.outward.x, branch.outward.y);
+    const AngleLayer& layer = layer_at(base_m);
+    aim(branch, draw_angle(layer), radius);
+    // At the crown base a flat branch leaves a hollow crown at once: turn it up, first within its
+    // layer, then as far as it takes to reach a quarter of the radius.
+    constexpr double kShortest = 0.02;
+    constexpr double kReach = 0.25;
+    const bool below_widest = base_m < crown_.hc_m();
+    if (below_widest && branch.distance_m < kShortest * radius) {
+      aim(branch, layer.low_deg * kRadian, radius);
+    }
+    if (below_widest && branch.distance_m < kShortest * radius) {
+      const double reach = kReach * radius;
+      const double rise = crown_.down_m(reach, radius) - base_m;
+      if (rise > 0.0) aim(branch, std::atan2(reach, rise), radius);
+    }
+    return branch;
+  }
+
+  /// One of the limbs into which the stem divides; they stand all round.
+  PlannedBranch limb(int number, double turn) {
+    const Fork& fork = branching_.fork;
+    const double azimuth = turn + 2.0 * kPi * number / fork.limbs +
+                           random_.normal(0.0, branching_.azimuth_sd_deg * kRadian);
+    const double length = crown_.h_m() - crown_.hcb_m();
+    PlannedBranch branch{.base_m = crown_.hcb_m() + length * random_.uniform(fork.from, fork.to),
+                         .outward = {std::sin(azimuth), std::cos(azimuth), 0.0},
+                         .is_limb = true};
+    aim(branch,
+        kRadian * random_.uniform(fork.low_deg, fork.high_deg),
+        crown_.radius_m(branch.outward.x, branch.outward.y));
+    return branch;
+  }
+
+  /// The branch that ends on the crown's widest point in one of the four measured directions. It is
+  /// flatter than its layer has it where it would otherwise start below the crown base.
+  PlannedBranch widest(Point outward) {
+    const double radius = crown_.radius_m(outward.x, outward.y);
+    const double steepest = std::atan2(radius, crown_.hc_m() - crown_.hcb_m());
+    const double angle = std::max(draw_angle(layer_at(crown_.hc_m())), steepest);
+    const double rise = radius / std::tan(angle);
+    return {.base_m = std::max(crown_.hc_m() - rise, crown_.hcb_m()),
+            .angle_rad = angle,
+            .outward = outward,
+            .distance_m = radius};
+  }
+
+ private:
+  const AngleLayer& layer_at(double z_m) const {
+    const double share = (z_m - crown_.hcb_m()) / (crown_.h_m() - crown_.hcb_m());
+    const auto above = std::find_if(
+        branching_.layers.begin() + 1, branching_.layers.end(), [share](const AngleLayer& layer) {
+          return layer.from > share;
+        });
+    return *(above - 1);
+  }
+
+  double draw_angle(const AngleLayer& layer) {
+    return drawn_angle(random_, layer.low_deg, layer.high_deg);
+  }
+
+  void aim(PlannedBranch& branch, double angle_rad, double radius_m) const {
+    branch.angle_rad = angle_rad;
+    branch.distance_m = crown_.matching_distance_m(branch.base_m, angle_rad, radius_m);
+  }
+
+  const Crown& crown_;
+  const Branching& branching_;
+  Random& random_;
+};
+
+}  // namespace
+
+double PlannedBranch::length_m() const { return distance_m / std::sin(angle_rad); }
+
+Point PlannedBranch::tip() const {
+  return {outward.x * distance_m,
+          outward.y * distance_m,
+          base_m + distance_m * std::cos(angle_rad) / std::sin(angle_rad)};
+}
+
+std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
+                                         const Crown& crown,
+                                         const Preset& preset,
+                                         Random& random,
+                                         std::vector<Note>& notes) {
+  // East, west, south, north, and the limbs.
+  constexpr int kMeasured = 4;
+  const Branching& branching = preset.branching;
+  const std::vector<Whorl> whorls =
+      plan_whorls(shape, preset, kMeasured + branching.fork.limbs, random, notes);
+
+  Planner planner(crown, branching, random);
+  std::vector<PlannedBranch> branches;
+  branches.reserve(static_cast<std::size_t>(branching.most) + kMeasured + 8);
+  double turn = random.uniform(0.0, 2.0 * kPi);
+  int direction = 0;
+  for (const Whorl& whorl : whorls) {
+    const bool spiral = branching.arrangement == Arrangement::kSpiral;
+    turn += spiral ? branching.divergence_deg * kRadian : random.uniform(0.0, 2.0 * kPi);
+    const int directions = std::max(whorl.branches, branching.per_whorl);
+    for (int i = 0; i < whorl.branches; ++i, ++direction) {
+      const double azimuth = turn + 2.0 * kPi * (direction % directions) / directions +
+                             random.normal(0.0, branching.azimuth_sd_deg * kRadian);
+      branches.push_back(planner.branch(whorl.base_m, azimuth));
+    }
+  }
+  for (int i = 0; i < branching.fork.limbs; ++i) branches.push_back(planner.limb(i, turn));
+  for (const Point outward : {Point{1, 0, 0}, Point{-1, 0, 0}, Point{0, -1, 0}, Point{0, 1, 0}}) {
+    branches.push_back(planner.widest(outward));
+  }
+  return branches;
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// A single branch, as it grows on a tree.
+#pragma once
+
+#include "segments/branch_plan.hpp"
+
+namespace silvafit::tree {
+
+/// The stem and one first-order branch with its twigs.
+Skeleton grow_branch_skeleton(const TreeShape& shape,
+                              const Crown& crown,
+                              const Preset& preset,
+                              const PlannedBranch& branch,
+                              Random& random);
+
+}  // namespace silvafit::tree

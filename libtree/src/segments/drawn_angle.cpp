@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "segments/drawn_angle.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace silvafit::tree {
+namespace {
+
+constexpr int kSteps = 1024;
+using Quantiles = std::array<double, kSteps + 1>;
+
+double normal_probability(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+/// Quantiles of the standard normal cut off at -2 and 2, as shares of that interval.
+Quantiles truncated_quantiles() {
+  const double below = normal_probability(-2.0);
+  const double inside = normal_probability(2.0) - below;
+  Quantiles quantiles{};
+  double x = -2.0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double wanted = below + inside * i / kSteps;
+    // Newton's steps from the quantile before; the density never falls below 0.05 here.
+    for (int step = 0; step < 20; ++step) {
+      const double density =
+          std::exp(-0.5 * x * x) / (std::numbers::sqrt2 * std::sqrt(std::numbers::pi));
+      x -= (normal_probability(x) - wanted) / density;
+    }
+    quantiles[static_cast<std::size_t>(i)] = (x + 2.0) / 4.0;
+  }
+  quantiles.front() = 0.0;
+  quantiles.back() = 1.0;
+  return quantiles;
+}
+
+}  // namespace
+
+double drawn_angle(Random& random, double low_deg, double high_deg) {
+  static const Quantiles quantiles = truncated_quantiles();
+  constexpr double kRadian = std::numbers::pi / 180.0;
+  const double at = random.uniform() * kSteps;
+  const auto below = static_cast<std::size_t>(at);
+  const double part = at - static_cast<double>(below);
+  const double share = quantiles[below] + part * (quantiles[below + 1] - quantiles[below]);
+  return kRadian * (low_deg + share * (high_deg - low_deg));
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/skeleton.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "segments/branch_plan.hpp"
+#include "segments/branch_skeleton.hpp"
+#include "segments/drawn_angle.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kRadian = std::numbers::pi / 180.0;
+constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
+// A float at the height of the tallest tree still resolves a twig of this radius.
+constexpr double kThinnest = 0.0003;
+
+/// Directions along, across and above an axis.
+struct Frame {
+  Point tangent{};
+  Point sideways{};
+  Point upward{};
+};
+
+Frame frame_along(Point chord) {
+  const Point tangent = direction(chord);
+  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
+  return {tangent, sideways, cross(tangent, sideways)};
+}
+
+class SkeletonGrower {
+ public:
+  SkeletonGrower(const TreeShape& shape, const Crown& crown, const Preset& preset, Random& random)
+      : shape_(shape), crown_(crown), preset_(preset), random_(random) {}
+
+  Skeleton grow() {
+    add_stem();
+    const std::vector<PlannedBranch> branches =
+        plan_branches(shape_, crown_, preset_, random_, skeleton_.notes);
+    reserve(branches.size());
+    for (const PlannedBranch& branch : branches) add_whole_branch(branch);
+    return std::move(skeleton_);
+  }
+
+  Skeleton grow_one(const PlannedBranch& branch) {
+    add_stem();
+    add_whole_branch(branch);
+    return std::move(skeleton_);
+  }
+
+ private:
+  void add_whole_branch(const PlannedBranch& branch) {
+    const std::uint32_t axis = add_branch(branch);
+    add_twigs(axis, branch.length_m(), preset_.twigs, preset_.shoots ? &*preset_.shoots : nullptr);
+  }
+
+  void reserve(std::size_t branches) {
+    const auto most = [](const Twigs& twigs) {
+      const int rows = twigs.arrangement == TwigArrangement::kPairs ? 2 : 1;
+      return static_cast<std::size_t>(rows * twigs.most);
+    };
+    const std::size_t shoots = preset_.shoots ? most(*preset_.shoots) : 0;
+    const std::size_t axes = 1 + branches * (1 + most(preset_.twigs) * (1 + shoots));
+    skeleton_.axes.reserve(axes);
+    skeleton_.points.reserve(skeleton_.points.size() + 3 * axes);
+  }
+
+  std::uint32_t begin_axis(std::uint32_t order, std::uint32_t parent) {
+    const auto first = static_cast<std::uint32_t>(skeleton_.points.size());
+    skeleton_.axes.push_back({.order = order, .parent = parent, .first = first, .count = 0});
+    return static_cast<std::uint32_t>(skeleton_.axes.size() - 1);
+  }
+
+  void add_point(Point at, double radius_m) {
+    skeleton_.points.push_back({at, radius_m});
+    ++skeleton_.axes.back().count;
+  }
+
+  /// Straight to the crown base and past breast height, where it is measured; above it winds where
+  /// the preset says so, and comes back to the axis at the tip.
+  void add_stem() {
+    const std::vector<double> heights = section_heights_m(shape_.h_m);
+    const std::vector<double> diameters =
+        preset_.taper.diameters_cm(heights, shape_.h_m, shape_.dbh_cm);
+    const double phase = random_.uniform(0.0, kTwoPi);
+    skeleton_.points.reserve(heights.size());
+    begin_axis(0, 0);
+    for (std::size_t i = 0; i < heights.size(); ++i) {
+      add_point(bent_axis(heights[i], phase), diameters[i] * kRadiusPerDiameter);
+    }
+  }
+
+  Point bent_axis(double z_m, double phase) const {
+    constexpr double kBreastHeight = 1.3;
+    constexpr double kTurns = 0.4;
+    const double from = std::max(kBreastHeight, shape_.hcb_m);
+    const double bend = preset_.branching.stem_bend;
+    if (bend == 0.0 || z_m <= from || z_m >= shape_.h_m) return {0.0, 0.0, z_m};
+    const double share = (z_m - from) / (shape_.h_m - from);
+    const CrownRadii& r = shape_.radii;
+    const double narrowest = std::min(std::min(r.east_m, r.west_m), std::min(r.south_m, r.north_m));
+    // A short crown leaves no room for a bend.
+    constexpr double kSteepest = 0.12;
+    const double away =
+        std::min(bend * narrowest * crown_.relative_width(z_m), kSteepest * (shape_.h_m - from)) *
+        std::sin(std::numbers::pi * share);
+    const double angle = phase + kTwoPi * kTurns * share;
+    return {away * std::cos(angle), away * std::sin(angle), z_m};
+  }
+
+  SkeletonPoint stem_at(double z_m) const {
+    const auto stem = skeleton_.points_of(skeleton_.axes.front());
+    const auto above =
+        std::lower_bound(stem.begin(), stem.end(), z_m, [](const SkeletonPoint& point, double z) {
+          return point.at.z < z;
+        });
+    if (above == stem.begin()) return stem.front();
+    if (above == stem.end()) return stem.back();
+    return between(
+        *(above - 1), *above, (z_m - (above - 1)->at.z) / (above->at.z - (above - 1)->at.z));
+  }
+
+  static SkeletonPoint between(const SkeletonPoint& a, const SkeletonPoint& b, double part) {
+    return {a.at + part * (b.at - a.at), a.radius_m + part * (b.radius_m - a.radius_m)};
+  }
+
+  double branch_radius_m(const PlannedBranch& branch, double length_m, double stem_radius_m) const {
+    const Branching& branching = preset_.branching;
+    if (branch.is_limb) return std::max(branching.fork.thickness * stem_radius_m, kThinnest);
+    const double by_length = 0.5 * branching.thickness * length_m;
+    return std::max(std::min(by_length, branching.thickest * stem_radius_m), kThinnest);
+  }
+
+  /// A bowed line from the stem to the branch's tip that stays between the crown curves.
+  std::uint32_t add_branch(const PlannedBranch& branch) {
+    const Branching& branching = preset_.branching;
+    const std::uint32_t axis = begin_axis(1, 0);
+    SkeletonPoint base = stem_at(branch.base_m);
+    base.at = crown_.confine(base.at);
+    const Point tip = branch.tip();
+    const double length = branch.length_m();
+    const double base_radius = branch_radius_m(branch, length, base.radius_m);
+    const Point sideways = {-branch.outward.y, branch.outward.x, 0.0};
+    add_point(base.at, base_radius);
+    for (int i = 1; i < branching.segments; ++i) {
+      const double share = static_cast<double>(i) / branching.segments;
+      Point at = base.at + share * (tip - base.at);
+      const double chord = at.z;
+      const double bow = 4.0 * share * (1.0 - share) * length;
+      if (branching.crookedness > 0.0) {
+        at = at + branching.crookedness * bow * random_.uniform(-1.0, 1.0) * sideways;
+      }
+      const double distance = std::hypot(at.x, at.y);
+      const double radius = crown_.radius_m(at.x, at.y);
+      at.z = std::clamp(chord + bow * branching.sag,
+                        std::min(chord, crown_.down_m(distance, radius)),
+                        std::max(chord, crown_.up_m(distance, radius)));
+      add_point(crown_.confine(at), std::max((1.0 - share) * base_radius, kThinnest));
+    }
+    add_point(tip, 0.0);
+    return axis;
+  }
+
+  SkeletonPoint along(const Axis& axis, double share) const {
+    const auto points = skeleton_.points_of(axis);
+    const double at = share * static_cast<double>(points.size() - 1);
+    const std::size_t below = std::min(static_cast<std::size_t>(at), points.size() - 2);
+    return between(points[below], points[below + 1], at - static_cast<double>(below));
+  }
+
+  /// Twigs along an axis, and shoots along each of them. All stop where they reach the crown curve.
+  void add_twigs(std::uint32_t bearer, double length_m, const Twigs& twigs, const Twigs* shoots) {
+    const auto points = skeleton_.points_of(skeleton_.axes[bearer]);
+    const Frame frame = frame_along(points.back().at - points.front().at);
+    const double bearing = 1.0 - twigs.from;
+    const int number =
+        std::clamp(static_cast<int>(length_m * bearing / twigs.spacing_m), twigs.least, twigs.most);
+    const bool in_pairs = twigs.arrangement == TwigArrangement::kPairs;
+    const double turn = in_pairs ? 0.0 : random_.uniform(0.0, kTwoPi);
+    for (int i = 0; i < number; ++i) {
+      const double share = (i + random_.uniform(0.3, 0.7)) / number;
+      SkeletonPoint base = along(skeleton_.axes[bearer], twigs.from + bearing * share);
+      // A crown with very unequal radii is hollow between them; a crooked branch may cut across.
+      base.at = crown_.confine(base.at);
+      const double wanted =
+          twigs.relative_length * length_m * (1.0 - (1.0 - twigs.tip_length) * share);
+      const double spread = kRadian * twigs.spread_deg;
+      if (in_pairs) {
+        add_twig(bearer, base, frame, random_.uniform(-spread, spread), wanted, twigs, shoots);
+        const double other = std::numbers::pi + random_.uniform(-spread, spread);
+        add_twig(bearer, base, frame, other, wanted, twigs, shoots);
+      } else {
+        constexpr double kGoldenAngle = 137.5 * kRadian;
+        const double azimuth = turn + kGoldenAngle * i + random_.uniform(-spread, spread);
+        add_twig(bearer, base, frame, azimuth, wanted, twigs, shoots);
+      }
+    }
+  }
+
+  /// \param azimuth  about the bearer's axis, from its sideways direction
+  void add_twig(std::uint32_t bearer,
+                const SkeletonPoint& base,
+                const Frame& frame,
+                double azimuth,
+                double wanted_m,
+                const Twigs& twigs,
+                const Twigs* shoots) {
+    const double angle = drawn_angle(random_, twigs.angle_low_deg, twigs.angle_high_deg);
+    Point along =
+        std::cos(angle) * frame.tangent +
+        std::sin(angle) * (std::cos(azimuth) * frame.sideways + std::sin(azimuth) * frame.upward);
+    if (twigs.lift != 0.0) along = direction(along + Point{0.0, 0.0, twigs.lift});
+    const double length = crown_.length_inside_m(base.at, along, wanted_m);
+    // What the crown curve cuts off bears nothing.
+    constexpr double kShortest = 0.05;
+    if (length < kShortest * wanted_m) return;
+    const std::uint32_t axis = begin_axis(skeleton_.axes[bearer].order + 1, bearer);
+    const double radius = twigs.has_wood ? twig_radius_m(base.radius_m, length) : 0.0;
+    add_point(base.at, radius);
+    for (int i = 1; i < twigs.segments; ++i) {
+      const double share = static_cast<double>(i) / twigs.segments;
+      add_point(crooked(base.at, along, length, share),
+                std::max((1.0 - share) * radius, kThinnest));
+    }
+    add_point(base.at + length * along, 0.0);
+    if (shoots != nullptr) add_twigs(axis, length, *shoots, nullptr);
+  }
+
+  double twig_radius_m(double bearer_radius_m, double length_m) const {
+    constexpr double kOfBearer = 0.7;
+    const double by_length = 0.5 * preset_.branching.thickness * length_m;
+    return std::max(std::min(by_length, kOfBearer * bearer_radius_m), kThinnest);
+  }
+
+  Point crooked(Point base, Point along, double length_m, double share) {
+    const Point at = base + share * length_m * along;
+    const double stray = preset_.branching.crookedness * 4.0 * share * (1.0 - share) * length_m;
+    if (stray == 0.0) return at;
+    return crown_.confine(at + Point{stray * random_.uniform(-1.0, 1.0),
+                                     stray * random_.uniform(-1.0, 1.0),
+                                     stray * random_.uniform(-1.0, 1.0)});
+  }
+
+  const TreeShape& shape_;
+  const Crown& crown_;
+  const Preset& preset_;
+  Random& random_;
+  Skeleton skeleton_;
+};
+
+}  // namespace
+
+Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_view tree) {
+  // FNV-1a over both texts; the separator keeps plot 1, tree 12 apart from plot 11, tree 2.
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  const auto mix = [&hash](std::string_view text) {
+    for (const char c : text) {
+      hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+    }
+  };
+  mix(plot);
+  mix(std::string_view("\0", 1));
+  mix(tree);
+  return Random(seed, hash);
+}
+
+std::vector<double> section_heights_m(double h_m) {
+  constexpr double kBreastHeight = 1.3;
+  constexpr int kSectionsPerMeter = 5;
+  std::vector<double> heights;
+  heights.reserve(static_cast<std::size_t>(h_m * kSectionsPerMeter) + 3);
+  for (int i = 0;; ++i) {
+    const double z = static_cast<double>(i) / kSectionsPerMeter;
+    if (z >= h_m) break;
+    if (z > kBreastHeight && heights.back() < kBreastHeight) heights.push_back(kBreastHeight);
+    heights.push_back(z);
+  }
+  if (heights.back() < kBreastHeight) heights.push_back(kBreastHeight);
+  heights.push_back(h_m);
+  return heights;
+}
+
+Skeleton grow_skeleton(const TreeShape& shape,
+                       const Crown& crown,
+                       const Preset& preset,
+                       Random& random) {
+  return SkeletonGrower(shape, crown, preset, random).grow();
+}
+
+Skeleton grow_branch_skeleton(const TreeShape& shape,
+                              const Crown& crown,
+                              const Preset& preset,
+                              const PlannedBranch& branch,
+                              Random& random) {
+  return SkeletonGrower(shape, crown, preset, random).grow_one(branch);
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#include "segments/whorls.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace silvafit::tree {
+namespace {
+
+int branches_by_spacing(const TreeShape& shape, const Branching& branching) {
+  const double rounds = std::round((shape.h_m - shape.hcb_m) / branching.spacing_m);
+  return static_cast<int>(rounds) * branching.per_whorl;
+}
+
+int branches_by_age(double age_years, const BranchCount& equations, std::vector<Note>& notes) {
+  const BranchCount::Count count = equations.at(age_years);
+  if (count.clamped) {
+    notes.push_back({"branch_count",
+                     fmt::format("age {} is outside the {} to {} years of {}; age {} is used",
+                                 age_years,
+                                 equations.youngest_years(),
+                                 equations.oldest_years(),
+                                 equations.name(),
+                                 count.age_years)});
+  }
+  return static_cast<int>(std::lround(count.live()));
+}
+
+int number_by_age(const TreeShape& shape, const Preset& preset, std::vector<Note>& notes) {
+  const Branching& branching = preset.branching;
+  const int wanted = branches_by_age(*shape.age_years, *preset.branch_count, notes);
+  const int number = std::clamp(wanted, branching.least, branching.most);
+  if (number != wanted) {
+    notes.push_back({"branch_count",
+                     fmt::format("{} living branches by age; the preset {} draws {} to {}",
+                                 wanted,
+                                 preset.name,
+                                 branching.least,
+                                 branching.most)});
+  }
+  return number;
+}
+
+/// Whole rounds, closer to each other towards the tip where the preset says so.
+std::vector<Whorl> even_whorls(const TreeShape& shape,
+                               const Branching& branching,
+                               int number,
+                               Random& random) {
+  const int rounds = (number + branching.per_whorl - 1) / branching.per_whorl;
+  const double crown_length = shape.h_m - shape.hcb_m;
+  std::vector<Whorl> whorls(static_cast<std::size_t>(rounds));
+  for (int round = 0; round < rounds; ++round) {
+    // The lowest round stays at the crown base, which is measured.
+    const double jitter = round == 0 ? 0.0 : random.uniform(-0.2, 0.2);
+    const double from_tip = 1.0 - (round + jitter) / rounds;
+    whorls[static_cast<std::size_t>(round)] = {
+        .base_m = shape.hcb_m + crown_length * (1.0 - std::pow(from_tip, branching.tip_density)),
+        .branches = branching.per_whorl};
+  }
+  return whorls;
+}
+
+/// Heights in the crown at which the shoots of its years have their whorls.
+std::vector<double> yearly_heights_m(const TreeShape& shape,
+                                     const YearlyWhorls& yearly,
+                                     Random& random) {
+  const double shoot_m = shape.h_m / *shape.age_years;
+  const auto range = static_cast<std::uint64_t>(yearly.high - yearly.low + 1);
+  std::vector<double> heights;
+  const double first_year = std::floor(shape.hcb_m / shoot_m);
+  for (double year = first_year; year < *shape.age_years; year += 1.0) {
+    const int number = yearly.low + static_cast<int>(random.below(range));
+    // A shoot that is too short for its whorls has them closer.
+    const double spacing = std::min(yearly.spacing_m, shoot_m / number);
+    for (int i = 0; i < number; ++i) {
+      const double base = year * shoot_m + i * spacing;
+      if (base >= shape.hcb_m && base < shape.h_m) heights.push_back(base);
+    }
+  }
+  return heights;
+}
+
+/// The number spread as evenly as whole branches can be over the heights; heights that get none are
+/// passed over.
+std::vector<Whorl> spread_over(const std::vector<double>& heights, int number) {
+  std::vector<Whorl> whorls;
+  const double each = number / static_cast<double>(heights.size());
+  int spent = 0;
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    const int until = static_cast<int>(std::lround(each * static_cast<double>(i + 1)));
+    if (until > spent) whorls.push_back({.base_m = heights[i], .branches = until - spent});
+    spent = until;
+  }
+  return whorls;
+}
+
+}  // namespace
+
+std::vector<Whorl> plan_whorls(const TreeShape& shape,
+                               const Preset& preset,
+                               int bound,
+                               Random& random,
+                               std::vector<Note>& notes) {
+  const Branching& branching = preset.branching;
+  if (!preset.branch_count || !shape.age_years) {
+    const int number =
+        std::clamp(branches_by_spacing(shape, branching) - bound, branching.least, branching.most);
+    return even_whorls(shape, branching, number, random);
+  }
+  const int number = std::max(number_by_age(shape, preset, notes) - bound, 1);
+  if (!branching.yearly) return even_whorls(shape, branching, number, random);
+  std::vector<double> heights = yearly_heights_m(shape, *branching.yearly, random);
+  if (heights.empty()) heights.push_back(shape.hcb_m);
+  std::vector<Whorl> whorls = spread_over(heights, number);
+  whorls.front().base_m = shape.hcb_m;
+  return whorls;
+}
+
+}  // namespace silvafit::tree

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#include "stand/radius_branch.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "fitted/skeleton_line.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kRadian = std::numbers::pi / 180.0;
+
+/// One way to lead a branch to its tip.
+struct Course {
+  double azimuth_rad = 0.0;  ///< turn of the tip
+  double rise = 0.0;         ///< of the tip, -1 .. 1: from the lower to the upper crown curve
+  double angle_rad = 0.0;    ///< from the vertical; 0: as it was
+  double bow_up = 0.0;       ///< at mid-length, as a share of the length
+  double bow_aside = 0.0;
+};
+
+class Turner {
+ public:
+  Turner(std::span<const SkeletonPoint> wood, bool on_stem, const Crown& crown)
+      : wood_(wood), on_stem_(on_stem), crown_(crown) {}
+
+  std::vector<SkeletonPoint> line(const Course& course) const {
+    const Point tip = tip_of(course);
+    const Point base = base_of(course, tip);
+    const Point along = tip - base;
+    const double reach = length(along);
+    const Point aside = direction(cross({0.0, 0.0, 1.0}, along), {1.0, 0.0, 0.0});
+    constexpr int kSegments = 4;
+    std::vector<SkeletonPoint> points;
+    for (int i = 0; i <= kSegments; ++i) {
+      const double share = static_cast<double>(i) / kSegments;
+      const double bow = 4.0 * share * (1.0 - share) * reach;
+      const Point straight = base + share * along;
+      const Point bent =
+          straight + bow * course.bow_up * Point{0.0, 0.0, 1.0} + bow * course.bow_aside * aside;
+      const double radius = (1.0 - share) * wood_.front().radius_m;
+      points.push_back({i == 0 || i == kSegments ? straight : crown_.confine(bent), radius});
+    }
+    return points;
+  }
+
+ private:
+  /// Within a centimeter of the measured radius, as measured within half a degree of the direction.
+  Point tip_of(const Course& course) const {
+    const Point tip = wood_.back().at;
+    if (course.azimuth_rad == 0.0 && course.rise == 0.0) return tip;
+    constexpr double kSpared = 0.008;
+    const double radius = std::hypot(tip.x, tip.y);
+    const double distance = radius - std::min(kSpared, 0.5 * radius);
+    const double s = std::sin(course.azimuth_rad);
+    const double c = std::cos(course.azimuth_rad);
+    const double x = (c * tip.x - s * tip.y) * distance / radius;
+    const double y = (s * tip.x + c * tip.y) * distance / radius;
+    const double widest = crown_.radius_m(x, y);
+    const double share = std::min(distance, widest);
+    constexpr double kInside = 0.9;
+    const double low = kInside * (crown_.down_m(share, widest) - tip.z);
+    const double high = kInside * (crown_.up_m(share, widest) - tip.z);
+    const double rise =
+        course.rise > 0.0 ? course.rise * std::max(high, 0.0) : -course.rise * std::min(low, 0.0);
+    return crown_.confine({x, y, tip.z + rise});
+  }
+
+  Point base_of(const Course& course, Point tip) const {
+    const Point base = wood_.front().at;
+    if (!on_stem_ || course.angle_rad == 0.0) return base;
+    const double rise = std::hypot(tip.x, tip.y) / std::tan(course.angle_rad);
+    return {base.x, base.y, std::clamp(tip.z - rise, crown_.hcb_m(), tip.z)};
+  }
+
+  std::span<const SkeletonPoint> wood_;
+  bool on_stem_;
+  const Crown& crown_;
+};
+
+/// From the least change to the greatest.
+std::vector<Course> courses() {
+  std::vector<Course> all;
+  for (const double aside : {0.0, 0.06, -0.06, 0.12, -0.12}) {
+    for (const double up : {0.0, 0.06, -0.06, 0.12, -0.12, 0.2}) {
+      for (const double azimuth : {0.0, 0.2, -0.2, 0.4, -0.4}) {
+        for (const double rise : {0.0, 0.5, -0.5, 1.0, -1.0}) {
+          for (const double angle : {0.0, 90.0, 80.0, 70.0, 60.0, 50.0, 40.0, 30.0}) {
+            all.push_back({azimuth * kRadian, rise, angle * kRadian, up, aside});
+          }
+        }
+      }
+    }
+  }
+  return all;
+}
+
+/// What stands around a branch. An obstacle that one course met is likely to be met by the next,
+/// which differs little: it is asked first.
+class Way {
+ public:
+  explicit Way(std::span<const Obstacle> obstacles)
+      : obstacles_(obstacles.begin(), obstacles.end()) {}
+
+  /// Distance of the wood from the nearest obstacle's surface [m], or kLaneMargin where it is more.
+  /// \param enough  no need to know how much it is below this
+  double clearance_m(std::span<const SkeletonPoint> wood, double enough) {
+    take_points(wood);
+    double least = kLaneMargin;
+    for (std::size_t i = 0; i < obstacles_.size(); ++i) {
+      least = std::min(least, from(obstacles_[i], least));
+      if (least <= enough) {
+        std::swap(obstacles_.front(), obstacles_[i]);
+        break;
+      }
+    }
+    return least;
+  }
+
+ private:
+  /// Points along the wood, and a ball round them.
+  void take_points(std::span<const SkeletonPoint> wood) {
+    points_.clear();
+    walk(wood, [this](double, const SkeletonPoint& point) {
+      points_.push_back(point);
+      return true;
+    });
+    middle_ = 0.5 * (points_.front().at + points_.back().at);
+    reach_ = 0.0;
+    for (const SkeletonPoint& point : points_) {
+      reach_ = std::max(reach_, length(point.at - middle_) + point.radius_m);
+    }
+  }
+
+  /// The distance from one obstacle, or anything from `least` up if it is not below that.
+  double from(const Obstacle& obstacle, double least) const {
+    if (obstacle.lane->at_least_m(middle_ - obstacle.stem, reach_) >= least) return least;
+    for (const SkeletonPoint& point : points_) {
+      const Point at = point.at - obstacle.stem;
+      if (obstacle.lane->at_least_m(at, point.radius_m) >= least) continue;
+      least = std::min(least, obstacle.lane->clearance_m(at, point.radius_m));
+    }
+    return least;
+  }
+
+  std::vector<Obstacle> obstacles_;
+  std::vector<SkeletonPoint> points_{};
+  Point middle_{};
+  double reach_ = 0.0;
+};
+
+}  // namespace
+
+Lane lane_round(std::span<const SkeletonPoint> wood) {
+  std::vector<SkeletonPoint> line(wood.begin(), wood.end());
+  for (SkeletonPoint& point : line) point.radius_m += kLaneMargin;
+  return Lane(std::move(line));
+}
+
+double clearance_m(std::span<const SkeletonPoint> wood, std::span<const Obstacle> obstacles) {
+  return Way(obstacles).clearance_m(wood, -std::numeric_limits<double>::infinity());
+}
+
+std::vector<SkeletonPoint> turned(std::span<const SkeletonPoint> wood,
+                                  bool on_stem,
+                                  const Crown& crown,
+                                  std::span<const Obstacle> obstacles) {
+  static const std::vector<Course> kCourses = courses();
+  const Turner turner(wood, on_stem, crown);
+  Way way(obstacles);
+  std::vector<SkeletonPoint> best(wood.begin(), wood.end());
+  double widest = way.clearance_m(wood, -std::numeric_limits<double>::infinity());
+  for (const Course& course : kCourses) {
+    if (widest >= kLaneMargin) break;
+    std::vector<SkeletonPoint> line = turner.line(course);
+    const double clearance = way.clearance_m(line, widest);
+    if (clearance > widest) {
+      widest = clearance;
+      best = std::move(line);
+    }
+  }
+  return best;
+}
+
+}  // namespace silvafit::tree

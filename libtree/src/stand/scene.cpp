@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::tree {
+
+namespace {
+
+/// Runs a stage of one tree's growth; what goes wrong is said with the tree's name.
+template <typename Stage>
+auto named(const Morphology& morphology, Stage stage) {
+  try {
+    return stage();
+  } catch (const GeometryError& error) {
+    throw GeometryError(error.message(), {.plot = morphology.plot, .tree = morphology.tree});
+  } catch (const NumericalError& error) {
+    throw GeometryError(
+        error.message(),
+        {.plot = morphology.plot, .tree = morphology.tree, .model = error.place().model});
+  }
+}
+
+/// A tree up to its skeleton.
+struct Grown {
+  TreeShape shape;
+  Crown crown;
+  Random random;
+  Skeleton skeleton;
+};
+
+Grown grow_to_skeleton(const Morphology& morphology,
+                       const Builder& builder,
+                       const GrowOptions& options) {
+  TreeShape shape = builder.shape_of(morphology);
+  Crown crown(shape, builder.preset().crown_index);
+  Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
+  Skeleton skeleton = builder.grow_skeleton(shape, crown, random);
+  return {std::move(shape), std::move(crown), random, std::move(skeleton)};
+}
+
+std::string crossing_note(std::size_t crossing) {
+  return fmt::format(
+      "{} branches that reach measured radii cross a neighbor's stem or branch; the stems stand "
+      "too "
+      "close for another course",
+      crossing);
+}
+
+}  // namespace
+
+SceneTree grow_tree(const Morphology& morphology,
+                    const Builder& builder,
+                    const GrowOptions& options,
+                    const TreeOverlap* overlap) {
+  return named(morphology, [&] {
+    Grown grown = grow_to_skeleton(morphology, builder, options);
+    SceneTree tree{.plot = morphology.plot,
+                   .tree = morphology.tree,
+                   .species = morphology.species,
+                   .preset = builder.name(),
+                   .position = morphology.position,
+                   .notes = grown.shape.notes};
+    if (overlap != nullptr) {
+      PrunedSkeleton pruned = prune(grown.skeleton, grown.crown, *overlap);
+      tree.removed_share = pruned.removed_share();
+      grown.skeleton = std::move(pruned.skeleton);
+    }
+    tree.mesh = builder.build_mesh(grown.skeleton, grown.crown, grown.random, options.mesh);
+    if (overlap != nullptr) keep_within(overlap->territory, tree.mesh);
+    tree.measured = measure(tree.mesh);
+    const std::vector<Note>& notes = grown.skeleton.notes;
+    tree.notes.insert(tree.notes.end(), notes.begin(), notes.end());
+    if (overlap != nullptr && overlap->crossing > 0) {
+      tree.notes.push_back({"overlap", crossing_note(overlap->crossing)});
+    }
+    return tree;
+  });
+}
+
+SceneTree grow_tree(const Morphology& morphology,
+                    const Preset& preset,
+                    const GrowOptions& options,
+                    const TreeOverlap* overlap) {
+  return grow_tree(morphology, SegmentBuilder(preset), options, overlap);
+}
+
+StandTree grow_for_stand(const Morphology& morphology,
+                         const Builder& builder,
+                         const GrowOptions& options) {
+  return named(morphology, [&] {
+    const Grown grown = grow_to_skeleton(morphology, builder, options);
+    return stand_tree(morphology, grown.crown, grown.skeleton);
+  });
+}
+
+Position scene_origin(const std::vector<Morphology>& morphologies) {
+  // A float resolves 1 mm up to 2^13 m and a little beyond.
+  constexpr double kFar = 8192.0;
+  constexpr double kRound = 100.0;
+  if (morphologies.empty()) return {};
+  const auto origin_of = [&](double Position::*axis) {
+    double least = std::numeric_limits<double>::infinity();
+    double farthest = 0.0;
+    for (const Morphology& morphology : morphologies) {
+      least = std::min(least, morphology.position.*axis);
+      farthest = std::max(farthest, std::abs(morphology.position.*axis));
+    }
+    return farthest > kFar ? kRound * std::floor(least / kRound) : 0.0;
+  };
+  return {origin_of(&Position::x_m), origin_of(&Position::y_m), origin_of(&Position::z_m)};
+}
+
+}  // namespace silvafit::tree
