@@ -64,7 +64,7 @@ struct GrowResult {
   std::size_t tree_count = 0;
   std::size_t triangles = 0;  ///< as drawn
   std::size_t with_guesses = 0;
-  std::size_t crossing = 0;  ///< trees whose radius branches could not be parted from neighbours'
+  std::size_t crossing = 0;  ///< trees whose radius branches could not be parted from neighbors'
 };
 
 /// The options of the command but for the common ones.

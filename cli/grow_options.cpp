@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The options of `silvafit grow`, and which of them go together.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
@@ -146,7 +151,13 @@ void check_sharing(const GrowCommand& command) {
 tree::SceneFormat scene_format_of(const GrowCommand& command) {
   std::string format = command.format;
   const std::string ending = std::filesystem::path(command.scene).extension().string();
-  if (format.empty()) format = ending.size() > 1 ? ending.substr(1) : "glb";
+  const std::string of_ending = ending.empty() ? "" : ending.substr(1);
+  if (format.empty()) format = of_ending.empty() ? "glb" : of_ending;
+  constexpr std::array<std::string_view, 4> kEndings{"glb", "gltf", "obj", "ply"};
+  if (format != of_ending && std::ranges::find(kEndings, of_ending) != kEndings.end()) {
+    throw UsageError(fmt::format(
+        "--scene ends in .{} and --format says {}: leave one of them out", of_ending, format));
+  }
   return tree::scene_format_from_text(format);
 }
 

@@ -9,6 +9,7 @@
 #include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -163,8 +164,8 @@ void report_grown(const GrowCommand& command,
     print_json(command, result, morphologies, left_out, seconds);
     return;
   }
-  fmt::print("{} trees, {} triangles, {:.2f} s: {}\n",
-             result.tree_count,
+  fmt::print("{}, {} triangles, {:.2f} s: {}\n",
+             counted(result.tree_count, "tree", "trees"),
              result.triangles,
              seconds,
              command.scene.empty() ? command.out : command.scene);
@@ -176,17 +177,18 @@ void report_grown(const GrowCommand& command,
                worst.dbh_cm,
                worst.radius_cm);
   }
-  if (command.resolve_overlaps) fmt::print("{} pairs of crowns overlapped\n", result.pairs.size());
+  if (command.resolve_overlaps)
+    fmt::print("{} overlapped\n",
+               counted(result.pairs.size(), "pair of crowns", "pairs of crowns"));
   if (result.crossing > 0) {
     say(command.common,
-        fmt::format(
-            "{} trees stand too close to others for all branches to pass; --json says which.",
-            result.crossing));
+        counted(result.crossing, "tree stands", "trees stand") +
+            " too close to others for all branches to pass; --json says which.");
   }
   if (result.with_guesses > 0) {
     say(command.common,
-        fmt::format("{} trees have parts that were not measured; --json says which.",
-                    result.with_guesses));
+        counted(result.with_guesses, "tree has", "trees have") +
+            " parts that were not measured; --json says which.");
   }
 }
 

@@ -14,6 +14,7 @@
 
 #include "command.hpp"
 #include "csv_with_columns.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -155,7 +156,7 @@ void say_summary(const ImputeArguments& arguments, const study::Imputation& resu
                   result.count(ImputeLevel::kPopulation),
                   result.count(ImputeSource::kMissing)));
   for (const auto& [flag, count] : flag_counts(result)) {
-    say(arguments.common, fmt::format("{} trees: {}", count, flag));
+    say(arguments.common, fmt::format("{}: {}", counted(count, "tree", "trees"), flag));
   }
 }
 

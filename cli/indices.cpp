@@ -13,6 +13,7 @@
 #include "inventory_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/unit_summary.hpp"
 #include "standard_output.hpp"
@@ -186,7 +187,8 @@ void run(const IndicesArguments& arguments) {
     take_batches(arguments, options, table, outcome);
     say_all(arguments, outcome);
     if (outcome.excluded_trees > 0) {
-      say(arguments.common, fmt::format("note: {} rows left out", outcome.excluded_trees));
+      say(arguments.common,
+          "note: " + counted(outcome.excluded_trees, "row", "rows") + " left out");
     }
   } else {
     const stand::CheckedInventory checked =

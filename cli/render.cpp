@@ -138,6 +138,10 @@ void run(const RenderArguments& arguments) {
   if (arguments.turntable > 0 && arguments.models.size() > 1) {
     throw UsageError("--turntable turns one model");
   }
+  const std::string ending = std::filesystem::path(arguments.out).extension().string();
+  if (!ending.empty() && ending != ".png" && ending != ".PNG") {
+    throw UsageError("--out: pictures are PNG files; let the name end in .png");
+  }
   const Drawn drawn = draw(arguments);
   if (arguments.common.json) {
     print_json_value({{"schema", "silvafit-render/1"},

@@ -161,6 +161,7 @@ class Grow(ProgramTest):
                           ["in.csv", "--out", "d", "--scene", "s.glb"],
                           ["in.csv", "--out", "d", "--format", "fbx"],
                           ["in.csv", "--scene", "s.xyz"],
+                          ["in.csv", "--scene", "s.glb", "--format", "obj"],
                           ["in.csv", "--out", "d", "--lod", "9"],
                           ["in.csv", "--out", "d", "--share"],
                           ["in.csv", "--scene", "s.glb", "--instancing"],

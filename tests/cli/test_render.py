@@ -56,6 +56,9 @@ class Pictures(ProgramTest):
         self.run_program("render", "stand.glb", "--out", "x.png", "--size", "0x10", status=2)
         self.run_program("render", "stand.glb", "--out", "x.png", "--sun", "south", status=2)
         self.assertFalse((self.folder / "x.png").exists())
+        error = self.render("stand.glb", "--out", "x.jpg", status=2).stderr
+        self.assertIn(".png", error)
+        self.assertFalse((self.folder / "x.jpg").exists())
 
 
 if __name__ == "__main__":
