@@ -286,7 +286,7 @@ integral_log_likelihood <- function(problem, beta, factors, sigma, par = NULL, s
 
 # The linear mixed model around (beta, b): y - f + Z b + X beta ~ N(X beta, sigma^2 g^2 + Z Psi Z') with mean, weights
 # and Z held. This is nlme's objective.
-linearise <- function(problem, beta, effects) {
+linearize <- function(problem, beta, effects) {
   lapply(seq_along(problem$pieces), function(k) {
     piece <- problem$pieces[[k]]
     mean <- piece_mean(problem, piece, as.list(beta), effects[[k]])
@@ -348,7 +348,7 @@ difference_hessian <- function(f, x, h = 1e-3 * pmax(abs(x), 0.01)) {
 
 # A minimum to nearly all digits: nlminb, then Newton steps with difference derivatives until the decrement is at
 # rounding. Returns the decrement (squared distance in standard errors where f is -log likelihood).
-minimise <- function(f, x, hessian = NULL) {
+minimize <- function(f, x, hessian = NULL) {
   safe <- function(x) { v <- tryCatch(f(x), error = function(e) Inf); if (is.finite(v)) v else 1e10 }
   if (is.null(hessian)) {
     fit <- nlminb(x, safe, gradient = function(x) difference_gradient(safe, x),
@@ -366,17 +366,17 @@ minimise <- function(f, x, hessian = NULL) {
        positive = min(eigen(hessian, symmetric = TRUE, only.values = TRUE)$values) > 0)
 }
 
-# The fixed point of Lindstrom and Bates: beta and b minimise the penalised sum of squares given theta, and theta
-# maximises the likelihood of the linear mixed model around them. theta -> list(factors, sigma, par) by `read`.
+# The fixed point of Lindstrom and Bates: beta and b minimize the penalised sum of squares given theta, and theta
+# maximizes the likelihood of the linear mixed model around them. theta -> list(factors, sigma, par) by `read`.
 lindstrom_bates_fixed_point <- function(problem, beta, effects, theta, read, restricted = FALSE, rounds = 40) {
   hessian <- NULL
   for (round in seq_len(rounds)) {
-    linear <- linearise(problem, beta, effects)
+    linear <- linearize(problem, beta, effects)
     minus <- function(theta) {
       t <- read(theta)
       -linear_mixed_model(problem, linear, t$factors, t$sigma, t$par, restricted)$log_likelihood
     }
-    best <- minimise(minus, theta, hessian)
+    best <- minimize(minus, theta, hessian)
     change <- best$x - theta
     theta <- best$x
     hessian <- best$hessian
@@ -390,7 +390,7 @@ lindstrom_bates_fixed_point <- function(problem, beta, effects, theta, read, res
     moved <- sqrt(sum(change * (hessian %*% change)))  # in standard errors
     if (size < 1e-12 && moved < 1e-7) break
   }
-  linear <- linearise(problem, beta, effects)
+  linear <- linearize(problem, beta, effects)
   end <- linear_mixed_model(problem, linear, t$factors, t$sigma, t$par, restricted)
   list(beta = beta, effects = effects, theta = theta, read = t, log_likelihood = end$log_likelihood,
        std_errors = sqrt(diag(solve(end$information))), rounds = round, step = size, moved = moved, positive = best$positive)

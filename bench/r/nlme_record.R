@@ -2,7 +2,7 @@
 # What is kept of a fit of nlme, gnls or lme.
 library(nlme)
 
-# Tight control first; where nlme cannot meet it (its optimiser differentiates numerically), the next.
+# Tight control first; where nlme cannot meet it (its optimizer differentiates numerically), the next.
 controls <- list(
   tight = nlmeControl(tolerance = 1e-8, pnlsTol = 1e-6, msTol = 1e-10, maxIter = 300, pnlsMaxIter = 50, msMaxIter = 500, minScale = 1e-8),
   firm = nlmeControl(tolerance = 1e-7, pnlsTol = 1e-5, msTol = 1e-9, maxIter = 300, pnlsMaxIter = 50, msMaxIter = 500, minScale = 1e-8),

@@ -62,7 +62,7 @@ optimum <- function(id, text, file, problem, variance, method, beta, factors, si
   if (is.null(value)) value <- function(t) log_likelihood(problem, method, t$beta, t$factors, t$sigma, t$par)
   start <- c(beta, unlist(lapply(factors, function(L) L[lower.tri(L, diag = TRUE)])), log(sigma), par)
   scale <- pmax(abs(start), 0.01)
-  seconds <- system.time(best <- minimise(function(x) -value(read(x * scale)), as.numeric(start / scale)))[["elapsed"]]
+  seconds <- system.time(best <- minimize(function(x) -value(read(x * scale)), as.numeric(start / scale)))[["elapsed"]]
   end <- read(best$x * scale)
   cat(id, method, format(-best$value, digits = 14), "decrement", best$decrement, seconds, "s\n")
   stopifnot(best$positive, abs(best$decrement) < 1e-10)

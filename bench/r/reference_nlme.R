@@ -100,7 +100,7 @@ mixed <- function(id, model, random, levels, variance = none, method = "ML") {
   add_fixed_point(record, attempt$fit, model, levels, variance, method == "REML")
 }
 
-generalised <- function(id, model, variance) {
+generalized <- function(id, model, variance) {
   assign("mean_function", model$mean, globalenv())  # formulas of nlme find functions by name
   cat(id, "")
   call <- substitute(gnls(FORMULA, data = model$data, params = FIXED, weights = WEIGHTS, start = model$start),
@@ -116,7 +116,7 @@ generalised <- function(id, model, variance) {
   add_fixed_point(record, attempt$fit, model, list(), variance, FALSE)
 }
 
-# A linear model, for which the linearisation is exact and REML what the textbook has.
+# A linear model, for which the linearization is exact and REML what the textbook has.
 linear <- function(id, kind, method) {
   cat(id, "")
   variance <- if (kind == "power") variances$power_of_dbh else none
@@ -150,7 +150,7 @@ write("nlme_reml.json", function() list(
   linear("linear_power", "power", "REML"),
   linear("linear_none_ml", "none", "ML"),
   linear("linear_power_ml", "power", "ML")),
-  notes = "nlme() with method = REML takes the covariance ratios of ML and only sigma from REML, so that its logLik lies below the restricted maximum; fixed_point is the maximum itself. lme (linear_*) does maximise it. logLik of REML has no term of log|X'X|: -(N - p)/2 log(2 pi) - 1/2 sum log|V_j| - 1/2 log|X'V^-1 X| - 1/2 e'V^-1 e")
+  notes = "nlme() with method = REML takes the covariance ratios of ML and only sigma from REML, so that its logLik lies below the restricted maximum; fixed_point is the maximum itself. lme (linear_*) does maximize it. logLik of REML has no term of log|X'X|: -(N - p)/2 log(2 pi) - 1/2 sum log|V_j| - 1/2 log|X'V^-1 X| - 1/2 e'V^-1 e")
 
 write("nlme_nested.json", function() {
   own <- quote(list(stand = a ~ 1, plot = a + b ~ 1))
@@ -169,12 +169,12 @@ write("nlme_nested.json", function() {
   c(fits, list(mixed("crowded_stand_a_plot_ab_power_ml", crowded, own, own_levels, power),
                mixed("stand_ab_plot_ab_none_ml", height, quote(list(stand = a + b ~ 1, plot = a + b ~ 1)),
                      list(level("stand", c("a", "b")), level("plot", c("a", "b"))))))
-}, notes = "random holds the levels from the outermost in; the inner groups are labelled outer/inner")
+}, notes = "random holds the levels from the outermost in; the inner groups are labeled outer/inner")
 
 write("nlme_variance.json", function() {
   unlist(lapply(names(variances), function(name) list(
     mixed(paste0("nlme_", name), height, ab_on_plot, on_plot, variances[[name]]),
-    generalised(paste0("gnls_", name), height, variances[[name]]))), recursive = FALSE)
+    generalized(paste0("gnls_", name), height, variances[[name]]))), recursive = FALSE)
 }, notes = "variance_parameters as nlme's coef(varStruct, unconstrained = FALSE, allCoef = TRUE); varIdent's are ratios of standard deviations to SM's; sigma of gnls has n - p in its denominator, sigma of its fixed_point has n")
 
 write("nlme_covariance.json", function() {

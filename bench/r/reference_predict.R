@@ -8,7 +8,7 @@ control <- nlmeControl(tolerance = 1e-8, pnlsTol = 1e-6, msTol = 1e-10, maxIter 
 stands <- read_data("stands.csv")
 
 # Random effects of a new plot by the definition of the alternation's first step: at the fit's fixed effects,
-# covariance and variance parameters, the b that minimises sum(w (y - f(beta + b))^2) / sigma^2 + b' Psi^-1 b, with the
+# covariance and variance parameters, the b that minimizes sum(w (y - f(beta + b))^2) / sigma^2 + b' Psi^-1 b, with the
 # weights w taken at the fitted values of the b before, until nothing moves.
 random_effects_of <- function(mean, beta, psi, sigma, power, y) {
   b <- rep(0, length(beta))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Times TMB's Laplace fits on the files of silvafit_bench_inference: CPU seconds of the optimisation alone, without
+# Times TMB's Laplace fits on the files of silvafit_bench_inference: CPU seconds of the optimization alone, without
 # MakeADFun and sdreport. Usage: Rscript time_tmb.R FOLDER [repeats] [large]
 library(TMB)
 library(jsonlite)

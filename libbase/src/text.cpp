@@ -35,4 +35,8 @@ std::string with_visible_controls(std::string_view text) {
   return visible;
 }
 
+std::string counted(std::size_t count, std::string_view one, std::string_view many) {
+  return std::to_string(count) + " " + std::string(count == 1 ? one : many);
+}
+
 }  // namespace silvafit

@@ -28,3 +28,9 @@ TEST_CASE("text without control characters stays as it is", "[base]") {
     CHECK(with_visible_controls(text) == text);
   }
 }
+
+TEST_CASE("counts agree with their nouns and verbs") {
+  CHECK(silvafit::counted(0, "tree has", "trees have") == "0 trees have");
+  CHECK(silvafit::counted(1, "tree has", "trees have") == "1 tree has");
+  CHECK(silvafit::counted(131, "tree has", "trees have") == "131 trees have");
+}

@@ -10,6 +10,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
@@ -166,10 +167,10 @@ void EdgeWorker::report_outside() {
         {.file = inventory_.file});
   }
   const bool is_torus = options_.edge == EdgeCorrection::kTorus;
-  units_.notes.push_back(fmt::format(
-      "{} trees stand outside the window and {}",
-      outside,
-      is_torus ? "have no place on the torus: they are left out" : "serve as neighbors only"));
+  units_.notes.push_back(
+      fmt::format("{} outside the window: {}",
+                  counted(outside, "tree stands", "trees stand"),
+                  is_torus ? "no place on the torus, left out" : "used as neighbors only"));
 }
 
 }  // namespace

@@ -144,7 +144,7 @@ TEST_CASE("trees outside have no place on a torus") {
   const StructuralUnits units = structural_units(stand, torus_options(1));
   CHECK(units.nearest == std::vector<std::uint32_t>{1, 0, kNoTree});
   CHECK(units.core == std::vector<char>{1, 1, 0});
-  CHECK_THAT(units.notes.at(0), Contains("1 trees stand outside the window and have no place"));
+  CHECK_THAT(units.notes.at(0), Contains("1 tree stands outside the window: no place"));
 }
 
 TEST_CASE("a window of every plot holds in the coordinates of each") {

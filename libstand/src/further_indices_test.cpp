@@ -225,7 +225,7 @@ TEST_CASE("turning, moving and shuffling a stand changes no further index") {
   REQUIRE(same.further.size() == 5);
   for (std::size_t index = 0; index < 5; ++index) {
     for (std::size_t i = 0; i < trees.size(); ++i) {
-      // Coordinates of millions of metres hold 1e-9 m; Hegyi divides by distances of decimetres.
+      // Coordinates of millions of meters hold 1e-9 m; Hegyi divides by distances of decimeters.
       CHECK(same.further[index].values[trees.size() - 1 - i] ==
             Approx(units.further[index].values[i]).epsilon(1e-6).margin(1e-9));
     }

@@ -9,6 +9,7 @@
 
 #include "inventory_columns.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 
 namespace silvafit::stand {
@@ -21,11 +22,10 @@ Place Inventory::place(std::size_t row) const {
 
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown) {
   if (checked.excluded.empty()) return {};
-  std::string text = fmt::format("{} of {} rows left out, {} problem{}",
+  std::string text = fmt::format("{} of {} rows left out, {}",
                                  checked.excluded_tree_count,
                                  checked.excluded_tree_count + checked.inventory.size(),
-                                 checked.excluded.size(),
-                                 checked.excluded.size() == 1 ? "" : "s");
+                                 counted(checked.excluded.size(), "problem", "problems"));
   for (std::size_t i = 0; i < std::min(most_shown, checked.excluded.size()); ++i) {
     const ExcludedRow& row = checked.excluded[i];
     const Place place{.file = checked.inventory.file,

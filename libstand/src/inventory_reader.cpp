@@ -9,6 +9,7 @@
 
 #include "inventory_repeats.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/program.hpp"
 
 namespace silvafit::stand {
@@ -117,7 +118,7 @@ void InventoryReader::exclude(const InventoryRow& row,
                               .reason = std::move(reason)});
 }
 
-bool InventoryReader::exclude_if_unlabelled(const InventoryRow& row) {
+bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
   bool excluded = false;
   for (const Label label : {kPlot, kTree}) {
     if (!is_missing(row.labels[label])) continue;
@@ -138,7 +139,7 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
     row.measures[kCw] = crown_width_m(row.measures);
     is_cw_from_radii = !std::isnan(row.measures[kCw]);
   }
-  bool excluded = exclude_if_unlabelled(row);
+  bool excluded = exclude_if_unlabeled(row);
   for (ExcludedRow& problem : row.unreadable) {
     exclude(row, std::move(problem.column), std::move(problem.value), std::move(problem.reason));
     excluded = true;
@@ -240,7 +241,7 @@ void InventoryReader::add_notes() {
     if (inventory.species.is_missing(i)) ++without_species;
   }
   if (without_species > 0)
-    notes.push_back(fmt::format("{} trees have no species", without_species));
+    notes.push_back(counted(without_species, "tree has no species", "trees have no species"));
   for (std::string& note : notes_on_odd_values(inventory)) notes.push_back(std::move(note));
 }
 

@@ -62,7 +62,7 @@ class InventoryReader {
   void evaluate_expressions();
   void accept_or_exclude(InventoryRow& row);
   void complete(InventoryRow& row) const;
-  bool exclude_if_unlabelled(const InventoryRow& row);
+  bool exclude_if_unlabeled(const InventoryRow& row);
   void append(const InventoryRow& row);
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
   void read_other_columns();

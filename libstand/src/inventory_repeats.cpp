@@ -13,6 +13,7 @@
 
 #include "inventory_columns.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -159,9 +160,8 @@ void resolve_repeated_trees(const std::string& tree_column,
   std::ranges::stable_sort(checked.excluded, {}, &ExcludedRow::line);
   if (renamed > 0) {
     checked.notes.push_back(fmt::format(
-        "{} trees have the number of another tree of their plot and got one of their own, the "
-        "first: {}",
-        renamed,
+        "{} the number of another tree of the same plot and got a new one, the first: {}",
+        counted(renamed, "tree has", "trees have"),
         first_renamed));
   }
 }

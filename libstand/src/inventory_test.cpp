@@ -112,7 +112,7 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
   REQUIRE(checked.inventory.size() == 2);
   CHECK(checked.inventory.tree[1] == "10");
   CHECK(checked.inventory.species.is_missing(1));
-  CHECK(has_note(checked, "1 trees have no species"));
+  CHECK(has_note(checked, "1 tree has no species"));
 
   const std::string text = describe_excluded(checked, 2);
   CHECK_THAT(text, Contains("8 of 10 rows left out, 12 problems"));
@@ -147,7 +147,7 @@ TEST_CASE("a row that repeats a tree goes, a tree that has another's number stay
   CHECK(checked.inventory.tree[3] == "5#3");
   CHECK(checked.inventory.tree[4] == "5#4");
   CHECK(checked.inventory.x == std::vector<double>{0, 0, 1, 2, 3});
-  CHECK(has_note(checked, "2 trees have the number of another tree of their plot"));
+  CHECK(has_note(checked, "2 trees have the number of another tree of the same plot"));
 
   const CheckedInventory unplaced =
       read_text("plot,tree,species,dbh,h\n1,5,SM,20,15\n1,5,SM,20,15\n1,5,SM,20,16\n");
@@ -228,13 +228,13 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
     CHECK_NOTHROW(read_text(stand_with(column, factor), {.trust_units = true}));
   };
   CHECK_NOTHROW(read_text(stand_with("", 1.0)));
-  remedy("h", 100.0, "in centimetres, use --columns h=h/100");
-  remedy("h", 1000.0, "in millimetres, use --columns h=h/1000");
-  remedy("h", 10.0, "in decimetres, use --columns h=h/10");
-  remedy("dbh", 10.0, "in millimetres, use --columns dbh=dbh/10");
-  remedy("dbh", 0.01, "in metres, use --columns dbh=dbh*100");
-  remedy("cw", 100.0, "in centimetres, use --columns cw=cw/100");
-  remedy("cw", 10.0, "in decimetres, use --columns cw=cw/10");
+  remedy("h", 100.0, "in centimeters, use --columns h=h/100");
+  remedy("h", 1000.0, "in millimeters, use --columns h=h/1000");
+  remedy("h", 10.0, "in decimeters, use --columns h=h/10");
+  remedy("dbh", 10.0, "in millimeters, use --columns dbh=dbh/10");
+  remedy("dbh", 0.01, "in meters, use --columns dbh=dbh*100");
+  remedy("cw", 100.0, "in centimeters, use --columns cw=cw/100");
+  remedy("cw", 10.0, "in decimeters, use --columns cw=cw/10");
   remedy("y", 0.0, "on one point or line");
   CHECK_THROWS_WITH(read_text(stand_with("hcb", 100.0)),
                     Contains("swapped, or in different units"));

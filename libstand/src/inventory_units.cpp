@@ -76,10 +76,10 @@ void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
   const bool is_too_thick =
       h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStandCentimeters;
   if (is_too_thick) {
-    suspect(inventory, plan, kDbh, median, "millimetres", 10);
+    suspect(inventory, plan, kDbh, median, "millimeters", 10);
   }
   if (median > 0.0 && median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
-    suspect(inventory, plan, kDbh, median, "metres", 1, 100);
+    suspect(inventory, plan, kDbh, median, "meters", 1, 100);
   }
 }
 
@@ -89,15 +89,15 @@ void check_heights(const Inventory& inventory,
   for (const Measure measure : {kH, kHcb}) {
     const double median = positive_median(values_of(inventory, measure));
     if (median <= kHeightOfStandMeters) continue;
-    // 13 to 40 m in decimetres, 4 to 50 m in centimetres, more in millimetres.
-    if (median < 400.0) suspect(inventory, plan, measure, median, "decimetres", 10);
-    if (median < 5000.0) suspect(inventory, plan, measure, median, "centimetres", 100);
-    suspect(inventory, plan, measure, median, "millimetres", 1000);
+    // 13 to 40 m in decimeters, 4 to 50 m in centimeters, more in millimeters.
+    if (median < 400.0) suspect(inventory, plan, measure, median, "decimeters", 10);
+    if (median < 5000.0) suspect(inventory, plan, measure, median, "centimeters", 100);
+    suspect(inventory, plan, measure, median, "millimeters", 1000);
   }
   constexpr double kSlenderest = 300.0;
   const double h = positive_median(inventory.h_m);
   if (h > 60.0 && median_slenderness(inventory) > kSlenderest) {
-    suspect(inventory, plan, kH, h, "decimetres", 10);
+    suspect(inventory, plan, kH, h, "decimeters", 10);
   }
   const auto usable = static_cast<std::size_t>(
       std::ranges::count_if(inventory.hcb_m, [](double hcb) { return !std::isnan(hcb); }));
@@ -119,8 +119,8 @@ void check_crowns(const Inventory& inventory, const ColumnPlan& plan) {
     if (!plan.measures[measure].exists()) continue;
     const double limit = measure == kCw ? kCrownOfStandMeters : kCrownOfStandMeters / 2.0;
     const double median = positive_median(values_of(inventory, measure));
-    if (median > 4.0 * limit) suspect(inventory, plan, measure, median, "centimetres", 100);
-    if (median > limit) suspect(inventory, plan, measure, median, "decimetres", 10);
+    if (median > 4.0 * limit) suspect(inventory, plan, measure, median, "centimeters", 100);
+    if (median > limit) suspect(inventory, plan, measure, median, "decimeters", 10);
   }
 }
 
@@ -185,12 +185,12 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
         {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
   }
   if (trees_per_ha < 30.0 && basal_area < 1.0) {
-    complain(fmt::format("if they are in decimetres, use --columns x={},y={}",
+    complain(fmt::format("if they are in decimeters, use --columns x={},y={}",
                          converted(x, 10, 1),
                          converted(y, 10, 1)));
   }
   if (basal_area > 1000.0 || trees_per_ha > 1e6) {
-    complain("they should be metres (and not in degrees or kilometres)");
+    complain("they should be meters (and not in degrees or kilometers)");
   }
 }
 

@@ -21,8 +21,8 @@ struct Neighbor {
   double north_m = 0.0;
 };
 
-/// Distances that differ by less are ties: positions are known to a centimetre at best, and
-/// arithmetic with coordinates of millions of metres errs by some 1e-9 m.
+/// Distances that differ by less are ties: positions are known to a centimeter at best, and
+/// arithmetic with coordinates of millions of meters errs by some 1e-9 m.
 inline constexpr double kSameDistanceMeters = 1e-7;
 
 /// A rectangle whose opposite sides are joined.

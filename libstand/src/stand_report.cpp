@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
@@ -54,19 +55,22 @@ std::vector<SampledArea> ReportMaker::find_areas() {
 }
 
 void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
-  std::size_t counted = 0;
+  std::size_t in_areas = 0;
   std::size_t empty = 0;
   for (const SampledArea& area : areas) {
-    counted += area.trees.size();
+    in_areas += area.trees.size();
     if (area.trees.empty()) ++empty;
   }
-  if (counted < inventory_.size()) {
+  if (in_areas < inventory_.size()) {
     report_.notes.push_back(
-        fmt::format("{} trees without position or outside the windows are not counted",
-                    inventory_.size() - counted));
+        counted(inventory_.size() - in_areas,
+                "tree without position or outside the windows is not counted",
+                "trees without position or outside the windows are not counted"));
   }
   if (empty > 0) {
-    report_.notes.push_back(fmt::format("{} plots have a window and no tree; they count", empty));
+    report_.notes.push_back(counted(empty,
+                                    "plot has a window and no tree; it counts",
+                                    "plots have a window and no tree; they count"));
   }
 }
 
@@ -82,8 +86,9 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
   const auto left_out =
       std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
   if (left_out > 0) {
-    report_.notes.push_back(
-        fmt::format("{} plots without trees are in no stratum and are left out", left_out));
+    report_.notes.push_back(counted(left_out,
+                                    "plot without trees is in no stratum and is left out",
+                                    "plots without trees are in no stratum and are left out"));
   }
   for (const SampledArea& area : areas) {
     const std::size_t first = area.trees.front();

@@ -251,8 +251,8 @@ TEST_CASE("a report counts plots without trees, and says what it leaves out") {
       report.notes.begin(), report.notes.end(), std::string(), [](auto all, const auto& note) {
         return all + note + "\n";
       });
-  CHECK_THAT(notes, Contains("1 trees without position or outside"));
-  CHECK_THAT(notes, Contains("1 plots have a window and no tree"));
+  CHECK_THAT(notes, Contains("1 tree without position or outside"));
+  CHECK_THAT(notes, Contains("1 plot has a window and no tree"));
 
   CHECK_THROWS_WITH(
       stand_report(stand_of({{.x = 1}, {.x = 2}}), {}),

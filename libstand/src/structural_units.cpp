@@ -17,6 +17,7 @@
 #include "neighbor_search.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
 #include "unit_indices.hpp"
 
@@ -408,12 +409,13 @@ void Calculator::add_notes() {
     }
   }
   const auto note = [this](std::size_t count, std::string_view what) {
-    if (count > 0) units_.notes.push_back(fmt::format("{} trees {}", count, what));
+    if (count == 0) return;
+    units_.notes.push_back(fmt::format("{} {}", counted(count, "tree has", "trees have"), what));
   };
-  note(without_position, "have no position and no structural unit");
-  note(alone, fmt::format("have fewer than {} neighbors and no indices", options_.neighbors));
-  note(coincident, "have a neighbor at the same place, which has no direction: W is missing");
-  note(without_crown, "or a neighbor of theirs have no crown width: C is missing");
+  note(without_position, "no position and no structural unit");
+  note(alone, fmt::format("fewer than {} neighbors and no indices", options_.neighbors));
+  note(coincident, "a neighbor at the same place, which has no direction: W is missing");
+  note(without_crown, "no crown width or a neighbor without: C is missing");
   if (units_.C.empty()) units_.notes.emplace_back("there are no crown widths: C is missing");
 }
 

@@ -275,7 +275,7 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
   StructuralUnitOptions options{.neighbors = 1, .windows = {{"a", left}, {"b", right}}};
   const StructuralUnits units = structural_units(stand, options);
   CHECK(units.core == std::vector<char>{0, 1, 1, 0});
-  CHECK_THAT(units.notes.at(0), Contains("1 trees stand outside the window"));
+  CHECK_THAT(units.notes.at(0), Contains("1 tree stands outside the window"));
   options.edge = EdgeCorrection::kNone;
   CHECK(structural_units(stand, options).core == std::vector<char>{1, 1, 1, 0});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Windows from GeoJSON (RFC 7946), but for the reference system: coordinates are metres.
+// Windows from GeoJSON (RFC 7946), but for the reference system: coordinates are meters.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ std::string type_of(const json& object) {
 Point GeoJsonReader::point_of(const json& position, const std::string& where) const {
   const bool is_position = position.is_array() && position.size() >= 2 && position[0].is_number() &&
                            position[1].is_number();
-  if (!is_position) fail(where + ": a position must be [x, y] in metres");
+  if (!is_position) fail(where + ": a position must be [x, y] in meters");
   return {position[0].get<double>(), position[1].get<double>()};
 }
 
@@ -144,7 +144,7 @@ void GeoJsonReader::collect_circle(const json& feature, const std::string& where
   const auto properties = feature.find("properties");
   const bool has_radius = properties != feature.end() && properties->is_object() &&
                           properties->contains("radius") && (*properties)["radius"].is_number();
-  if (!has_radius) fail(where + ": a Point needs the property 'radius' in metres");
+  if (!has_radius) fail(where + ": a Point needs the property 'radius' in meters");
   const json& geometry = feature["geometry"];
   const auto position = geometry.find("coordinates");
   if (position == geometry.end()) fail(where + ": no coordinates");

@@ -253,7 +253,7 @@ TEST_CASE("what is no window is refused with the feature that is wrong") {
   CHECK_THROWS_WITH(read_text(R"({"type": "FeatureCollection", "features": []})"),
                     Contains("no window in this file"));
   CHECK_THROWS_WITH(read_text(R"({"type": "Feature", "geometry": null})"), Contains("feature 1"));
-  CHECK_THROWS_WITH(read_text(polygon("[[[0,0],[\"a\",0],[1,1]]]")), Contains("[x, y] in metres"));
+  CHECK_THROWS_WITH(read_text(polygon("[[[0,0],[\"a\",0],[1,1]]]")), Contains("[x, y] in meters"));
   const std::string bow = polygon("[[[0,0],[10,10],[10,0],[0,10],[0,0]]]");
   CHECK_THROWS_AS(read_text(bow), silvafit::InputError);
   CHECK_THROWS_WITH(

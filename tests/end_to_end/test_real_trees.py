@@ -76,7 +76,7 @@ class RealTrees(ProgramTest):
                 power = self.reached(name, model, "varPower")
                 both = self.reached(name, model, "varConstPower")
                 self.assertGreater(power, constant)
-                # Two linearisations at nearly the same point differ by a few 1e-6.
+                # Two linearizations at nearly the same point differ by a few 1e-6.
                 self.assertGreaterEqual(both, power - 1e-4)
 
     def test_als_study_has_no_level_2_and_agrees_with_nls_and_nlme(self):

@@ -296,7 +296,7 @@ TEST_CASE(
     INFO(level);
     CHECK(correlation->lower < last);
     last = correlation->lower;
-    // Laplace's likelihood written in R and maximised with the correlation held has a deviance of
+    // Laplace's likelihood written in R and maximized with the correlation held has a deviance of
     // 3.84 at -0.655, and of 0.06 only where some searches get stuck in a plot's second mode.
     if (level == 0.95) CHECK(correlation->lower == Approx(-0.655).margin(1e-3));
   }

@@ -43,7 +43,7 @@ fit::FitResult fitted(const json& reference,
   return fit::fit_model(specification, table, {.method = fit::Method::kLaplace, .start = start});
 }
 
-/// TMB's optimiser leaves a covariance on the edge of its range with a gradient of this size; its
+/// TMB's optimizer leaves a covariance on the edge of its range with a gradient of this size; its
 /// estimates are then no maximum to compare with.
 bool is_comparable(const json& reference) {
   return reference["converged"].get<bool>() && reference["max_abs_gradient"].get<double>() < 1e-6;

@@ -237,7 +237,7 @@ test("the plot map draws stems, crowns, window and buffer, and the unit of the t
     assert.equal(await counts(".crown"), 3);
     assert.equal(await counts(".stem.neighbor-only"), 1);
     assert.equal(await page.locator("#map svg .buffer").getAttribute("stroke-width"), "10");
-    // Crowns to scale: half the crown width, in metres as the window.
+    // Crowns to scale: half the crown width, in meters as the window.
     assert.equal(await page.locator("#map svg .crown[data-tree='2']").getAttribute("r"), "3");
     const place = await page.evaluate(() => {
       const box = document.querySelector("#map svg .window").getBoundingClientRect();

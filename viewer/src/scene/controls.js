@@ -4,7 +4,7 @@ import { element } from "../dom.js";
 import { treeCount } from "./data.js";
 import { button, check, choice, themeSwitch } from "./panel.js";
 
-const unlabelled = (choices) => [{ label: null, choices }];
+const unlabeled = (choices) => [{ label: null, choices }];
 
 /**
  * The section of the controls.
@@ -31,7 +31,7 @@ export function controls(data, shownPlot, act) {
     element("p", { class: "buttons" }, save, keys),
     ...sizeChoices(data, act),
     ...plotChoice(data, shownPlot, act),
-    choice("detail", "Detail", unlabelled(["automatic", "low", "high"].map((value) => ({ value, text: value }))), act.setDetail),
+    choice("detail", "Detail", unlabeled(["automatic", "low", "high"].map((value) => ({ value, text: value }))), act.setDetail),
     ...(treeCount(data) > 0 ? markChecks(overlapNote, act) : []),
     check("show-figures", "Drawing figures", false, act.setFigures),
     themeSwitch(),
@@ -49,15 +49,15 @@ function modeButton(mode, label, act) {
 function sizeChoices(data, act) {
   if (!data.models || data.variants.length === 0) return [];
   const names = data.variants.map(({ name, title }) => ({ value: name, text: title }));
-  const sizes = choice("variant", "Sizes", unlabelled(names), (name) => act.setVariant(0, name));
+  const sizes = choice("variant", "Sizes", unlabeled(names), (name) => act.setVariant(0, name));
   if (names.length === 1) return [sizes];
-  return [sizes, choice("beside", "Beside them", unlabelled([{ value: "", text: "nothing" }, ...names]), (name) => act.setVariant(1, name))];
+  return [sizes, choice("beside", "Beside them", unlabeled([{ value: "", text: "nothing" }, ...names]), (name) => act.setVariant(1, name))];
 }
 
 function plotChoice(data, shownPlot, act) {
   if (data.plots.length < 2) return [];
   const plots = data.plots.map(({ name }, index) => ({ value: String(index), text: name }));
-  const node = choice("plot", "Plot", unlabelled([{ value: "", text: "all" }, ...plots]), act.setPlot);
+  const node = choice("plot", "Plot", unlabeled([{ value: "", text: "all" }, ...plots]), act.setPlot);
   if (shownPlot === null) return [node];
   node.querySelector("select").value = String(shownPlot);
   return [node, element("p", { class: "quiet" }, "Plots lie on each other, as if each had coordinates of its own: one is shown at a time.")];

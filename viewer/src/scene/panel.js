@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The controls: labelled, in the order in which they are used.
+// The controls: labeled, in the order in which they are used.
 import { element } from "../dom.js";
 import { themeSwitch } from "../theme.js";
 
 /**
- * A labelled choice.
+ * A labeled choice.
  * @param {{label: string | null, choices: {value: string, text: string}[]}[]} groups
  */
 export function choice(id, label, groups, change) {

@@ -78,7 +78,7 @@ struct NamedWindow {
   Window window;
 };
 
-/// Reads windows from a file, with coordinates in metres as in the inventory.
+/// Reads windows from a file, with coordinates in meters as in the inventory.
 ///
 /// GeoJSON: a Feature or FeatureCollection of Polygon or MultiPolygon, or of Point with the
 /// property `radius` [m], or a bare polygon geometry. A feature's property `plot` says whose window
