@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "json_document.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 
@@ -32,18 +33,9 @@ JsonReader JsonReader::open(const std::filesystem::path& path) {
 }
 
 JsonReader JsonReader::parse(std::string_view text, std::string file, bool comments) {
-  try {
-    auto root = std::make_shared<const Json>(Json::parse(text, nullptr, true, comments));
-    const Json* value = root.get();
-    return {std::move(root), value, std::move(file), ""};
-  } catch (const Json::parse_error& error) {
-    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-    const auto line = static_cast<std::size_t>(1 + std::count(text.begin(), end, '\n'));
-    throw InputError("this is not JSON; look for a missing comma, quote or bracket",
-                     {.file = std::move(file), .line = line});
-  } catch (const Json::out_of_range&) {
-    throw InputError("a number in it is too large", {.file = std::move(file)});
-  }
+  auto root = std::make_shared<const Json>(parse_document(text, file, comments));
+  const Json* value = root.get();
+  return {std::move(root), value, std::move(file), ""};
 }
 
 JsonReader JsonReader::child(const Json& value, std::string key) const {

@@ -39,6 +39,8 @@ TEST_CASE("a text that is no JSON is refused with its line") {
   CHECK_THROWS_WITH(of("{\n\"a\": 1\n\"b\": 2}"),
                     Contains("a.json:3: this is not JSON; look for a missing comma"));
   CHECK_THROWS_WITH(of("[1e999]"), "a.json: a number in it is too large");
+  CHECK_THROWS_WITH(of(R"({"b": {"a": 1, "c": 2, "a": 3}})"),
+                    "a.json: an object has the key \"a\" twice");
   CHECK_THROWS_AS(of("{} // nothing"), InputError);
   CHECK(JsonReader::parse("{} // nothing", "a.json", true).is_object());
 }

@@ -37,8 +37,30 @@ constexpr std::array kFunctions = {
 
 double as_number(bool truth) { return truth ? 1.0 : 0.0; }
 
-// A missing value is neither true nor false: a row that it decides over is not chosen.
+// What a missing value decides over is missing; `false && missing` and `true || missing` do not
+// hang on it (Kleene's logic, as in R).
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
 bool is_true(double a) { return a != 0.0 && !std::isnan(a); }
+
+double compared(bool truth, double a, double b) {
+  return std::isnan(a) || std::isnan(b) ? kUnknown : as_number(truth);
+}
+
+double both(double a, double b) {
+  if (a == 0.0 || b == 0.0) return 0.0;
+  return std::isnan(a) || std::isnan(b) ? kUnknown : 1.0;
+}
+
+double either(double a, double b) {
+  if (is_true(a) || is_true(b)) return 1.0;
+  return std::isnan(a) || std::isnan(b) ? kUnknown : 0.0;
+}
+
+double chosen(double condition, double a, double b) {
+  if (std::isnan(condition)) return kUnknown;
+  return condition != 0.0 ? a : b;
+}
 
 double sign_of(double a) {
   if (std::isnan(a)) return a;
@@ -77,23 +99,23 @@ double apply(Operation operation, double a, double b, double c) {
     case Operation::kNegate:
       return -a;
     case Operation::kLess:
-      return as_number(a < b);
+      return compared(a < b, a, b);
     case Operation::kLessEqual:
-      return as_number(a <= b);
+      return compared(a <= b, a, b);
     case Operation::kEqual:
-      return as_number(a == b);
+      return compared(a == b, a, b);
     case Operation::kAnd:
-      return as_number(is_true(a) && is_true(b));
+      return both(a, b);
     case Operation::kOr:
-      return as_number(is_true(a) || is_true(b));
+      return either(a, b);
     case Operation::kNot:
-      return as_number(a == 0.0);
+      return compared(a == 0.0, a, a);
     case Operation::kMin:
       return b < a || std::isnan(b) ? b : a;
     case Operation::kMax:
       return b > a || std::isnan(b) ? b : a;
     case Operation::kIfElse:
-      return is_true(a) ? b : c;
+      return chosen(a, b, c);
     case Operation::kExp:
       return std::exp(a);
     case Operation::kLog:

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/data/program.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
 #include "program_code.hpp"
 #include "program_values.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
 
 namespace silvafit::data {
 
@@ -86,13 +88,33 @@ void Program::evaluate(std::span<const double* const> inputs,
   execute(code_->block.instructions, memory, rows);
 }
 
+namespace {
+
+/// "01" and "1.0" are the number 1; what is no number is in no column of numbers.
+std::vector<double> matches_of_number(std::span<const double> numbers, const TextMatch& match) {
+  double wanted = kMissing;
+  const bool is_number = parse_number(match.value, wanted);
+  std::vector<double> values(numbers.size());
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (std::isnan(numbers[row])) {
+      values[row] = kMissing;
+    } else {
+      values[row] = is_number && numbers[row] == wanted ? 1.0 : 0.0;
+    }
+  }
+  return values;
+}
+
+}  // namespace
+
 std::vector<double> variable_values(std::string_view variable, const Table& table) {
   TextMatch match;
   if (!is_text_match(variable, match)) {
     const std::span<const double> numbers = table.numbers(variable);
     return {numbers.begin(), numbers.end()};
   }
-  const TextColumn column = table.labels(match.column);
+  if (table.is_numeric(match.column)) return matches_of_number(table.numbers(match.column), match);
+  const TextColumn& column = table.text(match.column);
   const std::uint32_t wanted = column.code_of(match.value);
   std::vector<double> values(column.size());
   for (std::size_t row = 0; row < values.size(); ++row) {

@@ -162,9 +162,12 @@ struct SquareRoot {
 
 HWY_INLINE Vector as_number(Mask truth) { return hn::IfThenElseZero(truth, constant(1.0)); }
 
-// Missing values are neither; so does operation.cpp define it.
+// Missing values are neither true nor false; operation.cpp defines what follows.
 HWY_INLINE Mask is_true(Vector a) {
   return hn::Or(hn::Lt(a, hn::Zero(kVector)), hn::Gt(a, hn::Zero(kVector)));
+}
+HWY_INLINE Vector unless_missing(Vector a, Vector b, Vector result) {
+  return hn::IfThenElse(hn::Or(hn::IsNaN(a), hn::IsNaN(b)), hn::NaN(kVector), result);
 }
 
 struct Sign {
@@ -175,26 +178,37 @@ struct Sign {
   }
 };
 struct Less {
-  HWY_INLINE Vector operator()(Vector a, Vector b) const { return as_number(hn::Lt(a, b)); }
+  HWY_INLINE Vector operator()(Vector a, Vector b) const {
+    return unless_missing(a, b, as_number(hn::Lt(a, b)));
+  }
 };
 struct LessEqual {
-  HWY_INLINE Vector operator()(Vector a, Vector b) const { return as_number(hn::Le(a, b)); }
+  HWY_INLINE Vector operator()(Vector a, Vector b) const {
+    return unless_missing(a, b, as_number(hn::Le(a, b)));
+  }
 };
 struct Equal {
-  HWY_INLINE Vector operator()(Vector a, Vector b) const { return as_number(hn::Eq(a, b)); }
+  HWY_INLINE Vector operator()(Vector a, Vector b) const {
+    return unless_missing(a, b, as_number(hn::Eq(a, b)));
+  }
 };
 struct LogicalAnd {
   HWY_INLINE Vector operator()(Vector a, Vector b) const {
-    return as_number(hn::And(is_true(a), is_true(b)));
+    const Vector zero = hn::Zero(kVector);
+    const Mask is_false = hn::Or(hn::Eq(a, zero), hn::Eq(b, zero));
+    return hn::IfThenZeroElse(is_false, unless_missing(a, b, constant(1.0)));
   }
 };
 struct LogicalOr {
   HWY_INLINE Vector operator()(Vector a, Vector b) const {
-    return as_number(hn::Or(is_true(a), is_true(b)));
+    return hn::IfThenElse(
+        hn::Or(is_true(a), is_true(b)), constant(1.0), unless_missing(a, b, hn::Zero(kVector)));
   }
 };
 struct LogicalNot {
-  HWY_INLINE Vector operator()(Vector a) const { return as_number(hn::Eq(a, hn::Zero(kVector))); }
+  HWY_INLINE Vector operator()(Vector a) const {
+    return unless_missing(a, a, as_number(hn::Eq(a, hn::Zero(kVector))));
+  }
 };
 struct Minimum {
   HWY_INLINE Vector operator()(Vector a, Vector b) const {
@@ -208,7 +222,7 @@ struct Maximum {
 };
 struct Choose {
   HWY_INLINE Vector operator()(Vector condition, Vector a, Vector b) const {
-    return hn::IfThenElse(is_true(condition), a, b);
+    return unless_missing(condition, condition, hn::IfThenElse(is_true(condition), a, b));
   }
 };
 

@@ -5,6 +5,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
@@ -161,9 +163,60 @@ TEST_CASE("an expression of a table's columns compares text") {
   table.set("species", species);
   const auto values =
       silvafit::data::evaluate(Expression::parse("species == \"SM\" && dbh > 15"), table);
-  CHECK(values == std::vector<double>{0.0, 0.0, 1.0, 0.0});
+  CHECK(std::vector(values.begin(), values.end() - 1) == std::vector<double>{0.0, 0.0, 1.0});
+  CHECK(std::isnan(values[3]));
   CHECK_THROWS_AS(silvafit::data::evaluate(Expression::parse("height"), table),
                   silvafit::UsageError);
+}
+
+TEST_CASE("text is compared with numbers by their value") {
+  Table table;
+  table.set("plot", {1.0, 100000.0, NAN});
+  const auto holds = [&](const char* text) {
+    return silvafit::data::evaluate(Expression::parse(text), table);
+  };
+  CHECK(holds("plot == \"01\"")[0] == 1.0);
+  CHECK(holds("plot == \"01\"")[1] == 0.0);
+  CHECK(holds("plot != \"100000\"")[1] == 0.0);
+  CHECK(holds("plot == \"one\"")[0] == 0.0);
+  CHECK(std::isnan(holds("plot != \"01\"")[2]));
+}
+
+TEST_CASE("what a missing value decides over is missing") {
+  // Kleene's three-valued logic; R's <, ==, &, |, ! and ifelse give the same.
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const std::pair<const char*, double> cases[] = {{"m < 1", kNaN},
+                                                  {"1 <= m", kNaN},
+                                                  {"m == m", kNaN},
+                                                  {"m != 1", kNaN},
+                                                  {"!m", kNaN},
+                                                  {"!(m < 2)", kNaN},
+                                                  {"m && one", kNaN},
+                                                  {"m && zero", 0.0},
+                                                  {"zero && m", 0.0},
+                                                  {"m || zero", kNaN},
+                                                  {"m || one", 1.0},
+                                                  {"one || m", 1.0},
+                                                  {"one && zero", 0.0},
+                                                  {"one && one", 1.0},
+                                                  {"zero || zero", 0.0},
+                                                  {"ifelse(m, 3, 4)", kNaN},
+                                                  {"ifelse(zero, m, 4)", 4.0}};
+  Table table;
+  table.set("m", std::vector<double>(9, kNaN));
+  table.set("one", std::vector<double>(9, 1.0));
+  table.set("zero", std::vector<double>(9, 0.0));
+  for (const auto& [text, expected] : cases) {
+    CAPTURE(text);
+    const Expression expression = Expression::parse(text);
+    const double alone = expression.value({"m", "one", "zero"}, {kNaN, 1.0, 0.0});
+    for (const double value : silvafit::data::evaluate(expression, table)) {
+      CHECK(std::isnan(value) == std::isnan(expected));
+      if (!std::isnan(expected)) CHECK(value == expected);
+    }
+    CHECK(std::isnan(alone) == std::isnan(expected));
+    if (!std::isnan(expected)) CHECK(alone == expected);
+  }
 }
 
 TEST_CASE("a variable that is no input is named") {

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// The text of a JSON document, taken in once.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+namespace silvafit::data {
+
+/// The value of a text, the members of objects in their order.
+///
+/// nlohmann-json's own reader looks for each key among those before it, which takes seconds for an
+/// object with a member for each of ten thousand plots; this one looks when the object is whole.
+/// \param comments  whether `//` and `/* */` may explain the values
+/// \throws InputError with file and line if this is no JSON, a number in it is too large, or an
+///   object has a key twice
+nlohmann::ordered_json parse_document(std::string_view text,
+                                      const std::string& file,
+                                      bool comments);
+
+}  // namespace silvafit::data
