@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "fitted_model/intervals_json.hpp"
+#include "model/group_labels.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -95,17 +96,24 @@ Eigen::MatrixXd read_matrices(const JsonReader& json,
                               const std::vector<std::string>& labels,
                               Index height,
                               Index width) {
+  const LabelNumbers numbers = numbered(labels);
+  const auto groups = json.members();
+  if (groups.size() != labels.size()) {
+    json.fail(fmt::format("must have the {} groups that have an eblup", labels.size()));
+  }
   Eigen::MatrixXd result(height * width, static_cast<Index>(labels.size()));
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    const auto lines = json.at(labels[g]).items();
+  for (const auto& [label, group] : groups) {
+    const auto number = numbers.find(label);
+    if (number == numbers.end()) group.fail("has no eblup");
+    const auto lines = group.items();
     if (static_cast<Index>(lines.size()) != height) {
-      json.at(labels[g]).fail(fmt::format("must have {} rows", height));
+      group.fail(fmt::format("must have {} rows", height));
     }
     Eigen::MatrixXd matrix(height, width);
     for (Index i = 0; i < height; ++i) {
       matrix.row(i) = lines[static_cast<std::size_t>(i)].vector(width);
     }
-    result.col(static_cast<Index>(g)) = matrix.reshaped();
+    result.col(number->second) = matrix.reshaped();
   }
   return result;
 }

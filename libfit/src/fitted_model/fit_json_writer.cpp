@@ -75,29 +75,38 @@ ordered_json fixed(const FittedModel& fit) {
   return result;
 }
 
+/// An object with a member for each group. Labels differ, so that none has to be looked for among
+/// those before it, as the class of objects would.
+template <class ValueOf>
+ordered_json by_label(const std::vector<std::string>& labels, ValueOf value_of) {
+  ordered_json::object_t result;
+  result.reserve(labels.size());
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    result.push_back({labels[g], value_of(static_cast<Index>(g))});
+  }
+  return result;
+}
+
 ordered_json eblups(const std::vector<std::string>& labels,
                     const std::vector<std::string>& names,
                     const Eigen::MatrixXd& effects) {
-  ordered_json result = ordered_json::object();
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    ordered_json& group = result[labels[g]];
+  return by_label(labels, [&](Index g) {
+    ordered_json group = ordered_json::object();
     for (std::size_t k = 0; k < names.size(); ++k) {
-      group[names[k]] = number(effects(static_cast<Index>(k), static_cast<Index>(g)));
+      group[names[k]] = number(effects(static_cast<Index>(k), g));
     }
-  }
-  return result;
+    return group;
+  });
 }
 
 /// Matrices of each group, stored column by column, by label.
 ordered_json matrices(const std::vector<std::string>& labels,
                       const Eigen::MatrixXd& values,
                       Index rows_each) {
-  ordered_json result = ordered_json::object();
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    const auto column = values.col(static_cast<Index>(g));
-    result[labels[g]] = rows(column.reshaped(rows_each, column.size() / rows_each));
-  }
-  return result;
+  return by_label(labels, [&](Index g) {
+    const auto column = values.col(g);
+    return rows(column.reshaped(rows_each, column.size() / rows_each));
+  });
 }
 
 void add_uncertainty(const std::vector<std::string>& labels,
@@ -245,7 +254,7 @@ FittedModel with_sizes(FittedModel fit) {
 
 }  // namespace
 
-std::string to_json(const FittedModel& model, int indent) {
+ordered_json json_of(const FittedModel& model) {
   const FittedModel fit = with_sizes(model);
   ordered_json result{
       {"schema", "silvafit-fit/1"},
@@ -283,7 +292,9 @@ std::string to_json(const FittedModel& model, int indent) {
       {"seconds", number(fit.seconds)}};
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);
-  return json_text(result, indent);
+  return result;
 }
+
+std::string to_json(const FittedModel& fit, int indent) { return json_text(json_of(fit), indent); }
 
 }  // namespace silvafit::fit

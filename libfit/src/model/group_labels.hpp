@@ -10,6 +10,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/model_specification.hpp"
+#include "silvafit/fit/random_effects.hpp"
 
 namespace silvafit::fit {
 
@@ -24,7 +25,7 @@ inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   return numbers;
 }
 
-/// The label of a row's group; that of a nested one is `outer/inner`. Empty where it is missing.
+/// The label of a row's group, that of a nested one by nested_label(). Empty where it is missing.
 class GroupLabels {
  public:
   /// \throws UsageError if a column of groups is not there
@@ -38,7 +39,7 @@ class GroupLabels {
   }
   std::string inner(std::size_t row) const {
     if (inner_.is_missing(row) || (outer_ && outer_->is_missing(row))) return {};
-    return outer_ ? outer(row) + "/" + std::string(inner_[row]) : std::string(inner_[row]);
+    return outer_ ? nested_label((*outer_)[row], inner_[row]) : std::string(inner_[row]);
   }
 
  private:

@@ -17,10 +17,10 @@ namespace {
 Covariate parse_covariate(std::string_view text, Part part) {
   // `C:U` is the product, as in R's formulas.
   std::string with_products(text);
-  std::replace(with_products.begin() + static_cast<std::ptrdiff_t>(part.begin),
-               with_products.begin() + static_cast<std::ptrdiff_t>(part.end),
-               ':',
-               '*');
+  Quotes quotes;
+  for (std::size_t i = part.begin; i < part.end; ++i) {
+    if (!quotes.cover(text[i]) && text[i] == ':') with_products[i] = '*';
+  }
   return {.label = std::string(of(text, part)),
           .value = data::Expression::parse(with_products, part.begin, part.end)};
 }
@@ -104,6 +104,30 @@ std::vector<std::string> ModelSpecification::coefficient_names() const {
     for (std::string& name : parameter.coefficient_names()) names.push_back(std::move(name));
   }
   return names;
+}
+
+std::vector<std::string> ModelSpecification::label_columns() const {
+  std::vector<std::string> numbers;
+  std::vector<std::string> labels;
+  const auto add = [](const std::string& name, std::vector<std::string>& names) {
+    if (!name.empty() && std::ranges::find(names, name) == names.end()) names.push_back(name);
+  };
+  for (const std::string& variable : predictors()) {
+    data::TextMatch match;
+    const bool is_match = data::is_text_match(variable, match);
+    add(is_match ? match.column : variable, is_match ? labels : numbers);
+  }
+  for (const VarianceFactor& factor : variance.factors) {
+    add(factor.column, numbers);
+    add(factor.stratum, labels);
+  }
+  for (const auto& effects : {outer_random, random}) {
+    if (effects) add(effects->group, labels);
+  }
+  std::erase_if(labels, [&](const std::string& name) {
+    return std::ranges::find(numbers, name) != numbers.end();
+  });
+  return labels;
 }
 
 std::vector<std::string> ModelSpecification::predictors() const {

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/program.hpp"
 
 using namespace silvafit::fit;
 using silvafit::FormulaError;
@@ -40,6 +41,28 @@ TEST_CASE("a parameter of one letter may differ from a column by its case alone"
   const auto model =
       specify_model("cw ~ a/(1 + b*exp(-c*dbh))", {"c ~ 1 + C"}, columns({"cw", "dbh", "C"}));
   CHECK(model.coefficient_names() == Names{"a", "b", "c", "c:C"});
+}
+
+TEST_CASE("a colon in quotes is text, elsewhere a product") {
+  Table table(2);
+  table.set("dbh", {1.0, 2.0});
+  table.set("h", {1.0, 2.0});
+  silvafit::data::TextColumn kind;
+  kind.append("A:B");
+  kind.append("A + B");
+  table.set("kind", kind);
+  const ModelSpecification model =
+      specify_model("h ~ a*dbh", {R"(a ~ 1 + dbh:(kind == "A:B") + (kind == "A + B"))"}, table);
+  REQUIRE(model.parameters[0].covariates.size() == 2);
+  const auto values = silvafit::data::evaluate(model.parameters[0].covariates[0].value, table);
+  CHECK(values == std::vector<double>{1.0, 0.0});
+  CHECK(model.label_columns() == std::vector<std::string>{"kind"});
+}
+
+TEST_CASE("different nested groups have different labels") {
+  CHECK(nested_label("A", "1") == "A/1");
+  CHECK(nested_label("A", "1/1") == "A/1/1");
+  CHECK(nested_label("A/1", "1") == "A%2F1/1");
 }
 
 TEST_CASE("errors name what is not known and where") {

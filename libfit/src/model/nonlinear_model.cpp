@@ -128,7 +128,7 @@ void NonlinearModel::sort_by_group(const data::Table& table, const std::vector<b
     for (const auto& [code, rows] : members[cluster]) {
       if (!outer) cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
       const std::string label = inner ? inner->label(code) : std::string();
-      group_labels_.push_back(outer ? outer->label(cluster) + "/" + label : label);
+      group_labels_.push_back(outer ? nested_label(outer->label(cluster), label) : label);
       group_begin_.push_back(static_cast<Index>(rows_.size()));
       rows_.insert(rows_.end(), rows.begin(), rows.end());
     }

@@ -94,6 +94,12 @@ std::vector<RandomEffects> parse_random_effects(std::string_view text) {
   return groupings;
 }
 
+std::string nested_label(std::string_view outer, std::string_view inner) {
+  std::string label;
+  for (const char byte : outer) label += byte == '/' ? std::string("%2F") : std::string(1, byte);
+  return label.append("/").append(inner);
+}
+
 Covariance parse_covariance(std::string_view text) {
   if (text == "general") return Covariance::kGeneral;
   if (text == "diagonal") return Covariance::kDiagonal;

@@ -18,14 +18,22 @@ std::string_view of(std::string_view text, Part part) {
   return text.substr(part.begin, part.end - part.begin);
 }
 
+bool Quotes::cover(char byte) {
+  if (open_ != '\0') {
+    if (byte == open_) open_ = '\0';
+    return true;
+  }
+  if (byte == '`' || byte == '"') open_ = byte;
+  return open_ != '\0';
+}
+
 std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator) {
   std::vector<Part> parts;
   int depth = 0;
-  bool quoted = false;
+  Quotes quotes;
   std::size_t start = begin;
   for (std::size_t i = begin; i < end; ++i) {
-    if (text[i] == '`') quoted = !quoted;
-    if (quoted) continue;
+    if (quotes.cover(text[i])) continue;
     depth += static_cast<int>(text[i] == '(') - static_cast<int>(text[i] == ')');
     if (text[i] == separator && depth == 0) {
       parts.push_back(trimmed(text, start, i));

@@ -18,7 +18,17 @@ Part trimmed(std::string_view text, std::size_t begin, std::size_t end);
 
 std::string_view of(std::string_view text, Part part);
 
-/// Parts between separators that stand outside parentheses and backquotes.
+/// Tells what is quoted, byte by byte: between backquotes or quotation marks.
+class Quotes {
+ public:
+  /// Whether the next byte of the text is quoted, the marks included.
+  bool cover(char byte);
+
+ private:
+  char open_ = '\0';  ///< the mark that ends the quotation, none outside
+};
+
+/// Parts between separators that stand outside parentheses and quotes.
 std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator);
 
 }  // namespace silvafit::fit

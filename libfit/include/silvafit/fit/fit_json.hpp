@@ -2,6 +2,7 @@
 // Fits as JSON, schema silvafit-fit/1: what the program prints and model libraries hold.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -15,6 +16,8 @@ namespace silvafit::fit {
 /// Numbers read back as the same doubles; those that are not finite are null.
 /// \param indent  blanks a level, or -1 for one line
 std::string to_json(const FittedModel& fit, int indent = -1);
+/// The object itself.
+nlohmann::ordered_json json_of(const FittedModel& fit);
 
 /// The fit of a JSON object. Keys that are not known are passed over.
 /// \throws InputError that names file and key if a key is missing or does not fit to the others, or

@@ -47,13 +47,16 @@ struct ModelSpecification {
   /// What the mean reads from the data: columns of the formula, then those of covariates. The
   /// comparison of a column with text is one of them; see data::is_text_match.
   std::vector<std::string> predictors() const;
+  /// Columns whose values are names, not numbers: groups, strata, and what is compared with text,
+  /// but for those that the model also reads as numbers.
+  std::vector<std::string> label_columns() const;
 };
 
 /// A model of a formula: the names in it that are no columns of the table are its parameters, in
-/// the order of their first appearance, each constant unless a sub-model is given for it. \param
-/// sub_models  texts such as "b ~ 1 + C + U" or "b ~ 0 + C" \throws FormulaError if a text cannot
-/// be read, a covariate is no column, the formula has no parameter, or a sub-model
-/// is for none of them
+/// the order of their first appearance, each constant unless a sub-model is given for it.
+/// \param sub_models  texts such as "b ~ 1 + C + U" or "b ~ 0 + C"
+/// \throws FormulaError if a text cannot be read, a covariate is no column, the formula has no
+///   parameter, or a sub-model is for none of them
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table);

@@ -33,6 +33,10 @@ struct RandomEffects {
 /// \throws FormulaError that points at what cannot be read
 std::vector<RandomEffects> parse_random_effects(std::string_view text);
 
+/// The label of a group within a coarser one, `outer/inner`. A slash of the coarser label becomes
+/// `%2F`, so that different groups have different labels: `A` with `1/1` is not `A/1` with `1`.
+std::string nested_label(std::string_view outer, std::string_view inner);
+
 /// Reads general, diagonal or identity; blocks are made in the text of random effects.
 Covariance parse_covariance(std::string_view text);
 std::string covariance_text(Covariance covariance);
