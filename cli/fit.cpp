@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -106,26 +108,67 @@ std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
   return bounds;
 }
 
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::ranges::find(names, name) != names.end();
-}
-
-/// Group names keep their spelling ("07") unless a condition takes them for numbers.
-data::CsvTableOptions reading_options(const FitArguments& arguments) {
-  if (arguments.random.empty()) return {};
-  data::CsvTableOptions options;
-  for (const fit::RandomEffects& effects : fit::parse_random_effects(arguments.random)) {
-    const bool is_compared =
-        !arguments.where.empty() &&
-        contains(data::Expression::parse(arguments.where).variables(), effects.group);
-    if (!is_compared) options.text_columns.push_back(effects.group);
+/// Which columns a command reads as numbers, and which as names that keep their spelling ("07"):
+/// groups, strata, and what is compared with text, unless they are also read as numbers.
+class ColumnUses {
+ public:
+  explicit ColumnUses(const FitArguments& arguments) {
+    for (const std::string& text : {arguments.where, right_side(arguments.formula)}) add(text);
+    for (const std::string& text : arguments.parameters) {
+      for (const fit::Covariate& covariate : fit::parse_parameter_model(text).covariates) {
+        add(covariate.value);
+      }
+    }
+    if (!arguments.random.empty()) {
+      for (const fit::RandomEffects& effects : fit::parse_random_effects(arguments.random)) {
+        names_.insert(effects.group);
+      }
+    }
+    if (arguments.variance.empty()) return;
+    for (const fit::VarianceFactor& factor :
+         fit::parse_variance_function(arguments.variance).factors) {
+      numbers_.insert(factor.column);
+      names_.insert(factor.stratum);
+    }
   }
-  return options;
-}
+
+  std::vector<std::string> names() const {
+    std::vector<std::string> result;
+    std::ranges::set_difference(names_, numbers_, std::back_inserter(result));
+    return result;
+  }
+
+ private:
+  static std::string right_side(const std::string& formula) {
+    return formula.empty() ? "" : data::parse_formula(formula).right.text();
+  }
+
+  void add(const std::string& text) {
+    if (!text.empty()) add(data::Expression::parse(text));
+  }
+
+  void add(const data::Expression& expression) {
+    for (const std::string& variable : expression.variables()) {
+      data::TextMatch match;
+      if (data::is_text_match(variable, match)) {
+        names_.insert(match.column);
+      } else {
+        numbers_.insert(variable);
+      }
+    }
+  }
+
+  std::set<std::string> numbers_{};
+  std::set<std::string> names_{"plot", "tree", "species"};
+};
 
 data::Table read_data(const FitArguments& arguments) {
-  data::Table table = data::read_csv_table(arguments.data, reading_options(arguments));
-  study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
+  data::Table table =
+      data::read_csv_table(arguments.data, {.text_columns = ColumnUses(arguments).names()});
+  const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
+  for (const std::string& note : study::add_columns(columns, table)) {
+    say(arguments.common, "note: " + note);
+  }
   // Covariates must be columns, so that a structural index is meant where its name is not one yet;
   // in the formula itself it may be a parameter.
   std::vector<std::string> texts = arguments.parameters;

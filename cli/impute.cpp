@@ -47,7 +47,10 @@ data::Table read_data(const ImputeArguments& arguments) {
     }
   }
   data::Table table = data::read_csv_table(arguments.data, {.text_columns = labels});
-  study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
+  const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
+  for (const std::string& note : study::add_columns(columns, table)) {
+    say(arguments.common, "note: " + note);
+  }
   for (const std::string& name : new_names(arguments)) {
     if (!table.has(name)) continue;
     throw InputError("the file has this column already; give it another name",
@@ -96,8 +99,7 @@ void print_json(const ImputeArguments& arguments, const study::Imputation& resul
   using study::ImputeSource;
   ordered_json models = ordered_json::array();
   for (const study::ImputeModel& model : result.models) {
-    models.push_back({{"label", text_or_null(model.label)},
-                      {"fit", ordered_json::parse(fit::to_json(model.fit))}});
+    models.push_back({{"label", text_or_null(model.label)}, {"fit", fit::json_of(model.fit)}});
   }
   const ordered_json summary{{"schema", "silvafit-impute/1"},
                              {"silvafit", version()},
@@ -128,6 +130,12 @@ std::string random_text(const fit::ModelSpecification& specification) {
       ", random {}{}", outer ? text(*outer) + "; " : "", text(*specification.random));
 }
 
+/// Whom a model is for, where there are several.
+std::string label_of(const study::ImputeModel& model, const ImputeArguments& arguments) {
+  if (arguments.impute.by.empty()) return "";
+  return (model.label.empty() ? "all others" : model.label) + ": ";
+}
+
 /// What a person who reads the file wants to know of it.
 void say_summary(const ImputeArguments& arguments, const study::Imputation& result) {
   using study::ImputeLevel;
@@ -137,7 +145,7 @@ void say_summary(const ImputeArguments& arguments, const study::Imputation& resu
     const fit::FittedModel& fit = model.fit;
     say(arguments.common,
         fmt::format("{}{}{}{}, variance {}, {} trees, conditional RMSE {:.4g}",
-                    model.label.empty() ? "" : model.label + ": ",
+                    label_of(model, arguments),
                     fit.model.empty() ? "" : fit.model + " ",
                     fit.specification.formula.text,
                     random_text(fit.specification),

@@ -160,7 +160,11 @@ void run(PredictArguments arguments) {
       study::find_library(arguments.library, data_directory() / "models");
   data::Table table =
       data::read_csv_table(arguments.data, {.text_columns = study::text_columns(library)});
-  study::add_columns(fmt::format("{}", fmt::join(arguments.columns, ",")), table);
+  const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
+  for (const std::string& note : study::add_columns(columns, table)) {
+    say(arguments.common, "note: " + note);
+  }
+  const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   const study::PredictedResponses predictions = study::predict_responses(
       library,
       table,
@@ -172,7 +176,8 @@ void run(PredictArguments arguments) {
        .interval_kind = kIntervalKinds.at(arguments.interval_kind),
        .standard_errors = arguments.standard_errors,
        .threads = arguments.common.threads,
-       .role = arguments.role});
+       .role = arguments.role,
+       .catalogue = &catalogue});
   for (const std::string& note : predictions.notes) say(arguments.common, "note: " + note);
   refuse_known_columns(arguments, table, predictions);
   write_out(arguments, predictions);

@@ -233,6 +233,13 @@ std::vector<std::string> other_columns(const Arguments& arguments) {
     if (!study::is_structure_name(name)) names.push_back(name);
   }
   if (arguments.study.group != "plot") names.push_back(arguments.study.group);
+  for (const std::string& text : arguments.study.variance_functions) {
+    for (const fit::VarianceFactor& factor : fit::parse_variance_function(text).factors) {
+      for (const std::string& name : {factor.column, factor.stratum}) {
+        if (!name.empty() && !study::is_structure_name(name)) names.push_back(name);
+      }
+    }
+  }
   return names;
 }
 

@@ -41,6 +41,31 @@ class Predictions(ProgramTest):
                                   *arguments).stdout
         return output, list(csv.DictReader(io.StringIO(output)))
 
+    def test_numbers_that_are_names_are_the_same_names_in_new_data(self):
+        # The text 01 becomes the number 1 nowhere: strata and text matches of the fit are found again.
+        lines = stand_csv().splitlines()
+        rows = [line + (",01" if i % 2 else ",02") for i, line in enumerate(lines[1:])]
+        self.write("coded.csv", "\n".join([lines[0] + ",code", *rows]) + "\n")
+        fit = self.run_json("fit", "coded.csv", "--formula", MEYER, "--parameter", 'a ~ 1 + (code == "01")',
+                            "--variance", "stratum(code)")
+        self.write("fit.json", json.dumps(fit))
+        first = fit["fixed"]["a"]["estimate"]
+        other = fit["fixed"]['a:(code == "01")']["estimate"]
+        curve = 1 - math.exp(-fit["fixed"]["b"]["estimate"] * 20)
+        self.write("new.csv", "dbh,code\n20,01\n20,02\n")
+        rows = self.predict("--interval", "0.9")
+        self.assertAlmostEqual(float(rows[0]["h_pred"]), 1.3 + (first + other) * curve, 9)
+        self.assertAlmostEqual(float(rows[1]["h_pred"]), 1.3 + first * curve, 9)
+        self.assertTrue(all(row["h_lower"] for row in rows))
+
+    def test_values_outside_the_domain_of_a_model_have_status_3(self):
+        self.write("stand.csv", stand_csv())
+        self.write("fit.json", json.dumps(self.run_json("fit", "stand.csv", "--model", "M3")))
+        self.write("new.csv", "plot,tree,dbh\n1,1,20\n1,2,-5\n")
+        error = self.run_program("predict", "fit.json", "new.csv", status=3).stderr
+        self.assertIn("new.csv:3: dbh: -5 is outside the model's domain 0 < dbh (plot 1, tree 2, model M3)",
+                      error)
+
     def test_calibration_uses_the_measured_trees_of_a_new_plot(self):
         fit = self.fit()
         new = 'plot,dbh,h,"a note"\nA,20,25.50,x\nA,30,,"y, z"\nB,30,,\n01,30,40,\n'

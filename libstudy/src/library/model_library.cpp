@@ -103,7 +103,7 @@ std::string to_json(const ModelLibrary& library) {
                       {"response", model.response},
                       {"unit", text_or_null(model.unit)},
                       {"role", text_or_null(model.role)},
-                      {"fit", ordered_json::parse(fit::to_json(model.fit))}});
+                      {"fit", fit::json_of(model.fit)}});
   }
   const ordered_json result{{"schema", kSchema},
                             {"silvafit", SILVAFIT_VERSION},

@@ -46,7 +46,7 @@ struct Part {
 };
 
 /// Values of the column `by` with enough measured trees have a part of their own. All others share
-/// the last part, whose model is fitted to the measured trees of all.
+/// the last part, which may have no rows; its model is fitted to the measured trees of all.
 std::vector<Part> parts_of(const data::Table& table, const ImputeOptions& options) {
   const auto response = table.numbers(options.response);
   std::vector<Part> parts;
@@ -81,7 +81,7 @@ std::vector<Part> parts_of(const data::Table& table, const ImputeOptions& option
                                  options.response),
                      {.file = table.file(), .column = options.response});
   }
-  if (!others.rows.empty()) parts.push_back(std::move(others));
+  parts.push_back(std::move(others));
   return parts;
 }
 
@@ -205,6 +205,27 @@ class Filling {
 
 }  // namespace
 
+namespace {
+
+/// The model of a part; none if the part has a label and no model of it converged: its trees then
+/// share the model of all.
+std::optional<fit::FittedModel> model_of(const Part& part,
+                                         const data::Table& table,
+                                         const Catalogue& catalogue,
+                                         const ImputeOptions& options,
+                                         std::vector<std::string>& notes) {
+  const data::Table measured = table.select(part.measured);
+  try {
+    return imputation_model(measured, catalogue, options, notes);
+  } catch (const NumericalError& error) {
+    if (part.label.empty()) throw;
+    notes.push_back(error.message() + "; the model of all is used");
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
 std::string source_text(ImputeSource source) {
   switch (source) {
     case ImputeSource::kMeasured:
@@ -258,16 +279,23 @@ Imputation impute(const data::Table& table,
         "effects");
   }
   Filling filling(table, options, result);
-  std::uint64_t stream = 0;
-  for (const Part& part : parts_of(table, options)) {
+  std::vector<Part> parts = parts_of(table, options);
+  Part& shared = parts.back();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Part& part = parts[i];
+    if (part.rows.empty()) continue;
     std::vector<std::string> notes;
-    const fit::FittedModel fit =
-        imputation_model(table.select(part.measured), catalogue, options, notes);
+    const auto model = model_of(part, table, catalogue, options, notes);
     for (const std::string& note : notes) {
       result.notes.push_back(part.label.empty() ? note : part.label + ": " + note);
     }
-    filling.fill(part, fit, ++stream);
-    result.models.push_back({.label = part.label, .fit = fit});
+    if (!model) {
+      shared.rows.insert(shared.rows.end(), part.rows.begin(), part.rows.end());
+      std::ranges::sort(shared.rows);
+      continue;
+    }
+    filling.fill(part, *model, i + 1);
+    result.models.push_back({.label = part.label, .fit = *model});
   }
   return result;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/impute.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
@@ -170,6 +171,20 @@ TEST_CASE("species with enough trees have models of their own, the others share 
   CHECK(result.models[1].label.empty());
   CHECK(result.models[1].fit.observations > result.models[0].fit.observations);
   CHECK(result.count(ImputeSource::kMissing) == 1);
+}
+
+TEST_CASE("a species of which no model converges shares the model of all") {
+  data::Table table = inventory();
+  data::TextColumn species;
+  for (std::size_t row = 0; row < table.rows(); ++row) species.append(row == 0 ? "yew" : "pine");
+  table.set("species", species);
+  const Imputation result = impute(table, catalogue(), {.by = "species", .minimum_trees = 1});
+  REQUIRE(result.models.size() == 2);
+  CHECK(result.models[0].label == "pine");
+  CHECK(result.models[1].label.empty());
+  CHECK(std::ranges::any_of(result.notes, [](const std::string& note) {
+    return note.starts_with("yew: ") && note.ends_with("the model of all is used");
+  }));
 }
 
 TEST_CASE("residuals that are added have the fit's standard deviation and follow the seed") {

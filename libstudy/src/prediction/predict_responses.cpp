@@ -12,6 +12,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::study {
@@ -101,6 +102,21 @@ std::vector<std::size_t> order_of(const std::vector<ResponseModels>& models) {
   };
   for (std::size_t i = 0; i < models.size(); ++i) visit(visit, i);
   return order;
+}
+
+/// Complains of all structural indices at once that some model needs and the table lacks.
+void require_indices(const std::vector<ResponseModels>& models, const data::Table& table) {
+  std::vector<std::string> missing;
+  for (const ResponseModels& response : models) {
+    for (const auto& [species, model] : response.by_species) {
+      for (const std::string& name : model->fit.specification.predictors()) {
+        if (is_structure_name(name) && !table.has(name) && !contains(missing, name)) {
+          missing.push_back(name);
+        }
+      }
+    }
+  }
+  require_numbers(table, missing);
 }
 
 /// Predicts response by response, and fills gaps of what later ones need.
@@ -239,15 +255,18 @@ class Predictor {
                     PredictedResponse& result) {
     require_numbers(table_, fit.specification.predictors());
     data::Table part = table_.select(rows);
+    require_domain_of(fit, part);
     const bool has_groups =
         options_.level == fit::Level::kConditional || options_.level == fit::Level::kCalibrated;
     const bool by_group = has_groups && fit.has_random_effects();
     if (is_calibrated() && by_group) hide_responses(fit, rows, part);
     if (by_group) {
+      require_groups(fit.specification);
       const auto& outer = fit.specification.outer_random;
       if (outer) unify_spelling(outer->group, fit.outer.labels, part);
       unify_spelling(fit.specification.random->group, inner_labels(fit), part);
     }
+    unify_names(fit, part);
     flag_columns(fit, part, rows);
     const fit::Prediction prediction = fit::predict(fit,
                                                     part,
@@ -263,6 +282,13 @@ class Predictor {
     if (by_group) flag_groups(fit, part, rows, prediction);
   }
 
+  void require_domain_of(const fit::FittedModel& fit, const data::Table& part) const {
+    if (options_.catalogue == nullptr) return;
+    const std::vector<BaseModel>& models = options_.catalogue->models();
+    const auto model = std::ranges::find(models, fit.model, &BaseModel::id);
+    if (model != models.end()) require_domain_of_covariates(*model, part);
+  }
+
   void store(const fit::FittedModel& fit,
              const std::vector<std::size_t>& rows,
              const fit::Prediction& prediction,
@@ -274,6 +300,9 @@ class Predictor {
       const std::size_t row = rows[i];
       const double value = prediction.value[at];
       if (std::isinf(value)) flag(row, fit.specification.formula.left + " not finite");
+      if (std::isnan(value) && flags_[row].empty()) {
+        flag(row, fit.specification.formula.left + " not defined here");
+      }
       if (!std::isfinite(value)) continue;
       result.value[row] = value;
       if (wants_errors()) {
@@ -315,23 +344,42 @@ class Predictor {
     Names labels = fit.group_labels;
     if (!fit.specification.outer_random) return labels;
     for (std::string& label : labels) {
-      const auto is_its = [&](const std::string& outer) { return label.starts_with(outer + "/"); };
-      const auto outer = std::ranges::find_if(fit.outer.labels, is_its);
-      if (outer != fit.outer.labels.end()) label.erase(0, outer->size() + 1);
+      // The coarser label has no slash of its own there.
+      label.erase(0, label.find('/') + 1);
     }
     return labels;
   }
 
-  /// "07" is the group that a fit knows as "7", where that was read as a number.
-  void unify_spelling(const std::string& group,
-                      const Names& known_labels,
-                      data::Table& part) const {
-    if (!part.has(group)) {
+  void require_groups(const fit::ModelSpecification& specification) const {
+    for (const auto& effects : {specification.outer_random, specification.random}) {
+      if (!effects || table_.has(effects->group)) continue;
       throw InputError(fmt::format("there is no column '{}', which {} predictions need",
-                                   group,
+                                   effects->group,
                                    is_calibrated() ? "calibrated" : "conditional"),
                        {.file = table_.file()});
     }
+  }
+
+  /// Strata, and what the model compares with text, as the fit spells them.
+  static void unify_names(const fit::FittedModel& fit, data::Table& part) {
+    for (const fit::VarianceFactorEstimate& factor : fit.variance.factors) {
+      const std::string& column = factor.factor.stratum;
+      if (part.has(column)) unify_spelling(column, factor.strata, part);
+    }
+    std::map<std::string, Names> known;
+    for (const std::string& variable : fit.specification.predictors()) {
+      data::TextMatch match;
+      if (data::is_text_match(variable, match)) known[match.column].push_back(match.value);
+    }
+    for (const auto& [column, values] : known) {
+      if (part.has(column) && !part.is_numeric(column)) unify_spelling(column, values, part);
+    }
+  }
+
+  /// "07" is the group that a fit knows as "7", where that was read as a number.
+  static void unify_spelling(const std::string& group,
+                             const Names& known_labels,
+                             data::Table& part) {
     const std::set<std::string_view> known(known_labels.begin(), known_labels.end());
     const data::TextColumn labels = part.labels(group);
     data::TextColumn unified;
@@ -385,9 +433,8 @@ class Predictor {
 Names text_columns(const ModelLibrary& library) {
   Names columns{"species"};
   for (const LibraryModel& model : library.models) {
-    const fit::ModelSpecification& specification = model.fit.specification;
-    for (const auto& random : {specification.outer_random, specification.random}) {
-      if (random && !contains(columns, random->group)) columns.push_back(random->group);
+    for (const std::string& name : model.fit.specification.label_columns()) {
+      if (!contains(columns, name)) columns.push_back(name);
     }
   }
   return columns;
@@ -398,6 +445,7 @@ PredictedResponses predict_responses(const ModelLibrary& library,
                                      const PredictResponsesOptions& options) {
   PredictedResponses result;
   const std::vector<ResponseModels> models = chosen_models(library, options.role, result.notes);
+  require_indices(models, table);
   Predictor predictor(table, options);
   result.responses.resize(models.size());
   for (const std::size_t i : order_of(models)) {

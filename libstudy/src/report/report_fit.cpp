@@ -8,7 +8,7 @@ namespace silvafit::study {
 using nlohmann::ordered_json;
 
 ordered_json fit_object(const fit::FittedModel& fit) {
-  ordered_json object = ordered_json::parse(fit::to_json(fit));
+  ordered_json object = fit::json_of(fit);
   object.erase("seconds");
   if (!fit.has_random_effects() || !fit.uncertainty.is_known()) return object;
   ordered_json& random = object["random"];

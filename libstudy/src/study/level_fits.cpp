@@ -18,6 +18,9 @@ namespace {
 fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   fit::FitResult result{.fit = {.model = trial.model, .specification = trial.specification}};
   if (trial.options.method) result.fit.method = *trial.options.method;
+  for (const fit::VarianceFactor& factor : trial.specification.variance.factors) {
+    result.fit.variance.factors.push_back({.factor = factor});
+  }
   result.fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
   result.fit.convergence.verdict = reason;
   return result;

@@ -63,15 +63,39 @@ std::vector<std::size_t> rows_against(const data::Expression& condition, const d
   return rows;
 }
 
+/// \throws DomainError at the first row where a condition of the model's domain does not hold
+void require_condition(const BaseModel& model,
+                       const data::Expression& condition,
+                       const data::Table& table) {
+  const std::vector<std::size_t> rows = rows_against(condition, table);
+  if (rows.empty()) return;
+  const std::string column = condition.variables().front();
+  Place place = place_of(table, rows.front(), column);
+  place.model = model.id;
+  throw DomainError(fmt::format("{} is outside the model's domain {}{}",
+                                data::shortest(table.numbers(column)[rows.front()]),
+                                condition.text(),
+                                others(rows.size())),
+                    place);
+}
+
 /// Where a column comes from that inventories lack.
-std::string origin_of(const std::string& name, const data::Table& table) {
+/// \param needed  columns, of which others may be missing as well
+std::string origin_of(const std::string& name,
+                      const std::vector<std::string>& needed,
+                      const data::Table& table) {
   if (!is_structure_name(name)) return "";
-  if (!structure_names_in({name}, table).empty()) {
-    return fmt::format(
-        ". It can be computed from the trees' positions: --columns {}={}", name, name);
+  const std::vector<std::string> computable = structure_names_in(needed, table);
+  if (computable.empty()) {
+    return ". It is a structural index: `silvafit indices` computes it from x, y and dbh, and the "
+           "predictions.csv of a study has it";
   }
-  return ". It is a structural index: `silvafit indices` computes it from x, y and dbh, and the "
-         "predictions.csv of a study has it";
+  std::vector<std::string> mappings;
+  for (const std::string& index : computable) mappings.push_back(index + "=" + index);
+  return fmt::format(
+      ". The indices of a study are in its predictions.csv; with the nearest trees of each plot, "
+      "without a window, they can be computed here: --columns {}",
+      fmt::join(mappings, ","));
 }
 
 }  // namespace
@@ -97,10 +121,16 @@ data::Table rows_where(std::string_view condition, const data::Table& table) {
   return table.select(rows);
 }
 
-void add_columns(std::string_view text, data::Table& table) {
+std::vector<std::string> add_columns(std::string_view text, data::Table& table) {
+  std::vector<std::string> notes;
+  std::vector<std::string> computed;
   for (const stand::ColumnMapping& mapping : stand::parse_column_mappings(text)) {
     if (!table.has(mapping.source)) {
-      add_structure_columns(structure_names_in({mapping.source}, table), table);
+      const std::vector<std::string> names = structure_names_in({mapping.source}, table);
+      for (std::string& note : add_structure_columns(names, table)) {
+        if (std::ranges::find(notes, note) == notes.end()) notes.push_back(std::move(note));
+      }
+      computed.insert(computed.end(), names.begin(), names.end());
     }
     // C=C asks for the index under its own name.
     if (mapping.name == mapping.source && table.has(mapping.name)) continue;
@@ -113,6 +143,13 @@ void add_columns(std::string_view text, data::Table& table) {
       table.set(mapping.name, checked_values(mapping.source, table));
     }
   }
+  if (!computed.empty()) {
+    notes.push_back(
+        fmt::format("{}: computed from the {} nearest trees of each plot, without a window",
+                    fmt::join(computed, ", "),
+                    stand::StructuralUnitOptions{}.neighbors));
+  }
+  return notes;
 }
 
 void require_numbers(const data::Table& table, const std::vector<std::string>& variables) {
@@ -123,7 +160,7 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
       throw InputError(fmt::format("there is no column '{}'; the columns are {}{}",
                                    name,
                                    data::list_of(table.names()),
-                                   origin_of(name, table)),
+                                   origin_of(name, variables, table)),
                        {.file = table.file()});
     }
     if (table.is_numeric(name)) continue;
@@ -144,16 +181,18 @@ void require_domain(const BaseModel& model, const data::Table& table) {
   columns.push_back(model.response);
   require_numbers(table, columns);
   for (const data::Expression& condition : model.domain) {
-    const std::vector<std::size_t> rows = rows_against(condition, table);
-    if (rows.empty()) continue;
-    const std::string column = condition.variables().front();
-    Place place = place_of(table, rows.front(), column);
-    place.model = model.id;
-    throw DomainError(fmt::format("{} is outside the model's domain {}{}",
-                                  data::shortest(table.numbers(column)[rows.front()]),
-                                  condition.text(),
-                                  others(rows.size())),
-                      place);
+    require_condition(model, condition, table);
+  }
+}
+
+void require_domain_of_covariates(const BaseModel& model, const data::Table& table) {
+  for (const data::Expression& condition : model.domain) {
+    const std::vector<std::string> names = condition.variables();
+    const bool is_of_covariates = std::ranges::all_of(names, [&](const std::string& name) {
+      return std::ranges::find(model.covariates, name) != model.covariates.end() &&
+             table.has(name) && table.is_numeric(name);
+    });
+    if (is_of_covariates) require_condition(model, condition, table);
   }
 }
 

@@ -31,6 +31,10 @@ data::Table trees() {
 TEST_CASE("a condition chooses rows; where its values are missing it does not hold") {
   CHECK(rows_where("species == \"SM\"", trees()).rows() == 3);
   CHECK(rows_where("species == \"SM\" && dbh > 0", trees()).rows() == 1);
+  // The missing dbh is neither below nor not below 15.
+  CHECK(rows_where("dbh != 10", trees()).rows() == 2);
+  CHECK(rows_where("!(dbh < 15)", trees()).rows() == 1);
+  CHECK(rows_where("dbh < 15 || plot == \"08\"", trees()).rows() == 3);
   CHECK(rows_where("tree", trees()).line(3) == 5);
   CHECK_THROWS_WITH(rows_where("dbh > 99", trees()), Contains("trees.csv: no row meets"));
   CHECK_THROWS_WITH(rows_where("species == SM", trees()),
@@ -56,6 +60,7 @@ TEST_CASE("a value outside a model's domain is named with its place") {
                     Contains("trees.csv:4: dbh: -3 is outside the model's domain") &&
                         Contains("(plot 08, tree 3, model M4)"));
   CHECK_NOTHROW(require_domain(catalogue.find("M4"), rows_where("dbh > 0", trees())));
+  CHECK_THROWS_AS(require_domain_of_covariates(catalogue.find("M4"), trees()), DomainError);
   CHECK_THROWS_WITH(require_domain(catalogue.find("M20"), trees()),
                     Contains("there is no column 'hcb'"));
 }

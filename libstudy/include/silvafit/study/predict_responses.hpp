@@ -8,6 +8,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/model_library.hpp"
 
 namespace silvafit::study {
@@ -22,6 +23,8 @@ struct PredictResponsesOptions {
   unsigned threads = 1;
   /// Which of a study's models: ols, covariates or nlme. Models without a role always count.
   std::string role = "nlme";
+  /// Models of the catalogue are not asked outside their domain; null: nothing is known of domains.
+  const Catalogue* catalogue = nullptr;
 };
 
 /// One response of N trees.
@@ -61,8 +64,8 @@ std::vector<std::string> text_columns(const ModelLibrary& library);
 /// and intervals include its error. Calibration uses the trees whose response and predictors were
 /// all measured.
 /// \throws InputError if a column that a model needs is not there or holds text, or for groups
-///   that the fits have not seen if the options say so; UsageError if the library has no model of
-///   the role
+///   that the fits have not seen if the options say so; DomainError at the first covariate outside
+///   the domain of its model; UsageError if the library has no model of the role
 PredictedResponses predict_responses(const ModelLibrary& library,
                                      const data::Table& table,
                                      const PredictResponsesOptions& options = {});

@@ -26,8 +26,9 @@ data::Table rows_where(std::string_view condition, const data::Table& table);
 /// Adds columns under names of the user's choice. Structural indices that a source names and the
 /// table lacks are computed by add_structure_columns with its default options: `C=C`.
 /// \param text  `NAME=SOURCE,...`, a source being a column or an expression of columns
+/// \return      notes for people: which indices were computed, and how
 /// \throws UsageError if the text cannot be read; FormulaError as rows_where
-void add_columns(std::string_view text, data::Table& table);
+std::vector<std::string> add_columns(std::string_view text, data::Table& table);
 
 /// Makes sure that columns which an expression reads as numbers hold numbers.
 /// \param variables  of an expression; those that compare a column with text may have text
@@ -36,8 +37,10 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
 
 /// Makes sure that a model of the catalogue is defined for all rows, missing values apart.
 /// \throws InputError if a column is not there or holds text; DomainError at the first value
-/// outside
-///   the model's domain
+///   outside the model's domain
 void require_domain(const BaseModel& model, const data::Table& table);
+
+/// The same for predictions: what the domain says of the covariates.
+void require_domain_of_covariates(const BaseModel& model, const data::Table& table);
 
 }  // namespace silvafit::study
