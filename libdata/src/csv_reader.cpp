@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <span>
+#include <string_view>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
@@ -30,7 +32,7 @@ struct FieldSpan {
   bool has_doubled_quotes = false;
 };
 
-bool ends_field(char c) { return c == ',' || c == '\n' || c == '\r'; }
+bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 
 std::size_t count_line_ends(std::string_view text) {
   std::size_t count = 0;
@@ -40,6 +42,36 @@ std::size_t count_line_ends(std::string_view text) {
     }
   }
   return count;
+}
+
+/// What stands between the fields, by the header: a comma; or semicolons or tabs where there is no
+/// comma, as spreadsheets write them in languages with a decimal comma.
+char separator_of(std::string_view text) {
+  bool quoted = false;
+  char other = ',';
+  bool is_blank = true;
+  for (const char c : text) {
+    if (c == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (c == ',') return ',';
+    if (is_line_end(c) && !is_blank) break;
+    if (c == ';' || (c == '\t' && other != ';')) other = c;
+    if (c != ' ' && c != '\t' && !is_line_end(c)) is_blank = false;
+  }
+  return other;
+}
+
+/// Makes the decimal comma of a number a point: 12,5 and 1,5E-05, not 1.234,5 or 1,2,3.
+void use_decimal_point(std::span<char> field) {
+  constexpr std::string_view kOfNumbers = "0123456789,eE+- ";
+  const std::string_view text(field.data(), field.size());
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos || text.find(',', comma + 1) != std::string_view::npos)
+    return;
+  if (text.find_first_not_of(kOfNumbers) != std::string_view::npos) return;
+  field[comma] = '.';
+  double ignored = 0.0;
+  if (!parse_number(text, ignored)) field[comma] = ',';
 }
 
 /// Turns doubled quotes into single ones in place; returns the new length.
@@ -62,6 +94,7 @@ struct CsvReader::State {
   std::size_t end = 0;    // of what has been read
   bool at_end_of_file = false;
 
+  char separator = ',';            // of fields
   std::vector<FieldSpan> spans{};  // of the record found, relative to its first byte
   std::size_t record_length = 0;   // with its line end
   bool has_quotes = false;         // somewhere in the record
@@ -76,6 +109,8 @@ struct CsvReader::State {
   std::size_t line_of(std::size_t offset_in_record) const {
     return next_line + count_line_ends({buffer.data() + begin, offset_in_record});
   }
+
+  bool ends_field(char c) const { return c == separator || is_line_end(c); }
 
   void open();
   void skip_byte_order_mark();
@@ -189,7 +224,7 @@ bool CsvReader::State::scan_record() {
       scan_plain(position);
     }
     if (position == end && !at_end_of_file) return false;
-    if (position == end || buffer[position] != ',') return end_record(position);
+    if (position == end || buffer[position] != separator) return end_record(position);
     ++position;
   }
 }
@@ -197,9 +232,11 @@ bool CsvReader::State::scan_record() {
 void CsvReader::State::check_encoding() const {
   const std::size_t bad = first_invalid_utf8({buffer.data() + begin, record_length});
   if (bad != std::string_view::npos) {
-    fail(line_of(bad),
-         fmt::format("byte 0x{:02X} is not UTF-8; save the file as CSV in UTF-8",
-                     static_cast<unsigned char>(buffer[begin + bad])));
+    fail(
+        line_of(bad),
+        fmt::format("byte 0x{:02X} is not UTF-8; save the file as CSV in UTF-8 (\"CSV UTF-8\" of a "
+                    "spreadsheet, or iconv -f CP1252 -t UTF-8)",
+                    static_cast<unsigned char>(buffer[begin + bad])));
   }
 }
 
@@ -232,6 +269,7 @@ bool CsvReader::State::find_record() {
 }
 
 void CsvReader::State::read_header() {
+  separator = separator_of({buffer.data() + begin, end - begin});
   if (!find_record())
     throw InputError("the file is empty; a header line is needed", {.file = file});
   std::unordered_map<std::string, std::size_t> first_with_name;
@@ -248,12 +286,6 @@ void CsvReader::State::read_header() {
                        header.size(),
                        header.back()));
     }
-  }
-  if (header.size() == 1 && header[0].find_first_of(";\t") != std::string::npos) {
-    fail(line,
-         fmt::format("the header has no comma but {}; save the file as CSV with commas between "
-                     "the fields and a decimal point",
-                     header[0].find(';') != std::string::npos ? "semicolons" : "tabs"));
   }
 }
 
@@ -285,6 +317,7 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
   for (const FieldSpan& span : state.spans) {
     std::size_t length = span.end - span.begin;
     if (span.has_doubled_quotes) length = undouble_quotes(record + span.begin, length);
+    if (state.separator != ',') use_decimal_point({record + span.begin, length});
     fields.emplace_back(record + span.begin, length);
   }
   return true;

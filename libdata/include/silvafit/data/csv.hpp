@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// CSV files (RFC 4180): UTF-8 with or without byte order mark, any line end, quoted fields.
+// CSV files (RFC 4180): UTF-8 with or without byte order mark, any line end, quoted fields. Also
+// those with semicolons or tabs and decimal commas, as spreadsheets of many languages write them.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +19,10 @@ namespace silvafit::data {
 class CsvReader {
  public:
   /// Opens the file and reads its header.
-  /// \throws InputError if the file cannot be read, is empty, names a column twice, or its header
-  /// has semicolons or tabs instead of commas
+  ///
+  /// Fields are separated as the header's are: by commas, or by semicolons or tabs if there is no
+  /// comma. In files of the second kind 12,5 is the number 12.5, and is read as this text.
+  /// \throws InputError if the file cannot be read, is empty, or names a column twice
   explicit CsvReader(const std::filesystem::path& path);
   ~CsvReader();
   CsvReader(CsvReader&&) noexcept;
