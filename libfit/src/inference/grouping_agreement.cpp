@@ -60,8 +60,8 @@ bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
 bool are_same(const Grouping& a, const Grouping& b) {
   if ((a.within == nullptr) == (b.within == nullptr)) {
     const bool is_nested_alike =
-        a.within == nullptr || a.within->specification.outer_random->group ==
-                                   b.within->specification.outer_random->group;
+        a.within == nullptr ||
+        a.within->specification.outer_random->group == b.within->specification.outer_random->group;
     return is_nested_alike && have_same_labels(*a.labels, *b.labels);
   }
   return a.within != nullptr ? are_unique_labels(*a.within, *b.labels)
@@ -81,10 +81,11 @@ std::string obstacle_to_same_groups(const FittedModel& larger,
         group);
   }
   if (are_same(large, small)) return {};
-  return fmt::format("the groups are not known to be the same: {} in the larger model, {} in the "
-                     "smaller",
-                     large.text(group),
-                     small.text(group));
+  return fmt::format(
+      "the groups are not known to be the same: {} in the larger model, {} in the "
+      "smaller",
+      large.text(group),
+      small.text(group));
 }
 
 }  // namespace silvafit::fit

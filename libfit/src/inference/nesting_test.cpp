@@ -130,10 +130,12 @@ TEST_CASE("a held coefficient is a special case of one that is estimated or held
   const data::Table table = lines();
   const FittedModel free = fitted(table, {});
   const FittedModel at_nine = fitted(table, {.fixed = {{"a", 9.0}}});
-  const FittedModel at_nine_more = fitted(table, {.sub_models = {"b ~ 1 + z"}, .fixed = {{"a", 9.0}}});
+  const FittedModel at_nine_more =
+      fitted(table, {.sub_models = {"b ~ 1 + z"}, .fixed = {{"a", 9.0}}});
   const FittedModel at_eight_more =
       fitted(table, {.sub_models = {"b ~ 1 + z", "a ~ 1 + z"}, .fixed = {{"a", 8.0}}});
-  // y - 9 = b x and y = a + b x by their normal equations: the likelihood ratio is n log(SSE0/SSE1).
+  // y - 9 = b x and y = a + b x by their normal equations: the likelihood ratio is n
+  // log(SSE0/SSE1).
   const std::size_t n = table.rows();
   const auto x = table.numbers("x");
   const auto y = table.numbers("y");
@@ -201,7 +203,8 @@ TEST_CASE("a held exponent is no special case of a constant variance, nor contai
   // With delta estimated, delta = 0 is the constant; a power held at 0 is nothing but one.
   CHECK(nesting(with("stratum(stand) * power(x)"), none).is_nested);
   CHECK(nesting(with("stratum(stand) * power(x, delta = 0)"), none).is_nested);
-  CHECK(nesting(with("stratum(stand) * power(x)"), with("stratum(stand) * power(x, delta = 0.5)", {}))
-            .is_nested);
+  CHECK(
+      nesting(with("stratum(stand) * power(x)"), with("stratum(stand) * power(x, delta = 0.5)", {}))
+          .is_nested);
   CHECK(nesting(held, with("stratum(stand) * power(x, delta = 0.5)", {})).is_nested);
 }
