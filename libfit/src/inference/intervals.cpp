@@ -9,6 +9,8 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "inference/information.hpp"
 #include "inference/profile_search.hpp"
@@ -62,6 +64,7 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
   const std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
   const ProfileStart start = start_of(setting, *surface);
   const MatrixXd covariance = symmetric_covariance(setting, *surface, parameters, start);
+  const std::vector<std::string> confounded = confounded_variances(setting).names;
   const double quantile = normal_quantile(result.level);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const NaturalParameter& parameter = parameters[k];
@@ -78,7 +81,11 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
                                .lower = from_symmetric(parameter, middle - quantile * error),
                                .upper = from_symmetric(parameter, middle + quantile * error)};
     if (std::isnan(interval.lower)) {
-      interval.note = "on the edge, where a standard error means nothing; use profile intervals";
+      const bool is_confounded = std::ranges::find(confounded, interval.name) != confounded.end();
+      interval.note =
+          is_confounded
+              ? fmt::format("not known: the data cannot tell {} apart", fmt::join(confounded, ", "))
+              : "on the edge, where a standard error means nothing; use profile intervals";
     }
     result.parameters.push_back(std::move(interval));
   }

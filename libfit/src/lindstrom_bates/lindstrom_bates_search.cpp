@@ -223,7 +223,7 @@ std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model
   if (!outcome.is_valid || !outcome.converged || !is_above) return std::nullopt;
   MixedEffectsFit fit = engine.result(outcome);
   describe(model, fit);
-  judge(model, fit, Rounds::kAlternations);
+  judge(model, fit, Rounds::kAlternations, options.reml);
   return fit;
 }
 
