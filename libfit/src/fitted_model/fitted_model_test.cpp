@@ -137,3 +137,38 @@ TEST_CASE("a fit with nowhere to start says why") {
   CHECK(std::isnan(result.fit.log_likelihood));
   CHECK(result.fit.random_effects.cols() == 2);
 }
+
+TEST_CASE("a held exponent that suits the data badly is weighted least squares all the same") {
+  // Residuals of one size, weights of 1/x: the log-likelihood is below that of equal weights, and
+  // is -n/2 (log(2 pi S/n) + 1) - sum(log x)/2 with S the least sum of (y - b x)^2 / x.
+  data::Table table;
+  std::vector<double> x;
+  std::vector<double> y;
+  double sum_x = 0.0;
+  double sum_y = 0.0;
+  double squares = 0.0;
+  double logs = 0.0;
+  constexpr int kRows = 40;
+  for (int i = 1; i <= kRows; ++i) {
+    x.push_back(i);
+    y.push_back(3.0 * i + (i % 2 == 0 ? 1.0 : -1.0));
+    sum_x += x.back();
+    sum_y += y.back();
+    squares += y.back() * y.back() / x.back();
+    logs += std::log(x.back());
+  }
+  table.set("x", x);
+  table.set("y", y);
+  ModelSpecification model = specify_model("y ~ b*x", {}, table);
+  const FittedModel equal = fit_model(model, table).fit;
+  model.variance = parse_variance_function("power(x, delta = 0.5)");
+  const FittedModel fit = fit_model(model, table).fit;
+  INFO(fit.convergence.verdict);
+  CHECK(fit.convergence.converged);
+  CHECK(fit.estimate[0] == Approx(sum_y / sum_x).epsilon(1e-12));
+  const double least = squares - sum_y * sum_y / sum_x;
+  const double expected =
+      -0.5 * kRows * (std::log(2.0 * std::numbers::pi * least / kRows) + 1.0) - 0.5 * logs;
+  CHECK(fit.log_likelihood == Approx(expected).epsilon(1e-12));
+  CHECK(fit.log_likelihood < equal.log_likelihood);
+}

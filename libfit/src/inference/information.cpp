@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "inference/information.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "inference/group_effects.hpp"
 #include "least_squares/least_squares_curvature.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/curvature_certificate.hpp"
@@ -83,15 +85,32 @@ EdgeGroupings edge_groupings(const SurfaceLayout& layout, const VectorXd& x) {
   return {.outer = is_on_edge(layout, x, true), .inner = is_on_edge(layout, x, false)};
 }
 
+ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {
+  if (setting.fit.method == Method::kOrdinary) return {};
+  VariancePoint point{.outer = setting.fit.outer.covariance,
+                      .inner = setting.fit.random_covariance,
+                      .variance = setting.internal,
+                      .is_restricted = setting.fit.reml};
+  point.coefficients = group_effects(setting).colwise() + setting.estimate;
+  NonlinearModel::Workspace workspace;
+  setting.model.evaluate(point.coefficients, point.fitted, nullptr, workspace);
+  const ResidualScale scale = setting.variance.scale(point.fitted, setting.internal, false);
+  point.residual_sd = std::exp(setting.log_sigma) * scale.weight.rsqrt();
+  return confounded_variances(setting.model, setting.variance, point);
+}
+
 MatrixXd symmetric_covariance(const SurfaceSetting& setting,
                               const LikelihoodSurface& surface,
                               const std::vector<NaturalParameter>& parameters,
                               const ProfileStart& start) {
   const EdgeGroupings edge = edge_groupings(surface.layout(), surface.optimum());
+  const std::vector<std::string> confounded = confounded_variances(setting).names;
   MatrixXd jacobian(static_cast<Index>(parameters.size()), surface.optimum().size());
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     VectorXd slopes = symmetric_slopes(setting, surface, parameters[k]);
-    if (edge.of(parameters[k]) || !slopes.allFinite()) slopes.setConstant(kNaN);
+    const bool is_confounded =
+        std::ranges::find(confounded, parameters[k].name) != confounded.end();
+    if (edge.of(parameters[k]) || is_confounded || !slopes.allFinite()) slopes.setConstant(kNaN);
     jacobian.row(static_cast<Index>(k)) = slopes;
   }
   return jacobian * start.inverse * jacobian.transpose();

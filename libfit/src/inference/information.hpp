@@ -8,6 +8,7 @@
 #include "inference/likelihood_surface.hpp"
 #include "inference/natural_parameters.hpp"
 #include "inference/profile_search.hpp"
+#include "mixed_effects/confounded_variances.hpp"
 
 namespace silvafit::fit {
 
@@ -28,8 +29,12 @@ struct EdgeGroupings {
 };
 EdgeGroupings edge_groupings(const SurfaceLayout& layout, const Eigen::VectorXd& x);
 
+/// What the data cannot tell apart of the variance components of a fit that counts as converged, as
+/// those of earlier versions may.
+ConfoundedVariances confounded_variances(const SurfaceSetting& setting);
+
 /// (K x K) covariance of parameters on their symmetric scales, by the delta method; NaN where a
-/// parameter is on the edge of its range.
+/// parameter is on the edge of its range, or the data cannot tell it from others.
 Eigen::MatrixXd symmetric_covariance(const SurfaceSetting& setting,
                                      const LikelihoodSurface& surface,
                                      const std::vector<NaturalParameter>& parameters,

@@ -9,6 +9,8 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "inference/information.hpp"
 #include "inference/profile_search.hpp"
@@ -35,6 +37,12 @@ double t_quantile(double level, double freedom) {
   return boost::math::quantile(boost::math::students_t(freedom), 0.5 + 0.5 * level);
 }
 
+/// Of least squares: n - p with the coefficients that are estimated. Those that are held have no
+/// degrees of freedom of their own.
+double residual_freedom(const SurfaceSetting& setting) {
+  return static_cast<double>(setting.fit.observations - setting.estimate.size());
+}
+
 /// By the fit's own standard errors and degrees of freedom; coefficients that are held have none.
 void add_wald_coefficients(const FittedModel& fit, double level, Intervals& result) {
   const VectorXd errors = fit.standard_errors();
@@ -56,6 +64,7 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
   const std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
   const ProfileStart start = start_of(setting, *surface);
   const MatrixXd covariance = symmetric_covariance(setting, *surface, parameters, start);
+  const std::vector<std::string> confounded = confounded_variances(setting).names;
   const double quantile = normal_quantile(result.level);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const NaturalParameter& parameter = parameters[k];
@@ -72,22 +81,27 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
                                .lower = from_symmetric(parameter, middle - quantile * error),
                                .upper = from_symmetric(parameter, middle + quantile * error)};
     if (std::isnan(interval.lower)) {
-      interval.note = "on the edge, where a standard error means nothing; use profile intervals";
+      const bool is_confounded = std::ranges::find(confounded, interval.name) != confounded.end();
+      interval.note =
+          is_confounded
+              ? fmt::format("not known: the data cannot tell {} apart", fmt::join(confounded, ", "))
+              : "on the edge, where a standard error means nothing; use profile intervals";
     }
     result.parameters.push_back(std::move(interval));
   }
 }
 
 /// The fall of twice the log-likelihood at which the interval of a parameter ends.
-ProfileCut cut_of(const FittedModel& fit, ParameterKind kind, double level) {
+ProfileCut cut_of(const SurfaceSetting& setting, ParameterKind kind, double level) {
   // Half and half of nothing and chi-squared: the tail of 1 - level needs twice that of the latter.
   const double one_sided = std::max(0.0, 2.0 * level - 1.0);
   ProfileCut cut{.both_sides = std::pow(normal_quantile(level), 2),
                  .one_side = std::pow(normal_quantile(one_sided), 2)};
-  if (fit.method == Method::kOrdinary && kind == ParameterKind::kFixed) {
-    const auto n = static_cast<double>(fit.observations);
-    const double t = t_quantile(level, fit.degrees_of_freedom.maxCoeff());
-    cut.both_sides = n * std::log1p(t * t / fit.degrees_of_freedom.maxCoeff());
+  if (setting.fit.method == Method::kOrdinary && kind == ParameterKind::kFixed) {
+    const auto n = static_cast<double>(setting.fit.observations);
+    const double freedom = residual_freedom(setting);
+    const double t = t_quantile(level, freedom);
+    cut.both_sides = n * std::log1p(t * t / freedom);
   }
   return cut;
 }
@@ -126,13 +140,12 @@ void add_profiles(const FittedModel& fit,
   parallel_for(parameters.size(), options.threads, [&](std::size_t k) {
     const NaturalParameter& parameter = parameters[k];
     if (parameter.kind == ParameterKind::kSigma && fit.method == Method::kOrdinary) {
-      const auto freedom = static_cast<double>(fit.observations - setting.estimate.size());
-      intervals[k] = least_squares_sigma(fit, freedom, options.level);
+      intervals[k] = least_squares_sigma(fit, residual_freedom(setting), options.level);
       return;
     }
     const auto own = make_surface(setting);
     intervals[k] = profile_interval(
-        *own, setting.variance, parameter, start, cut_of(fit, parameter.kind, options.level));
+        *own, setting.variance, parameter, start, cut_of(setting, parameter.kind, options.level));
   });
   if (fit.reml) {
     const std::size_t before = result.parameters.size();
@@ -174,8 +187,8 @@ Intervals confidence_intervals(const FittedModel& fit,
   Intervals others = result;
   if (fit.method == Method::kOrdinary) {
     const SurfaceSetting setting(fit, table);
-    const auto freedom = static_cast<double>(fit.observations - setting.estimate.size());
-    const double reach = normal_quantile(options.level) / std::sqrt(2.0 * freedom);
+    const double reach =
+        normal_quantile(options.level) / std::sqrt(2.0 * residual_freedom(setting));
     others.parameters.push_back({.kind = ParameterKind::kSigma,
                                  .name = "sigma",
                                  .estimate = fit.sigma,

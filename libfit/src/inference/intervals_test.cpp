@@ -158,6 +158,48 @@ TEST_CASE("profile intervals of a straight line are those of Student's t") {
   }
 }
 
+TEST_CASE("with a coefficient held, the others keep their profile intervals") {
+  // y - 3 = b x by hand: b = sum x (y - 3) / sum x^2, and n - 1 degrees of freedom, whichever of
+  // the coefficients is the held one.
+  Random random(8);
+  data::Table table;
+  std::vector<double> x;
+  std::vector<double> y;
+  constexpr int kRows = 12;
+  for (int i = 1; i <= kRows; ++i) {
+    x.push_back(i);
+    y.push_back(3.0 + 0.5 * i + random.normal());
+  }
+  table.set("x", x);
+  table.set("y", y);
+  double sxx = 0.0;
+  double sxy = 0.0;
+  double syy = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sxx += x[i] * x[i];
+    sxy += x[i] * (y[i] - 3.0);
+    syy += (y[i] - 3.0) * (y[i] - 3.0);
+  }
+  const double slope = sxy / sxx;
+  const double error = std::sqrt((syy - slope * sxy) / (kRows - 1) / sxx);
+  const double reach = error * boost::math::quantile(boost::math::students_t(kRows - 1.0), 0.975);
+  for (const char* const formula : {"y ~ a + b*x", "y ~ b*x + a"}) {
+    INFO(formula);
+    FitModelOptions options;
+    options.fixed = {{"a", 3.0}};
+    const FittedModel fit = fit_model(specify_model(formula, {}, table), table, options).fit;
+    for (const IntervalMethod method : {IntervalMethod::kProfile, IntervalMethod::kWald}) {
+      const Intervals intervals = confidence_intervals(fit, table, {.method = method});
+      REQUIRE(intervals.parameters.size() == 2);
+      CHECK(intervals.parameters[0].name == "b");
+      // Limits are roots to 1e-6 of the distance.
+      CHECK(intervals.parameters[0].lower == Approx(slope - reach).margin(1e-5 * reach));
+      CHECK(intervals.parameters[0].upper == Approx(slope + reach).margin(1e-5 * reach));
+      CHECK(intervals.parameters[0].note.empty());
+    }
+  }
+}
+
 TEST_CASE("intervals of lb and of the marginal likelihood agree where the model is linear") {
   Random random(21);
   data::Table table;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "inference/group_effects.hpp"
 #include "inference/likelihood_surface.hpp"
 #include "lindstrom_bates/linear_mixed_profile.hpp"
 #include "lindstrom_bates/linearization.hpp"
@@ -14,25 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// (p x G) random effects of each group, of both groupings together.
-MatrixXd effects_of(const SurfaceSetting& setting) {
-  const NonlinearModel& model = setting.model;
-  MatrixXd effects = MatrixXd::Zero(model.coefficient_count(), model.group_count());
-  const auto inner = model.coefficients_of(model.specification().random);
-  for (std::size_t k = 0; k < inner.size(); ++k) {
-    effects.row(inner[k]) += setting.fit.random_effects.row(static_cast<Index>(k));
-  }
-  const auto outer = model.coefficients_of(model.specification().outer_random);
-  for (std::size_t k = 0; k < outer.size(); ++k) {
-    for (Index c = 0; c < model.cluster_count(); ++c) {
-      const Index begin = model.cluster_begin(c);
-      effects.row(outer[k]).segment(begin, model.cluster_begin(c + 1) - begin).array() +=
-          setting.fit.outer.effects(static_cast<Index>(k), c);
-    }
-  }
-  return effects;
-}
-
 class LinearizedSurface : public LikelihoodSurface {
  public:
   explicit LinearizedSurface(const SurfaceSetting& setting)
@@ -43,7 +25,7 @@ class LinearizedSurface : public LikelihoodSurface {
                 is_restricted_ ? 0 : setting.unit.size()),
         linearizer_(setting.model, setting.variance),
         point_{.coefficients = setting.estimate,
-               .effects = effects_of(setting),
+               .effects = group_effects(setting),
                .variance = setting.internal,
                .units = setting.unit} {
     optimum_ = setting.coordinates(layout_, setting.log_sigma);

@@ -5,18 +5,51 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <set>
+
+#include "inference/grouping_agreement.hpp"
+#include "mixed_effects/constant_variance.hpp"
+#include "silvafit/data/table.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 using Kind = VarianceFactor::Kind;
 
+/// A coefficient of a fit: estimated, or at a value. One that the model does not have is at 0.
+struct CoefficientState {
+  bool is_estimated = false;
+  double value = 0.0;
+};
+
+CoefficientState state_of(const FittedModel& fit, const std::string& name) {
+  const auto place = std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
+  if (place == std::ssize(fit.coefficient_names)) return {};
+  // A coefficient that is held at a value or a bound has no variance.
+  return {.is_estimated = !std::isnan(fit.covariance(place, place)), .value = fit.estimate[place]};
+}
+
+/// Whether a fit says which of its coefficients are estimated: at least one always is.
+bool tells_estimated(const FittedModel& fit) {
+  return fit.covariance.rows() == std::ssize(fit.coefficient_names) &&
+         !fit.covariance.diagonal().array().isNaN().all();
+}
+
+bool has_parameter(const ModelSpecification& specification, const std::string& name) {
+  return std::ranges::find(specification.parameters, name, &ParameterModel::name) !=
+         specification.parameters.end();
+}
+
 /// Collects what the larger model has more; the first obstacle ends it.
 class Comparer {
  public:
-  Comparer(const ModelSpecification& larger, const ModelSpecification& smaller)
-      : larger_(larger), smaller_(smaller) {}
+  Comparer(const FittedModel& larger, const FittedModel& smaller)
+      : larger_fit_(larger),
+        smaller_fit_(smaller),
+        larger_(larger.specification),
+        smaller_(smaller.specification) {}
 
   Nesting run() {
     compare_formulas();
@@ -29,7 +62,7 @@ class Comparer {
 
  private:
   void fail(const std::string& reason) {
-    if (nesting_.reason.empty()) nesting_.reason = reason;
+    if (nesting_.reason.empty()) nesting_.reason = reason;  // the first one
   }
 
   void compare_formulas() {
@@ -42,21 +75,48 @@ class Comparer {
 
   void compare_parameters() {
     for (const ParameterModel& small : smaller_.parameters) {
-      const auto large = std::ranges::find(larger_.parameters, small.name, &ParameterModel::name);
-      if (large == larger_.parameters.end()) {
+      if (!has_parameter(larger_, small.name)) {
         fail(fmt::format("only the smaller model estimates {}", small.name));
-        return;
-      }
-      const auto has = [&](const std::string& name) {
-        const std::vector<std::string> names = large->coefficient_names();
-        return std::ranges::find(names, name) != names.end();
-      };
-      for (const std::string& name : small.coefficient_names()) {
-        if (!has(name)) fail(fmt::format("only the smaller model has {}", name));
       }
     }
-    nesting_.regular += static_cast<int>(larger_.coefficient_names().size()) -
-                        static_cast<int>(smaller_.coefficient_names().size());
+    for (const ParameterModel& large : larger_.parameters) {
+      if (!has_parameter(smaller_, large.name)) {
+        fail(fmt::format("{} is a parameter of the larger model only", large.name));
+      }
+    }
+    if (!tells_estimated(larger_fit_) || !tells_estimated(smaller_fit_)) {
+      fail("a fit does not say which of its coefficients were estimated, and which held");
+      return;
+    }
+    std::set<std::string> names;
+    for (const FittedModel* const fit : {&larger_fit_, &smaller_fit_}) {
+      names.insert(fit->coefficient_names.begin(), fit->coefficient_names.end());
+    }
+    for (const std::string& name : names) compare_coefficient(name);
+  }
+
+  void compare_coefficient(const std::string& name) {
+    const CoefficientState large = state_of(larger_fit_, name);
+    const CoefficientState small = state_of(smaller_fit_, name);
+    if (large.is_estimated) {
+      if (!small.is_estimated) ++nesting_.regular;
+      return;
+    }
+    const auto& known = larger_fit_.coefficient_names;
+    if (std::ranges::find(known, name) == known.end()) {
+      if (small.is_estimated || small.value != 0.0) {
+        fail(fmt::format("only the smaller model has {}", name));
+      }
+    } else if (small.is_estimated) {
+      fail(fmt::format("the larger model holds {} at {}, and the smaller estimates it",
+                       name,
+                       data::shortest(large.value)));
+    } else if (small.value != large.value) {
+      fail(fmt::format("the larger model holds {} at {}, where it is {} in the smaller",
+                       name,
+                       data::shortest(large.value),
+                       data::shortest(small.value)));
+    }
   }
 
   /// The random effects of a specification by one grouping, or null.
@@ -70,10 +130,13 @@ class Comparer {
 
   void compare_levels() {
     for (const auto* const random : {&smaller_.outer_random, &smaller_.random}) {
-      if (*random && by_group(larger_, (*random)->group) == nullptr) {
-        fail(fmt::format("only the smaller model has random effects by {}", (*random)->group));
+      if (!*random) continue;
+      const std::string& group = (*random)->group;
+      if (by_group(larger_, group) == nullptr) {
+        fail(fmt::format("only the smaller model has random effects by {}", group));
         return;
       }
+      fail(obstacle_to_same_groups(larger_fit_, smaller_fit_, group));
     }
     for (const auto* const random : {&larger_.outer_random, &larger_.random}) {
       if (*random) compare_level(**random, by_group(smaller_, (*random)->group));
@@ -154,18 +217,14 @@ class Comparer {
     }
   }
 
-  static bool is_same_kind(const VarianceFactor& a, const VarianceFactor& b) {
-    return a.kind == b.kind && a.column == b.column;
-  }
-
   void compare_variance() {
     std::vector<VarianceFactor> left = larger_.variance.factors;
     for (const VarianceFactor& small : smaller_.variance.factors) {
       const auto large = std::ranges::find_if(left, [&](const VarianceFactor& candidate) {
-        const bool is_power_within = small.kind == Kind::kPower &&
-                                     candidate.kind == Kind::kConstantPlusPower &&
-                                     candidate.column == small.column;
-        return is_same_kind(candidate, small) || is_power_within;
+        const bool is_power_within =
+            small.kind == Kind::kPower && candidate.kind == Kind::kConstantPlusPower;
+        return (candidate.kind == small.kind || is_power_within) &&
+               candidate.column == small.column;
       });
       if (large == left.end()) {
         fail(fmt::format("only the smaller model has the variance function {}", small.text()));
@@ -175,6 +234,10 @@ class Comparer {
       left.erase(large);
     }
     for (const VarianceFactor& factor : left) {
+      if (!contains_constant(factor)) {
+        fail(fmt::format("the larger model holds the exponent of {}, which the smaller has not",
+                         factor.text()));
+      }
       // Without the factor its constant is anything: no reference is known for that.
       const bool is_loose = factor.kind == Kind::kConstantPlusPower && !factor.constant;
       nesting_.has_other_edge = nesting_.has_other_edge || is_loose;
@@ -188,14 +251,17 @@ class Comparer {
     if (large.delta && (!small.delta || *small.delta != *large.delta)) {
       fail("the larger model holds an exponent that the smaller does not");
     }
-    if (large.constant && small.constant != large.constant) {
+    const bool is_power_within =
+        small.kind == Kind::kPower && large.kind == Kind::kConstantPlusPower;
+    const std::optional<double> constant = is_power_within ? 0.0 : small.constant;
+    if (large.constant && constant != large.constant) {
       fail("the larger model holds a constant that the smaller does not");
     }
-    if (small.kind == Kind::kPower && large.kind == Kind::kConstantPlusPower) {
-      nesting_.has_other_edge = true;
-    }
+    if (is_power_within && !large.constant) nesting_.has_other_edge = true;
   }
 
+  const FittedModel& larger_fit_;
+  const FittedModel& smaller_fit_;
   const ModelSpecification& larger_;
   const ModelSpecification& smaller_;
   Nesting nesting_;
@@ -204,7 +270,7 @@ class Comparer {
 }  // namespace
 
 Nesting nesting(const FittedModel& larger, const FittedModel& smaller) {
-  return Comparer(larger.specification, smaller.specification).run();
+  return Comparer(larger, smaller).run();
 }
 
 }  // namespace silvafit::fit

@@ -4,11 +4,12 @@
 #include "least_squares/least_squares_polish.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+
+#include "least_squares/jacobian_factors.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -18,57 +19,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// Of the diagonal of R with columns of equal length: below, a column is a sum of the others.
-constexpr double kRankTolerance = 1e-11;
 constexpr int kMaximumSteps = 20;
 constexpr int kMaximumHalvings = 12;
-
-/// J = Q R with pivoting, in coefficients of equal column length.
-class Factorization {
- public:
-  explicit Factorization(const MatrixXd& jacobian) : scale_(jacobian.colwise().stableNorm()) {
-    scale_ = (scale_.array() > 0.0).select(scale_, 1.0);
-    qr_.setThreshold(kRankTolerance);
-    qr_.compute(jacobian * scale_.cwiseInverse().asDiagonal());
-  }
-
-  Index rank() const { return qr_.rank(); }
-
-  /// (rank) Q' r
-  VectorXd project(const VectorXd& residuals) const {
-    return (qr_.householderQ().adjoint() * residuals).head(rank());
-  }
-
-  /// (p x k) changes of the coefficients for (rank x k) changes in u.
-  MatrixXd to_coefficients(const MatrixXd& u) const {
-    MatrixXd result = MatrixXd::Zero(scale_.size(), u.cols());
-    result.topRows(rank()) = triangle().triangularView<Eigen::Upper>().solve(u);
-    result = qr_.colsPermutation() * result;
-    return scale_.cwiseInverse().asDiagonal() * result;
-  }
-
-  /// Coefficients with a part in a direction that does not change the mean.
-  std::vector<Index> confounded() const {
-    std::vector<Index> result;
-    const Index p = scale_.size();
-    if (rank() == p) return result;
-    MatrixXd directions = MatrixXd::Zero(p, p - rank());
-    directions.topRows(rank()) = -triangle().triangularView<Eigen::Upper>().solve(
-        qr_.matrixQR().topRightCorner(rank(), p - rank()));
-    directions.bottomRows(p - rank()).setIdentity();
-    directions = qr_.colsPermutation() * directions;
-    for (Index i = 0; i < p; ++i) {
-      if (directions.row(i).cwiseAbs().maxCoeff() > 1e-6) result.push_back(i);
-    }
-    return result;
-  }
-
- private:
-  MatrixXd triangle() const { return qr_.matrixQR().topLeftCorner(rank(), rank()); }
-
-  VectorXd scale_;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr_;
-};
 
 class Refinement {
  public:
@@ -100,7 +52,7 @@ class Refinement {
   }
 
  private:
-  const Factorization& factors() const { return *factors_; }
+  const JacobianFactors& factors() const { return *factors_; }
 
   bool linearize() {
     model_.evaluate(point_.coefficients, point_.mean, &jacobian_, workspace_);
@@ -191,7 +143,7 @@ class Refinement {
   NewtonPoint point_;
   MatrixXd jacobian_;
   VectorXd residuals_;
-  std::optional<Factorization> factors_;
+  std::optional<JacobianFactors> factors_;
 };
 
 }  // namespace
@@ -206,6 +158,6 @@ bool is_converged(const NewtonPoint& point) {
          point.decrement <= std::max(kSquaredStandardErrors, point.rounding);
 }
 
-Index numerical_rank(const MatrixXd& jacobian) { return Factorization(jacobian).rank(); }
+Index numerical_rank(const MatrixXd& jacobian) { return JacobianFactors(jacobian).rank(); }
 
 }  // namespace silvafit::fit

@@ -5,11 +5,13 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "fitted_model/refit.hpp"
+#include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 
 namespace silvafit::fit {
@@ -46,14 +48,20 @@ bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   return a.log_likelihood > b.log_likelihood + kSameLikelihood;
 }
 
-/// The best of several runs; a run counts as converged only above the pooled fit.
+/// What a fit has to reach: the pooled fit, unless a held exponent keeps it from being one.
+double least_likelihood(const VarianceFunction& function, const PooledFit& pooled) {
+  return contains_constant(function) ? pooled.log_likelihood - kSameLikelihood
+                                     : -std::numeric_limits<double>::infinity();
+}
+
+/// The best of several runs; a run counts as converged only where it reaches a likelihood.
 class Search {
  public:
-  Search(LindstromBates& engine, double pooled) : engine_(engine), pooled_(pooled) {}
+  Search(LindstromBates& engine, double least) : engine_(engine), least_(least) {}
 
   void consider(const LindstromBatesState& start, Alternation how) {
     LindstromBatesOutcome outcome = run_from(engine_, start, how);
-    outcome.converged = outcome.converged && outcome.log_likelihood > pooled_ - kSameLikelihood;
+    outcome.converged = outcome.converged && outcome.log_likelihood > least_;
     if (is_better(outcome, best_)) best_ = std::move(outcome);
   }
 
@@ -86,7 +94,7 @@ class Search {
 
  private:
   LindstromBates& engine_;
-  double pooled_;
+  double least_;
   LindstromBatesOutcome best_;
 };
 
@@ -143,7 +151,7 @@ class Ladder {
     for (const Contained& smaller : contained) add(smaller.function, kRough);
     auto engine = std::make_unique<LindstromBates>(model_, pooled_, function, options_);
     engine->set_tolerance(tolerance);
-    Search search(*engine, pooled_.log_likelihood);
+    Search search(*engine, least_likelihood(function, pooled_));
     for (const Contained& smaller : contained) {
       const auto& found = known_.at(smaller.function.text()).start;
       if (!found) continue;
@@ -210,11 +218,12 @@ std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model
   engine.set_tolerance(kTolerance);
   const LindstromBatesOutcome outcome =
       run_from(engine, engine.start_at(start), Alternation::kInterleaved);
-  const bool is_above = outcome.log_likelihood > pooled.log_likelihood - kSameLikelihood;
+  const bool is_above =
+      outcome.log_likelihood > least_likelihood(model.specification().variance, pooled);
   if (!outcome.is_valid || !outcome.converged || !is_above) return std::nullopt;
   MixedEffectsFit fit = engine.result(outcome);
   describe(model, fit);
-  judge(model, fit, Rounds::kAlternations);
+  judge(model, fit, Rounds::kAlternations, options.reml);
   return fit;
 }
 

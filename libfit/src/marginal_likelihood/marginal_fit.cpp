@@ -399,7 +399,10 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
   const MixedEffectsFit linearized = fit_lindstrom_bates(model, start);
   MarginalSearch search(model, integration, options, linearized);
   const bool is_first_order = !needs_curvature(integration);
-  if (linearized.convergence.converged || is_first_order) search.try_fit(linearized);
+  // Where the data cannot tell parameters apart, the linear model is at a maximum all the same.
+  const bool is_at_maximum =
+      linearized.convergence.converged || linearized.convergence.rank < start.size();
+  if (is_at_maximum || is_first_order) search.try_fit(linearized);
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {
     // The first-order likelihood is smooth wherever there are modes, and bounded.
@@ -416,7 +419,7 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
   MixedEffectsFit fit = search.result();
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
-  if (!fit.convergence.converged && search.has_met_wall()) {
+  if (!search.has_converged() && search.has_met_wall()) {
     fit.convergence.verdict =
         "Not converged: the likelihood rises towards points where the random effects of a group "
         "have no clear mode, and where it does not hold. Use focei, or fewer random effects.";

@@ -87,7 +87,7 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
   }
   if (!is_valid) fit = failed(model, start, why_no_step(model, start));
   describe(model, fit);
-  if (is_valid) judge(model, fit, Rounds::kAlternations);
+  if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml);
   return fit;
 }
 

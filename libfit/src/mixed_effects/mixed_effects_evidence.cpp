@@ -5,11 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
+#include "least_squares/jacobian_factors.hpp"
+#include "mixed_effects/confounded_variances.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "model/symmetric_eigen.hpp"
+#include "model/variance_weights.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -109,6 +113,52 @@ void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
   }
 }
 
+/// (p x G) coefficients of each group, random effects included.
+MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  MatrixXd result = fit.estimate.replicate(1, model.group_count());
+  if (specification.random) {
+    result(model.coefficients_of(specification.random), Eigen::all) += fit.random_effects;
+  }
+  if (!specification.outer_random) return result;
+  const std::vector<Index> outer = model.coefficients_of(specification.outer_random);
+  for (Index c = 0; c < model.cluster_count(); ++c) {
+    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
+      result(outer, g) += fit.outer.effects.col(c);
+    }
+  }
+  return result;
+}
+
+/// What the data cannot tell apart at a maximum.
+struct Confounded {
+  std::vector<Index> coefficients{};
+  ConfoundedVariances variances{};
+};
+
+Confounded confounded_parameters(const NonlinearModel& model,
+                                 const MixedEffectsFit& fit,
+                                 bool is_restricted) {
+  const MatrixXd coefficients = group_coefficients(model, fit);
+  Confounded result;
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(coefficients, mean, &jacobian, workspace);
+  if (jacobian.allFinite()) result.coefficients = JacobianFactors(jacobian).confounded();
+  const VarianceModel variance(model.specification().variance, VarianceData::of(model));
+  result.variances = confounded_variances(model,
+                                          variance,
+                                          {.coefficients = coefficients,
+                                           .outer = fit.outer.covariance,
+                                           .inner = fit.random_covariance,
+                                           .variance = variance.parameters(fit.variance),
+                                           .fitted = fit.fitted_conditional,
+                                           .residual_sd = fit.residual_sd,
+                                           .is_restricted = is_restricted});
+  return result;
+}
+
 /// Coefficients that the data cannot tell apart, from the information matrix at the optimum.
 int information_rank(const MixedEffectsFit& fit) {
   const VectorXd deviations = fit.covariance.diagonal().cwiseSqrt();
@@ -162,13 +212,92 @@ std::string success(const MixedEffectsFit& fit, Rounds rounds) {
       step);
 }
 
+/// "a", "a and b", "a, b and c".
+std::string listed(const std::vector<std::string>& names) {
+  if (names.size() < 2) return fmt::format("{}", fmt::join(names, ""));
+  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
+
+/// What makes variance components alike, and what to do, as far as the groups show it.
+std::string remedy(const NonlinearModel& model) {
+  const ModelSpecification& specification = model.specification();
+  if (specification.random && model.group_count() == model.observations()) {
+    return fmt::format(
+        ": each group of {} has one observation. Leave the random effects by {} out, or take "
+        "groups with several observations.",
+        specification.random->group,
+        specification.random->group);
+  }
+  if (specification.outer_random && model.group_count() == model.cluster_count()) {
+    return fmt::format(": each group of {} has one of {}. Leave one of the two groupings out.",
+                       specification.outer_random->group,
+                       specification.random->group);
+  }
+  return ". Leave one of them out, or one of the effects that they belong to.";
+}
+
+std::string confounding(const NonlinearModel& model,
+                        const MixedEffectsFit& fit,
+                        const Confounded& confounded) {
+  std::vector<std::string> names;
+  for (const Index j : confounded.coefficients) {
+    names.push_back(model.coefficient_names()[static_cast<std::size_t>(j)]);
+  }
+  if (names.size() == 1) {
+    return fmt::format(
+        "Not converged: the data say nothing about {}, because the mean does not depend on it. "
+        "Leave it out.",
+        names.front());
+  }
+  if (!names.empty()) {
+    return fmt::format(
+        "Not converged: the data cannot tell {} apart, because others can take the place of each. "
+        "Leave one out.",
+        listed(names));
+  }
+  const std::vector<std::string>& variances = confounded.variances.names;
+  if (variances.size() == 1) {
+    return fmt::format(
+        "Not converged: the data say nothing about {}, because the likelihood does not depend on "
+        "it. Leave it out.",
+        variances.front());
+  }
+  if (!variances.empty()) {
+    return fmt::format(
+        "Not converged: the data cannot tell {} apart, because others can take the place of each{}",
+        listed(variances),
+        remedy(model));
+  }
+  if (fit.convergence.rank < fit.estimate.size()) {
+    return "Not converged: the data cannot tell all coefficients apart, because their estimates "
+           "depend linearly on each other. Drop a covariate or a parameter.";
+  }
+  return {};
+}
+
+/// Takes note of what the data cannot tell apart.
+void note_confounding(const NonlinearModel& model, bool is_restricted, MixedEffectsFit& fit) {
+  Convergence& convergence = fit.convergence;
+  if (!convergence.converged) return;
+  const Confounded confounded = confounded_parameters(model, fit, is_restricted);
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  for (const Index j : confounded.coefficients) {
+    fit.covariance.row(j).setConstant(kNaN);
+    fit.covariance.col(j).setConstant(kNaN);
+  }
+  if (!confounded.coefficients.empty()) {
+    convergence.rank = std::min(convergence.rank, static_cast<int>(fit.estimate.size()) - 1);
+  }
+  convergence.rank = std::max(0, convergence.rank - confounded.variances.directions);
+  const std::string verdict = confounding(model, fit, confounded);
+  if (verdict.empty()) return;
+  convergence.converged = false;
+  convergence.verdict = verdict;
+}
+
 std::string verdict_of(const MixedEffectsFit& fit, Rounds rounds) {
   const Convergence& convergence = fit.convergence;
   if (!convergence.converged) return failure(fit, rounds);
-  if (convergence.rank < fit.estimate.size()) {
-    return "Converged, but the data cannot tell all coefficients apart: their estimates depend "
-           "linearly on each other. Drop a covariate or a parameter.";
-  }
   std::string verdict = success(fit, rounds);
   if (!convergence.boundary.empty()) {
     verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
@@ -197,10 +326,11 @@ void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
   fit.degrees_of_freedom = fixed_degrees_of_freedom_at(model, fit.estimate);
 }
 
-void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {
+void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds, bool is_restricted) {
   fit.convergence.rank = information_rank(fit);
   name_boundary(model, fit);
   fit.convergence.verdict = verdict_of(fit, rounds);
+  note_confounding(model, is_restricted, fit);
 }
 
 }  // namespace silvafit::fit

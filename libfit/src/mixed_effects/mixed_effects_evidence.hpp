@@ -12,7 +12,13 @@ enum class Rounds { kAlternations, kEvaluations };
 /// Fills in names, labels and the degrees of freedom of the t tests.
 void describe(const NonlinearModel& model, MixedEffectsFit& fit);
 
-/// Fills in rank and boundary of a fit's convergence and puts its evidence into a sentence.
-void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds);
+/// Fills in rank and boundary of a fit's convergence and puts its evidence into a sentence. A fit
+/// whose data cannot tell coefficients or variance components apart has not converged, and such
+/// coefficients have no standard errors.
+/// \param is_restricted  whether the likelihood is the restricted one
+void judge(const NonlinearModel& model,
+           MixedEffectsFit& fit,
+           Rounds rounds,
+           bool is_restricted = false);
 
 }  // namespace silvafit::fit

@@ -10,7 +10,9 @@ namespace silvafit::fit {
 /// so that the Hessian has ones on its diagonal.
 ///
 /// A likelihood at the edge of the covariances has directions without curvature, such as rotations
-/// of a factor that has lost rank; there the gradient has to be nothing as well.
+/// of a factor that has lost rank; there the gradient has to be nothing as well. So do ridges of a
+/// likelihood that cannot tell parameters apart, which it is not for this to tell from the edge:
+/// see mixed_effects/confounded_variances.hpp.
 class CurvatureCertificate {
  public:
   /// \param hessian   (n x n) as it comes from differences of gradients; how far it is from
@@ -29,8 +31,9 @@ class CurvatureCertificate {
   Eigen::VectorXd downwards_;
 };
 
-/// The inverse of a Hessian over the directions in which it is positive; the others have none. NaN
-/// where the Hessian is not finite.
+/// The inverse of a Hessian over the directions in which it is positive; the others have none, so
+/// that it says nothing of a parameter that has a part in one of them. NaN where the Hessian is not
+/// finite.
 Eigen::MatrixXd informed_inverse(const Eigen::MatrixXd& hessian);
 
 }  // namespace silvafit::fit

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "inference/grouping_agreement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+#include <vector>
+
+namespace silvafit::fit {
+namespace {
+
+using Labels = std::vector<std::string>;
+
+/// The groups of one column in a fit.
+struct Grouping {
+  const Labels* labels = nullptr;
+  const FittedModel* within = nullptr;  ///< the fit, if groups are told apart in coarser ones only
+
+  /// "plot (5 groups)", "plot within stand (30 groups)".
+  std::string text(const std::string& group) const {
+    const std::string where =
+        within == nullptr ? "" : " within " + within->specification.outer_random->group;
+    return fmt::format("{}{} ({} groups)", group, where, labels->size());
+  }
+};
+
+Grouping grouping_of(const FittedModel& fit, const std::string& group) {
+  const auto& outer = fit.specification.outer_random;
+  if (outer && outer->group == group) return {.labels = &fit.outer.labels};
+  return {.labels = &fit.group_labels, .within = outer ? &fit : nullptr};
+}
+
+bool have_same_labels(Labels a, Labels b) {
+  std::ranges::sort(a);
+  std::ranges::sort(b);
+  return a == b;
+}
+
+/// Whether groups that are told apart in coarser ones are told apart without these: if each nested
+/// group, `outer/inner`, is one pair of labels, and each inner label is in one pair.
+bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
+  if (inner.size() != nested.group_labels.size()) return false;
+  std::unordered_map<std::string, int> pairs;
+  for (const std::string& label : nested.group_labels) pairs.emplace(label, 0);
+  for (const std::string& label : inner) {
+    int places = 0;
+    for (const std::string& outer : nested.outer.labels) {
+      const auto found = pairs.find(outer + "/" + label);
+      if (found == pairs.end()) continue;
+      ++places;
+      ++found->second;
+    }
+    if (places != 1) return false;
+  }
+  return pairs.size() == inner.size() &&
+         std::ranges::all_of(pairs, [](const auto& pair) { return pair.second == 1; });
+}
+
+bool are_same(const Grouping& a, const Grouping& b) {
+  if ((a.within == nullptr) == (b.within == nullptr)) {
+    const bool is_nested_alike =
+        a.within == nullptr ||
+        a.within->specification.outer_random->group == b.within->specification.outer_random->group;
+    return is_nested_alike && have_same_labels(*a.labels, *b.labels);
+  }
+  return a.within != nullptr ? are_unique_labels(*a.within, *b.labels)
+                             : are_unique_labels(*b.within, *a.labels);
+}
+
+}  // namespace
+
+std::string obstacle_to_same_groups(const FittedModel& larger,
+                                    const FittedModel& smaller,
+                                    const std::string& group) {
+  const Grouping large = grouping_of(larger, group);
+  const Grouping small = grouping_of(smaller, group);
+  if (large.labels->empty() || small.labels->empty()) {
+    return fmt::format(
+        "a fit does not name its groups by {}, so that it is not known whether both have the same",
+        group);
+  }
+  if (are_same(large, small)) return {};
+  return fmt::format(
+      "the groups are not known to be the same: {} in the larger model, {} in the "
+      "smaller",
+      large.text(group),
+      small.text(group));
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/nesting.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/likelihood_ratio.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Contains;
+
+namespace {
+
+constexpr int kStands = 5;
+constexpr int kPlots = 4;  // a stand
+constexpr int kTrees = 6;
+
+/// Lines whose intercept differs by stand and plot. In `plot` the labels begin anew in each stand,
+/// in `place` they do not.
+data::Table lines() {
+  Random random(17);
+  data::Table table;
+  data::TextColumn stand;
+  data::TextColumn plot;
+  data::TextColumn place;
+  std::vector<double> x;
+  std::vector<double> z;
+  std::vector<double> y;
+  for (int i = 0; i < kStands; ++i) {
+    const double of_stand = random.normal(0.0, 1.0);
+    for (int j = 0; j < kPlots; ++j) {
+      const double of_plot = random.normal(0.0, 1.0);
+      for (int k = 0; k < kTrees; ++k) {
+        stand.append("s" + std::to_string(i));
+        plot.append(std::to_string(j));
+        place.append(std::to_string(i * kPlots + j));
+        x.push_back(k + 1.0);
+        z.push_back(random.normal());
+        y.push_back(10.0 + of_stand + of_plot + 2.0 * x.back() + 0.2 * z.back() + random.normal());
+      }
+    }
+  }
+  table.set("stand", stand);
+  table.set("plot", plot);
+  table.set("place", place);
+  table.set("x", x);
+  table.set("z", z);
+  table.set("y", y);
+  return table;
+}
+
+struct Case {
+  std::vector<std::string> sub_models{};
+  const char* random = "";
+  const char* variance = "none";
+  std::map<std::string, double> fixed{};
+};
+
+FittedModel fitted(const data::Table& table, const Case& of) {
+  ModelSpecification model = specify_model("y ~ a + b*x", of.sub_models, table);
+  if (*of.random != '\0') add_random_effects(model, of.random, table);
+  model.variance = parse_variance_function(of.variance);
+  FitModelOptions options;
+  options.fixed = of.fixed;
+  const FittedModel fit = fit_model(model, table, options).fit;
+  INFO(of.variance << ": " << fit.convergence.verdict);
+  REQUIRE(fit.convergence.converged);
+  // What a file keeps has to be enough.
+  return from_json(to_json(fit), "fit.json");
+}
+
+}  // namespace
+
+TEST_CASE("groupings are one where their groups are, not where their columns are") {
+  const data::Table table = lines();
+  const FittedModel within = fitted(table, {.random = "a | stand/plot"});
+  REQUIRE(within.group_labels.size() == kStands * kPlots);
+  // Plot 1 of all stands together is no group of the nested model.
+  const FittedModel crossing = fitted(table, {.random = "a | plot"});
+  REQUIRE(crossing.group_labels.size() == kPlots);
+  CHECK_FALSE(nesting(within, crossing).is_nested);
+  CHECK_THAT(nesting(within, crossing).reason,
+             Contains("plot within stand (20 groups)") && Contains("plot (4 groups)"));
+  CHECK_THROWS_AS(likelihood_ratio_test(within, crossing), UsageError);
+  // Where each label is in one stand, the groups are the same with and without stands.
+  const FittedModel told_apart = fitted(table, {.random = "a | stand/place"});
+  const FittedModel alone = fitted(table, {.random = "a | place"});
+  CHECK(told_apart.log_likelihood == Approx(within.log_likelihood).epsilon(1e-9));
+  const Nesting how = nesting(told_apart, alone);
+  CHECK(how.is_nested);
+  CHECK(how.independent_effects == 1);
+  CHECK(how.regular == 0);
+  // The coarser grouping has the same labels in both.
+  CHECK(nesting(within, fitted(table, {.random = "a | stand"})).is_nested);
+  CHECK_FALSE(nesting(alone, told_apart).is_nested);
+}
+
+TEST_CASE("groups of the same column with other labels, or without, are not known to be the same") {
+  const data::Table table = lines();
+  const FittedModel larger = fitted(table, {.sub_models = {"a ~ 1 + z"}, .random = "a | stand"});
+  FittedModel smaller = fitted(table, {.random = "a | stand"});
+  CHECK(nesting(larger, smaller).is_nested);
+  smaller.group_labels.back() = "elsewhere";
+  CHECK_THAT(nesting(larger, smaller).reason, Contains("not known to be the same"));
+  smaller.group_labels.clear();
+  CHECK_THAT(nesting(larger, smaller).reason, Contains("does not name its groups by stand"));
+}
+
+TEST_CASE("labels that may be of two stands prove nothing") {
+  const data::Table table = lines();
+  FittedModel nested = fitted(table, {.random = "a | stand/place"});
+  FittedModel alone = fitted(table, {.random = "a | place"});
+  // "n/1/2" is plot 1/2 of stand n, or plot 2 of stand n/1.
+  nested.outer.labels = {"n", "n/1"};
+  nested.group_labels = {"n/1/2", "n/3"};
+  alone.group_labels = {"1/2", "3"};
+  CHECK(nesting(nested, alone).is_nested);
+  alone.group_labels = {"1/2", "2"};
+  CHECK_FALSE(nesting(nested, alone).is_nested);
+}
+
+TEST_CASE("a held coefficient is a special case of one that is estimated or held there") {
+  const data::Table table = lines();
+  const FittedModel free = fitted(table, {});
+  const FittedModel at_nine = fitted(table, {.fixed = {{"a", 9.0}}});
+  const FittedModel at_nine_more =
+      fitted(table, {.sub_models = {"b ~ 1 + z"}, .fixed = {{"a", 9.0}}});
+  const FittedModel at_eight_more =
+      fitted(table, {.sub_models = {"b ~ 1 + z", "a ~ 1 + z"}, .fixed = {{"a", 8.0}}});
+  // y - 9 = b x and y = a + b x by their normal equations: the likelihood ratio is n
+  // log(SSE0/SSE1).
+  const std::size_t n = table.rows();
+  const auto x = table.numbers("x");
+  const auto y = table.numbers("y");
+  double sx = 0.0;
+  double sy = 0.0;
+  double sxx = 0.0;
+  double sxy = 0.0;
+  double syy = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    sx += x[i];
+    sy += y[i];
+    sxx += x[i] * x[i];
+    sxy += x[i] * y[i];
+    syy += y[i] * y[i];
+  }
+  const auto count = static_cast<double>(n);
+  const double held_sse = (syy - 18.0 * sy + 81.0 * count) - std::pow(sxy - 9.0 * sx, 2) / sxx;
+  const double cxx = sxx - sx * sx / count;
+  const double cxy = sxy - sx * sy / count;
+  const double free_sse = syy - sy * sy / count - cxy * cxy / cxx;
+  const NestedTest test = likelihood_ratio_test(free, at_nine);
+  CHECK(test.degrees_of_freedom == 1);
+  CHECK(test.statistic == Approx(count * std::log(held_sse / free_sse)).epsilon(1e-9));
+  CHECK(nesting(free, at_nine).regular == 1);
+  CHECK(nesting(at_nine_more, at_nine).regular == 1);
+
+  CHECK_THAT(nesting(at_nine_more, free).reason, Contains("holds a at 9"));
+  CHECK_THROWS_AS(likelihood_ratio_test(at_nine_more, free), UsageError);
+  CHECK_THAT(nesting(at_eight_more, at_nine).reason, Contains("holds a at 8, where it is 9"));
+}
+
+TEST_CASE("a coefficient that a model does not have is at zero") {
+  const data::Table table = lines();
+  const FittedModel without = fitted(table, {});
+  const FittedModel larger = fitted(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}});
+  CHECK(nesting(larger, without).regular == 2);
+  const FittedModel at_half =
+      fitted(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}, .fixed = {{"a:z", 0.5}}});
+  CHECK_THAT(nesting(at_half, without).reason, Contains("holds a:z at 0.5, where it is 0"));
+  const FittedModel at_zero =
+      fitted(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}, .fixed = {{"a:z", 0.0}}});
+  CHECK(nesting(at_zero, without).is_nested);
+  CHECK(nesting(at_zero, without).regular == 1);
+}
+
+TEST_CASE("without any variance it is not known which coefficients are held") {
+  const data::Table table = lines();
+  const FittedModel larger = fitted(table, {.sub_models = {"a ~ 1 + z"}});
+  FittedModel smaller = fitted(table, {});
+  smaller.covariance.setConstant(std::nan(""));
+  CHECK_THAT(nesting(larger, smaller).reason, Contains("does not say which of its coefficients"));
+}
+
+TEST_CASE("a held exponent is no special case of a constant variance, nor contains one") {
+  const data::Table table = lines();
+  // Without strata and random effects, so that gnls is the method of all.
+  const FittedModel none = fitted(table, {.variance = "stratum(stand)"});
+  const auto with = [&](const char* variance, std::vector<std::string> more = {"a ~ 1 + z"}) {
+    return fitted(table, {.sub_models = std::move(more), .variance = variance});
+  };
+  const FittedModel held = with("stratum(stand) * power(x, delta = 0.5)");
+  CHECK_THAT(nesting(held, none).reason, Contains("holds the exponent of power(x, delta = 0.5)"));
+  CHECK_THROWS_AS(likelihood_ratio_test(held, none), UsageError);
+  CHECK_FALSE(nesting(with("stratum(stand) * exponential(x, delta = 0.1)"), none).is_nested);
+  // With delta estimated, delta = 0 is the constant; a power held at 0 is nothing but one.
+  CHECK(nesting(with("stratum(stand) * power(x)"), none).is_nested);
+  CHECK(nesting(with("stratum(stand) * power(x, delta = 0)"), none).is_nested);
+  CHECK(
+      nesting(with("stratum(stand) * power(x)"), with("stratum(stand) * power(x, delta = 0.5)", {}))
+          .is_nested);
+  CHECK(nesting(held, with("stratum(stand) * power(x, delta = 0.5)", {})).is_nested);
+}

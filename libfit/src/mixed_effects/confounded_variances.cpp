@@ -1,0 +1,515 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/confounded_variances.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "model/symmetric_eigen.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Smallest eigenvalue of the Gram matrix of matrices of length one, of which rounding leaves some
+// 1e-15: they have angles of a millionth at least.
+constexpr double kDependent = 1e-12;
+// Changes that are smaller beside the largest are rounding.
+constexpr double kUnmoved = 1e-6;
+
+/// The random effects of a grouping, on columns of unit mean square that are at right angles within
+/// each block of effects with free covariances: near-dependences of the columns then do not look
+/// like dependences of their products.
+struct EffectColumns {
+  const RandomEffects* effects = nullptr;
+  MatrixXd columns{};     ///< (N x q) Z T^-1, divided by the residual standard deviations
+  MatrixXd triangle{};    ///< (q x q) T
+  VectorXd size{};        ///< (q) root mean squares of the columns of Z
+  MatrixXd covariance{};  ///< (q x q) T Psi T'
+};
+
+EffectColumns effect_columns(const NonlinearModel& model,
+                             const std::optional<RandomEffects>& random,
+                             const MatrixXd& psi,
+                             const MatrixXd& jacobian) {
+  EffectColumns result;
+  if (!random) return result;
+  result.effects = &*random;
+  result.columns = jacobian(Eigen::all, model.coefficients_of(random));
+  const Index q = result.columns.cols();
+  const double root = std::sqrt(static_cast<double>(jacobian.rows()));
+  result.size = result.columns.colwise().norm() / root;
+  result.triangle = MatrixXd::Zero(q, q);
+  Index begin = 0;
+  for (const int size : random->block_sizes()) {
+    auto block = result.columns.middleCols(begin, size);
+    const Eigen::HouseholderQR<MatrixXd> qr(block);
+    const MatrixXd triangle = MatrixXd(qr.matrixQR().topRows(size).triangularView<Eigen::Upper>());
+    result.triangle.block(begin, begin, size, size) = triangle / root;
+    block = root * (qr.householderQ() * MatrixXd::Identity(block.rows(), size));
+    begin += size;
+  }
+  result.covariance = result.triangle * psi * result.triangle.transpose();
+  return result;
+}
+
+/// A direction of the covariance of the observations.
+struct Component {
+  enum class Of { kOuter, kInner, kResidual };
+  Of of = Of::kResidual;
+  MatrixXd form{};   ///< (q x q) change of T Psi T'
+  Index column = 0;  ///< of the derivatives of the log residual standard deviation
+};
+
+std::vector<MatrixXd> forms_of(const EffectColumns& level) {
+  std::vector<MatrixXd> result;
+  const Index q = level.triangle.rows();
+  if (level.effects->covariance == Covariance::kIdentity) {
+    result.emplace_back(level.triangle * level.triangle.transpose());
+    return result;
+  }
+  Index begin = 0;
+  for (const int size : level.effects->block_sizes()) {
+    for (Index i = begin; i < begin + size; ++i) {
+      for (Index j = begin; j <= i; ++j) {
+        MatrixXd& form = result.emplace_back(MatrixXd::Zero(q, q));
+        form(i, j) = form(j, i) = 1.0;
+      }
+    }
+    begin += size;
+  }
+  return result;
+}
+
+/// A change of all variance components.
+struct Direction {
+  MatrixXd outer{};     ///< of T Psi T'
+  MatrixXd inner{};     ///< of T Psi T'
+  VectorXd residual{};  ///< (m + 1) of the internal variance parameters and the log of sigma
+
+  double largest() const {
+    const auto of = [](const auto& values) {
+      return values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0.0;
+    };
+    return std::max({of(outer), of(inner), of(residual)});
+  }
+};
+
+class Components {
+ public:
+  Components(const NonlinearModel& model, const VarianceModel& variance, const VariancePoint& point)
+      : model_(model), variance_(variance), point_(point) {
+    const ModelSpecification& specification = model.specification();
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    MatrixXd jacobian;
+    model.evaluate(point.coefficients, mean, &jacobian, workspace);
+    const MatrixXd weighted = point.residual_sd.cwiseInverse().asDiagonal() * jacobian;
+    const Index m = variance.parameter_count();
+    by_residual_ = MatrixXd::Ones(weighted.rows(), m + 1);
+    if (m > 0) {
+      by_residual_.leftCols(m) = variance.scale(point.fitted, point.variance, true).log_derivative;
+    }
+    is_finite_ = weighted.allFinite() && by_residual_.allFinite() && point.outer.allFinite() &&
+                 point.inner.allFinite();
+    if (!is_finite_) return;
+    outer_ = effect_columns(model, specification.outer_random, point.outer, weighted);
+    inner_ = effect_columns(model, specification.random, point.inner, weighted);
+    is_finite_ = outer_.columns.allFinite() && inner_.columns.allFinite();
+    if (point.is_restricted) {
+      const Eigen::HouseholderQR<MatrixXd> qr(weighted);
+      mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), weighted.cols());
+    }
+    add_components();
+    products_ = gram();
+  }
+
+  bool is_finite() const { return is_finite_; }
+
+  /// Directions in which the covariance of the observations does not change, those that leave no
+  /// room for a covariance left out.
+  std::vector<Direction> unseen() const {
+    std::vector<Index> known;
+    for (Index k = 0; k < products_.rows(); ++k) {
+      if (sizes_[k] > 0.0) known.push_back(k);
+    }
+    std::vector<Direction> result = silent();
+    const Index silent_ones = std::ssize(result);
+    const VectorXd unit = sizes_(known).cwiseInverse();
+    const MatrixXd scaled = unit.asDiagonal() * products_(known, known) * unit.asDiagonal();
+    const SymmetricEigen of = symmetric_eigen(scaled);
+    const Index count = (of.values.array() <= kDependent).count();
+    if (count == 0) return result;
+    const MatrixXd null = of.vectors.leftCols(count);
+    const auto direction_of = [&](const VectorXd& change) {
+      VectorXd whole = VectorXd::Zero(products_.rows());
+      whole(known) = unit.cwiseProduct(change);
+      return direction(whole);
+    };
+    std::vector<Direction> candidates;
+    for (Index k = 0; k < count; ++k) candidates.push_back(direction_of(null.col(k)));
+    // On the edge there may be room only where one component gives to another what it has.
+    for (const VectorXd& gift : gifts()) {
+      const VectorXd part = sizes_(known).cwiseProduct(gift(known));
+      candidates.push_back(direction_of(null * (null.transpose() * part)));
+    }
+    for (const Direction& candidate : candidates) {
+      if (std::ssize(result) < count + silent_ones && has_room(candidate)) {
+        result.push_back(candidate);
+      }
+    }
+    return result;
+  }
+
+  /// Names of what moves in one of the directions.
+  std::vector<std::string> names(const std::vector<Direction>& directions) const {
+    std::vector<std::string> result;
+    add_effect_names(outer_, point_.outer, &Direction::outer, directions, result);
+    add_effect_names(inner_, point_.inner, &Direction::inner, directions, result);
+    add_variance_names(directions, result);
+    const auto moves_sigma = [&](const Direction& of) { return sigma_change(of) > kUnmoved; };
+    if (std::ranges::any_of(directions, moves_sigma)) result.emplace_back("sigma");
+    return result;
+  }
+
+ private:
+  void add_components() {
+    using Of = Component::Of;
+    if (outer_.effects != nullptr) {
+      for (MatrixXd& form : forms_of(outer_)) all_.push_back({Of::kOuter, std::move(form)});
+    }
+    if (inner_.effects != nullptr) {
+      for (MatrixXd& form : forms_of(inner_)) all_.push_back({Of::kInner, std::move(form)});
+    }
+    for (Index k = 0; k < by_residual_.cols(); ++k) {
+      all_.push_back({.of = Of::kResidual, .column = k});
+    }
+  }
+
+  /// Adds what some rows count in the Gram matrix to it.
+  class Sum {
+   public:
+    Sum(const Components& components, MatrixXd& total)
+        : of_(components), total_(total), parts_(components.all_.size()) {}
+
+    /// Products of components of one level over the rows of one of its groups.
+    void add_level(Component::Of level, const EffectColumns& columns, Index begin, Index rows) {
+      const auto z = columns.columns.middleRows(begin, rows);
+      const MatrixXd products = z.transpose() * z;
+      for (std::size_t k = 0; k < parts_.size(); ++k) {
+        if (of_.all_[k].of != level) continue;
+        parts_[k] = of_.all_[k].form * products;
+        for (std::size_t l = 0; l <= k; ++l) {
+          if (of_.all_[l].of == level) add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
+        }
+      }
+    }
+
+    /// Products of components of the two levels over the rows of a group of the finer one.
+    void add_between(Index begin, Index rows) {
+      using Of = Component::Of;
+      const MatrixXd products = of_.inner_.columns.middleRows(begin, rows).transpose() *
+                                of_.outer_.columns.middleRows(begin, rows);
+      for (std::size_t k = 0; k < parts_.size(); ++k) {
+        const Of level = of_.all_[k].of;
+        if (level == Of::kOuter) parts_[k] = of_.all_[k].form * products.transpose();
+        if (level != Of::kInner) continue;
+        const MatrixXd part = of_.all_[k].form * products;
+        for (std::size_t l = 0; l < k; ++l) {
+          if (of_.all_[l].of == Of::kOuter) {
+            add(k, l, part.cwiseProduct(parts_[l].transpose()).sum());
+          }
+        }
+      }
+    }
+
+    /// Products of all components with those of the residuals, over some rows.
+    void add_residual(Index begin, Index rows) {
+      const auto by_residual = of_.by_residual_.middleRows(begin, rows);
+      for (std::size_t k = 0; k < parts_.size(); ++k) {
+        const VectorXd diagonal = of_.diagonal(of_.all_[k], begin, rows);
+        for (std::size_t l = 0; l < parts_.size(); ++l) {
+          const bool is_later = of_.all_[k].of == Component::Of::kResidual && l > k;
+          if (of_.all_[l].of != Component::Of::kResidual || is_later) continue;
+          add(std::max(k, l),
+              std::min(k, l),
+              2.0 * diagonal.dot(by_residual.col(of_.all_[l].column)));
+        }
+      }
+    }
+
+   private:
+    void add(std::size_t k, std::size_t l, double value) {
+      total_(static_cast<Index>(k), static_cast<Index>(l)) += value;
+    }
+
+    const Components& of_;
+    MatrixXd& total_;  ///< lower triangle
+    std::vector<MatrixXd> parts_;
+  };
+
+  /// (rows) the diagonal of a component's matrix.
+  VectorXd diagonal(const Component& component, Index begin, Index rows) const {
+    if (component.of == Component::Of::kResidual) {
+      return 2.0 * by_residual_.col(component.column).segment(begin, rows);
+    }
+    const MatrixXd& z =
+        component.of == Component::Of::kOuter ? outer_.columns : inner_.columns;
+    const auto part = z.middleRows(begin, rows);
+    return (part * component.form).cwiseProduct(part).rowwise().sum();
+  }
+
+  /// (K x K) tr(R^-1 V_k R^-1 V_l); leaves the lengths of the matrices in sizes_.
+  MatrixXd gram() {
+    const auto count = static_cast<Index>(all_.size());
+    MatrixXd total = MatrixXd::Zero(count, count);
+    Sum sum(*this, total);
+    for (Index c = 0; c < model_.cluster_count(); ++c) {
+      const Index begin = model_.group_begin(model_.cluster_begin(c));
+      const Index rows = model_.group_begin(model_.cluster_begin(c + 1)) - begin;
+      if (outer_.effects != nullptr) sum.add_level(Component::Of::kOuter, outer_, begin, rows);
+      sum.add_residual(begin, rows);
+    }
+    for (Index g = 0; inner_.effects != nullptr && g < model_.group_count(); ++g) {
+      const Index begin = model_.group_begin(g);
+      const Index rows = model_.group_begin(g + 1) - begin;
+      sum.add_level(Component::Of::kInner, inner_, begin, rows);
+      if (outer_.effects != nullptr) sum.add_between(begin, rows);
+    }
+    sizes_ = total.diagonal().cwiseSqrt();
+    const double rounding = 1e-10 * std::sqrt(static_cast<double>(by_residual_.rows()));
+    sizes_ = (sizes_.array() > rounding).select(sizes_, 0.0);
+    if (mean_.size() > 0) take_mean_out(total);
+    return total.selfadjointView<Eigen::Lower>();
+  }
+
+  /// From tr(AB) to tr(MAMB), with M = I - QQ' what the coefficients leave:
+  /// tr(AB) - 2 tr(Q'ABQ) + tr(Q'AQ Q'BQ).
+  void take_mean_out(MatrixXd& total) const {
+    std::vector<MatrixXd> images;
+    std::vector<MatrixXd> inner_products;
+    for (const Component& component : all_) {
+      images.push_back(image(component));
+      inner_products.push_back(mean_.transpose() * images.back());
+    }
+    for (std::size_t k = 0; k < all_.size(); ++k) {
+      for (std::size_t l = 0; l <= k; ++l) {
+        total(static_cast<Index>(k), static_cast<Index>(l)) +=
+            inner_products[k].cwiseProduct(inner_products[l]).sum() -
+            2.0 * images[k].cwiseProduct(images[l]).sum();
+      }
+    }
+  }
+
+  /// (N x p) the product of a component's matrix and Q.
+  MatrixXd image(const Component& component) const {
+    if (component.of == Component::Of::kResidual) {
+      return 2.0 * by_residual_.col(component.column).asDiagonal() * mean_;
+    }
+    const bool is_outer = component.of == Component::Of::kOuter;
+    const MatrixXd& z = is_outer ? outer_.columns : inner_.columns;
+    MatrixXd result(mean_.rows(), mean_.cols());
+    const Index groups = is_outer ? model_.cluster_count() : model_.group_count();
+    const auto begin_of = [&](Index k) {
+      return model_.group_begin(is_outer ? model_.cluster_begin(k) : k);
+    };
+    for (Index k = 0; k < groups; ++k) {
+      const Index begin = begin_of(k);
+      const Index rows = begin_of(k + 1) - begin;
+      const auto part = z.middleRows(begin, rows);
+      result.middleRows(begin, rows) =
+          part * (component.form * (part.transpose() * mean_.middleRows(begin, rows)));
+    }
+    return result;
+  }
+
+  /// Parameters of the variance function that change no residual: of a power or a rate of what is
+  /// the same for all. (A constant-plus-power has such parameters at the ends of its range.)
+  std::vector<Direction> silent() const {
+    std::vector<Direction> result;
+    for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
+      const auto& factors = model_.specification().variance.factors;
+      if (factors[quantity.factor].kind == VarianceFactor::Kind::kConstantPlusPower) continue;
+      for (Index k = quantity.first; k < quantity.first + quantity.count; ++k) {
+        const Index place = std::ssize(all_) - by_residual_.cols() + k;
+        if (sizes_[place] == 0.0) result.push_back(direction(VectorXd::Unit(std::ssize(all_), place)));
+      }
+    }
+    return result;
+  }
+
+  Direction direction(const VectorXd& change) const {
+    Direction result{.outer = MatrixXd::Zero(outer_.triangle.rows(), outer_.triangle.rows()),
+                     .inner = MatrixXd::Zero(inner_.triangle.rows(), inner_.triangle.rows()),
+                     .residual = VectorXd::Zero(by_residual_.cols())};
+    for (std::size_t k = 0; k < all_.size(); ++k) {
+      const double share = change[static_cast<Index>(k)];
+      if (all_[k].of == Component::Of::kOuter) result.outer += share * all_[k].form;
+      if (all_[k].of == Component::Of::kInner) result.inner += share * all_[k].form;
+      if (all_[k].of == Component::Of::kResidual) result.residual[all_[k].column] += share;
+    }
+    const double largest = result.largest();
+    if (largest > 0.0) {
+      result.outer /= largest;
+      result.inner /= largest;
+      result.residual /= largest;
+    }
+    return result;
+  }
+
+  /// (K) each: all that one of the groupings, or the residuals, have.
+  std::vector<VectorXd> gifts() const {
+    std::vector<VectorXd> result(3, VectorXd::Zero(std::ssize(all_)));
+    for (std::size_t k = 0; k < all_.size(); ++k) {
+      const auto at = static_cast<Index>(k);
+      const Component& component = all_[k];
+      if (component.of == Component::Of::kResidual) {
+        const bool is_sigma = component.column + 1 == by_residual_.cols();
+        if (is_sigma) result[2][at] = 0.5;
+        continue;
+      }
+      const bool is_outer = component.of == Component::Of::kOuter;
+      const MatrixXd& covariance = is_outer ? outer_.covariance : inner_.covariance;
+      // The forms have entries in places of their own, so that this is the part of each.
+      result[is_outer ? 0 : 1][at] = covariance.cwiseProduct(component.form).sum() /
+                                     component.form.squaredNorm();
+    }
+    return result;
+  }
+
+  /// Whether Psi remains a covariance for a step in the direction or against it.
+  bool has_room(const Direction& of) const {
+    if (of.largest() == 0.0) return false;
+    const auto trace = [](const MatrixXd& covariance, const MatrixXd& change) {
+      return change.size() > 0 && change.cwiseAbs().maxCoeff() > kUnmoved ? covariance.trace() : 0.0;
+    };
+    const bool moves_residual = of.residual.cwiseAbs().maxCoeff() > kUnmoved;
+    const double size = std::max({trace(outer_.covariance, of.outer),
+                                  trace(inner_.covariance, of.inner),
+                                  moves_residual ? 1.0 : 0.0});
+    const auto is_covariance = [size](const MatrixXd& matrix) {
+      constexpr double kRounding = 1e-10;
+      return matrix.size() == 0 || symmetric_eigen(matrix).values[0] >= -kRounding * size;
+    };
+    for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-3}) {
+      for (const double step : {share * size, -share * size}) {
+        if (size > 0.0 && is_covariance(outer_.covariance + step * of.outer) &&
+            is_covariance(inner_.covariance + step * of.inner)) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  void add_effect_names(const EffectColumns& level,
+                        const MatrixXd& psi,
+                        MatrixXd Direction::*of,
+                        const std::vector<Direction>& directions,
+                        std::vector<std::string>& result) const {
+    if (level.effects == nullptr) return;
+    const auto triangle = level.triangle.triangularView<Eigen::Upper>();
+    std::vector<MatrixXd> changes;  // of Psi, relative to R
+    for (const Direction& direction : directions) {
+      const MatrixXd half = triangle.solve(direction.*of);
+      changes.emplace_back(level.size.asDiagonal() * triangle.solve(half.transpose()) *
+                           level.size.asDiagonal());
+    }
+    const MatrixXd scaled = level.size.asDiagonal() * psi * level.size.asDiagonal();
+    const auto is_moved = [&](Index i, Index j) {
+      return std::ranges::any_of(changes, [&](const MatrixXd& change) {
+        if (i == j) return std::abs(change(i, i)) > kUnmoved;
+        const double product = std::sqrt(scaled(i, i) * scaled(j, j));
+        if (!(product > 0.0)) return false;
+        const double along =
+            0.5 * scaled(i, j) * (change(i, i) / scaled(i, i) + change(j, j) / scaled(j, j));
+        return std::abs(change(i, j) - along) > kUnmoved * product;
+      });
+    };
+    const std::string group =
+        outer_.effects == nullptr ? std::string() : " | " + level.effects->group;
+    const std::vector<std::string>& names = level.effects->coefficients;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const auto at = static_cast<Index>(k);
+      if (is_moved(at, at)) result.push_back(fmt::format("sd({}{})", names[k], group));
+    }
+    std::size_t begin = 0;
+    for (const int size : level.effects->block_sizes()) {
+      for (std::size_t i = begin; i < begin + static_cast<std::size_t>(size); ++i) {
+        for (std::size_t j = i + 1; j < begin + static_cast<std::size_t>(size); ++j) {
+          if (!is_moved(static_cast<Index>(i), static_cast<Index>(j))) continue;
+          result.push_back(fmt::format("cor({}, {}{})", names[i], names[j], group));
+        }
+      }
+      begin += static_cast<std::size_t>(size);
+    }
+  }
+
+  void add_variance_names(const std::vector<Direction>& directions,
+                          std::vector<std::string>& result) const {
+    const std::vector<VarianceFactor>& factors = model_.specification().variance.factors;
+    for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
+      const VarianceFactor& factor = factors[quantity.factor];
+      std::string name = quantity.name.starts_with("delta") ? "delta" : "constant";
+      if (factor.kind == VarianceFactor::Kind::kStratum) name = "ratio";
+      if (factors.size() > 1) name += " of " + factor.text();
+      for (Index k = 0; k < quantity.count; ++k) {
+        const bool is_moved = std::ranges::any_of(directions, [&](const Direction& of) {
+          return std::abs(of.residual[quantity.first + k]) > kUnmoved;
+        });
+        if (!is_moved) continue;
+        const auto stratum = static_cast<std::size_t>(k + (quantity.has_reference ? 1 : 0));
+        result.push_back(quantity.strata < 0
+                             ? name
+                             : fmt::format("{} ({})",
+                                           name,
+                                           model_.strata(factor.stratum).labels[stratum]));
+      }
+    }
+  }
+
+  /// Of the logarithm of the sigma that people read.
+  double sigma_change(const Direction& of) const {
+    constexpr double kStep = 1e-4;
+    const VectorXd parameters = of.residual.head(variance_.parameter_count());
+    const double factor =
+        std::log(variance_.sigma_factor(point_.variance + kStep * parameters) /
+                 variance_.sigma_factor(point_.variance - kStep * parameters)) /
+        (2.0 * kStep);
+    const double internal = of.residual[of.residual.size() - 1];
+    // At an end of the range of a variance function the factor jumps.
+    return std::isfinite(factor) ? std::abs(internal + factor) : std::abs(internal);
+  }
+
+  const NonlinearModel& model_;
+  const VarianceModel& variance_;
+  const VariancePoint& point_;
+  bool is_finite_ = false;
+  EffectColumns outer_;
+  EffectColumns inner_;
+  MatrixXd by_residual_;  ///< (N x (m + 1)) derivatives of the log residual standard deviation
+  MatrixXd mean_;         ///< (N x p) Q, for the restricted likelihood
+  std::vector<Component> all_;
+  MatrixXd products_;  ///< (K x K)
+  VectorXd sizes_;     ///< (K) lengths of the matrices; 0 where there is none
+};
+
+}  // namespace
+
+ConfoundedVariances confounded_variances(const NonlinearModel& model,
+                                         const VarianceModel& variance,
+                                         const VariancePoint& point) {
+  const Components components(model, variance, point);
+  if (!components.is_finite()) return {};
+  const std::vector<Direction> directions = components.unseen();
+  return {.names = components.names(directions), .directions = static_cast<int>(directions.size())};
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/confounded_variances.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/observed_information.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Contains;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Names = std::vector<std::string>;
+
+namespace {
+
+/// How the trees of a table are laid out.
+struct Layout {
+  int stands = 8;
+  int plots = 1;  ///< a stand
+  int trees = 5;  ///< a plot
+  double first_x = 1.0;
+  int treatments = 2;  ///< values of t, which is constant in a plot
+};
+
+/// y = 10 + 2 x + a plot's effect + an error.
+data::Table lines(const Layout& layout, double spread = 1.5) {
+  Random random(29);
+  data::Table table;
+  data::TextColumn stand;
+  data::TextColumn plot;
+  std::vector<double> x;
+  std::vector<double> t;
+  std::vector<double> w;
+  std::vector<double> y;
+  for (int i = 0; i < layout.stands * layout.plots; ++i) {
+    const double effect = random.normal(0.0, spread);
+    for (int k = 0; k < layout.trees; ++k) {
+      stand.append("s" + std::to_string(i / layout.plots));
+      plot.append("p" + std::to_string(i));
+      x.push_back(layout.first_x + k + 0.1 * (i % 7));
+      t.push_back(i % layout.treatments);
+      w.push_back(4.0);
+      y.push_back(10.0 + effect + 2.0 * x.back() + random.normal());
+    }
+  }
+  table.set("stand", stand);
+  table.set("plot", plot);
+  table.set("x", x);
+  table.set("t", t);
+  table.set("w", w);
+  table.set("y", y);
+  return table;
+}
+
+ModelSpecification specified(const data::Table& table,
+                             const char* random,
+                             const std::vector<std::string>& sub_models = {},
+                             Covariance covariance = Covariance::kGeneral) {
+  ModelSpecification model = specify_model("y ~ a + b*x", sub_models, table);
+  if (*random != '\0') add_random_effects(model, random, table);
+  if (model.random) model.random->covariance = covariance;
+  return model;
+}
+
+/// At b = 0, sigma = 1 and covariances that are multiples of the identity.
+ConfoundedVariances at(const data::Table& table,
+                       const ModelSpecification& specification,
+                       double inner,
+                       double outer = 0.0,
+                       bool is_restricted = false) {
+  const NonlinearModel model(specification, table);
+  const VarianceModel variance(specification.variance, VarianceData::of(model));
+  VectorXd beta = VectorXd::Constant(model.coefficient_count(), 0.5);
+  const auto q = static_cast<Index>(model.coefficients_of(specification.random).size());
+  const auto r = static_cast<Index>(model.coefficients_of(specification.outer_random).size());
+  VariancePoint point{.coefficients = beta.replicate(1, model.group_count()),
+                      .outer = outer * MatrixXd::Identity(r, r),
+                      .inner = inner * MatrixXd::Identity(q, q),
+                      .variance = variance.start(),
+                      .is_restricted = is_restricted};
+  NonlinearModel::Workspace workspace;
+  model.evaluate(point.coefficients, point.fitted, nullptr, workspace);
+  point.residual_sd = variance.scale(point.fitted, point.variance, false).weight.rsqrt();
+  return confounded_variances(model, variance, point);
+}
+
+FittedModel fitted(const data::Table& table,
+                   const ModelSpecification& model,
+                   Method method = Method::kLindstromBates,
+                   bool is_restricted = false) {
+  FitModelOptions options;
+  options.method = method;
+  options.reml = is_restricted;
+  return fit_model(model, table, options).fit;
+}
+
+}  // namespace
+
+TEST_CASE("of one plot a stand only the sum of the two variances is seen") {
+  // Z Z' of stands is that of plots: V = (psi_stand + psi_plot) Z Z' + sigma^2 I.
+  const data::Table table = lines({.stands = 12});
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace, Method::kInteraction}) {
+    INFO(method_text(method));
+    const FittedModel fit = fitted(table, specified(table, "a | stand/plot"), method);
+    CHECK_FALSE(fit.convergence.converged);
+    CHECK_THAT(fit.convergence.verdict,
+               Contains("cannot tell sd(a | stand) and sd(a | plot) apart") &&
+                   Contains("each group of stand has one of plot"));
+    CHECK(fit.convergence.rank == 1);
+    CHECK(fit.convergence.boundary.empty());
+    const FittedModel simpler = fitted(table, specified(table, "a | stand"), method);
+    REQUIRE(simpler.convergence.converged);
+    CHECK(fit.log_likelihood == Approx(simpler.log_likelihood).epsilon(1e-9));
+    CHECK(fit.random_covariance(0, 0) + fit.outer.covariance(0, 0) ==
+          Approx(simpler.random_covariance(0, 0)).epsilon(1e-4));
+    // The coefficients are as well known as in the simpler model.
+    CHECK(fit.standard_errors().isApprox(simpler.standard_errors(), 1e-4));
+  }
+  const ModelSpecification both = specified(table, "a + b | stand/plot");
+  CHECK(at(table, both, 0.2, 0.3).directions == 3);
+  // Several plots in any stand tell them apart.
+  const data::Table more = lines({.stands = 4, .plots = 2});
+  CHECK(at(more, specified(more, "a | stand/plot"), 0.2, 0.3).names.empty());
+}
+
+TEST_CASE("of one tree a plot only the sum of both variances is seen") {
+  const data::Table table = lines({.stands = 40, .trees = 1});
+  const FittedModel pooled = fitted(table, specified(table, ""), Method::kOrdinary);
+  const auto n = static_cast<double>(table.rows());
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    INFO(method_text(method));
+    const FittedModel fit = fitted(table, specified(table, "a | plot"), method);
+    CHECK_FALSE(fit.convergence.converged);
+    CHECK_THAT(fit.convergence.verdict,
+               Contains("cannot tell sd(a) and sigma apart") &&
+                   Contains("each group of plot has one observation"));
+    CHECK(fit.convergence.rank == 1);
+    // Maximum likelihood has SSE / n for the variance of one observation, however it is split.
+    CHECK(fit.random_covariance(0, 0) + fit.sigma * fit.sigma ==
+          Approx(pooled.sigma * pooled.sigma * (n - 2.0) / n).epsilon(1e-6));
+    CHECK(fit.log_likelihood == Approx(pooled.log_likelihood).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("one more tree in one plot is enough to tell variances apart") {
+  data::Table table = lines({.stands = 500, .trees = 1});
+  const ModelSpecification model = specified(table, "a | plot");
+  CHECK(at(table, model, 0.4).names == Names{"sd(a)", "sigma"});
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < table.rows(); ++i) rows.push_back(i);
+  rows.push_back(0);
+  table = table.select(rows);
+  CHECK(at(table, model, 0.4).names.empty());
+}
+
+TEST_CASE("the edge of the covariances is no confounding, and does not hide one") {
+  const data::Table several = lines({.stands = 6, .plots = 3}, 0.0);
+  CHECK(at(several, specified(several, "a + b | stand/plot"), 0.0, 0.0).names.empty());
+  const FittedModel none = fitted(several, specified(several, "a | stand/plot"));
+  CHECK(none.convergence.converged);
+  CHECK(none.convergence.rank == 2);
+  const data::Table single = lines({.trees = 1});
+  CHECK(at(single, specified(single, "a | plot"), 0.0).names == Names{"sd(a)", "sigma"});
+  const data::Table one = lines({});
+  const ModelSpecification nested = specified(one, "a + b | stand/plot");
+  CHECK_FALSE(at(one, nested, 0.0, 0.5).names.empty());
+  CHECK_FALSE(at(one, nested, 0.5, 0.0).names.empty());
+  // Where the sum is nothing, both parts are.
+  CHECK(at(one, nested, 0.0, 0.0).names.empty());
+}
+
+TEST_CASE("two treatments tell two variances apart, and not three numbers") {
+  // A plot's covariance is psi_aa + 2 t psi_ab + t^2 psi_bb: of t = 0 and t = 1 two numbers.
+  const Names sub_model{"a ~ 1 + t"};
+  const data::Table two = lines({});
+  const ModelSpecification general = specified(two, "a + a:t | plot", sub_model);
+  CHECK(at(two, general, 0.4).names == Names{"sd(a:t)", "cor(a, a:t)"});
+  CHECK(at(two, specified(two, "a + a:t | plot", sub_model, Covariance::kDiagonal), 0.4)
+            .names.empty());
+  CHECK(at(two, specified(two, "a + a:t | plot", sub_model, Covariance::kIdentity), 0.4)
+            .names.empty());
+  const data::Table three = lines({.stands = 9, .treatments = 3});
+  CHECK(at(three, specified(three, "a + a:t | plot", sub_model), 0.4).names.empty());
+}
+
+TEST_CASE("columns that are nearly alike are told apart") {
+  // Calendar years: a and b are correlated to 1 - 1e-6 in each plot.
+  const data::Table years = lines({.trees = 8, .first_x = 2000.0});
+  CHECK(at(years, specified(years, "a + b | plot"), 0.1).names.empty());
+  CHECK(at(years, specified(years, "a + b | plot", {}, Covariance::kDiagonal), 0.1).names.empty());
+}
+
+TEST_CASE("the restricted likelihood does not see what the coefficients take up") {
+  // Of one plot, or of two that have coefficients of their own, contrasts are free of the effects.
+  const data::Table one = lines({.stands = 1, .trees = 12});
+  CHECK(at(one, specified(one, "a | plot"), 0.4).names.empty());
+  CHECK(at(one, specified(one, "a | plot"), 0.4, 0.0, true).names == Names{"sd(a)"});
+  const data::Table two = lines({.stands = 2, .trees = 6});
+  const ModelSpecification own = specified(two, "a | plot", {"a ~ 1 + t"});
+  CHECK(at(two, own, 0.4).names.empty());
+  CHECK(at(two, own, 0.4, 0.0, true).names == Names{"sd(a)"});
+  const data::Table more = lines({.stands = 3});
+  CHECK(at(more, specified(more, "a | plot"), 0.4, 0.0, true).names.empty());
+  const FittedModel fit =
+      fitted(one, specified(one, "a | plot"), Method::kLindstromBates, true);
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK_THAT(fit.convergence.verdict, Contains("say nothing about sd(a)"));
+}
+
+TEST_CASE("a variance function of what is the same for all is sigma by another name") {
+  const data::Table table = lines({});
+  ModelSpecification model = specified(table, "");
+  for (const char* const constant : {"power(w)", "exponential(w)"}) {
+    model.variance = parse_variance_function(constant);
+    CHECK(at(table, model, 0.0).names == Names{"delta", "sigma"});
+  }
+  for (const char* const varying : {"power(x)", "stratum(t)", "stratum(t) * power(x)",
+                                    "power(x | t)", "constant-plus-power(x)"}) {
+    model.variance = parse_variance_function(varying);
+    INFO(varying);
+    CHECK(at(table, model, 0.0).names.empty());
+  }
+  // Stands of one treatment each: their ratios hold those of treatments.
+  model.variance = parse_variance_function("stratum(t) * stratum(stand)");
+  CHECK(at(table, model, 0.0).directions == 1);
+  CHECK_FALSE(fitted(table, model, Method::kGeneralized).convergence.converged);
+}
+
+TEST_CASE("coefficients that cannot be told apart are no result of any method") {
+  data::Table table = lines({});
+  std::vector<double> twice;
+  for (const double t : table.numbers("t")) twice.push_back(2.0 * t);
+  table.set("u", twice);
+  const ModelSpecification model = specified(table, "a | plot", {"b ~ 1 + t + u"});
+  const FittedModel fit = fitted(table, model, Method::kLaplace);
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK_THAT(fit.convergence.verdict, Contains("cannot tell b:t and b:u apart"));
+  CHECK(fit.convergence.rank == 3);
+  const VectorXd errors = fit.standard_errors();
+  CHECK(errors.head(2).allFinite());
+  CHECK(errors.tail(2).array().isNaN().all());
+}
+
+TEST_CASE("an earlier fit that could not tell variances apart has no Wald limits of them") {
+  const data::Table table = lines({.stands = 12});
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    FittedModel fit = fitted(table, specified(table, "a | stand/plot"), method);
+    CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
+    fit.convergence.converged = true;  // as earlier versions had it
+    const Intervals intervals = confidence_intervals(fit, table);
+    REQUIRE(intervals.parameters.size() == 5);
+    for (const ParameterInterval& of : intervals.parameters) {
+      INFO(of.name);
+      const bool is_deviation = of.kind == ParameterKind::kDeviation;
+      CHECK(std::isnan(of.lower) == is_deviation);
+      CHECK(std::isnan(of.upper) == is_deviation);
+      if (is_deviation) CHECK_THAT(of.note, Contains("sd(a | stand), sd(a | plot) apart"));
+    }
+    const MatrixXd covariance = observed_information(fit, table).covariance;
+    CHECK(covariance.diagonal().segment(2, 2).array().isNaN().all());
+    CHECK(std::isfinite(covariance(0, 0)));
+    CHECK(std::isfinite(covariance(4, 4)));
+  }
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// Whether a variance function has a constant variance as a special case.
+#pragma once
+
+#include <algorithm>
+
+#include "silvafit/fit/variance_function.hpp"
+
+namespace silvafit::fit {
+
+/// Whether a factor can be the same for all observations.
+inline bool contains_constant(const VarianceFactor& factor) {
+  using Kind = VarianceFactor::Kind;
+  const bool has_exponent = factor.kind != Kind::kStratum && factor.delta && *factor.delta != 0.0;
+  // A constant that outgrows the power leaves nothing of it.
+  return !has_exponent || (factor.kind == Kind::kConstantPlusPower && !factor.constant);
+}
+
+/// Whether a model with this function can be no worse than with a constant variance.
+inline bool contains_constant(const VarianceFunction& function) {
+  return std::ranges::all_of(
+      function.factors, [](const VarianceFactor& factor) { return contains_constant(factor); });
+}
+
+}  // namespace silvafit::fit
