@@ -13,6 +13,7 @@
 #include "prediction/mixture_quantile.hpp"
 #include "prediction/prediction_freedom.hpp"
 #include "prediction/prediction_rules.hpp"
+#include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
 #include "prediction/smooth_mixture.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -56,7 +57,7 @@ class Chunk {
     arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
     center_ = mean_.mean(arguments_);
     gradient_ = mean_.gradient(arguments_);
-    residual_sd_ = fit.residual_sd(center_, part_);
+    residual_sd_ = residual_sd_if_known(fit, center_, part_);
     for (const UncertainColumn& column : options.uncertain) {
       if (!uses(column.name)) continue;
       uncertain_.push_back(&column);
@@ -242,7 +243,9 @@ class Chunk {
       if (open == Open::kInner) covariance += open_inner;
       if (open == Open::kAll) covariance += open_all;
       const MatrixXd of = spread(row, covariance, true);
-      if (!of.allFinite() || !std::isfinite(center_[row])) continue;
+      if (!of.allFinite() || !std::isfinite(center_[row]) || !std::isfinite(residual_sd_[row])) {
+        continue;
+      }
       MatrixXd& root = roots[static_cast<std::size_t>(row)];
       root = rotated_root(of, gradient_.row(row));
       rows_of_width[root.cols()].push_back(static_cast<std::size_t>(row));
@@ -292,7 +295,7 @@ class Chunk {
         at.row(static_cast<Index>(k)) += place * roots[rows[k]].col(0).transpose();
       }
       const VectorXd here = mean.mean(at);
-      const VectorXd sd = fit_.residual_sd(here, part);
+      const VectorXd sd = residual_sd_if_known(fit_, here, part);
       for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
         const double change =
             std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
@@ -350,7 +353,7 @@ class Chunk {
       }
       const VectorXd value = mean.mean(at);
       means.row(k) = value;
-      deviations.row(k) = fit_.residual_sd(value, part);
+      deviations.row(k) = residual_sd_if_known(fit_, value, part);
     }
     for (Index i = 0; i < count && chosen.stride > 0; ++i) {
       close_gaps(means.col(i), deviations.col(i), chosen.stride);
