@@ -40,6 +40,7 @@ class Chunk {
         const CoefficientSets& sets,
         const PredictionOptions& options,
         const MatrixXd& marginal_gradients,
+        const Freedom& freedom,
         std::size_t begin,
         std::size_t end,
         Prediction& result)
@@ -51,7 +52,7 @@ class Chunk {
         rows_(static_cast<Index>(end - begin)),
         part_(selected(table, begin, end)),
         mean_(fit.specification, part_, uncertain_names(options)),
-        freedom_(fit),
+        freedom_(freedom),
         result_(result) {
     set_of_row_.assign(sets.set_of_row.begin() + begin_, sets.set_of_row.begin() + begin_ + rows_);
     arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
@@ -169,34 +170,53 @@ class Chunk {
       const double of_outer = open == Open::kAll ? all[row] - inner[row] : 0.0;
       const double of_residual = residual_sd_[row] * residual_sd_[row];
       const double more = uncertain_variance(row, true) - uncertain_variance(row, false);
-      Satterthwaite freedom;
-      add_known(row, known[row], all[row], freedom);
+      VarianceParts parts =
+          known_parts(row, known[row] - uncertain_variance(row, false), inner[row], all[row]);
       if (is_prediction) {
-        if (of_inner > 0.0) freedom.add(of_inner, freedom_.inner);
-        if (of_outer > 0.0) freedom.add(of_outer, freedom_.outer);
-        freedom.add(of_residual, freedom_.residual);
-        if (more > 0.0) freedom.add(more, freedom_.residual);
+        parts.inner += of_inner;
+        parts.outer += of_outer;
+        parts.total += of_inner + of_outer + of_residual;
       }
       const Index at = begin_ + row;
       result_.mean_error[at] = std::sqrt(known[row]);
       result_.prediction_error[at] =
           std::sqrt(known[row] + of_inner + of_outer + of_residual + more);
       result_.degrees_of_freedom[at] =
-          std::isnan(known[row]) ? kNaN : freedom.value(freedom_.residual);
+          std::isnan(parts.total) ? kNaN : freedom_.value(parts, coefficient_slope(row));
     }
   }
 
-  /// Estimates for the population vary as groups do; those of a group only as far as its own trees
-  /// leave open what groups do.
-  void add_known(Index row, double known, double all, Satterthwaite& freedom) const {
-    if (!(known > 0.0)) return;
-    if (!fit_.has_random_effects() || open_of(row) == Open::kAll) {
-      freedom.add(known, freedom_.outer);
-      return;
+  /// (p) derivatives of a row's mean by the coefficients.
+  VectorXd coefficient_slope(Index row) const {
+    VectorXd slope(mean_.coefficient_count());
+    for (Index k = 0; k < slope.size(); ++k) {
+      slope[k] = gradient_(row, mean_.parameter_of(k)) * mean_.multiplier(k)[row];
     }
-    const double share = all > 0.0 ? std::min(1.0, known / all) : 0.0;
-    const double rest = 1.0 - share;
-    freedom.add(known, 1.0 / (share * share / freedom_.inner + rest * rest / freedom_.residual));
+    return slope;
+  }
+
+  /// What goes with the spread between groups of a variance that is left of what was estimated.
+  ///
+  /// Of a group's or coarser group's own effects, v = psi s / (psi + s) in one dimension is left,
+  /// with s the error variance of the effects that its trees alone would give, of which
+  /// psi dv/dpsi = v^2 / psi goes with psi.
+  /// \param inner, all  variances of the mean over the effects of groups, and with coarser ones
+  VarianceParts known_parts(Index row, double known, double inner, double all) const {
+    VarianceParts parts{.total = known};
+    if (!fit_.has_random_effects()) return parts;
+    const Open open = open_of(row);
+    if (open == Open::kAll) {
+      return freedom_.of_fixed(is_marginal(row) ? VectorXd(marginal_gradients_.row(begin_ + row))
+                                                : coefficient_slope(row),
+                               known);
+    }
+    const double outer = all - inner;
+    const double whole = open == Open::kInner ? outer : all;
+    if (!(whole > 0.0)) return parts;
+    const double part = known * std::min(1.0, known / whole);
+    parts.outer = part * outer / whole;
+    parts.inner = part - parts.outer;
+    return parts;
   }
 
   double t_quantile(Index row) const {
@@ -382,7 +402,7 @@ class Chunk {
   Index rows_;
   data::Table part_;
   RowMean mean_;
-  Freedom freedom_;
+  const Freedom& freedom_;
   Prediction& result_;
   std::vector<Index> set_of_row_;
   std::vector<const UncertainColumn*> uncertain_;
@@ -408,10 +428,11 @@ void add_errors(const FittedModel& fit,
     values.lower.setConstant(n, kNaN);
     values.upper.setConstant(n, kNaN);
   }
+  const Freedom freedom(fit);
   const std::size_t chunks = (table.rows() + kChunk - 1) / kChunk;
   parallel_for(chunks, options.threads, [&](std::size_t k) {
     const std::size_t end = std::min(table.rows(), (k + 1) * kChunk);
-    Chunk(fit, table, sets, options, marginal_gradients, k * kChunk, end, values).run();
+    Chunk(fit, table, sets, options, marginal_gradients, freedom, k * kChunk, end, values).run();
   });
 }
 
