@@ -33,6 +33,11 @@ std::size_t folds_of(const std::string& text) {
       {.column = "--cross-validate"});
 }
 
+bool draws_groups(const ResamplingArguments& arguments) {
+  return arguments.bootstrap > 0 &&
+         fit::parse_resample(arguments.resample) == fit::Resample::kCases;
+}
+
 Resampling resample_one(const fit::FittedModel& fit,
                         const fit::FitModelOptions& options,
                         const data::Table& table,
@@ -49,7 +54,7 @@ Resampling resample_one(const fit::FittedModel& fit,
                                        .level = arguments.level,
                                        .seed = common.seed,
                                        .threads = common.threads,
-                                       .group = arguments.group,
+                                       .group = draws_groups(arguments) ? arguments.group : "",
                                        .refit = options,
                                        .progress = [&](std::size_t done, std::size_t total) {
                                          progress.show("bootstrap", done, total);
@@ -261,6 +266,12 @@ std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
                                  const CommonOptions& common) {
   if (!arguments.residuals.empty() && fits.size() != 1) {
     throw UsageError("residuals are of one model; there are several", {.column = "--residuals"});
+  }
+  if (!arguments.group.empty() && !draws_groups(arguments) && arguments.cross_validate.empty()) {
+    throw UsageError(
+        "these groups are for --resample cases or --cross-validate to draw or leave "
+        "out",
+        {.column = "--group"});
   }
   std::vector<Resampling> result;
   Progress progress(common);

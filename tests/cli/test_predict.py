@@ -182,6 +182,33 @@ class Predictions(ProgramTest):
         self.assertEqual((rows[3]["h_pred"], rows[3]["flag"]), ("", "missing dbh"))
         self.assertEqual(rows[4]["flag"], "dbh outside fitted range")
 
+    def test_trees_without_an_interval_say_why(self):
+        trees = ["dbh,h,noise,species"]
+        for i in range(60):
+            noise, species = 1 + i % 4, "fir" if i % 3 else "oak"
+            error = 0.3 * noise * (2 if species == "oak" else 1) * math.sin(7 * i * i)
+            trees.append(f"{10 + i % 20},{3 + 0.8 * (10 + i % 20) + error},{noise},{species}")
+        self.write("trees.csv", "\n".join(trees) + "\n")
+        fit = self.run_program("fit", "trees.csv", "--formula", "h ~ a + b*dbh", "--json",
+                               "--variance", "stratum(species) * power(noise)").stdout
+        self.write("fit.json", fit)
+        self.write("new.csv", "dbh,noise,species\n20,2,fir\n20,2,elm\n20,2,\n20,,fir\n")
+        rows = self.predict("--interval", "0.9")
+        reasons = ["", "unknown species", "missing species", "missing noise"]
+        self.assertEqual([row["flag"] for row in rows],
+                         [reason and "no h interval: " + reason for reason in reasons])
+        self.assertEqual([row["h_lower"] != "" for row in rows], [not reason for reason in reasons])
+        self.assertEqual(len({row["h_pred"] for row in rows}), 1)
+        # Neither the mean nor its interval needs to know how single trees vary.
+        self.write("new.csv", "dbh\n20\n")
+        self.assertEqual(self.predict()[0]["flag"], "")
+        self.assertEqual(self.predict()[0]["h_pred"], rows[0]["h_pred"])
+        mean = self.predict("--interval", "0.9", "--interval-kind", "confidence")[0]
+        self.assertEqual(mean["flag"], "")
+        self.assertLess(float(mean["h_lower"]), float(mean["h_upper"]))
+        self.assertEqual(self.predict("--standard-errors")[0]["flag"],
+                         "no h standard error: missing species")
+
     def test_input_columns_stay_as_they_were(self):
         self.fit()
         self.run_program("predict", "fit.json", "new.csv", "--out", "out.csv")

@@ -2,6 +2,7 @@
 """What other programs rely on in `silvafit fit --bootstrap`, `--cross-validate` and `--residuals`."""
 
 import csv
+import json
 import math
 import unittest
 
@@ -44,6 +45,18 @@ class Bootstrap(ProgramTest):
         text = self.run_program(*MIXED, "--bootstrap", "10").stdout
         self.assertRegex(text, r"parametric bootstrap, seed 1: \d+ of 10 replicates converged")
         self.assertRegex(text, r"(?m)^sd\(a\) ")
+
+    def test_what_is_drawn_can_be_named(self):
+        cases = (*MIXED, "--bootstrap", "10", "--resample", "cases", "--json")
+        def figures(*more):
+            return json.loads(self.run_program(*cases, *more).stdout)["bootstrap"]["parameters"]
+        self.assertEqual(figures("--group", "plot"), figures())
+        error = self.run_program(*cases, "--group", "nosuch", status=2).stderr
+        self.assertIn("no column 'nosuch'", error)
+        error = self.run_program(*cases, "--group", "dbh", status=2).stderr
+        self.assertIn("name a coarser grouping", error)
+        error = self.run_program(*MIXED, "--bootstrap", "10", "--group", "plot", status=2).stderr
+        self.assertIn("--resample cases", error)
 
     def test_a_level_outside_its_range_is_refused(self):
         done = self.run_program(*MIXED, "--bootstrap", "10", "--bootstrap-level", "95", status=2)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The files of a study exist, mean what they say, and agree with each other."""
 
+import csv
 import json
 import math
 import subprocess
@@ -218,6 +219,39 @@ class StudyFiles(unittest.TestCase):
             for row in predicted:
                 for response in RESPONSES:
                     self.assertEqual(row[f"{response}_pred"], row[f"{response}_{column}"])
+
+
+class VarianceOfItsOwnColumn(unittest.TestCase):
+    def test_neither_curves_nor_predictions_need_what_only_the_variance_reads(self):
+        temporary = tempfile.TemporaryDirectory(prefix="silvafit-study-")
+        self.addCleanup(temporary.cleanup)
+        place = temporary.name
+        kept = ("plot", "tree", "species", "x", "y", "dbh", "h")
+        rows = [{name: row[name] for name in kept} for row in read_csv(EXAMPLE / "inventory.csv")]
+        # Heights whose errors, but not their means, follow a column.
+        for i, row in enumerate(rows):
+            noise = 1 + i % 5
+            row["noise"] = noise
+            if row["h"]:
+                row["h"] = max(2.0, float(row["h"]) + 1.5 * noise * math.sin(3.7 * i * i))
+        with open(f"{place}/noisy.csv", "w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, rows[0].keys())
+            writer.writeheader()
+            writer.writerows(rows)
+        with open(f"{place}/study.json", "w", encoding="utf-8") as file:
+            json.dump({"species": ["SM"], "responses": ["h"], "candidates": {"h": ["M4"]},
+                       "covariates": ["noise"], "variance_functions": ["none", "power(noise)"],
+                       "maximum_random_effects": 1}, file)
+        run(place, "study", "noisy.csv", "--config", "study.json", "--out", "study", *UNITS)
+        folder = StudyFolder(f"{place}/study")
+        mixed = [model for model in folder.library["models"] if model["role"] == "nlme"]
+        self.assertEqual(mixed[0]["fit"]["variance"]["of"], "noise")
+        with open(f"{place}/new.csv", "w", encoding="utf-8") as file:
+            file.write("species,dbh,C,M,U,W\nSM,20,0.5,0.5,0.5,0.5\n")
+        out = run(place, "predict", "study/library.json", "new.csv", "--interval", "0.9").stdout
+        tree = list(csv.DictReader(out.splitlines()))[0]
+        self.assertGreater(float(tree["h_pred"]), 1.3)
+        self.assertEqual((tree["h_lower"], tree["flag"]), ("", "no h interval: missing noise"))
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@
 #include "model/coefficient_sets.hpp"
 #include "prediction/marginal_mean.hpp"
 #include "prediction/prediction_intervals.hpp"
+#include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
 #include "silvafit/base/error.hpp"
 
@@ -98,7 +99,8 @@ Prediction predict(const FittedModel& fit,
                     .calibrated_from = sets.calibrated_from};
   MarginalRows marginal(fit, table, sets, options, with_errors);
   marginal.replace(result);
-  result.residual_sd = fit.residual_sd(result.value, table);
+  result.residual_sd = residual_sd_if_known(fit, result.value, table);
+  result.residual_gap = residual_sd_gaps(fit, table);
   if (with_errors) add_errors(fit, table, sets, options, marginal.gradients(), result);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (!sets.is_missing[row]) continue;

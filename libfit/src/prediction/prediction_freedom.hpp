@@ -2,54 +2,70 @@
 // Degrees of freedom of the variances that predictions are made of.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <Eigen/Core>
+#include <string>
+#include <vector>
 
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
 
-/// Degrees of freedom of a sum of variances that were estimated independently (Satterthwaite).
-class Satterthwaite {
- public:
-  void add(double variance, double degrees_of_freedom) {
-    sum_ += variance;
-    squares_ += variance * variance / degrees_of_freedom;
-  }
-  double value(double otherwise) const {
-    return squares_ > 0.0 ? sum_ * sum_ / squares_ : otherwise;
-  }
-
- private:
-  double sum_ = 0.0;
-  double squares_ = 0.0;
+/// The variance of one prediction, and the parts of it that go with the spread between groups.
+///
+/// A part that goes with Psi is Psi dV/dPsi, what V loses, to first order, as Psi shrinks to
+/// nothing. V is homogeneous in Psi and sigma^2, so that the parts and sigma^2 dV/dsigma^2 add up
+/// to V.
+struct VarianceParts {
+  double total = 0.0;
+  double inner = 0.0;  ///< goes with the covariance of the effects of groups
+  double outer = 0.0;  ///< of coarser groups
 };
 
-/// Degrees of freedom of the residual variance: those of the t tests within the finest groups.
-/// Coefficients that are held have none.
-inline double residual_freedom(const FittedModel& fit) {
-  double freedom = 1.0;
-  for (const double value : fit.degrees_of_freedom) {
-    if (std::isfinite(value)) freedom = std::max(freedom, value);
-  }
-  return freedom;
-}
+/// The t distribution of predictions by Satterthwaite's approximation.
+///
+/// It asks for variances that are estimated independently, each with all that it drives added up
+/// before squares are taken. Without random effects all of a prediction's variance goes with
+/// sigma^2, and the degrees of freedom are those of the residual, which is exact in a linear model.
+/// With them, the independent estimates are the spread of the groups' own curves, in a balanced
+/// layout the mean square between groups, and the residual variance within groups. The former is
+/// Psi and what the groups' trees leave open of their curves; hence what goes with Psi, V_b, takes
+/// V_b / reliability of the variance, reliability being the share of Psi in that spread. Shares are
+/// not negative, so that there are never fewer degrees of freedom than the fewest of the estimates.
+/// In the balanced one-way layout all of this is exact to the order of Satterthwaite's
+/// approximation, and confidence intervals of the mean are those of the t test.
+/// Source: Satterthwaite 1946, Biometrics Bulletin 2, 110-114.
+class Freedom {
+ public:
+  explicit Freedom(const FittedModel& fit);
 
-/// Degrees of freedom of the parts of a fit's variance.
-struct Freedom {
-  double residual = 1.0;
-  double inner = 1.0;
-  double outer = 1.0;
+  /// The parts of f' C f, the variance of a prediction from the coefficients of the population.
+  /// \param slope  (p) f, derivatives by the coefficients
+  VarianceParts of_fixed(const Eigen::Ref<const Eigen::VectorXd>& slope, double variance) const;
 
-  explicit Freedom(const FittedModel& fit) {
-    residual = residual_freedom(fit);
-    const auto groups = static_cast<double>(fit.group_labels.size());
-    const auto clusters = static_cast<double>(fit.outer.labels.size());
-    inner = std::max(1.0, groups - (clusters > 0.0 ? clusters : 1.0));
-    outer = std::max(1.0, clusters - 1.0);
-    if (clusters == 0.0) outer = inner;
-    if (!fit.has_random_effects()) inner = outer = residual;
-  }
+  /// Degrees of freedom of a variance.
+  /// \param slope  (p) derivatives of the mean, the direction in which groups are compared
+  double value(const VarianceParts& parts, const Eigen::Ref<const Eigen::VectorXd>& slope) const;
+
+ private:
+  /// One grouping, p coefficients.
+  struct Grouping {
+    double freedom = 0.0;       ///< 0 if there is no such grouping
+    Eigen::MatrixXd effects{};  ///< (p x p) Psi among the coefficients
+    Eigen::MatrixXd spread{};   ///< (p x p) of the groups' own curves: Psi and their errors
+    /// (p x p) what of the coefficients' covariance goes with Psi.
+    Eigen::MatrixXd in_fixed{};
+  };
+  static Grouping grouping(const FittedModel& fit,
+                           const std::vector<std::string>& names,
+                           const Eigen::MatrixXd& covariance,
+                           const EffectUncertainty& uncertainty,
+                           double freedom);
+  static double reliability(const Grouping& grouping,
+                            const Eigen::Ref<const Eigen::VectorXd>& slope);
+
+  double residual_ = 1.0;
+  Grouping inner_;
+  Grouping outer_;
 };
 
 }  // namespace silvafit::fit

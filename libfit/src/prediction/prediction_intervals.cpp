@@ -13,6 +13,7 @@
 #include "prediction/mixture_quantile.hpp"
 #include "prediction/prediction_freedom.hpp"
 #include "prediction/prediction_rules.hpp"
+#include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
 #include "prediction/smooth_mixture.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -39,6 +40,7 @@ class Chunk {
         const CoefficientSets& sets,
         const PredictionOptions& options,
         const MatrixXd& marginal_gradients,
+        const Freedom& freedom,
         std::size_t begin,
         std::size_t end,
         Prediction& result)
@@ -50,13 +52,13 @@ class Chunk {
         rows_(static_cast<Index>(end - begin)),
         part_(selected(table, begin, end)),
         mean_(fit.specification, part_, uncertain_names(options)),
-        freedom_(fit),
+        freedom_(freedom),
         result_(result) {
     set_of_row_.assign(sets.set_of_row.begin() + begin_, sets.set_of_row.begin() + begin_ + rows_);
     arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
     center_ = mean_.mean(arguments_);
     gradient_ = mean_.gradient(arguments_);
-    residual_sd_ = fit.residual_sd(center_, part_);
+    residual_sd_ = residual_sd_if_known(fit, center_, part_);
     for (const UncertainColumn& column : options.uncertain) {
       if (!uses(column.name)) continue;
       uncertain_.push_back(&column);
@@ -168,34 +170,53 @@ class Chunk {
       const double of_outer = open == Open::kAll ? all[row] - inner[row] : 0.0;
       const double of_residual = residual_sd_[row] * residual_sd_[row];
       const double more = uncertain_variance(row, true) - uncertain_variance(row, false);
-      Satterthwaite freedom;
-      add_known(row, known[row], all[row], freedom);
+      VarianceParts parts =
+          known_parts(row, known[row] - uncertain_variance(row, false), inner[row], all[row]);
       if (is_prediction) {
-        if (of_inner > 0.0) freedom.add(of_inner, freedom_.inner);
-        if (of_outer > 0.0) freedom.add(of_outer, freedom_.outer);
-        freedom.add(of_residual, freedom_.residual);
-        if (more > 0.0) freedom.add(more, freedom_.residual);
+        parts.inner += of_inner;
+        parts.outer += of_outer;
+        parts.total += of_inner + of_outer + of_residual;
       }
       const Index at = begin_ + row;
       result_.mean_error[at] = std::sqrt(known[row]);
       result_.prediction_error[at] =
           std::sqrt(known[row] + of_inner + of_outer + of_residual + more);
       result_.degrees_of_freedom[at] =
-          std::isnan(known[row]) ? kNaN : freedom.value(freedom_.residual);
+          std::isnan(parts.total) ? kNaN : freedom_.value(parts, coefficient_slope(row));
     }
   }
 
-  /// Estimates for the population vary as groups do; those of a group only as far as its own trees
-  /// leave open what groups do.
-  void add_known(Index row, double known, double all, Satterthwaite& freedom) const {
-    if (!(known > 0.0)) return;
-    if (!fit_.has_random_effects() || open_of(row) == Open::kAll) {
-      freedom.add(known, freedom_.outer);
-      return;
+  /// (p) derivatives of a row's mean by the coefficients.
+  VectorXd coefficient_slope(Index row) const {
+    VectorXd slope(mean_.coefficient_count());
+    for (Index k = 0; k < slope.size(); ++k) {
+      slope[k] = gradient_(row, mean_.parameter_of(k)) * mean_.multiplier(k)[row];
     }
-    const double share = all > 0.0 ? std::min(1.0, known / all) : 0.0;
-    const double rest = 1.0 - share;
-    freedom.add(known, 1.0 / (share * share / freedom_.inner + rest * rest / freedom_.residual));
+    return slope;
+  }
+
+  /// What goes with the spread between groups of a variance that is left of what was estimated.
+  ///
+  /// Of a group's or coarser group's own effects, v = psi s / (psi + s) in one dimension is left,
+  /// with s the error variance of the effects that its trees alone would give, of which
+  /// psi dv/dpsi = v^2 / psi goes with psi.
+  /// \param inner, all  variances of the mean over the effects of groups, and with coarser ones
+  VarianceParts known_parts(Index row, double known, double inner, double all) const {
+    VarianceParts parts{.total = known};
+    if (!fit_.has_random_effects()) return parts;
+    const Open open = open_of(row);
+    if (open == Open::kAll) {
+      return freedom_.of_fixed(is_marginal(row) ? VectorXd(marginal_gradients_.row(begin_ + row))
+                                                : coefficient_slope(row),
+                               known);
+    }
+    const double outer = all - inner;
+    const double whole = open == Open::kInner ? outer : all;
+    if (!(whole > 0.0)) return parts;
+    const double part = known * std::min(1.0, known / whole);
+    parts.outer = part * outer / whole;
+    parts.inner = part - parts.outer;
+    return parts;
   }
 
   double t_quantile(Index row) const {
@@ -242,7 +263,9 @@ class Chunk {
       if (open == Open::kInner) covariance += open_inner;
       if (open == Open::kAll) covariance += open_all;
       const MatrixXd of = spread(row, covariance, true);
-      if (!of.allFinite() || !std::isfinite(center_[row])) continue;
+      if (!of.allFinite() || !std::isfinite(center_[row]) || !std::isfinite(residual_sd_[row])) {
+        continue;
+      }
       MatrixXd& root = roots[static_cast<std::size_t>(row)];
       root = rotated_root(of, gradient_.row(row));
       rows_of_width[root.cols()].push_back(static_cast<std::size_t>(row));
@@ -292,7 +315,7 @@ class Chunk {
         at.row(static_cast<Index>(k)) += place * roots[rows[k]].col(0).transpose();
       }
       const VectorXd here = mean.mean(at);
-      const VectorXd sd = fit_.residual_sd(here, part);
+      const VectorXd sd = residual_sd_if_known(fit_, here, part);
       for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
         const double change =
             std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
@@ -350,7 +373,7 @@ class Chunk {
       }
       const VectorXd value = mean.mean(at);
       means.row(k) = value;
-      deviations.row(k) = fit_.residual_sd(value, part);
+      deviations.row(k) = residual_sd_if_known(fit_, value, part);
     }
     for (Index i = 0; i < count && chosen.stride > 0; ++i) {
       close_gaps(means.col(i), deviations.col(i), chosen.stride);
@@ -379,7 +402,7 @@ class Chunk {
   Index rows_;
   data::Table part_;
   RowMean mean_;
-  Freedom freedom_;
+  const Freedom& freedom_;
   Prediction& result_;
   std::vector<Index> set_of_row_;
   std::vector<const UncertainColumn*> uncertain_;
@@ -405,10 +428,11 @@ void add_errors(const FittedModel& fit,
     values.lower.setConstant(n, kNaN);
     values.upper.setConstant(n, kNaN);
   }
+  const Freedom freedom(fit);
   const std::size_t chunks = (table.rows() + kChunk - 1) / kChunk;
   parallel_for(chunks, options.threads, [&](std::size_t k) {
     const std::size_t end = std::min(table.rows(), (k + 1) * kChunk);
-    Chunk(fit, table, sets, options, marginal_gradients, k * kChunk, end, values).run();
+    Chunk(fit, table, sets, options, marginal_gradients, freedom, k * kChunk, end, values).run();
   });
 }
 

@@ -57,16 +57,19 @@ FittedModel model(const std::string& formula,
   return fit;
 }
 
-/// y = mu + b + e with Var b = 4, Var e = 9 and Var(mu-hat) = 0.5.
+/// y = mu + b + e with Var b = 4 and Var e = 9, from six groups of three, so that the trees of a
+/// group have the shrinkage 3*4/(3*4 + 9) = 4/7 and leave 4 (1 - 4/7) of b open, and Var(mu-hat) =
+/// (4 + 9/3)/6.
 FittedModel one_way() {
   FittedModel fit = model("y ~ mu + 0*x", {"mu"}, "mu | plot");
   fit.estimate = VectorXd::Constant(1, 10.0);
-  fit.covariance.setConstant(0.5);
+  fit.covariance.setConstant(7.0 / 6.0);
   fit.random_covariance = MatrixXd::Constant(1, 1, 4.0);
   fit.sigma = 3.0;
   fit.group_labels = {"1", "2", "3", "4", "5", "6"};
   fit.random_effects.setZero(1, 6);
-  fit.uncertainty = {.covariances = MatrixXd::Zero(1, 6), .sensitivities = MatrixXd::Zero(1, 6)};
+  fit.uncertainty = {.covariances = MatrixXd::Constant(1, 6, 12.0 / 7.0),
+                     .sensitivities = MatrixXd::Constant(1, 6, -4.0 / 7.0)};
   return fit;
 }
 
@@ -107,7 +110,7 @@ TEST_CASE("in the one-way layout errors and intervals are those of theory") {
   const Prediction prediction = predict(fit, table, Level::kCalibrated, {.interval = 0.9});
   // Three trees with mean 13: shrinkage 3*4/(3*4 + 9) = 4/7, so b = 12/7.
   const double shrinkage = 4.0 / 7.0;
-  const double known = 4.0 * (1.0 - shrinkage) + std::pow(1.0 - shrinkage, 2) * 0.5;
+  const double known = 4.0 * (1.0 - shrinkage) + std::pow(1.0 - shrinkage, 2) * 7.0 / 6.0;
   CHECK(prediction.value[3] == Approx(10.0 + 3.0 * shrinkage).epsilon(1e-12));
   CHECK(prediction.mean_error[3] == Approx(std::sqrt(known)).epsilon(1e-12));
   CHECK(prediction.prediction_error[3] == Approx(std::sqrt(known + 9.0)).epsilon(1e-12));
@@ -115,14 +118,17 @@ TEST_CASE("in the one-way layout errors and intervals are those of theory") {
   CHECK(prediction.is_new_group == std::vector<bool>{false, false, false, false, true});
   // Nothing is known of plot B.
   CHECK(prediction.value[4] == Approx(10.0));
-  CHECK(prediction.mean_error[4] == Approx(std::sqrt(0.5)));
-  CHECK(prediction.prediction_error[4] == Approx(std::sqrt(0.5 + 4.0 + 9.0)));
-  // Satterthwaite: 5 of six plots for what differs between plots, 100 for the residual.
-  const double freedom = 13.5 * 13.5 / (0.5 * 0.5 / 5.0 + 4.0 * 4.0 / 5.0 + 9.0 * 9.0 / 100.0);
+  CHECK(prediction.mean_error[4] == Approx(std::sqrt(7.0 / 6.0)));
+  CHECK(prediction.prediction_error[4] == Approx(std::sqrt(7.0 / 6.0 + 4.0 + 9.0)));
+  // The mean squares between (4 + 9/3, five degrees of freedom) and within plots (9, 100) make up
+  // the variance of a tree of another plot: 7 (1 + 1/6) + 9 (1 - 1/3).
+  const double between = 7.0 * (1.0 + 1.0 / 6.0);
+  const double variance = between + 6.0;
+  const double freedom = variance * variance / (between * between / 5.0 + 36.0 / 100.0);
   CHECK(prediction.degrees_of_freedom[4] == Approx(freedom).epsilon(1e-12));
   // The quadrature has 15 points for normal distributions whose mixture is normal; its end is exact
   // to about 1e-6 where the components are as wide as their spread.
-  const double margin = t_quantile(freedom, 0.9) * std::sqrt(13.5);
+  const double margin = t_quantile(freedom, 0.9) * std::sqrt(variance);
   CHECK(prediction.lower[4] == Approx(10.0 - margin).epsilon(1e-5));
   CHECK(prediction.upper[4] == Approx(10.0 + margin).epsilon(1e-5));
   const Prediction mean = predict(fit,

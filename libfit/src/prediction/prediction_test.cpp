@@ -116,3 +116,43 @@ TEST_CASE("nested groups have the effects of both groupings, as far as they are 
   CHECK(prediction.is_new_group[3]);
   CHECK(prediction.value[3] == Approx(curve(1.5 + 0.4, 0.75, 30.0)).epsilon(1e-14));
 }
+
+TEST_CASE("what only the variance function reads may be missing: predictions go on") {
+  FittedModel fit = power_curve();
+  fit.degrees_of_freedom = Eigen::Vector3d::Constant(50.0);
+  fit.covariance = Eigen::Vector3d(0.01, 0.01, 1e-4).asDiagonal();
+  fit.random_covariance = Eigen::MatrixXd::Constant(1, 1, 0.02);
+  SECTION("a column that is not there") {
+    fit.variance.factors[0].factor.column = "noise";
+    const Prediction prediction = predict(fit, trees(), Level::kPopulation, {.interval = 0.95});
+    CHECK(prediction.value[1] == Approx(height(1.7, 20.0)).epsilon(1e-14));
+    CHECK(prediction.residual_sd.array().isNaN().all());
+    CHECK(prediction.lower.array().isNaN().all());
+    CHECK(prediction.upper.array().isNaN().all());
+    CHECK(prediction.residual_gap == std::vector<std::string>(5, "missing noise"));
+    // The mean has its interval all the same.
+    const Prediction mean = predict(fit,
+                                    trees(),
+                                    Level::kPopulation,
+                                    {.interval = 0.95, .interval_kind = IntervalKind::kConfidence});
+    CHECK(mean.lower[1] < mean.value[1]);
+    CHECK(mean.value[1] < mean.upper[1]);
+  }
+  SECTION("a stratum that the fit has not seen, or none") {
+    fit.variance = VarianceEstimate::missing(parse_variance_function("stratum(species)"));
+    fit.variance.factors[0].strata = {"fir", "oak"};
+    fit.variance.factors[0].ratio = Eigen::Vector2d(1.0, 1.6);
+    data::Table table = trees();
+    data::TextColumn species;
+    for (const char* label : {"fir", "elm", "oak", "oak"}) species.append(label);
+    species.append_missing();
+    table.set("species", species);
+    const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = 0.95});
+    CHECK(prediction.residual_gap ==
+          std::vector<std::string>{"", "unknown species", "", "", "missing species"});
+    CHECK(std::isfinite(prediction.value[1]));
+    CHECK(std::isnan(prediction.lower[1]));
+    CHECK(prediction.lower[0] < prediction.upper[0]);
+    CHECK(prediction.residual_sd[3] == Approx(0.5 * 1.6));
+  }
+}

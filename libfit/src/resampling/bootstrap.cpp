@@ -33,10 +33,35 @@ struct Replicate {
   std::vector<std::string> boundary{};
 };
 
+/// Ratios and sigma relative to the stratum that an earlier fit relates them to: that of the first
+/// row, which need not be in front in other data. They are NaN if the data do not have it.
+void take_reference(const VarianceEstimate& earlier, FittedModel& fit) {
+  for (std::size_t k = 0; k < fit.variance.factors.size(); ++k) {
+    VarianceFactorEstimate& factor = fit.variance.factors[k];
+    if (factor.ratio.size() == 0) continue;
+    const auto found = std::ranges::find(factor.strata, earlier.factors[k].strata.front());
+    const double first =
+        found == factor.strata.end() ? kNaN : factor.ratio[found - factor.strata.begin()];
+    fit.sigma *= first;
+    factor.ratio /= first;
+  }
+}
+
+/// The parameters of a fit without ratios of first strata, which are 1 by definition.
+std::vector<NamedValue> estimated_parameters(FittedModel fit) {
+  for (VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.ratio.size() == 0) continue;
+    factor.strata.erase(factor.strata.begin());
+    factor.ratio = VectorXd(factor.ratio.tail(factor.ratio.size() - 1));
+  }
+  return parameter_values(fit);
+}
+
 Replicate refitted(Resampled&& data, const FitModelOptions& options) {
   FitModelOptions from = options;
   from.from = &data.start;
-  const FittedModel fit = fit_model(data.specification, data.table, from).fit;
+  FittedModel fit = fit_model(data.specification, data.table, from).fit;
+  take_reference(data.start.variance, fit);
   Replicate result{.verdict = fit.convergence.verdict, .boundary = fit.convergence.boundary};
   if (fit.convergence.converged) result.values = parameter_values(fit);
   return result;
@@ -83,6 +108,9 @@ void check(const FittedModel& fit, const BootstrapOptions& options) {
   if (!(fit.sigma > 0.0)) {
     throw UsageError(
         "the fit goes through all observations, so that there is no spread to draw from");
+  }
+  if (!options.group.empty() && options.resample == Resample::kParametric) {
+    throw UsageError("groups are drawn as cases; the parametric bootstrap draws none");
   }
   if (options.replicates < 2) throw UsageError("a bootstrap needs 2 replicates at least");
   if (!(options.level > 0.0 && options.level < 1.0)) {
@@ -154,7 +182,7 @@ Bootstrap bootstrap(const FittedModel& fit,
                     const BootstrapOptions& options) {
   check(fit, options);
   const std::vector<Replicate> replicates = run(fit, table, options);
-  const std::vector<NamedValue> parameters = parameter_values(fit);
+  const std::vector<NamedValue> parameters = estimated_parameters(fit);
   Bootstrap result{.resample = options.resample,
                    .seed = options.seed,
                    .level = options.level,

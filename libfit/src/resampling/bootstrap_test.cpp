@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/bootstrap.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -223,4 +224,145 @@ TEST_CASE("a bootstrap refuses what it cannot do") {
   CHECK_THROWS_WITH(parse_resample("residuals"), Contains("there are parametric, cases"));
   fit.convergence.converged = false;
   CHECK_THROWS_WITH(bootstrap(fit, table), Contains("has not converged"));
+}
+
+namespace {
+
+/// Plots of 20 trees, half of one species and half of the other, whose heights spread twice as
+/// much; pines grow in the first plots only if asked for.
+data::Table two_species(int plots, int plots_with_pine) {
+  Random random(6);
+  data::Table table;
+  data::TextColumn plot;
+  data::TextColumn species;
+  std::vector<double> y;
+  for (int i = 0; i < plots; ++i) {
+    for (int j = 0; j < 20; ++j) {
+      const bool is_pine = i < plots_with_pine && j % 2 == 0;
+      plot.append("p" + std::to_string(i));
+      species.append(is_pine ? "pine" : "oak");
+      y.push_back(10.0 + random.normal(0.0, is_pine ? 1.0 : 2.0));
+    }
+  }
+  table.set("plot", plot);
+  table.set("species", species);
+  table.set("y", y);
+  return table;
+}
+
+FittedModel two_species_fit(const data::Table& table) {
+  ModelSpecification model = specify_model("y ~ mu", {}, table);
+  model.variance = parse_variance_function("stratum(species)");
+  return fit_model(model, table).fit;
+}
+
+bool has_parameter(const Bootstrap& bootstrap, const std::string& name) {
+  return std::ranges::find(bootstrap.parameters, name, &BootstrapParameter::name) !=
+         bootstrap.parameters.end();
+}
+
+}  // namespace
+
+TEST_CASE("ratios of strata keep their reference whichever a replicate has in front") {
+  const data::Table table = two_species(10, 10);
+  const FittedModel fit = two_species_fit(table);
+  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.variance.factors[0].strata.front() == "pine");
+  const std::size_t count = 1000;
+  const Bootstrap result =
+      bootstrap(fit, table, {.replicates = count, .resample = Resample::kCases, .seed = 2});
+  REQUIRE(result.converged == count);
+  // One by definition, so no estimate.
+  CHECK_FALSE(has_parameter(result, "ratio of pine"));
+  CHECK(static_cast<int>(result.parameters.size()) == fit.parameter_count);
+  // The standard deviation of n rows has the variance sigma^2 (kurtosis - 1)/(4 n); of the ratio
+  // the relative variances add up. What is known of the mean from both species costs less than a
+  // row of 100, and the number of pines, which varies by a tenth, less than a hundredth.
+  const auto y = table.numbers("y");
+  const data::TextColumn species = table.labels("species");
+  const auto relative_variance = [&](const char* name) {
+    double second = 0.0;
+    double fourth = 0.0;
+    double n = 0.0;
+    for (std::size_t row = 0; row < y.size(); ++row) {
+      if (species[row] != name) continue;
+      const double square = std::pow(y[row] - fit.estimate[0], 2);
+      second += square;
+      fourth += square * square;
+      n += 1.0;
+    }
+    return (n * fourth / (second * second) - 1.0) / (4.0 * n);
+  };
+  const double pine = relative_variance("pine");
+  const double oak = relative_variance("oak");
+  const BootstrapParameter& sigma = named(result, "sigma");
+  const BootstrapParameter& ratio = named(result, "ratio of oak");
+  const double tolerance = monte_carlo(count) + 0.02;
+  CHECK(sigma.standard_error == Approx(fit.sigma * std::sqrt(pine)).epsilon(tolerance));
+  CHECK(ratio.standard_error == Approx(ratio.estimate * std::sqrt(pine + oak)).epsilon(tolerance));
+  // The bias is of second order: of the size of these relative variances.
+  CHECK(sigma.bias == Approx(0.0).margin(2.0 * pine * fit.sigma));
+  CHECK(ratio.bias == Approx(0.0).margin(2.0 * (pine + oak) * ratio.estimate));
+}
+
+TEST_CASE("a replicate without the stratum that ratios relate to has none, nor a sigma") {
+  const data::Table table = two_species(6, 2);
+  const FittedModel fit = two_species_fit(table);
+  REQUIRE(fit.convergence.converged);
+  const std::size_t count = 1000;
+  const Bootstrap result = bootstrap(
+      fit, table, {.replicates = count, .resample = Resample::kCases, .seed = 3, .group = "plot"});
+  REQUIRE(result.converged == count);
+  CHECK(named(result, "mu").replicates == count);
+  CHECK(named(result, "sigma").replicates == named(result, "ratio of oak").replicates);
+  // None of six draws is one of the two plots with pines.
+  const double share = std::pow(4.0 / 6.0, 6);
+  const double without =
+      1.0 - static_cast<double>(named(result, "sigma").replicates) / static_cast<double>(count);
+  const double error = std::sqrt(share * (1.0 - share) / static_cast<double>(count));
+  CHECK(without == Approx(share).margin(4.0 * error));
+}
+
+TEST_CASE("cases may be drawn of a coarser grouping than that of the random effects") {
+  data::Table table = one_way();
+  data::TextColumn stand;
+  data::TextColumn half;
+  for (int row = 0; row < kGroups * kRows; ++row) {
+    stand.append("s" + std::to_string(row / kRows / 2));
+    half.append(row % 2 == 0 ? "even" : "odd");
+  }
+  table.set("stand", stand);
+  table.set("half", half);
+  const FittedModel fit = one_way_fit(table);
+  BootstrapOptions options{
+      .replicates = 1000, .resample = Resample::kCases, .seed = 4, .group = "stand"};
+  const Bootstrap result = bootstrap(fit, table, options);
+  REQUIRE(result.converged == options.replicates);
+  // The mean of six stands of equal size drawn with replacement.
+  const auto y = table.numbers("y");
+  constexpr int kStands = kGroups / 2;
+  double squares = 0.0;
+  for (int i = 0; i < kStands; ++i) {
+    double mean = 0.0;
+    for (int j = 0; j < 2 * kRows; ++j) {
+      mean += y[static_cast<std::size_t>(2 * i * kRows + j)] / (2 * kRows);
+    }
+    squares += std::pow(mean - fit.estimate[0], 2);
+  }
+  CHECK(named(result, "mu").standard_error ==
+        Approx(std::sqrt(squares / kStands / kStands)).epsilon(monte_carlo(options.replicates)));
+  // Draws of the grouping itself are what they are without a name.
+  options.replicates = 5;
+  options.group = "plot";
+  const Bootstrap named_plots = bootstrap(fit, table, options);
+  options.group.clear();
+  CHECK(named_plots.values == bootstrap(fit, table, options).values);
+
+  options.group = "half";
+  CHECK_THROWS_WITH(bootstrap(fit, table, options), Contains("name a coarser grouping"));
+  options.group = "nosuch";
+  CHECK_THROWS_WITH(bootstrap(fit, table, options), Contains("nosuch"));
+  options.group = "stand";
+  options.resample = Resample::kParametric;
+  CHECK_THROWS_WITH(bootstrap(fit, table, options), Contains("drawn as cases"));
 }

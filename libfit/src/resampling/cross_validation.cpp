@@ -213,41 +213,42 @@ std::size_t fold_count(const CrossValidation& result, const CrossValidationOptio
   return folds;
 }
 
-/// Rows of the observations, by fold.
-struct FoldRows {
-  std::vector<std::vector<std::size_t>> training{};
-  std::vector<std::vector<std::size_t>> left_out{};
-};
+/// Rows of the observations that are in each fold; the others, nearly all of them, are found when
+/// the fold is fitted, so that memory does not grow with the number of folds.
+std::vector<std::vector<std::size_t>> rows_of_folds(const std::vector<std::size_t>& fold,
+                                                    std::size_t folds) {
+  std::vector<std::vector<std::size_t>> rows(folds);
+  for (std::size_t row = 0; row < fold.size(); ++row) rows[fold[row]].push_back(row);
+  return rows;
+}
 
-/// \param fold  of each row
-FoldRows rows_of_folds(const std::vector<std::size_t>& fold, std::size_t folds) {
-  FoldRows rows;
-  rows.training.resize(folds);
-  rows.left_out.resize(folds);
+std::vector<std::size_t> rows_outside(const std::vector<std::size_t>& fold, std::size_t k) {
+  std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < fold.size(); ++row) {
-    for (std::size_t k = 0; k < folds; ++k) {
-      (k == fold[row] ? rows.left_out : rows.training)[k].push_back(row);
-    }
+    if (fold[row] != k) rows.push_back(row);
   }
   return rows;
 }
 
+/// \param fold  of each row
+/// \param left_out  rows of each fold
 std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
                                             const data::Table& observations,
-                                            const FoldRows& rows,
+                                            const std::vector<std::size_t>& fold,
+                                            const std::vector<std::vector<std::size_t>>& left_out,
                                             const std::vector<bool>& is_measured,
                                             const CrossValidationOptions& options) {
   const FitModelOptions refit = refit_options(fit, options);
-  std::vector<FoldPrediction> folds(rows.left_out.size());
+  std::vector<FoldPrediction> folds(left_out.size());
   std::atomic<std::size_t> done{0};
   parallel_for(folds.size(), options.threads, [&](std::size_t k) {
     std::vector<bool> measured;
     if (options.measured > 0) {
-      for (const std::size_t row : rows.left_out[k]) measured.push_back(is_measured[row]);
+      for (const std::size_t row : left_out[k]) measured.push_back(is_measured[row]);
     }
     folds[k] = predicted(fit,
-                         observations.select(rows.training[k]),
-                         observations.select(rows.left_out[k]),
+                         observations.select(rows_outside(fold, k)),
+                         observations.select(left_out[k]),
                          measured,
                          refit);
     if (options.progress) options.progress(++done, folds.size());
@@ -257,14 +258,14 @@ std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
 
 /// Puts what is known of each fold at its rows.
 void collect(const std::vector<FoldPrediction>& folds,
-             const FoldRows& rows,
+             const std::vector<std::vector<std::size_t>>& left_out,
              CrossValidation& result) {
   result.predicted = VectorXd::Constant(result.observed.size(), kNaN);
   result.calibrated = result.predicted;
   VectorXd log_density = result.predicted;
   for (std::size_t k = 0; k < folds.size(); ++k) {
-    for (std::size_t i = 0; i < rows.left_out[k].size(); ++i) {
-      const auto row = static_cast<Index>(rows.left_out[k][i]);
+    for (std::size_t i = 0; i < left_out[k].size(); ++i) {
+      const auto row = static_cast<Index>(left_out[k][i]);
       result.predicted[row] = folds[k].predicted[static_cast<Index>(i)];
       result.calibrated[row] = folds[k].calibrated[static_cast<Index>(i)];
       log_density[row] = folds[k].log_density[static_cast<Index>(i)];
@@ -297,10 +298,10 @@ CrossValidation cross_validate(const FittedModel& fit,
   for (std::size_t row = 0; row < all.labels.size(); ++row) {
     result.fold.push_back(fold_of[all.labels.code(row)]);
   }
-  const FoldRows rows = rows_of_folds(result.fold, result.folds);
-  const std::vector<FoldPrediction> folds =
-      predicted_folds(fit, all.table, rows, drawn_measured(model, options), options);
-  collect(folds, rows, result);
+  const std::vector<std::vector<std::size_t>> left_out = rows_of_folds(result.fold, result.folds);
+  const std::vector<FoldPrediction> folds = predicted_folds(
+      fit, all.table, result.fold, left_out, drawn_measured(model, options), options);
+  collect(folds, left_out, result);
   for (std::size_t k = 0; k < folds.size(); ++k) {
     if (folds[k].failure.empty()) continue;
     FailedFold failed{.verdict = folds[k].failure};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "resampling/resampled_data.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <utility>
 
@@ -78,39 +80,65 @@ CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::
   const NonlinearModel model(fit.specification, table);
   table_ = table.select(model.rows());
   if (fit.has_random_effects()) {
-    if (fit.group_labels != model.group_labels()) {
-      throw UsageError("the groups of the table are not those of the fit");
-    }
-    for (Index c = 0; c < model.cluster_count(); ++c) {
-      const Index first = model.cluster_begin(c);
-      const Index last = model.cluster_begin(c + 1);
-      members_.push_back(numbers(model.group_begin(first), model.group_begin(last)));
-      inner_groups_.push_back(numbers(first, last));
-    }
-    return;
-  }
-  if (group.empty()) {
+    add_groups(model);
+  } else {
     for (std::size_t row = 0; row < table_.rows(); ++row) members_.push_back({row});
-    return;
   }
+  if (!group.empty()) {
+    join(group);
+  } else {
+    for (std::size_t k = 0; k < members_.size(); ++k) units_.push_back({k});
+  }
+  if (units_.size() < 2) throw UsageError("to draw cases, there have to be two of them at least");
+}
+
+void CaseDraw::add_groups(const NonlinearModel& model) {
+  if (fit_.group_labels != model.group_labels()) {
+    throw UsageError("the groups of the table are not those of the fit");
+  }
+  for (Index c = 0; c < model.cluster_count(); ++c) {
+    const Index first = model.cluster_begin(c);
+    const Index last = model.cluster_begin(c + 1);
+    members_.push_back(numbers(model.group_begin(first), model.group_begin(last)));
+    inner_groups_.push_back(numbers(first, last));
+  }
+}
+
+/// Groups with the same label of a column are drawn together.
+void CaseDraw::join(const std::string& group) {
   const data::TextColumn labels = table_.labels(group);
-  members_.resize(labels.levels().size());
-  for (std::size_t row = 0; row < table_.rows(); ++row) {
-    if (labels.is_missing(row)) {
-      throw InputError("the group is missing, so that it cannot be drawn",
-                       {.file = table_.file(), .line = table_.line(row), .column = group});
+  const auto place_of = [&](std::size_t row) {
+    Place place{.file = table_.file(), .column = group};
+    if (table_.line(row) > 0) place.line = table_.line(row);
+    return place;
+  };
+  units_.resize(labels.levels().size());
+  for (std::size_t k = 0; k < members_.size(); ++k) {
+    const std::size_t first = members_[k].front();
+    for (const std::size_t row : members_[k]) {
+      if (labels.is_missing(row)) {
+        throw InputError("the group is missing, so that it cannot be drawn", place_of(row));
+      }
+      if (labels.code(row) == labels.code(first)) continue;
+      throw UsageError(
+          fmt::format("groups of the random effects are drawn whole, and this one is in '{}' and "
+                      "'{}'; name a coarser grouping",
+                      labels[first],
+                      labels[row]),
+          place_of(row));
     }
-    members_[labels.code(row)].push_back(row);
+    units_[labels.code(first)].push_back(k);
   }
 }
 
 Resampled CaseDraw::draw(Random& random) const {
   std::vector<std::size_t> drawn;
   std::vector<std::size_t> rows;
-  for (std::size_t k = 0; k < members_.size(); ++k) {
-    drawn.push_back(random.below(members_.size()));
-    const std::vector<std::size_t>& members = members_[drawn.back()];
-    rows.insert(rows.end(), members.begin(), members.end());
+  for (std::size_t k = 0; k < units_.size(); ++k) {
+    for (const std::size_t member : units_[random.below(units_.size())]) {
+      drawn.push_back(member);
+      rows.insert(rows.end(), members_[member].begin(), members_[member].end());
+    }
   }
   Resampled result{
       .table = table_.select(rows), .specification = fit_.specification, .start = fit_};

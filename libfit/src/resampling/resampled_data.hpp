@@ -40,18 +40,24 @@ class ParametricDraw {
 /// Draws groups of a fit's data with replacement.
 class CaseDraw {
  public:
-  /// \param group  column of the groups where the fit has no random effects; empty: single rows
+  /// \param group  column of what is drawn, if not the outermost grouping of the random effects or,
+  ///   without these, single rows
+  /// \throws UsageError if a group of the random effects is in several of these, or there is but
+  ///   one; InputError if a row has none
   CaseDraw(const FittedModel& fit, const data::Table& table, const std::string& group);
 
   Resampled draw(Random& random) const;
 
  private:
+  void add_groups(const NonlinearModel& model);
+  void join(const std::string& group);
   void relabel(const std::vector<std::size_t>& drawn, Resampled& result) const;
 
   const FittedModel& fit_;
   data::Table table_;                              ///< the rows of the fit, in the model's order
-  std::vector<std::vector<std::size_t>> members_;  ///< rows of each group that is drawn
+  std::vector<std::vector<std::size_t>> members_;  ///< rows of each group of the outermost grouping
   std::vector<std::vector<std::size_t>> inner_groups_;  ///< of each, among the fit's finer groups
+  std::vector<std::vector<std::size_t>> units_;         ///< groups that are drawn together
 };
 
 }  // namespace silvafit::fit

@@ -279,6 +279,7 @@ class Predictor {
                                                      .uncertain = uncertain_columns(fit, rows),
                                                      .threads = options_.threads});
     store(fit, rows, prediction, result);
+    flag_spread(fit, rows, prediction);
     if (by_group) flag_groups(fit, part, rows, prediction);
   }
 
@@ -318,6 +319,22 @@ class Predictor {
         const bool is_known = !prediction.calibrated_from.empty();
         result.trees[row] = is_known ? static_cast<double>(prediction.calibrated_from[i]) : 0.0;
       }
+    }
+  }
+
+  /// Why trees that have a prediction have no prediction interval.
+  void flag_spread(const fit::FittedModel& fit,
+                   const std::vector<std::size_t>& rows,
+                   const fit::Prediction& prediction) {
+    if (!wants_errors() || options_.interval_kind == fit::IntervalKind::kConfidence) return;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const bool has_value = std::isfinite(prediction.value[static_cast<Eigen::Index>(i)]);
+      if (!has_value || prediction.residual_gap[i].empty()) continue;
+      flag(rows[i],
+           fmt::format("no {} {}: {}",
+                       fit.specification.formula.left,
+                       options_.interval ? "interval" : "standard error",
+                       prediction.residual_gap[i]));
     }
   }
 

@@ -19,7 +19,9 @@ namespace silvafit::fit {
 /// Where the data of a replicate come from.
 enum class Resample {
   kParametric,  ///< random effects and residuals are drawn from the fit, on the same design
-  kCases,       ///< whole groups of the outermost grouping are drawn with replacement
+  kCases,       ///< whole groups of the outermost grouping are drawn with replacement; variance
+                ///< ratios stay relative to the fit's first stratum, and a replicate without it has
+                ///< neither ratios nor sigma
 };
 std::string resample_text(Resample resample);
 /// \throws UsageError if there is no such way; the message lists those there are
@@ -31,8 +33,8 @@ struct BootstrapOptions {
   double level = 0.95;  ///< of the intervals
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< over replicates; 0: as many as there are cores
-  /// The column of the groups that kCases draws where the model has no random effects; empty:
-  /// single observations are drawn.
+  /// The column of the groups that kCases draws, each of which holds whole groups of the random
+  /// effects. Empty: those of the outermost grouping, single observations without random effects.
   std::string group{};
   /// Held coefficients, bounds and iterations, as the fit had them. Method, restricted likelihood
   /// and points of quadrature are those of the fit whatever is here.
@@ -69,6 +71,7 @@ struct Bootstrap {
   double level = 0.0;
   std::size_t replicates = 0;
   std::size_t converged = 0;
+  /// Those of parameter_values() but ratios of first strata, which are 1 by definition.
   std::vector<BootstrapParameter> parameters{};
   /// (parameters x replicates) every theta*, in the order of the replicates; NaN where there is
   /// none.
@@ -86,9 +89,9 @@ struct Bootstrap {
 /// threads; it starts from the fit, and from scratch where that does not converge. Quantiles
 /// interpolate between order statistics at (R + 1) p, and are the extremes beyond these.
 /// \param table  the data of the fit
-/// \throws UsageError if the fit has not converged or options are out of range; as fit_model for
-/// the
-///   table
+/// \throws UsageError if the fit has not converged, options are out of range, groups are named for
+///   the parametric bootstrap, or a group of the random effects is in several of those to be drawn;
+///   InputError if a row has none of these; as fit_model for the table
 /// Source: Davison and Hinkley 1997, Bootstrap methods and their application, chapters 2 and 5;
 /// van der Leeden, Meijer and Busing 2008, Handbook of multilevel analysis, chapter 11.
 Bootstrap bootstrap(const FittedModel& fit,

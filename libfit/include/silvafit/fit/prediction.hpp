@@ -60,6 +60,9 @@ struct PredictionOptions {
 struct Prediction {
   Eigen::VectorXd value{};        ///< (N) NaN where a column that the mean needs is missing
   Eigen::VectorXd residual_sd{};  ///< (N) of an observation around its prediction
+  /// (N) what the variance function lacks of a row, so that it has no residual_sd and no prediction
+  /// interval: "missing noise", "unknown species"; empty where it lacks nothing.
+  std::vector<std::string> residual_gap{};
   /// (N) true where the row's group is missing, or was not seen by the fit and has no measured tree
   /// that counts; all false at the population and marginal levels and without random effects.
   std::vector<bool> is_new_group{};
@@ -85,9 +88,12 @@ struct Prediction {
 /// mean at coefficients that lie t standard deviations away in the direction in which it changes
 /// most. Both keep to the range of the mean function and are not symmetric where that is not
 /// linear. Coefficients without a standard error (held ones) count as known.
-/// \throws UsageError if a column that the mean, the variance function or the group needs is not
-///   there, if the interval is not in (0, 1), or if intervals at the conditional level need what an
-///   older file does not keep; InputError for new groups where the options say so
+///
+/// A column that only the variance function reads may be missing: residual_sd and prediction
+/// intervals are NaN then. Only calibration from measured trees, which it weighs, needs it.
+/// \throws UsageError if a column that the mean, the group or calibration needs is not there, if
+///   the interval is not in (0, 1), or if intervals at the conditional level need what an older
+///   file does not keep; InputError for new groups where the options say so
 Prediction predict(const FittedModel& fit,
                    const data::Table& table,
                    Level level,

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "prediction/prediction_freedom.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "model/coefficient_sets.hpp"
+#include "model/covariance_factor.hpp"
+#include "model/group_labels.hpp"
+#include "model/symmetric_eigen.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Groups whose trees say less of a direction than this share of its variance say nothing of it.
+constexpr double kLeastReliability = 1e-6;
+
+/// Degrees of freedom of the residual variance: those of the t tests within the finest groups, but
+/// no more than the observations leave beside the groups. Coefficients that are held have none.
+double residual_freedom(const FittedModel& fit) {
+  double freedom = 1.0;
+  for (const double value : fit.degrees_of_freedom) {
+    if (std::isfinite(value)) freedom = std::max(freedom, value);
+  }
+  const auto within = fit.observations - static_cast<Index>(fit.group_labels.size());
+  if (fit.has_random_effects() && within > 0) {
+    freedom = std::min(freedom, static_cast<double>(within));
+  }
+  return freedom;
+}
+
+/// Degrees of freedom between the units of the coarsest grouping: one less than there are, and one
+/// less for each coefficient that is estimated between them.
+double coarsest_freedom(const FittedModel& fit, std::size_t units) {
+  double freedom = static_cast<double>(units) - 1.0;
+  for (const double value : fit.degrees_of_freedom) {
+    if (std::isfinite(value)) freedom = std::min(freedom, value);
+  }
+  return std::max(1.0, freedom);
+}
+
+/// The covariance of the fixed effects; coefficients without one (held ones) count as known.
+MatrixXd fixed_covariance(const FittedModel& fit) {
+  const Index p = fit.estimate.size();
+  if (fit.covariance.rows() != p) return MatrixXd::Zero(p, p);
+  return fit.covariance.array().isNaN().select(0.0, fit.covariance);
+}
+
+/// Inverse of a mean of reliabilities, whose eigenvalues lie between 0 and 1.
+MatrixXd inverse_reliability(const MatrixXd& reliability) {
+  const SymmetricEigen of = symmetric_eigen(reliability);
+  const VectorXd inverse = of.values.cwiseMax(kLeastReliability).cwiseMin(1.0).cwiseInverse();
+  return of.vectors * inverse.asDiagonal() * of.vectors.transpose();
+}
+
+/// The coarser group of a finer one, whose label is `outer/inner`; -1 if it is not known.
+Index outer_of(const std::string& label, const LabelNumbers& outer) {
+  Index result = -1;
+  // The coarser label may have a slash itself, so that all of them are tried.
+  for (std::size_t at = label.find('/'); at != std::string::npos; at = label.find('/', at + 1)) {
+    const auto found = outer.find(label.substr(0, at));
+    if (found != outer.end()) result = found->second;
+  }
+  return result;
+}
+
+/// What is left open of the effects of the finer groups if those of the coarser ones are known, as
+/// in the comparison of groups within coarser ones.
+EffectUncertainty within_outer(const FittedModel& fit) {
+  EffectUncertainty result = fit.uncertainty;
+  if (!result.is_known() || !fit.outer_uncertainty.is_known()) return result;
+  const LabelNumbers outer = numbered(fit.outer.labels);
+  const auto q = static_cast<Index>(fit.random_names.size());
+  const auto s = static_cast<Index>(fit.outer.names.size());
+  for (Index g = 0; g < result.covariances.cols(); ++g) {
+    const Index c = outer_of(fit.group_labels[static_cast<std::size_t>(g)], outer);
+    if (c < 0 || result.cross_covariances.cols() <= g) continue;
+    const MatrixXd cross = result.cross_covariance(g, q, s);
+    const MatrixXd slopes = regression_on(cross, fit.outer_uncertainty.covariance(c, s));
+    result.covariances.col(g) -= (slopes * cross.transpose()).reshaped();
+  }
+  return result;
+}
+
+double share_of(double part, double whole) {
+  return whole > 0.0 ? std::clamp(part, 0.0, whole) : 0.0;
+}
+
+}  // namespace
+
+Freedom::Freedom(const FittedModel& fit) : residual_(residual_freedom(fit)) {
+  if (!fit.has_random_effects()) return;
+  const std::size_t groups = fit.group_labels.size();
+  const std::size_t clusters = fit.outer.labels.size();
+  const bool is_nested = !fit.outer.names.empty();
+  const double within = static_cast<double>(groups) - static_cast<double>(clusters);
+  inner_ = grouping(fit,
+                    fit.random_names,
+                    fit.random_covariance,
+                    is_nested ? within_outer(fit) : fit.uncertainty,
+                    is_nested ? std::max(1.0, within) : coarsest_freedom(fit, groups));
+  if (!is_nested) return;
+  outer_ = grouping(fit,
+                    fit.outer.names,
+                    fit.outer.covariance,
+                    fit.outer_uncertainty,
+                    coarsest_freedom(fit, clusters));
+}
+
+// With Psi = R R', V = R (I - W) R' is what the trees of a group leave open of its effects, W their
+// reliability and R W^-1 R' the covariance of the group's own estimates. The information on the
+// coefficients is sum X'(Z Psi Z' + sigma^2 G)^-1 X, of which sum S' Psi^-1 S goes with Psi.
+Freedom::Grouping Freedom::grouping(const FittedModel& fit,
+                                    const std::vector<std::string>& names,
+                                    const MatrixXd& covariance,
+                                    const EffectUncertainty& uncertainty,
+                                    double freedom) {
+  Grouping result{.freedom = freedom, .effects = among_coefficients(fit, names, covariance)};
+  const MatrixXd fixed = fixed_covariance(fit);
+  const Index q = covariance.rows();
+  const Index p = fit.estimate.size();
+  result.spread = result.effects;
+  result.in_fixed = fixed;
+  if (!uncertainty.is_known() || !covariance.allFinite()) return result;
+  const MatrixXd root = covariance_factor(covariance);
+  const MatrixXd inverse = root.completeOrthogonalDecomposition().pseudoInverse();
+  MatrixXd open = MatrixXd::Zero(q, q);
+  MatrixXd information = MatrixXd::Zero(p, p);
+  Index count = 0;
+  for (Index g = 0; g < uncertainty.covariances.cols(); ++g) {
+    const MatrixXd sensitivity = inverse * uncertainty.sensitivity(g, q, p);
+    const MatrixXd left = inverse * uncertainty.covariance(g, q) * inverse.transpose();
+    if (!sensitivity.allFinite() || !left.allFinite()) continue;
+    open += left;
+    information += sensitivity.transpose() * sensitivity;
+    ++count;
+  }
+  if (count == 0) return result;
+  const MatrixXd reliability = MatrixXd::Identity(q, q) - open / static_cast<double>(count);
+  result.spread =
+      among_coefficients(fit, names, root * inverse_reliability(reliability) * root.transpose());
+  result.in_fixed = fixed * information * fixed;
+  return result;
+}
+
+double Freedom::reliability(const Grouping& grouping, const Eigen::Ref<const VectorXd>& slope) {
+  const double effects = slope.dot(grouping.effects * slope);
+  const double spread = slope.dot(grouping.spread * slope);
+  return effects > 0.0 && spread > effects ? effects / spread : 1.0;
+}
+
+VarianceParts Freedom::of_fixed(const Eigen::Ref<const VectorXd>& slope, double variance) const {
+  VarianceParts parts{.total = variance};
+  if (outer_.freedom > 0.0) parts.outer = share_of(slope.dot(outer_.in_fixed * slope), variance);
+  if (inner_.freedom > 0.0) {
+    parts.inner = share_of(slope.dot(inner_.in_fixed * slope), variance - parts.outer);
+  }
+  return parts;
+}
+
+double Freedom::value(const VarianceParts& parts, const Eigen::Ref<const VectorXd>& slope) const {
+  double left = parts.total;
+  double squares = 0.0;
+  // The errors of the coarser groups' own curves, which take the spread of the finer groups in.
+  double errors = 0.0;
+  const auto take = [&](const Grouping& grouping, double part) {
+    if (!(part > 0.0)) return;
+    const double spread = share_of(part / reliability(grouping, slope) - errors, left);
+    errors += spread - part;
+    left -= spread;
+    squares += spread * spread / grouping.freedom;
+  };
+  take(outer_, parts.outer);
+  take(inner_, parts.inner);
+  squares += left * left / residual_;
+  return squares > 0.0 ? parts.total * parts.total / squares : residual_;
+}
+
+}  // namespace silvafit::fit
