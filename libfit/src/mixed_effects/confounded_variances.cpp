@@ -207,7 +207,8 @@ class Components {
         if (of_.all_[k].of != level) continue;
         parts_[k] = of_.all_[k].form * products;
         for (std::size_t l = 0; l <= k; ++l) {
-          if (of_.all_[l].of == level) add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
+          if (of_.all_[l].of == level)
+            add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
         }
       }
     }
@@ -260,8 +261,7 @@ class Components {
     if (component.of == Component::Of::kResidual) {
       return 2.0 * by_residual_.col(component.column).segment(begin, rows);
     }
-    const MatrixXd& z =
-        component.of == Component::Of::kOuter ? outer_.columns : inner_.columns;
+    const MatrixXd& z = component.of == Component::Of::kOuter ? outer_.columns : inner_.columns;
     const auto part = z.middleRows(begin, rows);
     return (part * component.form).cwiseProduct(part).rowwise().sum();
   }
@@ -339,7 +339,8 @@ class Components {
       if (factors[quantity.factor].kind == VarianceFactor::Kind::kConstantPlusPower) continue;
       for (Index k = quantity.first; k < quantity.first + quantity.count; ++k) {
         const Index place = std::ssize(all_) - by_residual_.cols() + k;
-        if (sizes_[place] == 0.0) result.push_back(direction(VectorXd::Unit(std::ssize(all_), place)));
+        if (sizes_[place] == 0.0)
+          result.push_back(direction(VectorXd::Unit(std::ssize(all_), place)));
       }
     }
     return result;
@@ -378,8 +379,8 @@ class Components {
       const bool is_outer = component.of == Component::Of::kOuter;
       const MatrixXd& covariance = is_outer ? outer_.covariance : inner_.covariance;
       // The forms have entries in places of their own, so that this is the part of each.
-      result[is_outer ? 0 : 1][at] = covariance.cwiseProduct(component.form).sum() /
-                                     component.form.squaredNorm();
+      result[is_outer ? 0 : 1][at] =
+          covariance.cwiseProduct(component.form).sum() / component.form.squaredNorm();
     }
     return result;
   }
@@ -388,7 +389,8 @@ class Components {
   bool has_room(const Direction& of) const {
     if (of.largest() == 0.0) return false;
     const auto trace = [](const MatrixXd& covariance, const MatrixXd& change) {
-      return change.size() > 0 && change.cwiseAbs().maxCoeff() > kUnmoved ? covariance.trace() : 0.0;
+      return change.size() > 0 && change.cwiseAbs().maxCoeff() > kUnmoved ? covariance.trace()
+                                                                          : 0.0;
     };
     const bool moves_residual = of.residual.cwiseAbs().maxCoeff() > kUnmoved;
     const double size = std::max({trace(outer_.covariance, of.outer),
@@ -466,11 +468,10 @@ class Components {
         });
         if (!is_moved) continue;
         const auto stratum = static_cast<std::size_t>(k + (quantity.has_reference ? 1 : 0));
-        result.push_back(quantity.strata < 0
-                             ? name
-                             : fmt::format("{} ({})",
-                                           name,
-                                           model_.strata(factor.stratum).labels[stratum]));
+        result.push_back(
+            quantity.strata < 0
+                ? name
+                : fmt::format("{} ({})", name, model_.strata(factor.stratum).labels[stratum]));
       }
     }
   }
@@ -479,10 +480,9 @@ class Components {
   double sigma_change(const Direction& of) const {
     constexpr double kStep = 1e-4;
     const VectorXd parameters = of.residual.head(variance_.parameter_count());
-    const double factor =
-        std::log(variance_.sigma_factor(point_.variance + kStep * parameters) /
-                 variance_.sigma_factor(point_.variance - kStep * parameters)) /
-        (2.0 * kStep);
+    const double factor = std::log(variance_.sigma_factor(point_.variance + kStep * parameters) /
+                                   variance_.sigma_factor(point_.variance - kStep * parameters)) /
+                          (2.0 * kStep);
     const double internal = of.residual[of.residual.size() - 1];
     // At an end of the range of a variance function the factor jumps.
     return std::isfinite(factor) ? std::abs(internal + factor) : std::abs(internal);

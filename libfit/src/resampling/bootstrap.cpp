@@ -57,11 +57,27 @@ std::vector<NamedValue> estimated_parameters(FittedModel fit) {
   return parameter_values(fit);
 }
 
-Replicate refitted(Resampled&& data, const FitModelOptions& options) {
+RandomEffects& outermost(ModelSpecification& specification) {
+  return specification.outer_random ? *specification.outer_random : *specification.random;
+}
+
+/// Gives groups that were drawn the name that they have in the file, by which parameters are known.
+void name_groups_as_in(const FittedModel& original, const std::string& drawn, FittedModel& fit) {
+  ModelSpecification specification = original.specification;
+  const std::string own = outermost(specification).group;
+  outermost(fit.specification).group = own;
+  for (std::string& what : fit.convergence.boundary) {
+    const std::size_t at = what.find(drawn);
+    if (at != std::string::npos) what.replace(at, drawn.size(), own);
+  }
+}
+
+Replicate refitted(Resampled&& data, const FittedModel& original, const FitModelOptions& options) {
   FitModelOptions from = options;
   from.from = &data.start;
   FittedModel fit = fit_model(data.specification, data.table, from).fit;
   take_reference(data.start.variance, fit);
+  if (!data.drawn_group.empty()) name_groups_as_in(original, data.drawn_group, fit);
   Replicate result{.verdict = fit.convergence.verdict, .boundary = fit.convergence.boundary};
   if (fit.convergence.converged) result.values = parameter_values(fit);
   return result;
@@ -152,7 +168,8 @@ std::vector<Replicate> run(const FittedModel& fit,
   parallel_for(options.replicates, options.threads, [&](std::size_t i) {
     Random random(options.seed, i + 1);
     try {
-      replicates[i] = refitted(parametric ? parametric->draw(random) : cases->draw(random), refit);
+      replicates[i] =
+          refitted(parametric ? parametric->draw(random) : cases->draw(random), fit, refit);
     } catch (const Error& error) {
       // What the data of one replicate cannot mean says nothing against the others.
       replicates[i] = {.verdict = error.message()};

@@ -14,6 +14,7 @@
 #include "silvafit/base/random.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/parameter_values.hpp"
+#include "test_support/nested_trees.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -321,6 +322,40 @@ TEST_CASE("a replicate without the stratum that ratios relate to has none, nor a
       1.0 - static_cast<double>(named(result, "sigma").replicates) / static_cast<double>(count);
   const double error = std::sqrt(share * (1.0 - share) / static_cast<double>(count));
   CHECK(without == Approx(share).margin(4.0 * error));
+}
+
+TEST_CASE("cases of nested groups give each standard deviation its values") {
+  Random random(12);
+  std::vector<NestedTree> trees;
+  for (int s = 0; s < 12; ++s) {
+    const double of_stand = random.normal(0.0, 3.0);
+    for (int p = 0; p < 4; ++p) {
+      const double of_plot = random.normal(0.0, 1.5);
+      for (int i = 0; i < 6; ++i) {
+        trees.push_back({.stand = std::to_string(s), .plot = std::to_string(p), .species = "fir"});
+        trees.back().h_m = 20.0 + of_stand + of_plot + random.normal();
+      }
+    }
+  }
+  const data::Table table = table_of(trees);
+  ModelSpecification model = specify_model("h ~ mu", {}, table);
+  add_random_effects(model, "mu | stand/plot", table);
+  const FittedModel fit = fit_model(model, table, {}).fit;
+  const Bootstrap result =
+      bootstrap(fit, table, {.replicates = 60, .resample = Resample::kCases, .seed = 3});
+  for (const BootstrapParameter& parameter : result.parameters) {
+    CAPTURE(parameter.name);
+    CHECK(parameter.replicates == result.converged);
+  }
+  // The mean of balanced stands drawn with replacement has the variance of their means over S.
+  double squares = 0.0;
+  for (std::size_t s = 0; s < 12; ++s) {
+    double mean = 0.0;
+    for (std::size_t i = 0; i < 24; ++i) mean += trees[24 * s + i].h_m / 24.0;
+    squares += std::pow(mean - fit.estimate[0], 2);
+  }
+  CHECK(named(result, "mu").standard_error ==
+        Approx(std::sqrt(squares) / 12.0).epsilon(monte_carlo(60)));
 }
 
 TEST_CASE("cases may be drawn of a coarser grouping than that of the random effects") {

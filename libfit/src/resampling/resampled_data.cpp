@@ -174,6 +174,7 @@ void CaseDraw::relabel(const std::vector<std::size_t>& drawn, Resampled& result)
   start.random_effects = fit_.random_effects(Eigen::all, inner);
   if (is_nested) start.outer.effects = fit_.outer.effects(Eigen::all, outer);
   result.table.set(random->group, std::move(column));
+  result.drawn_group = random->group;
 }
 
 }  // namespace silvafit::fit

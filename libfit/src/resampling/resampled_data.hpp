@@ -17,6 +17,7 @@ struct Resampled {
   data::Table table{};
   ModelSpecification specification;
   FittedModel start;
+  std::string drawn_group{};  ///< column of the outermost groups as drawn; empty: that of the file
 };
 
 /// Draws responses from a fit on its own design.
