@@ -22,7 +22,7 @@ tree::MorphologyTableOptions table_options(const GrowCommand& command) {
 /// All trees of the table at one time, or the trees of each moment.
 tree::Moments read_trees(const GrowCommand& command) {
   const tree::MorphologyTableOptions options = table_options(command);
-  const data::Table table = read_tree_table(command.file, options.columns);
+  const data::Table table = read_tree_table(command.file, options.columns, command.common);
   if (!command.by.empty()) return tree::read_moments(table, command.by, options);
   tree::MorphologyTable read = tree::read_morphologies(table, options);
   tree::Moments one{.left_out = std::move(read.left_out)};
@@ -61,10 +61,8 @@ void append(GrowResult&& part, const std::string& moment, std::size_t before, Gr
   all.builders.insert(all.builders.end(), part.builders.begin(), part.builders.end());
   all.files.insert(all.files.end(), part.files.begin(), part.files.end());
   all.shared = std::move(part.shared);
-  all.tree_count += part.tree_count;
-  all.triangles += part.triangles;
-  all.with_guesses += part.with_guesses;
-  all.crossing += part.crossing;
+  for (const std::size_t tree : part.with_guesses) all.with_guesses.push_back(before + tree);
+  for (const std::size_t tree : part.crossing) all.crossing.push_back(before + tree);
 }
 
 Sequence grow_moments(const GrowCommand& command,
@@ -103,9 +101,11 @@ void run(GrowCommand& command) {
   if (table.moments.empty()) {
     throw InputError("no tree can be grown from its rows", {.file = command.file});
   }
+  report_coinciding_plots(command, table.moments);
   const Sequence all = grow_moments(command, table.moments, catalogue);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  report_grown(command, all.result, all.morphologies, table.left_out, seconds.count());
+  report_grown(
+      command, all.result, all.morphologies, table.moments.size(), table.left_out, seconds.count());
 }
 
 }  // namespace

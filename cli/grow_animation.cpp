@@ -53,8 +53,10 @@ class Animator {
     }
     add_ground(command_, stand_, origin_, *writer);
     progress_.clear();
-    result_.tree_count = growing_.size();
-    result_.files.emplace_back(command_.scene, writer->finish());
+    result_.files.push_back({.name = command_.scene,
+                             .bytes = writer->finish(),
+                             .trees = growing_.size(),
+                             .triangles = triangles_});
     return std::move(result_);
   }
 
@@ -83,7 +85,7 @@ class Animator {
       tree::SceneTree& tree = grown.trees[k];
       models.push_back(
           writer.add_model(name + "@" + moment, tree::parts_of(tree.mesh, tree.preset)));
-      result_.triangles += tree.measured.triangles;
+      triangles_ += tree.measured.triangles;
       const std::size_t bytes = tree::glb_mesh_bytes(tree.mesh);
       tree.mesh = {};
       if (!command_.common.json) continue;
@@ -108,6 +110,7 @@ class Animator {
   Progress progress_;
   std::vector<const tree::Builder*> builders_{};
   tree::Pace pace_{};
+  std::size_t triangles_ = 0;
   GrowResult result_{};
 };
 

@@ -54,17 +54,25 @@ struct GrownTree {
   std::string moment{};  ///< with --by
 };
 
+/// A scene that was written, or the files of one level of detail in a folder.
+struct Written {
+  std::string name{};  ///< the scene's file; the folder, with the ending of a level's files
+  std::size_t bytes = 0;
+  std::size_t trees = 0;
+  std::size_t triangles = 0;  ///< as drawn
+};
+
 /// Everything that is grown, and what was found out on the way.
 struct GrowResult {
-  std::vector<GrownTree> trees{};                            ///< only with --json
-  std::vector<const tree::Builder*> builders{};              ///< of all trees, but with --animate
-  std::vector<tree::PairOverlap> pairs{};                    ///< with --resolve-overlaps
-  tree::SharedModels shared{};                               ///< with --share
-  std::vector<std::pair<std::string, std::size_t>> files{};  ///< scenes with their bytes
-  std::size_t tree_count = 0;
-  std::size_t triangles = 0;  ///< as drawn
-  std::size_t with_guesses = 0;
-  std::size_t crossing = 0;  ///< trees whose radius branches could not be parted from neighbors'
+  std::vector<GrownTree> trees{};                ///< only with --json
+  std::vector<const tree::Builder*> builders{};  ///< of all trees, but with --animate
+  std::vector<tree::PairOverlap> pairs{};        ///< with --resolve-overlaps
+  tree::SharedModels shared{};                   ///< with --share
+  std::vector<Written> files{};
+  /// Numbers of trees with parts that were not measured.
+  std::vector<std::size_t> with_guesses{};
+  /// Numbers of trees whose radius branches could not be parted from neighbors'.
+  std::vector<std::size_t> crossing{};
 };
 
 /// The options of the command but for the common ones.
@@ -81,6 +89,10 @@ std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphol
 /// The file of one tree (--out).
 /// \param name  of tree_names()
 std::filesystem::path tree_path(const GrowCommand& command, const std::string& name, int level);
+
+/// What is told of the trees' files of a level (--out): the folder, and how their names end where
+/// there are several levels.
+std::string folder_text(const GrowCommand& command, int level);
 
 /// The file of all trees (--scene).
 std::filesystem::path scene_path(const GrowCommand& command, int level);
@@ -122,13 +134,19 @@ GrowResult write_animation(const GrowCommand& command,
                            const tree::Builder* for_all);
 
 /// Prints the result for people, or as JSON.
+/// \param morphologies  of all moments, one after the other
+/// \param moments       how many there are
 void report_grown(const GrowCommand& command,
                   const GrowResult& result,
                   const std::vector<tree::Morphology>& morphologies,
+                  std::size_t moments,
                   const std::vector<tree::LeftOut>& left_out,
                   double seconds);
 
 /// Names the rows that no tree can be grown from, the first twenty of them.
 void report_left_out(const GrowCommand& command, const std::vector<tree::LeftOut>& left_out);
+
+/// Says where trees of two plots stand among each other at one of the moments.
+void report_coinciding_plots(const GrowCommand& command, const std::vector<tree::Moment>& moments);
 
 }  // namespace silvafit::cli

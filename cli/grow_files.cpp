@@ -90,6 +90,12 @@ fs::path tree_path(const GrowCommand& command, const std::string& name, int leve
          (name + level_suffix(command, level) + "." + tree::file_ending(command.scene_format));
 }
 
+std::string folder_text(const GrowCommand& command, int level) {
+  const std::string suffix = level_suffix(command, level);
+  if (suffix.empty()) return command.out;
+  return fmt::format("{} (*{}.{})", command.out, suffix, tree::file_ending(command.scene_format));
+}
+
 fs::path scene_path(const GrowCommand& command, int level) {
   const std::string suffix = level_suffix(command, level);
   return suffix.empty() ? command.scene : with_suffix(command.scene, suffix);

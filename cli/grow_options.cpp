@@ -10,6 +10,7 @@
 
 #include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
+#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -31,8 +32,9 @@ void add_table_options(CLI::App& command, GrowCommand& options) {
 void add_scene_options(CLI::App& command, GrowCommand& options) {
   command.add_option("--scene", options.scene, "One file with all trees at their places")
       ->type_name("FILE");
-  command.add_option("--out", options.out, "Folder for one file a tree, at the origin")
-      ->type_name("DIR");
+  CLI::Option* out =
+      command.add_option("--out", options.out, "Folder for one file a tree, at the origin")
+          ->type_name("DIR");
   command
       .add_option("--format",
                   options.format,
@@ -51,14 +53,16 @@ void add_scene_options(CLI::App& command, GrowCommand& options) {
       .add_option(
           "--ground", options.ground, "Ground of a scene: through the stems' feet, flat, or none")
       ->check(CLI::IsMember({"stems", "flat", "none"}))
+      ->excludes(out)
       ->capture_default_str();
 }
 
 /// What the files hold.
 void add_file_options(CLI::App& command, GrowCommand& options) {
-  command.add_flag(
+  CLI::Option* share = command.add_flag(
       "--share", options.share, "Trees of like shape share a model, stretched to height and width");
   command.add_option("--models", options.models_per_preset, "Models a preset with --share")
+      ->needs(share)
       ->capture_default_str();
   command.add_flag("--instancing",
                    options.instancing,
@@ -95,11 +99,7 @@ void add_builder_options(CLI::App& command, GrowCommand& options) {
 void add_row_options(CLI::App& command, GrowCommand& options) {
   command.add_option("--plot", options.plots, "Plots to grow, separated by commas (default: all)")
       ->delimiter(',');
-  command
-      .add_option("--columns",
-                  options.columns,
-                  "Other names or units of columns, as in h=H_m,dbh=DBH_mm/10")
-      ->delimiter(',');
+  add_columns_option(command, options.columns);
 }
 
 /// Trees that are measured again and again.
@@ -109,14 +109,16 @@ void add_time_options(CLI::App& command, GrowCommand& options) {
       options.by,
       "Column with the time of each row, such as year: a scene a time, FILE-2021.glb, "
       "FILE-2022.glb, ...");
-  command.add_flag("--animate",
-                   options.animate,
-                   "GLB, glTF: one scene in which the trees of --by grow over time");
+  CLI::Option* animate =
+      command.add_flag("--animate",
+                       options.animate,
+                       "GLB, glTF: one scene in which the trees of --by grow over time");
   command
       .add_option("--seconds",
                   options.seconds_per_unit,
                   "Of the animation a unit of --by, or a step where it holds text")
       ->check(CLI::PositiveNumber)
+      ->needs(animate)
       ->capture_default_str();
 }
 
@@ -176,8 +178,12 @@ void check_and_complete(GrowCommand& command) {
   if (!command.grammar.empty() && command.builder != tree::BuilderKind::kLsystem) {
     throw UsageError("--grammar is for --builder lsystem");
   }
-  if (command.scene.empty() == command.out.empty()) {
+  if (command.scene.empty() && command.out.empty()) {
     throw UsageError("say where the trees go: --scene FILE for all in one, or --out DIR");
+  }
+  if (!command.scene.empty() && !command.out.empty()) {
+    throw UsageError(
+        "--scene puts all trees into one file and --out each into its own: leave one of them out");
   }
   check_sharing(command);
   std::sort(command.levels.begin(), command.levels.end());
@@ -187,6 +193,9 @@ void check_and_complete(GrowCommand& command) {
   command.scene_format = scene_format_of(command);
   if (command.textures && command.scene_format == tree::SceneFormat::kPly) {
     throw UsageError("PLY files hold no pictures: --textures is for glb, gltf and obj");
+  }
+  if (command.ascii && command.scene_format != tree::SceneFormat::kPly) {
+    throw UsageError("--ascii is for PLY files");
   }
   if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
   check_moments(command);

@@ -5,11 +5,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+#include <string_view>
+#include <utility>
 
 #include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/tree/coinciding_plots.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -98,7 +103,7 @@ ordered_json shared_trees(const GrowCommand& command,
                      {"tree", morphologies[i].tree},
                      {"species", morphologies[i].species},
                      {"preset", result.builders[i]->name()},
-                     {"file", command.scene},
+                     {"file", scene_path(command, command.levels.front()).string()},
                      {"model", result.shared.models[tree.model].morphology.tree},
                      {"error_cm", json_of(tree.error)}});
   }
@@ -142,15 +147,53 @@ void print_json(const GrowCommand& command,
     json["overlaps"] = std::move(pairs);
   }
   ordered_json files = ordered_json::array();
-  for (const auto& [file, bytes] : result.files)
-    files.push_back({{"file", file}, {"bytes", bytes}});
+  std::size_t triangles = 0;
+  for (const Written& one : result.files) {
+    files.push_back({{"file", one.name}, {"bytes", one.bytes}, {"triangles", one.triangles}});
+    triangles += one.triangles;
+  }
   if (!command.scene.empty()) json["scenes"] = std::move(files);
   ordered_json rows = ordered_json::array();
   for (const tree::LeftOut& row : left_out) rows.push_back(json_of(row));
   json["left_out"] = std::move(rows);
-  json["triangles"] = result.triangles;
+  json["triangles"] = triangles;
   json["seconds"] = seconds;
   fmt::print("{}\n", json_text(json));
+}
+
+/// How many trees there are, each counted once however often it was measured.
+std::size_t tree_count(const std::vector<tree::Morphology>& morphologies,
+                       const std::vector<std::size_t>& numbers) {
+  std::set<std::pair<std::string_view, std::string_view>> names;
+  for (const std::size_t i : numbers) names.emplace(morphologies[i].plot, morphologies[i].tree);
+  return names.size();
+}
+
+std::size_t tree_count(const std::vector<tree::Morphology>& morphologies) {
+  std::vector<std::size_t> all(morphologies.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return tree_count(morphologies, all);
+}
+
+/// What was written where: one file in one line, of several each in its own.
+void print_files(const GrowResult& result, std::size_t trees, std::size_t moments, double seconds) {
+  const std::string stand = counted(trees, "tree", "trees");
+  if (result.files.size() == 1) {
+    const Written& only = result.files.front();
+    fmt::print("{}, {} triangles, {:.2f} s: {}\n", stand, only.triangles, seconds, only.name);
+    return;
+  }
+  const std::string times = moments > 1 ? fmt::format(" at {} times", moments) : "";
+  fmt::print("{}{}, {:.2f} s:\n", stand, times, seconds);
+  constexpr std::size_t kShown = 40;
+  for (std::size_t i = 0; i < std::min(kShown, result.files.size()); ++i) {
+    const Written& one = result.files[i];
+    fmt::print(
+        "  {}: {}, {} triangles\n", one.name, counted(one.trees, "tree", "trees"), one.triangles);
+  }
+  if (result.files.size() > kShown) {
+    fmt::print("  ... and {} more; --json names all\n", result.files.size() - kShown);
+  }
 }
 
 }  // namespace
@@ -158,21 +201,18 @@ void print_json(const GrowCommand& command,
 void report_grown(const GrowCommand& command,
                   const GrowResult& result,
                   const std::vector<tree::Morphology>& morphologies,
+                  std::size_t moments,
                   const std::vector<tree::LeftOut>& left_out,
                   double seconds) {
   if (command.common.json) {
     print_json(command, result, morphologies, left_out, seconds);
     return;
   }
-  fmt::print("{}, {} triangles, {:.2f} s: {}\n",
-             counted(result.tree_count, "tree", "trees"),
-             result.triangles,
-             seconds,
-             command.scene.empty() ? command.out : command.scene);
+  print_files(result, tree_count(morphologies), moments, seconds);
   if (command.share) {
     const tree::ShapeError worst = worst_of(result.shared);
-    fmt::print("{} models; at most off: crown base {:.0f} cm, DBH {:.1f} cm, a radius {:.0f} cm\n",
-               result.shared.models.size(),
+    fmt::print("{}; at most off: crown base {:.0f} cm, DBH {:.1f} cm, a radius {:.0f} cm\n",
+               counted(result.shared.models.size(), "model", "models"),
                worst.hcb_cm,
                worst.dbh_cm,
                worst.radius_cm);
@@ -180,14 +220,14 @@ void report_grown(const GrowCommand& command,
   if (command.resolve_overlaps)
     fmt::print("{} overlapped\n",
                counted(result.pairs.size(), "pair of crowns", "pairs of crowns"));
-  if (result.crossing > 0) {
+  if (!result.crossing.empty()) {
     say(command.common,
-        counted(result.crossing, "tree stands", "trees stand") +
+        counted(tree_count(morphologies, result.crossing), "tree stands", "trees stand") +
             " too close to others for all branches to pass; --json says which.");
   }
-  if (result.with_guesses > 0) {
+  if (!result.with_guesses.empty()) {
     say(command.common,
-        counted(result.with_guesses, "tree has", "trees have") +
+        counted(tree_count(morphologies, result.with_guesses), "tree has", "trees have") +
             " parts that were not measured; --json says which.");
   }
 }
@@ -195,13 +235,28 @@ void report_grown(const GrowCommand& command,
 void report_left_out(const GrowCommand& command, const std::vector<tree::LeftOut>& left_out) {
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < left_out.size() && i < kShown; ++i) {
-    fmt::print(stderr, "{}\n", describe(left_out[i].place, left_out[i].reason + "; left out"));
+    say(command.common, describe(left_out[i].place, left_out[i].reason + "; left out"));
   }
   if (left_out.size() > kShown) {
-    fmt::print(stderr,
-               "... and {} more rows are left out of {}\n",
-               left_out.size() - kShown,
-               command.file);
+    say(command.common,
+        fmt::format("... and {} left out of {}",
+                    counted(left_out.size() - kShown, "more row is", "more rows are"),
+                    command.file));
+  }
+}
+
+void report_coinciding_plots(const GrowCommand& command, const std::vector<tree::Moment>& moments) {
+  if (command.scene.empty() && !command.resolve_overlaps) return;
+  for (const tree::Moment& moment : moments) {
+    const auto plots = tree::coinciding_plots(moment.trees);
+    if (!plots) continue;
+    say(command.common,
+        fmt::format("note: plots {0} and {1} lie on each other, as if each had coordinates of its "
+                    "own, and so their trees stand among each other; grow one plot at a time "
+                    "(--plot {0}), or give x and y of all plots in one system",
+                    plots->first,
+                    plots->second));
+    return;
   }
 }
 

@@ -37,7 +37,6 @@ class Grower {
   }
 
   GrowResult run() {
-    result_.tree_count = morphologies_.size();
     result_.builders = builders_;
     if (command_.resolve_overlaps) resolve();
     if (command_.share) {
@@ -72,8 +71,8 @@ class Grower {
       progress_.show("looking at neighbors", ++done, trees.size());
     });
     overlap_ = tree::resolve_overlaps(trees, threads());
-    for (const tree::TreeOverlap& one : overlap_.trees) {
-      result_.crossing += one.crossing > 0 ? 1 : 0;
+    for (std::size_t i = 0; i < trees.size(); ++i) {
+      if (overlap_.trees[i].crossing > 0) result_.crossing.push_back(i);
     }
   }
 
@@ -92,14 +91,15 @@ class Grower {
   }
 
   /// Counts a tree that is written; its mesh is not kept.
-  void take(GrownTree grown) {
-    result_.triangles += grown.tree.measured.triangles;
+  void take(std::size_t i, GrownTree grown, Written& written) {
+    written.triangles += grown.tree.measured.triangles;
+    if (command_.scene.empty()) written.bytes += grown.bytes;
     const bool first_level = grown.level == command_.levels.front();
     const bool guessed =
         std::any_of(grown.tree.notes.begin(), grown.tree.notes.end(), [](const tree::Note& note) {
           return note.about != "overlap";
         });
-    result_.with_guesses += first_level && guessed ? 1 : 0;
+    if (first_level && guessed) result_.with_guesses.push_back(i);
     grown.tree.mesh = {};
     if (command_.common.json) result_.trees.push_back(std::move(grown));
   }
@@ -107,14 +107,17 @@ class Grower {
   /// Grows a few trees at a time on all threads and hands them over in their order, so that memory
   /// does not grow with their number.
   template <typename Each>
-  void in_blocks(const char* stage, std::size_t count, Each each) {
+  void in_blocks(const char* stage, Written& written, Each each) {
     constexpr std::size_t kBlock = 64;
+    const std::size_t count = written.trees;
     std::vector<GrownTree> block;
     for (std::size_t from = 0; from < count; from += kBlock) {
       block.assign(std::min(kBlock, count - from), {});
       parallel_for(block.size(), threads(), [&](std::size_t k) { block[k] = each(from + k); });
       for (std::size_t k = 0; k < block.size(); ++k) hand_over_(from + k, block[k]);
-      for (GrownTree& grown : block) take(std::move(grown));
+      for (std::size_t k = 0; k < block.size(); ++k) {
+        take(from + k, std::move(block[k]), written);
+      }
       progress_.show(stage, from + block.size(), count);
     }
   }
@@ -122,7 +125,8 @@ class Grower {
   void write_alone(int level) {
     if (names_.empty()) names_ = tree_names(morphologies_);
     hand_over_ = [](std::size_t, GrownTree&) {};
-    in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
+    Written written{.name = folder_text(command_, level), .trees = morphologies_.size()};
+    in_blocks("growing", written, [&](std::size_t i) {
       GrownTree grown = grow(i, level);
       const fs::path path = tree_path(command_, names_[i], level);
       grown.file = path.string();
@@ -136,6 +140,7 @@ class Grower {
       grown.bytes = writer->finish();
       return grown;
     });
+    result_.files.push_back(std::move(written));
   }
 
   void write_scene(int level) {
@@ -144,14 +149,16 @@ class Grower {
     const auto writer =
         tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
     hand_over_ = [&writer](std::size_t, GrownTree& grown) { writer->add_tree(grown.tree); };
-    in_blocks("growing", morphologies_.size(), [&](std::size_t i) {
+    Written written{.name = path.string(), .trees = morphologies_.size()};
+    in_blocks("growing", written, [&](std::size_t i) {
       GrownTree grown = grow(i, level);
       grown.file = path.string();
       grown.bytes = tree::glb_mesh_bytes(grown.tree.mesh);
       return grown;
     });
     add_ground(command_, stand_, origin, *writer);
-    result_.files.emplace_back(path.string(), writer->finish());
+    written.bytes = writer->finish();
+    result_.files.push_back(std::move(written));
   }
 
   // ---- Shared models --------------------------------------------------------------------------
@@ -176,6 +183,7 @@ class Grower {
       triangles.push_back(grown.measured.triangles);
       progress_.show("growing models", models.size(), result_.shared.models.size());
     }
+    Written written{.name = path.string(), .trees = morphologies_.size()};
     for (std::size_t i = 0; i < morphologies_.size(); ++i) {
       const tree::SharedTree& shared = result_.shared.trees[i];
       const tree::Morphology& tree = morphologies_[i];
@@ -186,10 +194,11 @@ class Grower {
                      .stretch_up = shared.stretch_up,
                      .stretch_north = shared.stretch_north},
                     i);
-      result_.triangles += triangles[shared.model];
+      written.triangles += triangles[shared.model];
     }
     add_ground(command_, stand_, origin, *writer);
-    result_.files.emplace_back(path.string(), writer->finish());
+    written.bytes = writer->finish();
+    result_.files.push_back(std::move(written));
   }
 
   const GrowCommand& command_;

@@ -54,16 +54,30 @@ std::size_t side_of(double value) {
   return value >= 1.0 && value <= 16384.0 ? static_cast<std::size_t>(value) : 0;
 }
 
+/// At night there is nothing to see.
+void require_day(const render::SunPosition& sun, const std::string& option) {
+  if (sun.elevation_deg >= 0.0) return;
+  throw UsageError(fmt::format("the sun is {:.1f} degrees below the horizon, and the picture would "
+                               "be black; choose a moment of the day or a sun above 0 degrees",
+                               -sun.elevation_deg),
+                   {.column = option});
+}
+
 render::SunPosition sun_of(const RenderArguments& arguments) {
   if (arguments.date.empty()) {
     const auto [azimuth, elevation] = pair_of(arguments.sun, ',', "--sun");
-    return {.azimuth_deg = azimuth, .elevation_deg = elevation};
+    const render::SunPosition sun{.azimuth_deg = azimuth, .elevation_deg = elevation};
+    require_day(sun, "--sun");
+    return sun;
   }
   if (arguments.place.empty()) {
     throw UsageError("--date needs --place LATITUDE,LONGITUDE to know where the sun stands");
   }
   const auto [latitude, longitude] = pair_of(arguments.place, ',', "--place");
-  return render::sun_over(latitude, longitude, render::parse_moment(arguments.date));
+  const render::SunPosition sun =
+      render::sun_over(latitude, longitude, render::parse_moment(arguments.date));
+  require_day(sun, "--date");
+  return sun;
 }
 
 render::RenderOptions options_of(const RenderArguments& arguments) {
@@ -138,6 +152,9 @@ void run(const RenderArguments& arguments) {
   if (arguments.turntable > 0 && arguments.models.size() > 1) {
     throw UsageError("--turntable turns one model");
   }
+  if (arguments.columns > 0 && arguments.models.size() < 2) {
+    throw UsageError("--columns is for a contact sheet, which several models make");
+  }
   const std::string ending = std::filesystem::path(arguments.out).extension().string();
   if (!ending.empty() && ending != ".png" && ending != ".PNG") {
     throw UsageError("--out: pictures are PNG files; let the name end in .png");
@@ -185,19 +202,25 @@ void add_render_command(CLI::App& program) {
       ->capture_default_str();
   command.add_option("--zoom", arguments->options.camera.zoom, "2: from half the distance")
       ->capture_default_str();
-  command.add_option("--sun", arguments->sun, "Where the sun stands [degrees]")
-      ->type_name("AZIMUTH,ELEVATION")
-      ->capture_default_str();
-  command.add_option("--date", arguments->date, "The sun of a moment at --place, instead of --sun")
-      ->type_name("2023-06-21T15:00+08:00");
+  CLI::Option* sun = command.add_option("--sun", arguments->sun, "Where the sun stands [degrees]")
+                         ->type_name("AZIMUTH,ELEVATION")
+                         ->capture_default_str();
+  CLI::Option* date =
+      command
+          .add_option("--date", arguments->date, "The sun of a moment at --place, instead of --sun")
+          ->type_name("2023-06-21T15:00+08:00")
+          ->excludes(sun);
   command.add_option("--place", arguments->place, "North and east [degrees]")
-      ->type_name("LATITUDE,LONGITUDE");
+      ->type_name("LATITUDE,LONGITUDE")
+      ->needs(date);
   command
       .add_option("--turntable",
                   arguments->turntable,
                   "So many pictures once around: FILE-000.png, FILE-001.png, ...")
+      ->check(CLI::Range(1, 10000))
       ->type_name("N");
   command.add_option("--columns", arguments->columns, "Of a contact sheet (default: one row)")
+      ->check(CLI::Range(1, 10000))
       ->type_name("N");
   command.add_flag("--no-ground",
                    arguments->without_ground,

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@
 #include "command.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/view_data.hpp"
@@ -36,6 +38,7 @@ struct ViewArguments {
   std::string out{};
   std::vector<std::string> columns{};
   bool does_not_open = false;
+  bool chooses_models = false;  ///< --models or --lod is given
   study::ViewOptions options{};
 };
 
@@ -45,8 +48,36 @@ std::string name_of(const fs::path& source) {
   return whole.filename().string();
 }
 
+/// By its ending, or by its first bytes.
+bool is_glb(const fs::path& file) {
+  if (file.extension() == ".glb" || file.extension() == ".GLB") return true;
+  std::string magic(4, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  return fs::is_regular_file(file) && stream.read(magic.data(), 4) && magic == "glTF";
+}
+
+/// Whether a file's ending is one of tables, or none at all.
+bool is_called_table(const fs::path& file) {
+  const std::string ending = file.extension().string();
+  return ending.empty() || ending == ".csv" || ending == ".CSV" || ending == ".txt";
+}
+
+/// The table of trees that is shown, or an error that says what can be.
+data::Table table_of(const fs::path& file, const ViewArguments& arguments) {
+  try {
+    return read_tree_table(file, arguments.options.columns, arguments.common);
+  } catch (const InputError& error) {
+    if (is_called_table(file) || !fs::exists(file)) throw;
+    throw InputError(
+        fmt::format("cannot be shown; view takes a folder of `silvafit study`, a scene "
+                    "as .glb, or a table of trees as .csv (as a table: {})",
+                    error.message()),
+        {.file = file.string()});
+  }
+}
+
 void check(const ViewArguments& arguments) {
-  const bool is_scene = fs::path(arguments.source).extension() == ".glb";
+  const bool is_scene = is_glb(arguments.source);
   if (!arguments.trees.empty() && !is_scene) {
     throw UsageError("--trees is the table of a GLB scene; a folder or CSV has its own");
   }
@@ -54,11 +85,13 @@ void check(const ViewArguments& arguments) {
   if (is_scene && arguments.trees.empty() && has_choice) {
     throw UsageError("--plot and --columns are about a table: add --trees FILE.csv");
   }
+  if (is_scene && arguments.chooses_models) {
+    throw UsageError("--models and --lod are of a table's trees; a GLB scene is shown as it is");
+  }
 }
 
 study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatalogue& catalogue) {
   const fs::path source = arguments.source;
-  const std::string ending = source.extension().string();
   if (fs::is_directory(source)) {
     const fs::path predictions = source / "predictions.csv";
     if (!fs::exists(predictions)) {
@@ -66,12 +99,15 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
                        {.file = source.string()});
     }
     return study::view_of_trees(
-        read_tree_table(predictions, arguments.options.columns), catalogue, arguments.options);
+        read_tree_table(predictions, arguments.options.columns, arguments.common),
+        catalogue,
+        arguments.options);
   }
-  if (ending == ".glb") {
+  if (is_glb(source)) {
     std::optional<data::Table> table;
-    if (!arguments.trees.empty())
-      table = read_tree_table(arguments.trees, arguments.options.columns);
+    if (!arguments.trees.empty()) {
+      table = read_tree_table(arguments.trees, arguments.options.columns, arguments.common);
+    }
     try {
       return study::view_of_scene(
           read_file(source), table ? &*table : nullptr, catalogue, arguments.options);
@@ -80,12 +116,11 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
       throw InputError(error.message(), {.file = source.string()});
     }
   }
-  if (ending == ".gltf") {
+  if (source.extension() == ".gltf") {
     throw InputError("has its buffers in files of their own; a page needs a .glb",
                      {.file = source.string()});
   }
-  return study::view_of_trees(
-      read_tree_table(source, arguments.options.columns), catalogue, arguments.options);
+  return study::view_of_trees(table_of(source, arguments), catalogue, arguments.options);
 }
 
 /// Where the page goes: beside the file, into the folder.
@@ -117,17 +152,25 @@ bool open_in_browser(const fs::path& page) {
   return ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
+/// What the page shows.
+std::string trees_text(const study::View& view) {
+  if (view.trees > 0) return counted(view.trees, "tree", "trees");
+  if (view.unmeasured == 0) return "a scene without trees that are known";
+  return counted(view.unmeasured, "tree", "trees") + " without measurements";
+}
+
 void report(const ViewArguments& arguments,
             const study::View& view,
             const fs::path& page,
             double seconds) {
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < std::min(kShown, view.left_out.size()); ++i) {
-    fmt::print(
-        stderr, "{}\n", describe(view.left_out[i].place, view.left_out[i].reason + "; left out"));
+    say(arguments.common, describe(view.left_out[i].place, view.left_out[i].reason + "; left out"));
   }
   if (view.left_out.size() > kShown) {
-    fmt::print(stderr, "... and {} more rows are left out\n", view.left_out.size() - kShown);
+    say(arguments.common,
+        fmt::format("... and {} left out",
+                    counted(view.left_out.size() - kShown, "more row is", "more rows are")));
   }
   for (const std::string& note : view.notes) say(arguments.common, note);
   const std::size_t bytes = fs::file_size(page);
@@ -137,6 +180,7 @@ void report(const ViewArguments& arguments,
                       {"page", page.string()},
                       {"bytes", bytes},
                       {"trees", view.trees},
+                      {"unmeasured", view.unmeasured},
                       {"variants", view.variants},
                       {"models", view.models},
                       {"left_out", view.left_out.size()},
@@ -146,9 +190,8 @@ void report(const ViewArguments& arguments,
     return;
   }
   constexpr double kMegabyte = 1e6;
-  fmt::print("{} {}, {:.1f} MB, {:.2f} s: {}\n",
-             view.trees,
-             view.trees == 1 ? "tree" : "trees",
+  fmt::print("{}, {:.1f} MB, {:.2f} s: {}\n",
+             trees_text(view),
              static_cast<double>(bytes) / kMegabyte,
              seconds,
              page.string());
@@ -199,25 +242,25 @@ void add_view_command(CLI::App& program) {
       ->type_name("FILE.html");
   command.add_option("--plot", arguments->options.plots, "Show these plots only")->delimiter(',');
   command.add_option("--title", arguments->options.title, "Headline (default: the name)");
-  command
-      .add_option("--columns",
-                  arguments->columns,
-                  "Where columns have other names or units, as in dbh=DBH_mm/10,x=East")
-      ->delimiter(',');
-  command
-      .add_option("--models",
-                  arguments->options.models_per_preset,
-                  "Shapes of a species preset that its trees share")
-      ->capture_default_str();
-  command
-      .add_option(
-          "--lod", arguments->options.levels, "Levels of detail in the page, 0 (finest) to 3")
-      ->delimiter(',')
-      ->capture_default_str();
+  add_columns_option(command, arguments->columns);
+  const CLI::Option* models = command
+                                  .add_option("--models",
+                                              arguments->options.models_per_preset,
+                                              "Shapes of a species preset that its trees share")
+                                  ->capture_default_str();
+  const CLI::Option* levels =
+      command
+          .add_option(
+              "--lod", arguments->options.levels, "Levels of detail in the page, 0 (finest) to 3")
+          ->delimiter(',')
+          ->capture_default_str();
   command.add_flag("--no-open", arguments->does_not_open, "Write the page, do not open it");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit view study --plot 3");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, models, levels] {
+    arguments->chooses_models = models->count() > 0 || levels->count() > 0;
+    run(*arguments);
+  });
 }
 
 }  // namespace silvafit::cli

@@ -12,15 +12,20 @@ namespace {
 
 constexpr char kOption[] = "--columns";
 
-/// Splits at commas that stand outside parentheses and double quotes.
+/// Splits at commas that stand outside parentheses, double quotes and backquotes.
 std::vector<std::string_view> split_at_commas(std::string_view text) {
   std::vector<std::string_view> parts;
   int depth = 0;
-  bool in_quotes = false;
+  char quote = '\0';  // the one that is open
   std::size_t start = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '"') in_quotes = !in_quotes;
-    if (in_quotes) continue;
+    const bool is_quote = text[i] == '"' || text[i] == '`';
+    if (is_quote && quote == '\0') {
+      quote = text[i];
+    } else if (text[i] == quote) {
+      quote = '\0';
+    }
+    if (quote != '\0') continue;
     if (text[i] == '(') ++depth;
     if (text[i] == ')') --depth;
     if (text[i] != ',' || depth > 0) continue;

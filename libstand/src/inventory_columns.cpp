@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/column_reference.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -47,6 +49,32 @@ std::string lower(std::string_view text) {
   std::ranges::transform(
       result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return result;
+}
+
+/// The field that holds one of our columns under another usual spelling.
+/// \throws UsageError if two fields could
+std::optional<std::size_t> usual_field(const KnownColumn& column,
+                                       const std::vector<std::string>& header,
+                                       const std::string& file) {
+  std::optional<std::size_t> found;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    const std::string name = lower(header[i]);
+    if (name.empty()) continue;
+    const bool is_usual =
+        name == column.name || name == column.spellings[0] || name == column.spellings[1];
+    if (!is_usual) continue;
+    if (found) {
+      throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with --columns {}={}",
+                                   header[*found],
+                                   header[i],
+                                   column.name,
+                                   column.name,
+                                   header[*found]),
+                       {.file = file});
+    }
+    found = i;
+  }
+  return found;
 }
 
 /// Builds the plan; one object so that header and file need not be handed around.
@@ -89,49 +117,21 @@ const ColumnMapping* Planner::mapping_to(std::string_view name) const {
 }
 
 Source Planner::mapped(const ColumnMapping& mapping) const {
-  if (const auto field = field_named(mapping.source)) {
-    return {.text = mapping.source, .field = field};
-  }
-  data::Expression expression = data::Expression::parse(mapping.source);
-  for (const std::string& variable : expression.variables()) {
-    data::TextMatch match;
-    const std::string& name = data::is_text_match(variable, match) ? match.column : variable;
-    if (field_named(name)) continue;
-    throw UsageError(fmt::format("there is no column '{}' for {}={}; the columns are {}",
-                                 name,
-                                 mapping.name,
-                                 mapping.source,
-                                 data::list_of(header_)),
-                     {.file = file_});
-  }
-  return {.text = mapping.source, .expression = std::move(expression)};
+  data::ColumnReference reference =
+      data::column_reference(mapping.name, mapping.source, header_, file_);
+  Source source{.text = std::move(reference.text), .expression = std::move(reference.expression)};
+  if (!source.expression) source.field = field_named(source.text);
+  return source;
 }
 
 Source Planner::guessed(const KnownColumn& column) {
   if (const auto field = field_named(column.name)) {
     return {.text = std::string(column.name), .field = field};
   }
-  std::vector<std::size_t> candidates;
-  for (std::size_t i = 0; i < header_.size(); ++i) {
-    const std::string name = lower(header_[i]);
-    if (name.empty()) continue;
-    const bool usual =
-        name == column.name || name == column.spellings[0] || name == column.spellings[1];
-    if (usual) candidates.push_back(i);
-  }
-  if (candidates.empty()) return {};
-  const std::string& first = header_[candidates[0]];
-  if (candidates.size() > 1) {
-    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with --columns {}={}",
-                                 first,
-                                 header_[candidates[1]],
-                                 column.name,
-                                 column.name,
-                                 first),
-                     {.file = file_});
-  }
-  notes_.push_back(fmt::format("{} is read from column {}", column.name, first));
-  return {.text = first, .field = candidates[0]};
+  const auto field = usual_field(column, header_, file_);
+  if (!field) return {};
+  notes_.push_back(describe_usual_column({std::string(column.name), header_[*field]}));
+  return {.text = header_[*field], .field = field};
 }
 
 Source Planner::source_of(const KnownColumn& column) {
@@ -237,6 +237,25 @@ ColumnPlan Planner::plan() {
 }
 
 }  // namespace
+
+std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
+                                         const std::vector<std::string>& known,
+                                         const std::string& file) {
+  std::vector<ColumnMapping> found;
+  const auto look = [&](const KnownColumn& column) {
+    const auto is_column = [&](const std::string& name) { return name == column.name; };
+    if (std::ranges::any_of(header, is_column) || std::ranges::any_of(known, is_column)) return;
+    const auto field = usual_field(column, header, file);
+    if (field) found.push_back({std::string(column.name), header[*field]});
+  };
+  std::ranges::for_each(kLabels, look);
+  std::ranges::for_each(kMeasures, look);
+  return found;
+}
+
+std::string describe_usual_column(const ColumnMapping& column) {
+  return fmt::format("{} is read from column {}", column.name, column.source);
+}
 
 const KnownColumn& known_label(std::size_t label) { return kLabels[label]; }
 const KnownColumn& known_measure(std::size_t measure) { return kMeasures[measure]; }

@@ -240,6 +240,8 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
                     Contains("swapped, or in different units"));
   CHECK_THROWS_WITH(read_text(stand_with("h", 1000.0), with_columns("h=h/10")),
                     Contains("use --columns h=(h/10)/100"));
+  CHECK_THROWS_WITH(read_text("dbh,H [cm]\n20,1500\n21,1600\n", with_columns("h=H [cm]")),
+                    Contains("use --columns h=`H [cm]`/100"));
 }
 
 TEST_CASE("saplings, giants and sparse woods pass the question for units") {
@@ -269,6 +271,17 @@ TEST_CASE("a file without what is needed is refused with the remedy") {
   CHECK_THROWS_WITH(read_text("DBH,Dbh\n1,2\n"), Contains("'DBH' and 'Dbh' could both be dbh"));
 }
 
+TEST_CASE("columns of usual spelling are found where a file has no column of our name") {
+  const std::vector<std::string> header{"Plot_ID", "dbh", "DBH_cm", "Height", "x_m", "age"};
+  const auto found = usual_columns(header, {"x"}, "trees.csv");
+  REQUIRE(found.size() == 2);
+  CHECK(describe_usual_column(found[0]) == "plot is read from column Plot_ID");
+  CHECK(describe_usual_column(found[1]) == "h is read from column Height");
+  CHECK_THROWS_WITH(usual_columns({"h_m", "height"}, {}, "trees.csv"),
+                    Contains("trees.csv: 'h_m' and 'height' could both be h"));
+  CHECK(usual_columns({"h_m", "height"}, {"h"}, "trees.csv").empty());
+}
+
 TEST_CASE("mappings are read, and refused where they make no sense") {
   const auto mappings =
       parse_column_mappings(" dbh = D , h=min(a, b),s=ifelse(u == \"a,b\", 1, 2)");
@@ -276,6 +289,7 @@ TEST_CASE("mappings are read, and refused where they make no sense") {
   CHECK(mappings[0].name == "dbh");
   CHECK(mappings[0].source == "D");
   CHECK(mappings[1].source == "min(a, b)");
+  CHECK(parse_column_mappings("h=`H, m`/10,x=X")[0].source == "`H, m`/10");
   CHECK(parse_column_mappings("").empty());
   for (const char* text : {"dbh", "dbh=", "=D", "dbh=D,", "dbh==D"}) {
     CHECK_THROWS_WITH(parse_column_mappings(text), Contains("is not NAME=COLUMN"));

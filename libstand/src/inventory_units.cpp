@@ -38,9 +38,10 @@ double median_slenderness(const Inventory& inventory) {
   return positive_median(ratios);
 }
 
-/// Expressions get parentheses before they are divided.
+/// Expressions get parentheses before they are divided, columns the backquotes that they need.
 std::string converted(const Source& source, int divisor, int factor) {
-  const std::string text = source.expression ? "(" + source.text + ")" : source.text;
+  const std::string text =
+      source.expression ? "(" + source.text + ")" : data::Expression::variable(source.text).text();
   return divisor > 1 ? fmt::format("{}/{}", text, divisor) : fmt::format("{}*{}", text, factor);
 }
 

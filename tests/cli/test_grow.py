@@ -155,6 +155,93 @@ class Grow(ProgramTest):
                                 "--out", "trees", status=3)
         self.assertIn("h_conditional", done.stderr)
 
+    def test_columns_are_spelled_as_in_the_header(self):
+        self.write("in.csv", "plot,tree,BHD [cm],H.m,crown base,cw\n01,1,20.5,15.5,n.v.,4\n"
+                             "01,2,20.5,15.5,5,4\n")
+        columns = "h=H.m,hcb=crown base,dbh="
+        result = self.run_json("grow", "in.csv", "--columns", columns + "BHD [cm]", "--out", "d")
+        self.assertAlmostEqual(result["trees"][0]["dbh"], 20.5, delta=0.1)
+        self.assertEqual([(row["column"], row["tree"]) for row in result["left_out"]],
+                         [("crown base", "1")])
+        halved = self.run_json("grow", "in.csv", "--columns", columns + "`BHD [cm]`/min(2, 3)",
+                               "--out", "d")
+        self.assertAlmostEqual(halved["trees"][0]["dbh"], 10.25, delta=0.1)
+        for wrong, said in (("BHD [cm]/2", "write `BHD [cm]`, in backquotes"),
+                            ("BHD [mm]", "is no column either"),
+                            ("BHD [cm],dbh=H.m", "'dbh' is named twice"),
+                            ("BHD", "there is no column 'BHD'")):
+            error = self.run_program("grow", "in.csv", "--columns", columns + wrong, "--out", "d",
+                                     status=2).stderr
+            self.assertIn(said, error)
+
+    def test_usual_names_are_found_as_in_inventories(self):
+        self.write("in.csv", "plot_id,tree_id,spp,x_m,y_m,dbh_cm,height,hcb_m,cw_m\n"
+                             "07,1,SM,0,0,20,15,5,3\n")
+        done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--json")
+        self.assertIn("note: dbh is read from column dbh_cm\n", done.stderr)
+        tree, = json.loads(done.stdout)["trees"]
+        self.assertEqual((tree["plot"], tree["species"], round(tree["h"], 2)), ("07", "SM", 15))
+        self.assertEqual(self.run_program("grow", "in.csv", "--scene", "s.glb", "--quiet").stderr, "")
+        self.write("two.csv", "plot,tree,dbh,h_m,height,hcb,cw\n1,1,20,15,16,5,3\n")
+        refused = self.run_program("grow", "two.csv", "--out", "d", status=2).stderr
+        self.assertIn("'h_m' and 'height' could both be h", refused)
+        self.run_program("grow", "two.csv", "--columns", "h=height", "--out", "d")
+
+    def test_names_of_our_own_go_before_usual_ones(self):
+        self.write("in.csv", "plot,tree,dbh,height,h_population,hcb,hcb_population,cw,cw_population\n"
+                             "1,1,20,18,14.5,5,6,3,3.5\n")
+        grow = ("grow", "in.csv", "--out", "d", "--use")
+        self.assertAlmostEqual(self.run_json(*grow, "population")["trees"][0]["h"], 14.5, delta=0.01)
+        self.assertAlmostEqual(self.run_json(*grow, "observed")["trees"][0]["h"], 18, delta=0.01)
+
+    def test_plots_that_lie_on_each_other_are_said(self):
+        rows = [f"{plot},{i},SM,{10 * (i % 2)},{10 * (i // 2)},20,15,5,3"
+                for plot in ("01", "02") for i in range(4)]
+        self.write("in.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
+        grow = ("grow", "in.csv", "--lod", "3")
+        self.assertIn("plots 01 and 02 lie on each other", self.run_program(*grow, "--scene", "s.glb").stderr)
+        for alone in (("--scene", "s.glb", "--plot", "02"), ("--out", "d"),
+                      ("--scene", "s.glb", "--quiet")):
+            self.assertNotIn("each other", self.run_program(*grow, *alone).stderr)
+
+    def test_what_was_written_is_named(self):
+        self.write("in.csv", GROWTH)
+        grow = ("grow", "in.csv", "--by", "year", "--lod")
+        done = self.run_program(*grow, "3", "--scene", "stand.glb")
+        first, *files = done.stdout.splitlines()
+        self.assertRegex(first, r"^3 trees at 3 times, [0-9.]+ s:$")
+        self.assertEqual([line.split(" triangles")[0].rsplit(", ", 1)[0] for line in files],
+                         [f"  stand-{year}.glb: 2 trees" for year in (2021, 2022, 2023)])
+        for name in ("stand-2021.glb", "stand-2022.glb", "stand-2023.glb"):
+            self.assertTrue((self.folder / name).exists())
+        self.assertIn("3 trees have parts that were not measured", done.stderr)
+        self.write("one.csv", GROWTH.splitlines()[0] + "\n" + GROWTH.splitlines()[1] + "\n")
+        done = self.run_program("grow", "one.csv", "--lod", "2,3", "--scene", "s.glb")
+        first, *files = done.stdout.splitlines()
+        self.assertRegex(first, r"^1 tree, [0-9.]+ s:$")
+        scenes = self.run_json("grow", "one.csv", "--lod", "2,3", "--scene", "s.glb")["scenes"]
+        self.assertEqual(files, [f"  {scene['file']}: 1 tree, {scene['triangles']} triangles"
+                                 for scene in scenes])
+        self.assertEqual([scene["file"] for scene in scenes], ["s-lod2.glb", "s-lod3.glb"])
+        self.assertIn("1 tree has parts", done.stderr)
+        folders = self.run_program("grow", "one.csv", "--lod", "0,3", "--out", "d").stdout.splitlines()
+        self.assertEqual([line.split(": ")[0] for line in folders[1:]], ["  d", "  d (*-lod3.glb)"])
+        self.assertEqual(len(list((self.folder / "d").glob("*-lod3.glb"))), 1)
+
+    def test_quiet_does_not_name_rows_that_are_left_out(self):
+        self.write("in.csv", INVENTORY)
+        self.assertEqual(self.run_program("grow", "in.csv", "--out", "d", "--quiet").stderr, "")
+
+    def test_what_is_missing_is_named(self):
+        self.write("in.csv", "plot,tree,dbh,h,hcb,cw,h_population,hcb_population,cw_population\n"
+                             "01,1,20,15,5,3,14,5,3\n01,2,20,15,5,3,,5,3\n")
+        done = self.run_program("grow", "in.csv", "--use", "population", "--out", "d")
+        self.assertIn("in.csv:3: h_population: is missing", done.stderr)
+        done = self.run_program("grow", "in.csv", "--plot", "Z", "--out", "d", status=3)
+        self.assertIn("in.csv: no tree stands in plot Z; the only plot is 01\n", done.stderr)
+        done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--out", "d", status=2)
+        self.assertIn("leave one of them out", done.stderr)
+
     def test_wrong_usage_has_status_2(self):
         self.write("in.csv", INVENTORY)
         for arguments in (["in.csv"],
@@ -168,6 +255,10 @@ class Grow(ProgramTest):
                           ["in.csv", "--scene", "s.obj", "--compress"],
                           ["in.csv", "--scene", "s.glb", "--share", "--resolve-overlaps"],
                           ["in.csv", "--scene", "s.glb", "--share", "--models", "0"],
+                          ["in.csv", "--scene", "s.glb", "--models", "3"],
+                          ["in.csv", "--scene", "s.glb", "--seconds", "3"],
+                          ["in.csv", "--scene", "s.glb", "--ascii"],
+                          ["in.csv", "--out", "d", "--ground", "flat"],
                           ["in.csv", "--out", "d", "--use", "best"],
                           ["in.csv", "--out", "d", "--preset", "oak"],
                           ["in.csv", "--out", "d", "--columns", "h"]):

@@ -49,6 +49,29 @@ class Pictures(ProgramTest):
         self.render("stand.glb", "--out", "x.png", "--date", "2023-06-21T15:00+08:00",
                     "--place", "27.5,114.6")
 
+    def test_at_night_nothing_is_drawn(self):
+        error = self.render("stand.glb", "--out", "x.png", "--date", "2023-06-21T01:00+08:00",
+                            "--place", "26,117", status=2).stderr
+        # 48 minutes (12 degrees) past the local midnight, the sun 23.44 degrees north of the equator:
+        # sin(26) sin(23.44) - cos(26) cos(23.44) cos(12) = sin(-39.2).
+        self.assertRegex(error, r"the sun is 39\.[0-4] degrees below the horizon")
+        self.render("stand.glb", "--out", "x.png", "--sun", "100,-5", status=2)
+        self.assertFalse((self.folder / "x.png").exists())
+        self.render("stand.glb", "--out", "x.png", "--sun", "100,0.5")
+
+    def test_options_that_do_nothing_are_refused(self):
+        for arguments in (("--sun", "10,10", "--date", "2023-06-21T12:00+08:00", "--place", "26,117"),
+                          ("--place", "26,117"),
+                          ("--turntable", "0"),
+                          ("--columns", "2")):
+            self.render("stand.glb", "--out", "x.png", *arguments, status=2)
+
+    def test_other_files_are_told_what_can_be_drawn(self):
+        self.run_program("grow", "trees.csv", "--scene", "s.obj", "--quiet")
+        for name in ("s.obj", "trees.csv"):
+            self.assertIn(f"{name}: is neither GLB nor glTF",
+                          self.render(name, "--out", "x.png", status=3).stderr)
+
     def test_what_cannot_be_drawn_is_refused(self):
         self.write("broken.glb", "glTF but not really")
         error = self.render("broken.glb", "--out", "x.png", status=3).stderr

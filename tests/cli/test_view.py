@@ -25,8 +25,8 @@ class ViewTest(ProgramTest):
 
 class Pages(ViewTest):
     def view(self, *arguments, status=0):
-        return self.run_program("view", *arguments, "--lod", "3", "--models", "1", "--no-open",
-                                status=status)
+        small = () if arguments[0].endswith(".glb") else ("--lod", "3", "--models", "1")
+        return self.run_program("view", *arguments, *small, "--no-open", status=status)
 
     def data(self, name):
         page = (self.folder / name).read_text(encoding="utf-8")
@@ -61,6 +61,30 @@ class Pages(ViewTest):
         self.view("other.csv", "--columns", "h=height", "--title", "Other", "--out", "other.html")
         self.assertEqual(self.data("other.html")["title"], "Other")
 
+    def test_columns_are_spelled_as_in_the_header_or_usual(self):
+        self.write("other.csv", TREES.replace("x,y,dbh,h,hcb", "x_m,y_m,BHD [cm],height,crown base"))
+        done = self.view("other.csv", "--columns", "dbh=BHD [cm],hcb=crown base")
+        self.assertIn("note: h is read from column height\n", done.stderr)
+        trees = self.data("other.html")["trees"]
+        self.assertEqual((trees["dbh"], trees["hcb"]), ([25.9, 18.0, 18.0], [7.5, 4.0, 4.0]))
+        self.assertIn("named twice",
+                      self.view("trees.csv", "--columns", "dbh=dbh,dbh=h", status=2).stderr)
+
+    def test_trees_of_shared_models_are_counted(self):
+        self.run_program("grow", "trees.csv", "--scene", "s.glb", "--share", "--lod", "3", "--quiet")
+        self.assertIn("3 trees without measurements", self.view("s.glb").stdout)
+        (self.folder / "scene").write_bytes((self.folder / "s.glb").read_bytes())
+        self.assertIn("3 trees", self.run_program("view", "scene", "--no-open").stdout)
+        self.assertIn("shown as it is",
+                      self.run_program("view", "s.glb", "--models", "2", status=2).stderr)
+
+    def test_other_files_are_told_what_can_be_shown(self):
+        self.run_program("grow", "trees.csv", "--scene", "s.obj", "--lod", "3", "--quiet")
+        self.write("library.json", '{"schema": "x",\n"models": [1, 2]}\n')
+        for name in ("s.obj", "library.json"):
+            error = self.view(name, status=3).stderr
+            self.assertIn("a folder of `silvafit study`, a scene as .glb, or a table", error)
+
     def test_names_cannot_end_the_script_that_holds_them(self):
         self.write("hostile.csv", TREES.replace("1,2,MH", f"1,{HOSTILE},<!--MH"))
         self.view("hostile.csv", "--title", HOSTILE)
@@ -83,7 +107,11 @@ class Pages(ViewTest):
     def test_instances_get_measurements_from_their_table(self):
         self.run_program("grow", "trees.csv", "--scene", "stand.glb", "--share", "--instancing",
                          "--compress", "--quiet")
-        self.assertIn("no measurements", self.view("stand.glb").stderr)
+        done = self.view("stand.glb")
+        self.assertIn("3 trees without measurements", done.stdout)
+        self.assertIn("--trees FILE.csv", done.stderr)
+        summary = json.loads(self.view("stand.glb", "--json").stdout)
+        self.assertEqual((summary["trees"], summary["unmeasured"]), (0, 3))
         self.view("stand.glb", "--trees", "trees.csv")
         self.assertEqual(self.data("stand.html")["trees"]["number"], [0, 1, 2])
 
@@ -105,7 +133,7 @@ class Pages(ViewTest):
         grow = ("grow", "own.csv", "--lod", "3", "--share", "--instancing", "--quiet", "--scene")
         self.run_program(*grow, "two.glb", "--plot", "2")
         said = self.view("two.glb", "--trees", "own.csv").stderr
-        self.assertIn("1 of 2 trees of the scene are not in the table, or not told apart", said)
+        self.assertIn("1 of 2 trees of the scene is not in the table, or not told apart", said)
         self.assertEqual(self.data("two.html")["trees"]["number"], [None, None, None, 1])
         self.run_program(*grow, "all.glb")
         self.view("all.glb", "--trees", "own.csv")
@@ -141,6 +169,7 @@ class Pages(ViewTest):
     def test_rows_that_cannot_be_trees_are_named(self):
         self.write("odd.csv", TREES + "2,9,SM,1,1,10,1.0,0.5,2\n")
         self.assertIn("tree 9", self.view("odd.csv").stderr)
+        self.assertEqual(self.view("odd.csv", "--quiet").stderr, "")
 
 
 class Desktop(ViewTest):

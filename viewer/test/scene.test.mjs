@@ -287,8 +287,14 @@ test("plots with coordinates of their own are shown one at a time", { skip }, ()
     assert.equal((await page.evaluate(() => window.silvafitView.draw())).trees, 9);
     assert.equal(await page.locator("[data-tree]").count(), 9);
     assert.ok(await page.getByText("Plots lie on each other").isVisible());
-    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "all" });
+    const outlined = () => page.evaluate(() => window.silvafitView.outlined());
+    assert.deepEqual(await outlined(), ["1"]);
+    const choose = (label) => page.getByLabel("Plot", { exact: true }).selectOption({ label });
+    await choose("2");
+    assert.deepEqual(await outlined(), ["2"]);
+    await choose("all");
     assert.equal(await page.locator("[data-tree]").count(), 14);
+    assert.deepEqual(await outlined(), ["1", "2"]);
   });
 });
 

@@ -101,6 +101,7 @@ View view_of_scene(std::string_view glb,
       scene.stand, {.origin = scene.origin, .scene = std::string(glb)}, catalogue, options);
   View view = summary_of(std::move(scene.stand));
   view.data = std::move(data);
+  view.unmeasured = scene.unmeasured;
   return view;
 }
 

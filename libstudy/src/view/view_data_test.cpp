@@ -226,6 +226,19 @@ TEST_CASE("plots are chosen, and columns may have other names", "[study][view]")
   CHECK(data["trees"]["h"] == json({20.0, 9.9, 25.0, 8.0}));
 }
 
+TEST_CASE("columns are spelled as in the table, and name the observed sizes", "[study][view]") {
+  data::Table table = four_trees();
+  table.set("Height [m]", texts({"19", "9.5", "n.v.", "7.5"}));
+  table.set("BHD [cm]", std::vector<double>{21.0, 13.0, 31.0, 9.0});
+  ViewOptions options = coarse();
+  options.columns = {{"h", "Height [m]"}, {"dbh", "BHD [cm]"}};
+  const json data = json::parse(view_of_trees(table, catalogue(), options).data);
+  CHECK(data["trees"]["h"] == json({19.0, 9.5, nullptr, 7.5}));
+  CHECK(data["trees"]["dbh"] == json({21.0, 13.0, 31.0, 9.0}));
+  // Predictions are what they were.
+  CHECK(data["variants"][1]["h"] == json({18.0, 10.5, 24.0, 6.0}));
+}
+
 TEST_CASE("what cannot be shown is said", "[study][view]") {
   data::Table without(1);
   without.set("plot", texts({"1"}));

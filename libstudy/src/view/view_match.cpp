@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -93,16 +94,21 @@ class Matcher {
     const std::size_t here = numbered_.size();
     refuse_others(found, here);
     if (found < stand_.trees.size()) {
-      stand_.notes.push_back(fmt::format("{} of {} trees of the table are not in the scene.",
-                                         stand_.trees.size() - found,
-                                         stand_.trees.size()));
+      const std::size_t missing = stand_.trees.size() - found;
+      stand_.notes.push_back(fmt::format("{} of {} of the table {} not in the scene.",
+                                         missing,
+                                         counted(stand_.trees.size(), "tree", "trees"),
+                                         missing == 1 ? "is" : "are"));
     }
     if (placed_ < here) {
+      const std::size_t missing = here - placed_;
       stand_.notes.push_back(
-          fmt::format("{} of {} trees of the scene are not in the table, or not told apart by "
-                      "their places; they have no measurements.",
-                      here - placed_,
-                      here));
+          fmt::format("{} of {} of the scene {} not in the table, or not told apart by {} no "
+                      "measurements.",
+                      missing,
+                      counted(here, "tree", "trees"),
+                      missing == 1 ? "is" : "are",
+                      missing == 1 ? "its place; it has" : "their places; they have"));
     }
   }
 
@@ -154,11 +160,12 @@ class Matcher {
     }
     if (2 * placed_ < std::min(here, stand_.trees.size())) {
       throw InputError(
-          fmt::format("only {} of the {} trees of the scene stand where the table has one: the "
-                      "table, its plots "
-                      "or its coordinates are others than those that the scene was grown from",
+          fmt::format("only {} of the {} trees of the scene {} where the table has one: the table, "
+                      "its plots or its coordinates are others than those that the scene was grown "
+                      "from",
                       placed_,
-                      here));
+                      here,
+                      placed_ == 1 ? "stands" : "stand"));
     }
   }
 

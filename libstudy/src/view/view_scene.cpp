@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/tree/scene_reader.hpp"
 #include "view/view_match.hpp"
 #include "view/view_table.hpp"
@@ -138,11 +140,12 @@ ViewStand stand_of_extras(const json& description,
     stand.trees.push_back(std::move(tree));
   }
   if (without > 0) {
-    stand.notes.push_back(
-        fmt::format("{} of {} trees of the file have no sizes that a tree can have; they are shown "
-                    "without measurements.",
-                    without,
-                    without + stand.trees.size()));
+    stand.notes.push_back(fmt::format("{} of {} of the file {} shown without measurements.",
+                                      without,
+                                      counted(without + stand.trees.size(), "tree", "trees"),
+                                      without == 1
+                                          ? "has no sizes that a tree can have; it is"
+                                          : "have no sizes that a tree can have; they are"));
   }
   stand.variants.push_back(std::move(variant));
   return stand;
@@ -154,6 +157,35 @@ std::vector<std::string> node_names(const json& description) {
     names.push_back(node.value("name", ""));
   }
   return names;
+}
+
+/// Trees of a scene that stand in it without measurements: instances with a number, and in files of
+/// this program the other nodes but for the ground. What the nodes of other files are is not known.
+std::size_t count_unmeasured(const json& description, const tree::ReadScene& scene) {
+  const json::json_pointer generator("/asset/generator");
+  const bool is_own = description.contains(generator) && description[generator] == "silvafit";
+  std::set<double> numbers;
+  std::set<std::string> names;
+  for (const tree::ReadInstance& instance : scene.instances) {
+    if (instance.tree >= 0.0) {
+      numbers.insert(instance.tree);
+    } else if (is_own && instance.name != "ground") {
+      names.insert(instance.name);
+    }
+  }
+  return numbers.size() + names.size();
+}
+
+std::string note_without_measurements(std::size_t trees) {
+  if (trees == 0) {
+    return "The file holds no measurements of trees, so there is no list of trees.";
+  }
+  return fmt::format(
+      "The file holds {} without measurements, so there is no list of trees; --trees FILE.csv, the "
+      "table that {} grown from, gives {} its own.",
+      counted(trees, "tree", "trees"),
+      trees == 1 ? "it was" : "they were",
+      trees == 1 ? "it" : "each");
 }
 
 /// Nodes form trees, which spares whoever walks through them endless ways.
@@ -192,8 +224,8 @@ SceneTrees trees_of_scene(std::string_view glb,
     if (table == nullptr) {
       scene.stand = stand_of_extras(description, scene.origin, catalogue);
       if (scene.stand.trees.empty()) {
-        scene.stand.notes.emplace_back(
-            "The file holds no measurements of trees, so there is no list of trees.");
+        scene.unmeasured = count_unmeasured(description, read);
+        scene.stand.notes.push_back(note_without_measurements(scene.unmeasured));
       }
     } else {
       scene.stand = read_view_stand(*table, catalogue, options);

@@ -2,6 +2,7 @@
 // Which nodes of a GLB scene are which trees.
 #pragma once
 
+#include <cstddef>
 #include <string_view>
 
 #include "silvafit/data/table.hpp"
@@ -13,7 +14,8 @@ namespace silvafit::study {
 
 struct SceneTrees {
   ViewStand stand{};
-  tree::Position origin{};  ///< of the scene's frame in the inventory's coordinates
+  tree::Position origin{};     ///< of the scene's frame in the inventory's coordinates
+  std::size_t unmeasured = 0;  ///< trees of a scene in which none has measurements
 };
 
 /// \throws as view_of_scene()

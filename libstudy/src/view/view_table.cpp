@@ -6,13 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <span>
 #include <unordered_map>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/data/expression.hpp"
-#include "silvafit/data/program.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/column_reference.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -44,16 +43,14 @@ class Columns {
   }
   bool has(const std::string& ours) const { return columns_.contains(ours) || table_.has(ours); }
 
-  /// NaN where a value, or the column, is missing.
+  /// NaN where a value, or the column, is missing or no number.
   std::vector<double> numbers(const std::string& ours) const {
-    if (columns_.contains(ours)) {
-      return data::evaluate(data::Expression::parse(name_of(ours)), table_);
-    }
-    if (!table_.has(ours) || !table_.is_numeric(ours)) {
-      return std::vector<double>(table_.rows(), data::kMissing);
-    }
-    const std::span<const double> values = table_.numbers(ours);
-    return {values.begin(), values.end()};
+    if (!has(ours)) return std::vector<double>(table_.rows(), data::kMissing);
+    std::vector<data::TextCell> ignored;  // told where the trees' rows are read
+    return data::numbers_of(
+        table_,
+        data::column_reference(ours, name_of(ours), table_.names(), table_.file()),
+        ignored);
   }
 
   /// What tells trees apart: plot and tree, parted by a sign that no text has.
@@ -92,10 +89,18 @@ struct ReadVariant {
   std::vector<tree::LeftOut> left_out{};
 };
 
+/// The mappings of a variant: one of h names the observed height, not the predicted ones.
+std::map<std::string, std::string> columns_of(const Kind& kind, const ViewOptions& options) {
+  std::map<std::string, std::string> columns = options.columns;
+  if (kind.use == Use::kObserved) return columns;
+  for (const char* name : {"h", "hcb", "cw"}) columns.erase(name);
+  return columns;
+}
+
 ReadVariant read_variant(const data::Table& table, const Kind& kind, const ViewOptions& options) {
   tree::MorphologyTable read = tree::read_morphologies(table,
                                                        {.use = kind.use,
-                                                        .columns = options.columns,
+                                                        .columns = columns_of(kind, options),
                                                         .plots = options.plots,
                                                         .needs_position = true});
   ReadVariant variant{.kind = &kind, .left_out = std::move(read.left_out)};
@@ -106,8 +111,7 @@ ReadVariant read_variant(const data::Table& table, const Kind& kind, const ViewO
   return variant;
 }
 
-/// The sizes of a tree that can be drawn. Its columns may hold text in other rows, and so be no
-/// numbers to the table; its crown width may follow from its radii.
+/// The sizes of a tree that can be drawn. Its crown width may follow from its radii.
 ViewSizes sizes_of(const tree::Morphology& tree, const ViewSizes& table) {
   const bool has_width = !std::isnan(table.cw_m);
   const double radii_width = tree.radii ? tree.radii->width_m() : data::kMissing;
@@ -259,11 +263,13 @@ class StandReader {
     };
     const auto say = [&](std::ptrdiff_t missing, const char* what) {
       if (missing == 0) return;
-      stand_.notes.push_back(fmt::format("{}: {} of {} trees have no {} and are not drawn.",
-                                         variant.title,
-                                         missing,
-                                         variant.trees.size(),
-                                         what));
+      stand_.notes.push_back(fmt::format(
+          "{}: {} of {} no {} and {} not drawn.",
+          variant.title,
+          missing,
+          counted(variant.trees.size(), "tree", "trees") + (missing == 1 ? " has" : " have"),
+          what,
+          missing == 1 ? "is" : "are"));
     };
     say(count(true), is_observed ? "measurements" : "predictions");
     say(count(false), "sizes that a tree can have");

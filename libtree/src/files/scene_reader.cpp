@@ -55,6 +55,17 @@ ReadScene read_glb_unguarded(std::string_view bytes) {
   return read_document(parsed(bytes.substr(20, length)), std::move(buffers));
 }
 
+/// OBJ, PLY and tables are often taken for scenes.
+void require_gltf(const std::string& bytes) {
+  // A byte order mark may go before.
+  const std::size_t start = bytes.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+  if (start != std::string::npos && bytes[start] == '{') return;
+  throw InputError(
+      "is neither GLB nor glTF, the kinds of scenes that are read; `silvafit grow --scene "
+      "FILE.glb` "
+      "writes one");
+}
+
 std::string unescaped(const std::string& uri) {
   std::string name;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -79,6 +90,7 @@ std::string unescaped(const std::string& uri) {
 }
 
 ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::string& bytes) {
+  require_gltf(bytes);
   json description = parsed(bytes);
   std::vector<std::string> buffers;
   if (description.contains("buffers")) {

@@ -5,9 +5,9 @@
 #include <array>
 #include <iterator>
 #include <optional>
-#include <set>
 #include <utility>
 
+#include "morphology/plot_choice.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -46,19 +46,26 @@ std::vector<RowsOfMoment> rows_by(const data::Table& table,
   return moments;
 }
 
-/// The chosen plots that have a row; a plot may be measured at some times only.
-std::vector<std::string> plots_in(const data::Table& table, const MorphologyTableOptions& options) {
+/// The plots of the rows; nothing without such a column, which is refused where the table is read.
+std::optional<data::TextColumn> plot_labels(const data::Table& table,
+                                            const MorphologyTableOptions& options) {
   const auto mapped = options.columns.find("plot");
   const std::string column = mapped == options.columns.end() ? "plot" : mapped->second;
-  if (!table.has(column)) return options.plots;  // refused where the table is read
-  const data::TextColumn labels = table.labels(column);
-  std::set<std::string, std::less<>> present;
-  for (std::size_t row = 0; row < labels.size(); ++row) present.emplace(labels[row]);
+  if (!table.has(column)) return std::nullopt;
+  return table.labels(column);
+}
+
+/// The chosen plots that have a row; a plot may be measured at some times only.
+std::vector<std::string> plots_in(const data::Table& table, const MorphologyTableOptions& options) {
+  const auto labels = plot_labels(table, options);
+  if (!labels) return options.plots;
   std::vector<std::string> plots;
   std::copy_if(options.plots.begin(),
                options.plots.end(),
                std::back_inserter(plots),
-               [&](const std::string& plot) { return present.contains(plot); });
+               [&](const std::string& plot) {
+                 return labels->code_of(plot) != data::TextColumn::kMissingCode;
+               });
   return plots;
 }
 
@@ -106,10 +113,8 @@ Moments read_moments(const data::Table& table,
                      const MorphologyTableOptions& options) {
   Moments result;
   const std::vector<RowsOfMoment> all = rows_by(table, by, result.left_out);
-  for (const std::string& plot : options.plots) {
-    if (plots_in(table, {.columns = options.columns, .plots = {plot}}).empty()) {
-      throw InputError("no tree stands in plot " + plot, {.file = table.file(), .plot = plot});
-    }
+  if (const auto labels = plot_labels(table, options)) {
+    require_plots(options.plots, *labels, table.file());
   }
   for (const RowsOfMoment& moment : all) {
     const data::Table part = table.select(moment.rows);

@@ -8,20 +8,19 @@
 #include <set>
 #include <utility>
 
-#include "silvafit/data/csv.hpp"
-#include "silvafit/data/program.hpp"
+#include "morphology/plot_choice.hpp"
+#include "silvafit/data/column_reference.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 using Numbers = std::vector<double>;
 
-/// A cell with text where a number belongs.
-struct Unreadable {
-  std::string column{};
-  std::string value{};
-};
-using UnreadableCells = std::map<std::size_t, Unreadable>;  ///< by row, the first of each
+/// Cells with text where a number belongs, by row, the first of each.
+using UnreadableCells = std::map<std::size_t, data::TextCell>;
+
+/// What our columns are read from, in the table's words: "h" from "h_ols" or "BHD/10".
+using SourceNames = std::map<std::string, std::string>;
 
 std::string suffix_of(Use use) {
   switch (use) {
@@ -40,10 +39,12 @@ std::string suffix_of(Use use) {
 class Columns {
  public:
   /// \param unreadable  gets the rows whose cells cannot be read
+  /// \param names       gets what is read
   Columns(const data::Table& table,
           const MorphologyTableOptions& options,
-          UnreadableCells& unreadable)
-      : table_(table), options_(options), unreadable_(unreadable) {
+          UnreadableCells& unreadable,
+          SourceNames& names)
+      : table_(table), options_(options), unreadable_(unreadable), names_(names) {
     static const std::set<std::string> known{"plot",       "tree",
                                              "species",    "x",
                                              "y",          "z",
@@ -70,13 +71,19 @@ class Columns {
   }
 
   Numbers numbers(const std::string& name, const std::string& suffix = "") const {
-    if (const auto expression = mapped(name)) {
-      return data::evaluate(data::Expression::parse(*expression), table_);
+    const data::ColumnReference reference = reference_to(name, suffix);
+    names_[name] = reference.text;
+    std::vector<data::TextCell> cells;
+    Numbers values = data::numbers_of(table_, reference, cells);
+    const bool is_column = !reference.expression;
+    if (is_column && !cells.empty() &&
+        std::all_of(values.begin(), values.end(), [](double value) { return std::isnan(value); })) {
+      throw InputError("holds text where numbers are needed",
+                       {.file = table_.file(), .column = reference.text});
     }
-    const std::string column = required(name + suffix);
-    if (!table_.is_numeric(column)) return parsed(column);
-    const auto values = table_.numbers(column);
-    return {values.begin(), values.end()};
+    // The rows of such cells cannot be used.
+    for (data::TextCell& cell : cells) unreadable_.emplace(cell.row, std::move(cell));
+    return values;
   }
 
   std::optional<Numbers> numbers_if_any(const std::string& name,
@@ -98,29 +105,17 @@ class Columns {
                      {.file = table_.file(), .line = 1, .column = column});
   }
 
-  /// The numbers of a column of which some cells hold text; their rows cannot be used.
-  Numbers parsed(const std::string& column) const {
-    const data::TextColumn& texts = table_.text(column);
-    Numbers values(texts.size(), data::kMissing);
-    std::size_t found = 0;
-    for (std::size_t row = 0; row < texts.size(); ++row) {
-      if (texts.is_missing(row)) continue;
-      if (data::parse_number(texts[row], values[row])) {
-        ++found;
-      } else {
-        unreadable_.emplace(row, Unreadable{column, std::string(texts[row])});
-      }
+  data::ColumnReference reference_to(const std::string& name, const std::string& suffix) const {
+    if (const auto text = mapped(name)) {
+      return data::column_reference(name, *text, table_.names(), table_.file());
     }
-    if (found == 0) {
-      throw InputError("holds text where numbers are needed",
-                       {.file = table_.file(), .column = column});
-    }
-    return values;
+    return {.text = required(name + suffix)};
   }
 
   const data::Table& table_;
   const MorphologyTableOptions& options_;
   UnreadableCells& unreadable_;
+  SourceNames& names_;
 };
 
 /// All columns, fetched once.
@@ -132,11 +127,12 @@ struct Sources {
   std::optional<Numbers> bend, bend_azimuth, internodes, branch_angle;
   Numbers dbh, h, hcb;
   UnreadableCells unreadable;
+  SourceNames names;
 };
 
 Sources sources_of(const data::Table& table, const MorphologyTableOptions& options) {
   Sources from;
-  const Columns columns(table, options, from.unreadable);
+  const Columns columns(table, options, from.unreadable, from.names);
   const std::string suffix = suffix_of(options.use);
   from.plot = columns.labels("plot");
   from.tree = columns.labels("tree");
@@ -206,11 +202,7 @@ Use use_from_text(const std::string& text) {
 
 MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options) {
   const Sources from = sources_of(table, options);
-  for (const std::string& plot : options.plots) {
-    if (from.plot.code_of(plot) == data::TextColumn::kMissingCode) {
-      throw InputError("no tree stands in plot " + plot, {.file = table.file(), .plot = plot});
-    }
-  }
+  require_plots(options.plots, from.plot, table.file());
   MorphologyTable result;
   std::set<std::pair<std::string, std::string>> seen;
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -221,13 +213,14 @@ MorphologyTable read_morphologies(const data::Table& table, const MorphologyTabl
         .file = table.file(), .line = table.line(row), .plot = tree.plot, .tree = tree.tree};
     if (const auto cell = from.unreadable.find(row); cell != from.unreadable.end()) {
       place.column = cell->second.column;
-      result.left_out.push_back({place, "'" + cell->second.value + "' is no number"});
+      result.left_out.push_back({place, "'" + cell->second.text + "' is no number"});
       continue;
     }
     try {
       validate(tree);
     } catch (const DomainError& error) {
-      place.column = error.place().column;
+      const auto source = from.names.find(error.place().column);
+      place.column = source == from.names.end() ? error.place().column : source->second;
       result.left_out.push_back({place, error.message()});
       continue;
     }

@@ -8,6 +8,7 @@
 #include "silvafit/data/csv.hpp"
 #include "test_support/tree_test_support.hpp"
 
+using Catch::Matchers::Contains;
 using namespace silvafit;
 using namespace silvafit::tree;
 
@@ -103,4 +104,48 @@ TEST_CASE("columns of other names and units are mapped") {
   CHECK(read.morphologies[0].plot == "A");
   CHECK_THROWS_AS(read_morphologies(table, {}), InputError);
   CHECK_THROWS_AS(read_morphologies(table, {.columns = {{"bhd", "BHD"}}}), UsageError);
+}
+
+TEST_CASE("columns are spelled as in the header, in expressions in backquotes") {
+  const data::Table table =
+      table_of("plot,tree,BHD [cm],H.m,crown base,cw\nA,1,20.5,15.5,n.v.,4\nA,2,20.5,15.5,5,4\n");
+  MorphologyTableOptions options{
+      .columns = {{"dbh", "BHD [cm]"}, {"h", "H.m"}, {"hcb", "crown base"}}};
+  MorphologyTable read = read_morphologies(table, options);
+  REQUIRE(read.morphologies.size() == 1);
+  CHECK(read.morphologies[0].dbh_cm == 20.5);
+  CHECK(read.morphologies[0].hcb_m == 5.0);
+  REQUIRE(read.left_out.size() == 1);
+  CHECK(read.left_out[0].place.column == "crown base");
+  CHECK(read.left_out[0].reason == "'n.v.' is no number");
+  options.columns["dbh"] = "`BHD [cm]`*2";
+  options.columns["hcb"] = "`crown base`/2";
+  read = read_morphologies(table, options);
+  REQUIRE(read.morphologies.size() == 1);
+  CHECK(read.morphologies[0].dbh_cm == 41.0);
+  CHECK(read.morphologies[0].hcb_m == 2.5);
+  CHECK(read.left_out.size() == 1);
+  options.columns["dbh"] = "BHD [cm]*2";
+  CHECK_THROWS_WITH(read_morphologies(table, options), Contains("`BHD [cm]`, in backquotes"));
+}
+
+TEST_CASE("a row that is left out names the column that it lacks") {
+  const data::Table table = table_of(
+      "plot,tree,D,h,hcb,cw,h_ols,hcb_ols,cw_ols\n1,1,200,15,6,3,,6,3\n1,2,,15,6,3,14,6,3\n");
+  const MorphologyTable read =
+      read_morphologies(table, {.use = Use::kOls, .columns = {{"dbh", "D/10"}}});
+  REQUIRE(read.left_out.size() == 2);
+  CHECK(read.left_out[0].place.column == "h_ols");
+  CHECK(read.left_out[1].place.column == "D/10");
+}
+
+TEST_CASE("a plot that is not there is refused with those that are") {
+  std::string csv = "plot,tree,dbh,h,hcb,cw\n01,1,20,15,5,3\n";
+  CHECK_THROWS_WITH(read_morphologies(table_of(csv), {.plots = {"01", "1"}}),
+                    Contains("no tree stands in plot 1; the only plot is 01"));
+  for (int plot = 2; plot <= 12; ++plot) {
+    csv += std::to_string(plot) + ",1,20,15,5,3\n";
+  }
+  CHECK_THROWS_WITH(read_morphologies(table_of(csv), {.plots = {"Z"}}),
+                    Contains("the plots are 01, 2, 3, 4, 5, 6, 7, 8, 9, 10 and 2 more"));
 }

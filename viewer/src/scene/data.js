@@ -69,5 +69,8 @@ export function plotsCoincide({ plots }) {
   return boxes.some((box, index) => boxes.slice(index + 1).some((other) => shared(box, other) > 0.5 * Math.min(area(box), area(other))));
 }
 
+/** The plots whose outlines are drawn: that which is shown alone, or all. */
+export const outlinedPlots = ({ plots }, shownPlot) => plots.filter((_, plot) => shownPlot === null || plot === shownPlot);
+
 /** The variants with predictions. */
 export const predictions = (data) => data.variants.filter(({ name }) => ["ols", "population", "conditional"].includes(name));

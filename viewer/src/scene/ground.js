@@ -2,6 +2,7 @@
 // The ground with plot boundaries, a scale bar that lies on it, and an arrow to the north.
 import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, Raycaster, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
 import { roundUp } from "./colors.js";
+import { outlinedPlots } from "./data.js";
 
 const DOWN = new Vector3(0, -1, 0);
 const SKY_M = 10_000;
@@ -55,6 +56,8 @@ export class Ground {
     this.group = new Group();
     this.data = data;
     this.box = box;
+    /** Number of the plot that is shown alone, or null for all. */
+    this.shownPlot = null;
     this.raycaster = new Raycaster();
     this.material = new MeshStandardMaterial({ roughness: 1, metalness: 0 });
     this.surface = surface ?? this.plane();
@@ -95,7 +98,8 @@ export class Ground {
 
   addOutlines(color) {
     const points = [];
-    for (const { outline } of this.data.plots) {
+    this.outlined = outlinedPlots(this.data, this.shownPlot);
+    for (const { outline } of this.outlined) {
       outline.forEach((corner, index) => points.push(...this.alongGround(corner, outline[(index + 1) % outline.length])));
     }
     if (points.length === 0) return;

@@ -46,6 +46,7 @@ class Page {
     this.view.setShadows(true);
     if (treeCount(this.data) > 0) {
       this.ground = new Ground(this.loaded.ground, this.data, this.extent());
+      this.ground.shownPlot = this.shownPlot;
       this.view.scene.add(this.ground.group);
     }
     const floor = this.ground ?? floorOf(this.loaded.rest, this.extent());
@@ -241,7 +242,7 @@ class Page {
     this.aboutPart.textContent = this.about();
     this.setColoring(this.colorSelect.value);
     if (this.chosen !== null && !this.passes()(this.chosen)) this.choose(null);
-    if (this.ground) this.ground.box = this.extent();
+    if (this.ground) Object.assign(this.ground, { box: this.extent(), shownPlot: this.shownPlot });
     this.dress();
     this.frame();
   }
@@ -379,5 +380,7 @@ window.silvafitView = {
   hasObject: (name) => page.view.scene.getObjectByName(name) !== undefined,
   /** Corners of the scale bar, the arrow and their names on the canvas [CSS pixels]. */
   whereIsScale: () => page.ground.markCorners().map((corner) => page.view.onCanvas(corner)),
+  /** Names of the plots whose outlines are drawn. */
+  outlined: () => page.ground.outlined.map(({ name }) => name),
   names: () => Array.from({ length: treeCount(data) }, (_, tree) => treeName(data, tree)),
 };

@@ -55,9 +55,23 @@ struct ColumnMapping {
   std::string source{};  ///< a column of the file, spelled as in its header, or an expression
 };
 
-/// Reads `dbh=DBH_cm,h=Height,x=xk/10`. Commas inside parentheses or double quotes do not separate.
+/// Reads `dbh=DBH_cm,h=Height,x=xk/10`. Commas inside parentheses, double quotes or backquotes do
+/// not separate.
 /// \throws UsageError if a part is not `name=source` or a name comes twice
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
+
+/// Columns of ours that a file has under another usual spelling only, such as dbh as DBH_cm:
+/// docs/inventory.md lists them.
+/// \param header  of the file
+/// \param known   names of ours that need not be looked for
+/// \param file    for messages
+/// \throws UsageError if two columns of the file could be one of ours
+std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
+                                         const std::vector<std::string>& known,
+                                         const std::string& file);
+
+/// How such a column is told: "dbh is read from column DBH_cm".
+std::string describe_usual_column(const ColumnMapping& column);
 
 struct InventoryOptions {
   std::vector<ColumnMapping> columns{};

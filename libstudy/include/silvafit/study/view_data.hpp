@@ -18,7 +18,8 @@ namespace silvafit::study {
 struct ViewOptions {
   std::string title{};
   std::string version{};  ///< of the program
-  /// Where columns have other names or units, as in tree::MorphologyTableOptions.
+  /// Where columns have other names or units, as in tree::MorphologyTableOptions; those of h, hcb
+  /// and cw are of the observed sizes.
   std::map<std::string, std::string> columns{};
   std::vector<std::string> plots{};   ///< plots to show; empty means all
   std::size_t models_per_preset = 6;  ///< shapes of a species preset that its trees share
@@ -29,8 +30,9 @@ struct ViewOptions {
 
 /// The page's data with what was counted on the way.
 struct View {
-  std::string data{};  ///< JSON, schema silvafit-view/1: docs/view.md
-  std::size_t trees = 0;
+  std::string data{};          ///< JSON, schema silvafit-view/1: docs/view.md
+  std::size_t trees = 0;       ///< with measurements
+  std::size_t unmeasured = 0;  ///< trees of a scene in which none has measurements
   std::size_t models = 0;
   std::vector<std::string> variants{};  ///< sizes to be shown: "observed", "ols", ...
   std::vector<tree::LeftOut> left_out{};

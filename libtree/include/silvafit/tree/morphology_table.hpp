@@ -24,8 +24,9 @@ struct MorphologyTableOptions {
   /// read h_population, hcb_population, cw_population and so on, and no radii or hc, which would
   /// not fit to predicted crowns.
   Use use = Use::kObserved;
-  /// Where columns have other names or units: our name -> an expression of the table's columns.
-  /// plot, tree and species take a plain column name.
+  /// Where columns have other names or units: our name -> a column of the table, spelled as there,
+  /// or an expression of its columns (data::column_reference). plot, tree and species take a
+  /// column.
   std::map<std::string, std::string> columns{};
   std::vector<std::string> plots{};  ///< plots to keep; empty means all
   bool needs_position = false;       ///< x and y must be there
@@ -33,7 +34,7 @@ struct MorphologyTableOptions {
 
 /// A row that no tree can be grown from.
 struct LeftOut {
-  Place place{};
+  Place place{};  ///< its column in the table's words, such as h_ols or BHD/10
   std::string reason{};
 };
 
@@ -47,7 +48,7 @@ struct MorphologyTable {
 /// internodes (number) and branch_angle_deg. A row whose values are missing or
 /// impossible, or that repeats a plot's tree, is left out with the reason.
 /// \throws InputError if a column that is needed is not there, or a chosen plot has no row;
-/// FormulaError, UsageError for an expression that cannot be read
+/// FormulaError, UsageError for what is neither a column nor an expression of columns
 MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options);
 
 }  // namespace silvafit::tree

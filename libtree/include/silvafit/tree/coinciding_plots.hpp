@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// Plots that lie on each other, as they do where each has coordinates of its own.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "silvafit/tree/morphology.hpp"
+
+namespace silvafit::tree {
+
+/// Two plots of which one shares more than half of its area with the other, areas being rectangles
+/// around the stems. Plots of fewer than three trees, or with all trees on a line to the north or
+/// east, have none.
+/// \return two such plots in the order of the trees; nothing where all lie beside each other
+std::optional<std::pair<std::string, std::string>> coinciding_plots(
+    std::span<const Morphology> trees);
+
+}  // namespace silvafit::tree
