@@ -145,7 +145,7 @@ void take(const stand::CheckedInventory& checked,
 }
 
 void take_batches(const IndicesArguments& arguments,
-                  const stand::StructuralUnitOptions& options,
+                  stand::StructuralUnitOptions options,
                   UnitTable& table,
                   Outcome& outcome) {
   if (options.scope == stand::SearchScope::kStand) {
@@ -156,6 +156,7 @@ void take_batches(const IndicesArguments& arguments,
   stand::InventoryBatches batches(arguments.inventory.path,
                                   reading_options(arguments.inventory, {.needs_coordinates = true}),
                                   kTreesOfBatch);
+  options.is_part = true;
   Progress progress(arguments.common);
   std::size_t trees = 0;
   while (const auto batch = batches.next()) {
@@ -163,6 +164,10 @@ void take_batches(const IndicesArguments& arguments,
     trees += batch->inventory.size();
     progress.show(fmt::format("{} trees", trees), 0, 1);
   }
+  std::vector<std::string> species;
+  for (const auto& summary : outcome.summaries.by_species()) species.push_back(summary.species);
+  std::erase(species, "");
+  stand::check_species_of_angles(options, species, arguments.inventory.path);
 }
 
 void say_all(const IndicesArguments& arguments, const Outcome& outcome) {

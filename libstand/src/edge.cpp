@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
+#include "eroded_areas.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/base/text.hpp"
@@ -16,13 +16,7 @@
 namespace silvafit::stand {
 namespace {
 
-/// Trees at the buffer's width are core trees in spite of rounding.
-constexpr double kRoundingMeters = 1e-9;
 constexpr std::size_t kTreesPerTask = 4096;
-/// A polygon's eroded area is a piece of a parabola between the few distances at which an edge or
-/// an arc vanishes; so many parabolas leave errors of some 1e-4 of the window at most.
-constexpr std::size_t kPanels = 64;
-
 Point position_of(const Inventory& inventory, std::size_t tree) {
   return {inventory.x[tree], inventory.y[tree]};
 }
@@ -35,33 +29,6 @@ void for_each_tree(std::size_t trees, unsigned threads, Function function) {
     for (std::size_t tree = task * kTreesPerTask; tree < end; ++tree) function(tree);
   });
 }
-
-/// Areas of a window less a margin, prepared for many margins.
-class ErodedArea {
- public:
-  ErodedArea(const Window& window, double largest_m) : window_(window), largest_m_(largest_m) {
-    for (std::size_t i = 0; i <= 2 * kPanels; ++i) {
-      areas_[i] = window.eroded_area_m2(largest_m * static_cast<double>(i) / (2.0 * kPanels));
-    }
-  }
-
-  /// Through three points of the panel.
-  double at(double margin_m) const {
-    if (!(largest_m_ > 0.0)) return window_.area_m2();
-    const double place = std::clamp(margin_m / largest_m_, 0.0, 1.0) * kPanels;
-    const auto panel = std::min(static_cast<std::size_t>(place), kPanels - 1);
-    const double t = 2.0 * (place - static_cast<double>(panel)) - 1.0;
-    const double low = areas_[2 * panel];
-    const double middle = areas_[2 * panel + 1];
-    const double high = areas_[2 * panel + 2];
-    return middle + t * (high - low) / 2.0 + t * t * ((high + low) / 2.0 - middle);
-  }
-
- private:
-  const Window& window_;
-  double largest_m_;
-  std::array<double, 2 * kPanels + 1> areas_{};
-};
 
 class EdgeWorker {
  public:
@@ -80,11 +47,12 @@ class EdgeWorker {
   void keep_beyond_buffer();
   void keep_certain_neighbors();
   void report_outside();
+  void report_plots_outside();
 
  private:
+  const Window& window_of(std::size_t tree) const { return *windows_.window_of(inventory_, tree); }
   double to_boundary_m(std::size_t tree) const {
-    return windows_.window_of(inventory_, tree)
-        ->distance_to_boundary_m(position_of(inventory_, tree));
+    return window_of(tree).distance_to_boundary_m(position_of(inventory_, tree));
   }
   double farthest_m(std::size_t tree) const {
     return units_.distance_m[(tree + 1) * units_.neighbors - 1];
@@ -102,7 +70,9 @@ void EdgeWorker::keep_beyond_buffer() {
   units_.core.assign(inside_.size(), 0);
   for_each_tree(inside_.size(), options_.threads, [this](std::size_t tree) {
     if (inside_[tree] == 0) return;
-    units_.core[tree] = to_boundary_m(tree) >= options_.buffer_m - kRoundingMeters ? 1 : 0;
+    // Trees at the buffer's width are core trees in spite of rounding.
+    const double nearest_m = options_.buffer_m - window_of(tree).rounding_m();
+    units_.core[tree] = to_boundary_m(tree) >= nearest_m ? 1 : 0;
   });
 }
 
@@ -113,7 +83,8 @@ void EdgeWorker::keep_certain_neighbors() {
   for_each_tree(inside_.size(), options_.threads, [this](std::size_t tree) {
     // NaN, where there are too few neighbors, is not smaller.
     if (inside_[tree] == 0) return;
-    units_.core[tree] = farthest_m(tree) < to_boundary_m(tree) - kRoundingMeters ? 1 : 0;
+    const double room_m = to_boundary_m(tree) - window_of(tree).rounding_m();
+    units_.core[tree] = farthest_m(tree) < room_m ? 1 : 0;
   });
   units_.weight.assign(inside_.size(), 0.0);
   std::vector<std::vector<std::size_t>> kept(windows_.domains.size());
@@ -129,15 +100,16 @@ void EdgeWorker::keep_certain_neighbors() {
 /// Weights are the window's area over the area where a tree with such a neighbor would be kept.
 void EdgeWorker::weight_domain(std::size_t domain, const std::vector<std::size_t>& trees) {
   const Window& window = windows_.domains[domain].window;
-  double largest = 0.0;
-  for (const std::size_t tree : trees) largest = std::max(largest, farthest_m(tree));
-  const bool is_few = trees.size() <= 2 * kPanels;
-  const std::optional<ErodedArea> table =
-      is_few ? std::nullopt : std::optional<ErodedArea>(std::in_place, window, largest);
-  for (const std::size_t tree : trees) {
-    const double margin = farthest_m(tree);
-    units_.weight[tree] =
-        window.area_m2() / (table ? table->at(margin) : window.eroded_area_m2(margin));
+  std::vector<double> margins_m;
+  for (const std::size_t tree : trees) margins_m.push_back(farthest_m(tree));
+  const std::vector<double> areas_m2 = eroded_areas_m2(window, margins_m);
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    if (areas_m2[i] > 0.0) {
+      units_.weight[trees[i]] = window.area_m2() / areas_m2[i];
+    } else {
+      // Kept by a hair: the area is lost in rounding, and there is no chance to weigh by.
+      units_.core[trees[i]] = 0;
+    }
   }
 }
 
@@ -171,6 +143,27 @@ void EdgeWorker::report_outside() {
       fmt::format("{} outside the window: {}",
                   counted(outside, "tree stands", "trees stand"),
                   is_torus ? "no place on the torus, left out" : "used as neighbors only"));
+  report_plots_outside();
+}
+
+/// A plot without any tree inside has a window that is wrong, or hardly a tree.
+void EdgeWorker::report_plots_outside() {
+  std::vector<std::size_t> inside(windows_.domains.size(), 0);
+  std::vector<std::size_t> outside(windows_.domains.size(), 0);
+  for (std::size_t tree = 0; tree < inside_.size(); ++tree) {
+    const std::optional<std::size_t> domain = windows_.domain_of_plot[inventory_.plot.code(tree)];
+    const Point point = position_of(inventory_, tree);
+    if (!domain || std::isnan(point.x) || std::isnan(point.y)) continue;
+    ++(inside_[tree] == 0 ? outside : inside)[*domain];
+  }
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < windows_.domains.size(); ++i) {
+    if (inside[i] == 0 && outside[i] > 0) names.push_back(windows_.domains[i].name);
+  }
+  if (names.empty()) return;
+  units_.notes.push_back(
+      fmt::format("all trees stand outside the window of plot {}: is it in the same coordinates?",
+                  data::list_of(names)));
 }
 
 }  // namespace

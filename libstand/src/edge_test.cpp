@@ -72,6 +72,57 @@ TEST_CASE("Hanisch's weights make means of random stands unbiased by distance") 
   CHECK(weights == Approx(3000.0).epsilon(0.01));
 }
 
+TEST_CASE("Hanisch's weights are right where a strip of the window has just vanished") {
+  // Two squares, of which one is just higher, at the ends of a strip of 20 m: a unit of 10.03 m in
+  // the left one, among 400 small units in the strip.
+  const Window window({{.outer = {{0, 0},
+                                  {500, 0},
+                                  {500, 20.4},
+                                  {479.6, 20.4},
+                                  {479.6, 20},
+                                  {20.8, 20},
+                                  {20.8, 20.8},
+                                  {0, 20.8}}}});
+  std::vector<Tree> trees{{.x = 10.4, .y = 10.4}, {.x = 10.4 + 10.03, .y = 10.4}};
+  for (int i = 0; i < 400; ++i) trees.push_back({.x = 40.0 + i, .y = 8.0 + 0.01 * (i % 100)});
+  const StructuralUnits units = structural_units(
+      stand_of(trees),
+      {.neighbors = 1, .edge = EdgeCorrection::kHanisch, .windows = {{std::nullopt, window}}});
+  REQUIRE(units.core[0] == 1);
+  REQUIRE(units.core[1] == 0);
+  // What is left of the squares: rectangles less what lies within 10.03 m of the inner corners,
+  // integral of sqrt(r^2 - u^2) over the heights u = 20 - y below the corner.
+  const double r = 10.03;
+  const auto integral = [r](double u) {
+    return (u * std::sqrt(r * r - u * u) + r * r * std::asin(u / r)) / 2.0;
+  };
+  double area = 0.0;
+  for (const double side : {20.8, 20.4}) {
+    area += (side - r) * (side - 2.0 * r) - (integral(20.0 - r) - integral(20.0 - side + r));
+  }
+  // 10024.8 m2 over 8.7 m2; the corners of arcs take 5e-5 of an arc's area.
+  CHECK(units.weight[0] == Approx(10024.8 / area).epsilon(2e-4));
+  // A small unit in the strip: rectangles less 1 m on each side, 18.8 x 0.8 and 18.4 x 0.4 m on top
+  // of the strip, and beside those less than 1 m2 at the inner corners.
+  CHECK(units.weight[100] ==
+        Approx(10024.8 / (498.0 * 18.0 + 18.8 * 0.8 + 18.4 * 0.4)).epsilon(1.0 / 9000.0));
+}
+
+TEST_CASE("a rectangle around trees in a national grid is a torus") {
+  silvafit::Random random(11);
+  for (int round = 0; round < 50; ++round) {
+    const Point corner{random.uniform(2e5, 8e5), random.uniform(1e6, 9e6)};
+    std::vector<Tree> trees;
+    for (int i = 0; i < 12; ++i) {
+      trees.push_back({.x = std::round(1e3 * (corner.x + random.uniform(0, 30))) / 1e3,
+                       .y = std::round(1e3 * (corner.y + random.uniform(0, 30))) / 1e3});
+    }
+    const StructuralUnits units =
+        structural_units(stand_of(trees), {.edge = EdgeCorrection::kTorus});
+    CHECK(units.core == std::vector<char>(trees.size(), 1));
+  }
+}
+
 TEST_CASE("a torus has no edge: moving a stand around it changes nothing") {
   const std::vector<Tree> trees = random_stand(300, 31);
   const StructuralUnits units = structural_units(stand_of(trees), torus_options());

@@ -171,6 +171,26 @@ TEST_CASE("C by facing radii takes the crown on the neighbor's side") {
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("facing radii need"));
 }
 
+TEST_CASE("a crown without radii towards its neighbor does not reach it") {
+  // The own crown has no half axis on the neighbor's side, or only one: no area, so no radius in
+  // between. The neighbor's crown of 4.9 m alone is too short for 5 m, that of 5.1 m is not.
+  Inventory stand = stand_of({{}, {.x = 3, .y = 4}});
+  stand.cr_w_m = {4, 4.9};
+  stand.cr_s_m = {4, 4.9};
+  StructuralUnitOptions options = with({}, 1);
+  options.reach = CrownReach::kFacingRadii;
+  for (const auto& [east, north] : {std::pair{0.0, 0.0}, {9.0, 0.0}, {0.0, 9.0}}) {
+    stand.cr_e_m = {east, 1};
+    stand.cr_n_m = {north, 1};
+    stand.cr_w_m[1] = stand.cr_s_m[1] = 4.9;
+    CHECK(structural_units(stand, options).C[0] == 0.0);
+    stand.cr_w_m[1] = stand.cr_s_m[1] = 5.1;
+    CHECK(structural_units(stand, options).C[0] == 1.0);
+    stand.cr_w_m[1] = stand.cr_s_m[1] = 0.0;
+    CHECK(structural_units(stand, options).C == std::vector<double>{0.0, 0.0});
+  }
+}
+
 TEST_CASE("species may have limit angles of their own") {
   // Neighbors to the north and at 80 degrees from it.
   std::vector<Tree> trees{

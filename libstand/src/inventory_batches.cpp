@@ -45,7 +45,7 @@ std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
   if (is_empty && is_first_batch_) refuse_empty();
   if (is_empty && result_.excluded.empty()) return std::nullopt;
   finish_plots();
-  resolve_repeated_trees(plan_.labels[kTree].text, result_, kept_rows_);
+  resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_);
   if (is_first_batch_ && !options_.trust_units) {
     check_units(result_.inventory, plan_, crown_base_above_top_);
   }
@@ -54,6 +54,7 @@ std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
   result_ = {};
   result_.inventory.file = batch.inventory.file;
   kept_rows_.clear();
+  times_ = {};
   has_cw_from_radii_ = false;
   is_first_batch_ = false;
   return batch;

@@ -96,6 +96,38 @@ TEST_CASE("a plot that comes again after its batch is an error with its line") {
   CHECK_FALSE(large.next());
 }
 
+TEST_CASE("batches know the times of their own rows") {
+  const ScratchFile file(
+      "plot,tree,x,y,dbh,year\n1,1,0,0,10,2000\n1,1,0,0,12,2010\n2,1,0,0,10,2000\n"
+      "2,1,0,0,12,2000\n",
+      ".csv");
+  InventoryBatches batches(file.path(), {.trust_units = true}, 1);
+  CHECK(batches.next()->inventory.size() == 1);
+  CHECK(batches.next()->inventory.size() == 2);
+}
+
+TEST_CASE("a species with a limit angle of its own may come in a later batch") {
+  const ScratchFile file(std::string(kHeader) +
+                             "1,1,A,0,0,10,1\n1,2,A,0,2,10,1\n1,3,A,2.9,0.5,10,1\n"
+                             "2,1,B,0,0,10,1\n2,2,A,0,2,10,1\n2,3,A,2.9,0.5,10,1\n",
+                         ".csv");
+  // Seen from tree 1 the neighbors are at right angles, less 9.8 degrees.
+  StructuralUnitOptions options{.neighbors = 2,
+                                .alpha0_deg = 90.0,
+                                .alpha0_deg_of_species = {{"B", 60.0}},
+                                .edge = EdgeCorrection::kNone};
+  InventoryBatches batches(file.path(), {.trust_units = true}, 1);
+  const Inventory first = batches.next()->inventory;
+  CHECK_THROWS_WITH(structural_units(first, options), Contains("there is no species 'B'"));
+  options.is_part = true;
+  CHECK(structural_units(first, options).W[0] == 1.0);
+  CHECK(structural_units(batches.next()->inventory, options).W[0] == 0.0);
+  CHECK_NOTHROW(check_species_of_angles(options, {"A", "B"}, "trees.csv"));
+  CHECK_THROWS_WITH(check_species_of_angles(options, {"A", "C"}, "trees.csv"),
+                    Contains("trees.csv") && Contains("--alpha") &&
+                        Contains("there is no species 'B'; the species are A, C"));
+}
+
 TEST_CASE("batches refuse what they cannot read") {
   const ScratchFile empty(kHeader, ".csv");
   InventoryBatches batches(empty.path(), {}, 10);

@@ -93,6 +93,7 @@ class Planner {
   Source source_of(const KnownColumn& column);
   Source guessed(const KnownColumn& column);
   Source mapped(const ColumnMapping& mapping) const;
+  std::optional<std::size_t> time_field() const;
   void require(const Source& source, const KnownColumn& column) const;
   void require_needed(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
@@ -137,6 +138,17 @@ Source Planner::guessed(const KnownColumn& column) {
 Source Planner::source_of(const KnownColumn& column) {
   if (const ColumnMapping* const mapping = mapping_to(column.name)) return mapped(*mapping);
   return guessed(column);
+}
+
+/// Of the column year, else date, or of what is mapped to such a name.
+std::optional<std::size_t> Planner::time_field() const {
+  for (const std::string_view name : {"year", "date"}) {
+    if (const ColumnMapping* const mapping = mapping_to(name)) return field_named(mapping->source);
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+      if (lower(header_[i]) == name) return i;
+    }
+  }
+  return std::nullopt;
 }
 
 void Planner::require(const Source& source, const KnownColumn& column) const {
@@ -229,6 +241,7 @@ ColumnPlan Planner::plan() {
     }
   }
   for (std::size_t i = 0; i < kMeasureCount; ++i) plan.measures[i] = source_of(kMeasures[i]);
+  plan.time_field = time_field();
   require_needed(plan);
   collect_expression_fields(plan);
   collect_others(plan);

@@ -67,6 +67,7 @@ struct ExpressionField {
 struct ColumnPlan {
   std::array<Source, kLabelCount> labels{};
   std::array<Source, kMeasureCount> measures{};
+  std::optional<std::size_t> time_field{};  ///< of the column that says when a row was measured
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions
   std::vector<ColumnMapping> others{};               ///< kept beside ours
   std::vector<std::string> notes{};

@@ -49,6 +49,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     const Source& source = plan_.labels[i];
     if (source.field) row.labels[i] = data::trimmed(fields[*source.field]);
   }
+  if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
     row.measures[i] =
@@ -172,6 +173,9 @@ void InventoryReader::append(const InventoryRow& row) {
   } else {
     inventory.species.append(row.labels[kSpecies]);
   }
+  if (plan_.time_field) {
+    is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
+  }
   const bool has_radii = std::ranges::all_of(
       kRadii, [this](Measure radius) { return plan_.measures[radius].exists(); });
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
@@ -255,7 +259,7 @@ CheckedInventory InventoryReader::read() {
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
-  resolve_repeated_trees(plan_.labels[kTree].text, result_, kept_rows_);
+  resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty();
   read_other_columns();

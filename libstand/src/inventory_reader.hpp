@@ -25,6 +25,7 @@ namespace silvafit::stand {
 struct InventoryRow {
   std::size_t line = 0;
   std::array<std::string, kLabelCount> labels{};
+  std::string time{};  ///< as written; empty if there is no such column
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers and are none
 };
@@ -82,6 +83,7 @@ class InventoryReader {
   std::vector<data::TextColumn> expression_texts_{};
   std::size_t row_count_ = 0;
   std::vector<std::size_t> kept_rows_{};  ///< position in the file of each tree, from 0
+  data::TextColumn times_{};              ///< of each tree, if there is a column of times
   std::size_t crown_base_above_top_ = 0;
   bool has_cw_from_radii_ = false;
 };

@@ -18,8 +18,8 @@
 namespace silvafit::stand {
 namespace {
 
-/// What tells two trees of one id apart: the position or, without one, all measures.
-std::vector<double> identity_of(const Inventory& inventory, std::size_t row) {
+/// Where a tree of some id stands or, without a position, all its measures.
+std::vector<double> place_of(const Inventory& inventory, std::size_t row) {
   const bool is_placed =
       inventory.has_coordinates() && !std::isnan(inventory.x[row]) && !std::isnan(inventory.y[row]);
   if (is_placed) return {inventory.x[row], inventory.y[row]};
@@ -31,6 +31,48 @@ std::vector<double> identity_of(const Inventory& inventory, std::size_t row) {
     measures.push_back(is_missing ? -std::numeric_limits<double>::infinity() : values[row]);
   }
   return measures;
+}
+
+/// The stems of one id at one place: the first row, and the first row of each dbh.
+struct Stems {
+  std::size_t first_row = 0;
+  std::map<double, std::size_t> row_of_dbh{};
+};
+
+/// Compares rows of one id, one after another.
+class SameId {
+ public:
+  SameId(const Inventory& inventory, const data::TextColumn& times)
+      : inventory_(inventory), times_(times) {}
+
+  void begin() { places_.clear(); }
+  /// What a row is to the earlier ones; the first of all is called another tree, too.
+  RepeatedTree add(std::size_t row);
+
+ private:
+  bool is_other_time(std::size_t left, std::size_t right) const {
+    if (times_.size() == 0 || times_.is_missing(left) || times_.is_missing(right)) return false;
+    return times_.code(left) != times_.code(right);
+  }
+
+  const Inventory& inventory_;
+  const data::TextColumn& times_;
+  std::map<std::vector<double>, Stems> places_{};
+};
+
+RepeatedTree SameId::add(std::size_t row) {
+  const auto [place, is_new] =
+      places_.try_emplace(place_of(inventory_, row), Stems{.first_row = row});
+  Stems& stems = place->second;
+  const double dbh_cm = inventory_.dbh_cm[row];
+  if (const auto same = stems.row_of_dbh.find(dbh_cm); same != stems.row_of_dbh.end()) {
+    return {.row = row, .first_row = same->second, .is_same_tree = true};
+  }
+  if (is_other_time(row, stems.first_row)) {
+    return {.row = row, .first_row = stems.first_row, .is_same_tree = true, .is_later = true};
+  }
+  stems.row_of_dbh.emplace(dbh_cm, row);
+  return {.row = row, .first_row = stems.first_row, .is_same_place = !is_new};
 }
 
 using PlotAndTree = std::pair<std::uint32_t, std::string>;
@@ -69,7 +111,9 @@ void exclude_same_tree(const RepeatedTree& tree,
        .tree = std::string(inventory.tree[tree.row]),
        .column = tree_column,
        .value = std::string(inventory.tree[tree.row]),
-       .reason = fmt::format("the same tree is on line {}", inventory.lines[tree.first_row])});
+       .reason = fmt::format("the same tree is on line {}{}",
+                             inventory.lines[tree.first_row],
+                             tree.is_later ? ", measured at another time" : "")});
 }
 
 void keep_rows(const std::vector<std::size_t>& rows,
@@ -99,7 +143,8 @@ void keep_rows(const std::vector<std::size_t>& rows,
 
 }  // namespace
 
-std::vector<RepeatedTree> repeated_trees(const Inventory& inventory) {
+std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
+                                         const data::TextColumn& times) {
   // As many ids as trees: none can repeat, and nothing needs sorting.
   if (inventory.tree.levels().size() == inventory.size()) return {};
   std::vector<std::size_t> order(inventory.size());
@@ -110,16 +155,14 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory) {
   std::ranges::stable_sort(order, {}, id);
 
   std::vector<RepeatedTree> repeated;
-  std::map<std::vector<double>, std::size_t> first_with_identity;
+  SameId same_id(inventory, times);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool is_first = i == 0 || id(order[i]) != id(order[i - 1]);
     const bool is_last = i + 1 == order.size() || id(order[i]) != id(order[i + 1]);
-    if (is_first) first_with_identity.clear();
     if (is_first && is_last) continue;
-    const auto [same, is_new] =
-        first_with_identity.try_emplace(identity_of(inventory, order[i]), order[i]);
-    if (is_first) continue;
-    repeated.push_back({.row = order[i], .first_row = same->second, .is_same_tree = !is_new});
+    if (is_first) same_id.begin();
+    RepeatedTree tree = same_id.add(order[i]);
+    if (!is_first) repeated.push_back(std::move(tree));
   }
   if (repeated.empty()) return repeated;
   std::ranges::sort(repeated, {}, &RepeatedTree::row);
@@ -133,14 +176,16 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory) {
 }
 
 void resolve_repeated_trees(const std::string& tree_column,
+                            const data::TextColumn& times,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions) {
   Inventory& inventory = checked.inventory;
-  const std::vector<RepeatedTree> repeated = repeated_trees(inventory);
+  const std::vector<RepeatedTree> repeated = repeated_trees(inventory, times);
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
   data::TextColumn ids;
   std::size_t renamed = 0;
+  std::size_t stems = 0;
   std::string first_renamed;
   auto next = repeated.begin();
   for (std::size_t row = 0; row < inventory.size(); ++row) {
@@ -152,6 +197,7 @@ void resolve_repeated_trees(const std::string& tree_column,
     kept.push_back(row);
     ids.append(is_repeated ? std::string_view(next->new_id) : inventory.tree[row]);
     if (!is_repeated) continue;
+    if (next->is_same_place) ++stems;
     if (renamed++ == 0) first_renamed = describe(inventory.place(row), "now " + next->new_id);
     ++next;
   }
@@ -163,6 +209,14 @@ void resolve_repeated_trees(const std::string& tree_column,
         "{} the number of another tree of the same plot and got a new one, the first: {}",
         counted(renamed, "tree has", "trees have"),
         first_renamed));
+  }
+  if (stems > 0) {
+    checked.notes.push_back(fmt::format(
+        "{} at the place of the other tree and differ{} from it in dbh, as stems of one stool do; "
+        "if they are later measurements of a tree, name the column of the time: --columns "
+        "year=COLUMN",
+        counted(stems, "of these stands", "of these stand"),
+        stems == 1 ? "s" : ""));
   }
 }
 

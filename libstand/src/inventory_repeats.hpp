@@ -13,21 +13,28 @@ namespace silvafit::stand {
 /// A row that has the plot and tree of an earlier one.
 struct RepeatedTree {
   std::size_t row = 0;
-  std::size_t first_row = 0;  ///< where it is the same tree, the row that told of it first
-  bool is_same_tree = false;  ///< the row tells of the same tree once more
-  std::string new_id{};       ///< for another tree: an id of its own, such as `64#2`
+  std::size_t first_row = 0;   ///< where it is the same tree, the row that told of it first
+  bool is_same_tree = false;   ///< the row tells of the same tree once more
+  bool is_later = false;       ///< and was measured at another time
+  bool is_same_place = false;  ///< another tree, or another stem of the same stool
+  std::string new_id{};        ///< for another tree: an id of its own, such as `64#2`
 };
 
-/// Rows by ascending number. The same tree comes twice if both rows have the same position, or,
-/// where positions are unknown, the same measures. Otherwise two trees were given one number, which
-/// is no reason to lose one of them.
-std::vector<RepeatedTree> repeated_trees(const Inventory& inventory);
+/// Rows by ascending number. The same tree comes twice if both rows have the same position and
+/// either the same dbh or different times, or, where positions are unknown, the same measures.
+/// Otherwise two trees (or two stems of one stool) were given one number, which is no reason to
+/// lose one of them.
+/// \param times  (N) when each row was measured, missing where that is not known; empty: never
+/// known
+std::vector<RepeatedTree> repeated_trees(const Inventory& inventory, const data::TextColumn& times);
 
 /// Excludes rows that tell of a tree once more, and gives other trees ids of their own.
 /// \param tree_column  what the file calls the tree's id
+/// \param times        as of repeated_trees
 /// \param checked      gets the exclusions, in the order of lines, and a note of new ids
 /// \param positions    for each tree its row of the file; loses those of excluded rows
 void resolve_repeated_trees(const std::string& tree_column,
+                            const data::TextColumn& times,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions);
 

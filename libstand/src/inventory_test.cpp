@@ -137,7 +137,7 @@ TEST_CASE("a row that repeats a tree goes, a tree that has another's number stay
       "plot,tree,species,x,y,dbh\n"
       "1,5,SM,0,0,20\n"
       "2,5,SM,0,0,20\n"
-      "1,5,SM,0,0,21\n"
+      "1,5,SM,0,0,20\n"
       "1,5#2,SM,1,0,22\n"
       "1,5,SM,2,0,20\n"
       "1,5,SM,3,0,20\n");
@@ -153,6 +153,55 @@ TEST_CASE("a row that repeats a tree goes, a tree that has another's number stay
       read_text("plot,tree,species,dbh,h\n1,5,SM,20,15\n1,5,SM,20,15\n1,5,SM,20,16\n");
   CHECK(unplaced.excluded_tree_count == 1);
   CHECK(unplaced.inventory.size() == 2);
+}
+
+TEST_CASE("stems of one stool have one number and place, and are trees of their own") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,x,y,dbh,h\n"
+      "1,1,A,1,1,20,10\n"
+      "1,1,A,1,1,12,9\n"
+      "1,1,A,1,1,8,8\n"
+      "1,2,A,5,5,20,10\n"
+      "1,1,A,1,1,12,9\n"
+      "1,2,A,5,5,20,NA\n");
+  CHECK(problems(checked) == std::vector<std::string>{"6 tree: the same tree is on line 3",
+                                                      "7 tree: the same tree is on line 5"});
+  const Inventory& inventory = checked.inventory;
+  REQUIRE(inventory.size() == 4);
+  CHECK(inventory.tree[0] == "1");
+  CHECK(inventory.tree[1] == "1#2");
+  CHECK(inventory.tree[2] == "1#3");
+  CHECK(inventory.tree[3] == "2");
+  CHECK(inventory.dbh_cm == std::vector<double>{20, 12, 8, 20});
+  CHECK(has_note(checked, "2 trees have the number of another tree of the same plot"));
+  CHECK(has_note(checked, "2 of these stand at the place of the other tree and differ from it"));
+}
+
+TEST_CASE("a tree that was measured again in another year is no other tree") {
+  // Two stems of one stool in 2000, both measured again in 2010; a tree of one year; a number that
+  // was given to a tree elsewhere.
+  const std::string rows =
+      ",plot,tree,x,y,dbh\n"
+      "2000,1,1,1,1,20\n"
+      "2000,1,1,1,1,12\n"
+      "2010,1,1,1,1,24\n"
+      "2010,1,1,1,1,15\n"
+      "2000,1,2,5,5,20\n"
+      "2010,1,2,9,9,21\n";
+  const std::vector<std::string> expected{
+      "4 tree: the same tree is on line 2, measured at another time",
+      "5 tree: the same tree is on line 2, measured at another time"};
+  for (const char* column : {"year", "Year", "date"}) {
+    const CheckedInventory checked = read_text(column + rows);
+    CHECK(problems(checked) == expected);
+    CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 12, 20, 21});
+    CHECK(has_note(checked, "1 of these stands at the place of the other tree"));
+  }
+  CHECK(problems(read_text("Jahr" + rows, with_columns("year=Jahr"))) == expected);
+  // Without a time nothing tells them from stems of one stool, which the note says.
+  const CheckedInventory unknown = read_text("Jahr" + rows);
+  CHECK(unknown.inventory.size() == 6);
+  CHECK(has_note(unknown, "--columns year=COLUMN"));
 }
 
 TEST_CASE("columns are named by mappings, expressions included") {

@@ -27,6 +27,15 @@ struct Member {
   std::tuple<std::size_t, long long, long long> quadrat{};
 };
 
+/// Along one side of a window: the quadrat of a tree, from 0. A tree on a border belongs to the
+/// quadrat beyond it, in spite of rounding, but on the window's own border to the last.
+long long quadrat_of(double offset_m, double extent_m, double quadrat_m) {
+  constexpr double kRounding = 1e-9;
+  const double quadrats = std::ceil(extent_m / quadrat_m - kRounding);
+  const double own = std::floor(offset_m / quadrat_m + kRounding);
+  return static_cast<long long>(std::clamp(own, 0.0, std::max(0.0, quadrats - 1.0)));
+}
+
 /// Importance values of all species among some trees, by code.
 std::vector<Importance> importance_of(const std::vector<const Member*>& members,
                                       std::size_t species_count) {
@@ -126,12 +135,12 @@ void TableMaker::add_members() {
                         inventory_.h_m.empty() ? data::kMissing : inventory_.h_m[tree]),
                     .basal_area_m2 = basal_area_m2(inventory_.dbh_cm[tree])};
       if (options_.quadrat_m > 0.0) {
-        const Point corner = areas_[area].window->low();
-        const auto cell = [this](double offset) {
-          return static_cast<long long>(std::floor(offset / options_.quadrat_m));
-        };
-        member.quadrat = {
-            area, cell(inventory_.x[tree] - corner.x), cell(inventory_.y[tree] - corner.y)};
+        const Point low = areas_[area].window->low();
+        const Point high = areas_[area].window->high();
+        const double side_m = options_.quadrat_m;
+        member.quadrat = {area,
+                          quadrat_of(inventory_.x[tree] - low.x, high.x - low.x, side_m),
+                          quadrat_of(inventory_.y[tree] - low.y, high.y - low.y, side_m)};
       } else {
         member.quadrat = {member.plot, 0, 0};
       }

@@ -152,6 +152,9 @@ StandReport ReportMaker::run() {
   }
   const double dominant = options_.species.dominant_trees_per_ha;
   report_.all = stand_figures(inventory_, trees, area_m2, dominant);
+  if (std::string note = note_on_crown_cover(report_.all); !note.empty()) {
+    report_.notes.push_back(std::move(note));
+  }
   report_.diameters = diameter_distribution(inventory_, trees, area_m2, options_.diameter_class_cm);
   for (SampledArea& area : areas) {
     AreaReport& one = report_.areas.emplace_back();

@@ -65,6 +65,37 @@ TEST_CASE("stand figures are those computed by hand") {
   CHECK(std::isnan(nothing.dominant_height_m));
 }
 
+TEST_CASE("crown cover is that of the trees with a crown width, and others are counted") {
+  Inventory stand = stand_of({{.x = 0, .y = 0, .cw_m = 2},
+                              {.x = 9, .y = 0, .cw_m = NAN},
+                              {.x = 9, .y = 9, .cw_m = 4},
+                              {.x = 0, .y = 9, .cw_m = NAN}});
+  const StandFigures figures = stand_figures(stand, all_rows(stand), 100.0);
+  // pi / 4 (4 + 16) m2 of 100 m2
+  CHECK(figures.crown_cover_percent == Approx(5.0 * M_PI).epsilon(1e-14));
+  CHECK(figures.trees_without_crown_width == 2);
+  const auto notes_of = [&stand] {
+    std::string all;
+    StandReportOptions options{.units = {.neighbors = 1}};
+    options.plot_area_m2 = 100.0;
+    for (const std::string& note : stand_report(stand, options).notes) all += note + "\n";
+    return all;
+  };
+  CHECK_THAT(notes_of(),
+             Contains("2 of 4 trees have no crown width and are not in the crown "
+                      "cover, which is too small by their crowns"));
+  stand.cw_m[1] = 3;
+  CHECK_THAT(notes_of(), Contains("1 of 4 trees has no crown width and is not in the crown cover"));
+  stand.cw_m[3] = 3;
+  CHECK_THAT(notes_of(), !Contains("crown cover"));
+  // Where none is known, neither is the cover.
+  stand.cw_m.assign(4, NAN);
+  CHECK(std::isnan(stand_figures(stand, all_rows(stand), 100.0).crown_cover_percent));
+  CHECK_THAT(notes_of(), !Contains("crown cover"));
+  stand.cw_m.clear();
+  CHECK(std::isnan(stand_figures(stand, {}, 100.0).crown_cover_percent));
+}
+
 TEST_CASE("diameter classes begin at their lower limit") {
   const Inventory stand =
       stand_of({{.dbh_cm = 7.9}, {.dbh_cm = 8.0}, {.dbh_cm = 11.9}, {.dbh_cm = 16.3}});
@@ -159,6 +190,38 @@ TEST_CASE("importance values are the mean of three shares, in all and by layer")
   CHECK(rows[0].layers[1].value == Approx(100.0).epsilon(1e-14));
   CHECK(rows[0].layers[2].value == 0.0);
   CHECK(rows[1].layers[2].value == Approx(100.0).epsilon(1e-14));
+}
+
+TEST_CASE("trees on the window's own border are in its last quadrats") {
+  // Four quadrats of 10 m: A in the south-west and the south-east one, B in the south-east and the
+  // north-east one, both within and on the border of the window.
+  for (const Point corner : {Point{0.0, 0.0}, Point{512345.678, 6123456.789}}) {
+    const auto tree = [corner](double x, double y, const char* species) {
+      return Tree{.x = corner.x + x, .y = corner.y + y, .species = species};
+    };
+    const Inventory stand = stand_of({tree(5, 5, "A"),
+                                      tree(15, 5, "A"),
+                                      tree(19, 5, "B"),
+                                      tree(20, 5, "B"),
+                                      tree(19, 19, "B"),
+                                      tree(20, 19, "B"),
+                                      tree(19, 20, "B"),
+                                      tree(20, 20, "B")});
+    const auto frequency_of = [&](double quadrat_m, double width_m) {
+      const Window window = Window::rectangle(corner, {corner.x + width_m, corner.y + 20.0});
+      const std::vector<SampledArea> areas{
+          {.area_m2 = window.area_m2(), .window = window, .trees = all_rows(stand)}};
+      const auto rows = species_table(stand, areas, {.quadrat_m = quadrat_m});
+      return row_of(rows, "A").all.relative_frequency;
+    };
+    CHECK(frequency_of(10.0, 20.0) == Approx(50.0).epsilon(1e-14));
+    // One quadrat, which both are in.
+    CHECK(frequency_of(20.0, 20.0) == Approx(50.0).epsilon(1e-14));
+    // In a wider window the border at 20 m is an inner one with quadrats beyond: B is in four.
+    CHECK(frequency_of(10.0, 25.0) == Approx(100.0 / 3.0).epsilon(1e-14));
+    // Quadrats of 15 m: the tree of A at 15 m is in the narrow one, as B is.
+    CHECK(frequency_of(15.0, 20.0) == Approx(50.0).epsilon(1e-14));
+  }
 }
 
 TEST_CASE("layers are half-open, and trees without height are in none") {

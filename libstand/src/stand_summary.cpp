@@ -188,7 +188,7 @@ StandFigures stand_figures(const Inventory& inventory,
   double basal_m2 = 0.0;
   double basal_with_height_m2 = 0.0;
   double basal_times_height = 0.0;
-  double crowns_m2 = inventory.cw_m.empty() ? data::kMissing : 0.0;
+  double crowns_m2 = 0.0;
   for (const std::size_t tree : trees) {
     const double own_m2 = basal_area_m2(inventory.dbh_cm[tree]);
     basal_m2 += own_m2;
@@ -198,7 +198,9 @@ StandFigures stand_figures(const Inventory& inventory,
       basal_with_height_m2 += own_m2;
       basal_times_height += own_m2 * inventory.h_m[tree];
     }
-    if (!inventory.cw_m.empty()) {
+    if (inventory.cw_m.empty() || std::isnan(inventory.cw_m[tree])) {
+      ++figures.trees_without_crown_width;
+    } else {
       crowns_m2 += std::numbers::pi / 4.0 * inventory.cw_m[tree] * inventory.cw_m[tree];
     }
   }
@@ -215,8 +217,23 @@ StandFigures stand_figures(const Inventory& inventory,
       basal_with_height_m2 > 0.0 ? basal_times_height / basal_with_height_m2 : data::kMissing;
   figures.dominant_height_m =
       dominant_height(inventory, trees, dominant_trees_per_ha * figures.area_ha);
-  figures.crown_cover_percent = 100.0 * crowns_m2 / area_m2;
+  const bool has_crowns =
+      trees.empty() ? !inventory.cw_m.empty() : figures.trees_without_crown_width < trees.size();
+  figures.crown_cover_percent = has_crowns ? 100.0 * crowns_m2 / area_m2 : data::kMissing;
   return figures;
+}
+
+std::string note_on_crown_cover(const StandFigures& figures) {
+  const std::size_t without = figures.trees_without_crown_width;
+  if (without == 0 || without == figures.trees) return {};
+  return fmt::format(
+      "{} of {} trees {} no crown width and {} not in the crown cover, which is too small by "
+      "{}",
+      without,
+      figures.trees,
+      without == 1 ? "has" : "have",
+      without == 1 ? "is" : "are",
+      without == 1 ? "its crown" : "their crowns");
 }
 
 std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,

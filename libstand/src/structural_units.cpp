@@ -15,6 +15,7 @@
 #include "density_indices.hpp"
 #include "edge.hpp"
 #include "neighbor_search.hpp"
+#include "overlapping_plots.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/base/text.hpp"
@@ -44,12 +45,9 @@ void check_angles(const Inventory& inventory, const StructuralUnitOptions& optio
   if (options.alpha0_deg && !is_angle(*options.alpha0_deg)) refuse(*options.alpha0_deg);
   for (const auto& [species, degrees] : options.alpha0_deg_of_species) {
     if (!is_angle(degrees)) refuse(degrees);
-    if (inventory.species.code_of(species) != data::TextColumn::kMissingCode) continue;
-    throw UsageError(fmt::format("there is no species '{}'; the species are {}",
-                                 species,
-                                 fmt::join(inventory.species.levels(), ", ")),
-                     {.file = inventory.file, .column = "--alpha"});
   }
+  if (options.is_part) return;
+  check_species_of_angles(options, inventory.species.levels(), inventory.file);
 }
 
 void check_measures(const Inventory& inventory, const StructuralUnitOptions& options) {
@@ -116,6 +114,7 @@ class Calculator {
 
  private:
   void find_windows();
+  void note_overlapping_plots();
   void set_limit_angles();
   void allocate();
   std::vector<Point> positions() const;
@@ -181,11 +180,20 @@ void Calculator::find_windows() {
   inside_ = trees_inside(inventory_, windows_, options_.threads);
 }
 
+void Calculator::note_overlapping_plots() {
+  if (options_.scope != SearchScope::kStand) return;
+  std::string note = note_on_overlapping_plots(inventory_, windows_);
+  if (!note.empty()) units_.notes.push_back(std::move(note));
+}
+
 void Calculator::set_limit_angles() {
   limit_angle_rad_.assign(inventory_.species.levels().size() + 1,
                           units_.alpha0_deg * kRadiansPerDegree);
   for (const auto& [species, degrees] : options_.alpha0_deg_of_species) {
-    limit_angle_rad_[inventory_.species.code_of(species)] = degrees * kRadiansPerDegree;
+    const std::uint32_t code = inventory_.species.code_of(species);
+    // Absent from this part of an inventory.
+    if (code == data::TextColumn::kMissingCode) continue;
+    limit_angle_rad_[code] = degrees * kRadiansPerDegree;
   }
 }
 
@@ -421,6 +429,7 @@ void Calculator::add_notes() {
 
 StructuralUnits Calculator::run() {
   find_windows();
+  note_overlapping_plots();
   set_limit_angles();
   allocate();
   compute_density();
@@ -446,6 +455,17 @@ std::optional<FurtherIndex> further_index_named(std::string_view name) {
 }
 
 std::span<const FurtherIndex> all_further_indices() { return kAllFurther; }
+
+void check_species_of_angles(const StructuralUnitOptions& options,
+                             const std::vector<std::string>& species,
+                             const std::string& file) {
+  for (const auto& [name, degrees] : options.alpha0_deg_of_species) {
+    if (std::ranges::find(species, name) != species.end()) continue;
+    throw UsageError(
+        fmt::format("there is no species '{}'; the species are {}", name, fmt::join(species, ", ")),
+        {.file = file, .column = "--alpha"});
+  }
+}
 
 StructuralUnits structural_units(const Inventory& inventory, const StructuralUnitOptions& options) {
   check(inventory, options);

@@ -290,6 +290,89 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
                     Contains("all trees stand outside the window"));
 }
 
+TEST_CASE("plots that lie on each other in a stand are noted, with what to do") {
+  // Three plots of 10 x 10 m, each in coordinates of its own.
+  std::vector<Tree> trees;
+  for (const char* plot : {"a", "b", "c"}) {
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {10.0, 0.0}, {10.0, 10.0}, {0.0, 10.0}}) {
+      trees.push_back({.x = x, .y = y, .plot = plot});
+    }
+  }
+  const auto overlap_note = [](const std::vector<Tree>& of, StructuralUnitOptions options) {
+    for (const std::string& note : structural_units(stand_of(of), options).notes) {
+      if (note.find("overlap") != std::string::npos) return note;
+    }
+    return std::string();
+  };
+  StructuralUnitOptions options = without_edge(1);
+  CHECK(overlap_note(trees, options).empty());
+  options.scope = SearchScope::kStand;
+  // By hulls, whatever the window of the stand is.
+  CHECK_THAT(overlap_note(trees, options),
+             Contains("3 plots overlap, a and ") && Contains("use --per plot"));
+  options.windows = {{std::nullopt, Window::rectangle({0, 0}, {40, 10})}};
+  CHECK_THAT(overlap_note(trees, options), Contains("3 plots overlap"));
+  options.windows = {{kEveryPlot, Window::circle({5, 5}, 8)}};
+  CHECK_THAT(overlap_note(trees, options), Contains("3 plots overlap"));
+  // By windows of their own, of which two share a strip.
+  options.windows = {{"a", Window::rectangle({0, 0}, {10, 10})},
+                     {"b", Window::rectangle({9, 0}, {19, 10})},
+                     {"c", Window::rectangle({0, 10}, {10, 20})}};
+  CHECK_THAT(overlap_note(trees, options),
+             Contains("2 plots overlap, a and b among them") && Contains("--per plot"));
+  // Side by side, with corners that differ by a millimeter.
+  options.windows[1] = {"b", Window::rectangle({9.999, 0}, {19, 10})};
+  CHECK(overlap_note(trees, options).empty());
+  options.windows.clear();
+  for (Tree& tree : trees) tree.x += tree.plot[0] == 'a' ? 0.0 : tree.plot[0] == 'b' ? 10.0 : 20.0;
+  CHECK(overlap_note(trees, options).empty());
+}
+
+TEST_CASE("a plot whose trees are all outside of its window is named") {
+  const Inventory stand = stand_of({{.x = 1, .y = 1, .plot = "a"},
+                                    {.x = 2, .y = 1, .plot = "a"},
+                                    {.x = 101, .y = 1, .plot = "07"},
+                                    {.x = 102, .y = 1, .plot = "07"}});
+  StructuralUnitOptions options{.neighbors = 1,
+                                .edge = EdgeCorrection::kHanisch,
+                                .windows = {{kEveryPlot, Window::circle({0, 0}, 5)}}};
+  const StructuralUnits units = structural_units(stand, options);
+  CHECK(units.core == std::vector<char>{1, 1, 0, 0});
+  CHECK_THAT(units.notes.at(1), Contains("all trees stand outside the window of plot 07"));
+  // With every correction it is an error if this is so of all plots.
+  options.windows = {{kEveryPlot, Window::circle({0, 0}, 1)}};
+  for (const EdgeCorrection edge : {EdgeCorrection::kNone,
+                                    EdgeCorrection::kBuffer,
+                                    EdgeCorrection::kHanisch,
+                                    EdgeCorrection::kTorus}) {
+    options.edge = edge;
+    if (edge == EdgeCorrection::kTorus) {
+      options.windows = {{kEveryPlot, Window::rectangle({3, 3}, {4, 4})}};
+    }
+    CHECK_THROWS_AS(structural_units(stand, options), silvafit::InputError);
+    CHECK_THROWS_WITH(structural_units(stand, options),
+                      Contains("all trees stand outside the window") && Contains("x 1 and 102"));
+  }
+}
+
+TEST_CASE("windows without an area are refused, and trees on one line have none") {
+  CHECK_THROWS_AS(Window::rectangle({1, 1}, {1, 5}), silvafit::GeometryError);
+  CHECK_THROWS_AS(Window({{.outer = {{0, 0}, {5, 5}, {9, 9}}}}), silvafit::GeometryError);
+  const Inventory stand = stand_of({{.x = 512345.1, .y = 6e6 + 0.1},
+                                    {.x = 512345.2, .y = 6e6 + 0.2},
+                                    {.x = 512345.3, .y = 6e6 + 0.3}});
+  for (const EdgeCorrection edge : {EdgeCorrection::kBuffer, EdgeCorrection::kHanisch}) {
+    for (const SearchScope scope : {SearchScope::kPlot, SearchScope::kStand}) {
+      const StructuralUnits units =
+          structural_units(stand, {.neighbors = 1, .edge = edge, .scope = scope});
+      CHECK(units.core == std::vector<char>{0, 0, 0});
+      std::string notes;
+      for (const std::string& note : units.notes) notes += note + "\n";
+      CHECK_THAT(notes, Contains("trees on one line make no window, so there is no core tree"));
+    }
+  }
+}
+
 TEST_CASE("without a window the convex hull is taken, and that is said") {
   // A triangle of 20 by 20 m: (5, 5) is 5 m from two sides and (10, 10) on the third.
   std::vector<Tree> trees{

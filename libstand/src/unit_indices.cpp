@@ -30,6 +30,8 @@ double radius_towards(const Inventory& inventory, std::size_t tree, double east,
   if (east == 0.0) return along_y;
   if (north == 0.0) return along_x;
   if (std::isnan(along_x) || std::isnan(along_y)) return data::kMissing;
+  // The ellipse is a line along an axis, or a point.
+  if (along_x == 0.0 || along_y == 0.0) return 0.0;
   return along_x * along_y / std::hypot(along_y * east, along_x * north);
 }
 

@@ -14,6 +14,7 @@
 #include <boost/geometry/index/rtree.hpp>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 
 #include "silvafit/base/error.hpp"
@@ -30,19 +31,36 @@ using EdgeTree = bg::index::rtree<Edge, bg::index::quadratic<16>>;
 
 /// Up to so many edges are looked at one by one, which is faster than the tree.
 constexpr std::size_t kFewEdges = 64;
-/// A point on the boundary is inside in spite of rounding.
+/// Rounding of coordinates near the origin.
 constexpr double kRoundingMeters = 1e-9;
+/// Coordinates beyond are counted from the window's first corner: the products of areas and
+/// crossings would lose half their digits at the millions of meters of national grids.
+constexpr double kFarMeters = 1e4;
+/// A hull is a line if it is no wider: coordinates in a national grid are rounded to 2e-9 m.
+constexpr double kThinnestMeters = 1e-6;
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kCornersOfOutline = 120;
 constexpr std::size_t kCornersOfArc = 360;
 
-BoostPolygon::ring_type ring_of(const std::vector<Point>& corners) {
+Point operator-(Point left, Point right) { return {left.x - right.x, left.y - right.y}; }
+Point operator+(Point left, Point right) { return {left.x + right.x, left.y + right.y}; }
+
+/// Where coordinates are counted from: whole meters, so that no digit is lost on the way.
+Point origin_near(Point corner) {
+  const auto whole = [](double value) {
+    return std::abs(value) > kFarMeters ? std::floor(value) : 0.0;
+  };
+  return {whole(corner.x), whole(corner.y)};
+}
+
+BoostPolygon::ring_type ring_of(const std::vector<Point>& corners, Point origin) {
   BoostPolygon::ring_type ring;
   for (const Point& corner : corners) {
     if (!std::isfinite(corner.x) || !std::isfinite(corner.y)) {
       throw GeometryError("a corner of the polygon is not finite");
     }
-    ring.emplace_back(corner.x, corner.y);
+    const Point local = corner - origin;
+    ring.emplace_back(local.x, local.y);
   }
   return ring;
 }
@@ -72,10 +90,12 @@ std::string trouble(bg::validity_failure_type failure, const std::string& reason
   }
 }
 
-BoostPolygon valid_polygon(const Polygon& source) {
+BoostPolygon valid_polygon(const Polygon& source, Point origin) {
   BoostPolygon polygon;
-  polygon.outer() = ring_of(source.outer);
-  for (const std::vector<Point>& hole : source.holes) polygon.inners().push_back(ring_of(hole));
+  polygon.outer() = ring_of(source.outer, origin);
+  for (const std::vector<Point>& hole : source.holes) {
+    polygon.inners().push_back(ring_of(hole, origin));
+  }
   bg::correct(polygon);
   bg::validity_failure_type failure = bg::no_failure;
   std::string reason;
@@ -149,16 +169,20 @@ struct Circle {
 
 struct Window::Shape {
   std::optional<Circle> circle{};  ///< instead of a region with edges
+  Point origin{};                  ///< region and edges are counted from here
   BoostRegion region{};
   std::vector<Edge> edge_list{};
   std::optional<EdgeTree> edges{};  ///< where there are more than few edges
   Point low{};
   Point high{};
+  double rounding_m = kRoundingMeters;
   double area_m2 = 0.0;
   double perimeter_m = 0.0;
+  bool is_rectangle = false;
 
   void complete();
-  bool is_rectangle() const;
+  void set_rounding();
+  bool has_sides_of_box() const;
 };
 
 /// Everything that follows from the region.
@@ -170,23 +194,47 @@ void Window::Shape::complete() {
   edge_list.shrink_to_fit();
   if (edge_list.size() > kFewEdges) edges.emplace(edge_list);
   const auto box = bg::return_envelope<bg::model::box<BoostPoint>>(region);
-  low = {box.min_corner().x(), box.min_corner().y()};
-  high = {box.max_corner().x(), box.max_corner().y()};
+  low = origin + Point{box.min_corner().x(), box.min_corner().y()};
+  high = origin + Point{box.max_corner().x(), box.max_corner().y()};
+  set_rounding();
   area_m2 = bg::area(region);
   perimeter_m = static_cast<double>(bg::perimeter(region));
+  is_rectangle = has_sides_of_box();
 }
 
-bool Window::Shape::is_rectangle() const {
-  if (circle) return false;
-  const double box_m2 = (high.x - low.x) * (high.y - low.y);
-  return std::abs(area_m2 - box_m2) <= 1e-12 * box_m2;
+/// A coordinate computed from others, as x/10 is, may be off by some units in its last place.
+void Window::Shape::set_rounding() {
+  const double farthest =
+      std::max({std::abs(low.x), std::abs(low.y), std::abs(high.x), std::abs(high.y)});
+  rounding_m = std::max(kRoundingMeters, 4.0 * std::numeric_limits<double>::epsilon() * farthest);
+}
+
+/// Whether every edge lies on a side of the bounding rectangle.
+bool Window::Shape::has_sides_of_box() const {
+  const Point local_low = low - origin;
+  const Point local_high = high - origin;
+  const auto is_at = [this](double value, double side) {
+    return std::abs(value - side) <= rounding_m;
+  };
+  return std::ranges::all_of(edge_list, [&](const Edge& edge) {
+    const auto both_at = [&](double first, double second, double side) {
+      return is_at(first, side) && is_at(second, side);
+    };
+    return both_at(edge.first.x(), edge.second.x(), local_low.x) ||
+           both_at(edge.first.x(), edge.second.x(), local_high.x) ||
+           both_at(edge.first.y(), edge.second.y(), local_low.y) ||
+           both_at(edge.first.y(), edge.second.y(), local_high.y);
+  });
 }
 
 Window::Window(const std::vector<Polygon>& polygons) {
   auto shape = std::make_shared<Shape>();
   for (const Polygon& polygon : polygons) {
+    if (shape->region.empty() && !polygon.outer.empty()) {
+      shape->origin = origin_near(polygon.outer.front());
+    }
     BoostRegion joined;
-    bg::union_(shape->region, valid_polygon(polygon), joined);
+    bg::union_(shape->region, valid_polygon(polygon, shape->origin), joined);
     shape->region = std::move(joined);
   }
   if (shape->region.empty()) throw GeometryError("a window needs a polygon");
@@ -209,19 +257,27 @@ Window Window::circle(Point center, double radius_m) {
   shape->circle = Circle{.center = center, .radius_m = radius_m};
   shape->low = {center.x - radius_m, center.y - radius_m};
   shape->high = {center.x + radius_m, center.y + radius_m};
+  shape->set_rounding();
   shape->area_m2 = kPi * radius_m * radius_m;
   shape->perimeter_m = 2.0 * kPi * radius_m;
   return Window(std::shared_ptr<const Shape>(std::move(shape)));
 }
 
 std::optional<Window> Window::convex_hull(std::span<const Point> points) {
+  if (points.empty()) return std::nullopt;
+  auto shape = std::make_shared<Shape>();
+  shape->origin = origin_near(points.front());
   bg::model::multi_point<BoostPoint> cloud;
   cloud.reserve(points.size());
-  for (const Point& point : points) cloud.emplace_back(point.x, point.y);
+  for (const Point& point : points) {
+    const Point local = point - shape->origin;
+    cloud.emplace_back(local.x, local.y);
+  }
   BoostPolygon hull;
   bg::convex_hull(cloud, hull);
-  if (hull.outer().size() < 4 || !(bg::area(hull) > 0.0)) return std::nullopt;
-  auto shape = std::make_shared<Shape>();
+  // Half the perimeter is the length of a thin hull.
+  const double thinnest_m2 = kThinnestMeters * static_cast<double>(bg::perimeter(hull)) / 2.0;
+  if (hull.outer().size() < 4 || !(bg::area(hull) > thinnest_m2)) return std::nullopt;
   shape->region.push_back(std::move(hull));
   shape->complete();
   return Window(std::shared_ptr<const Shape>(std::move(shape)));
@@ -229,46 +285,53 @@ std::optional<Window> Window::convex_hull(std::span<const Point> points) {
 
 double Window::area_m2() const { return shape_->area_m2; }
 double Window::perimeter_m() const { return shape_->perimeter_m; }
-bool Window::is_rectangle() const { return shape_->is_rectangle(); }
+double Window::rounding_m() const { return shape_->rounding_m; }
+bool Window::is_rectangle() const { return shape_->is_rectangle; }
 
 bool Window::contains(Point point) const {
+  const double rounding_m = shape_->rounding_m;
   if (shape_->circle) {
-    return shape_->circle->from_center_m(point) <= shape_->circle->radius_m + kRoundingMeters;
+    return shape_->circle->from_center_m(point) <= shape_->circle->radius_m + rounding_m;
   }
-  const bool is_between = point.x >= shape_->low.x && point.x <= shape_->high.x &&
-                          point.y >= shape_->low.y && point.y <= shape_->high.y;
+  const bool is_between =
+      point.x >= shape_->low.x - rounding_m && point.x <= shape_->high.x + rounding_m &&
+      point.y >= shape_->low.y - rounding_m && point.y <= shape_->high.y + rounding_m;
   if (!is_between) return false;
+  const Point local = point - shape_->origin;
   // A ray to the east crosses the boundary an odd number of times if it starts inside.
   bool is_inside = false;
   const auto count = [&](const Edge& edge) {
-    if (crosses_ray(point, edge)) is_inside = !is_inside;
+    if (crosses_ray(local, edge)) is_inside = !is_inside;
   };
   if (!shape_->edges) {
     for (const Edge& edge : shape_->edge_list) count(edge);
   } else {
-    const bg::model::box<BoostPoint> ray({point.x, point.y}, {shape_->high.x, point.y});
+    // Beyond the farthest corner, and never before its own start.
+    const double end = shape_->high.x - shape_->origin.x + 2.0 * rounding_m;
+    const bg::model::box<BoostPoint> ray({local.x, local.y}, {end, local.y});
     for (auto edge = shape_->edges->qbegin(bg::index::intersects(ray));
          edge != shape_->edges->qend();
          ++edge) {
       count(*edge);
     }
   }
-  return is_inside || distance_to_boundary_m(point) <= kRoundingMeters;
+  return is_inside || distance_to_boundary_m(point) <= rounding_m;
 }
 
 double Window::distance_to_boundary_m(Point point) const {
   if (shape_->circle) {
     return std::abs(shape_->circle->radius_m - shape_->circle->from_center_m(point));
   }
+  const Point local = point - shape_->origin;
   if (!shape_->edges) {
     const auto nearest_edge =
-        std::ranges::min_element(shape_->edge_list, {}, [point](const Edge& edge) {
-          return squared_distance_m2(point, edge);
+        std::ranges::min_element(shape_->edge_list, {}, [local](const Edge& edge) {
+          return squared_distance_m2(local, edge);
         });
-    return distance_m(point, *nearest_edge);
+    return distance_m(local, *nearest_edge);
   }
-  const auto nearest = bg::index::nearest(BoostPoint(point.x, point.y), 1);
-  return distance_m(point, *shape_->edges->qbegin(nearest));
+  const auto nearest = bg::index::nearest(BoostPoint(local.x, local.y), 1);
+  return distance_m(local, *shape_->edges->qbegin(nearest));
 }
 
 double Window::eroded_area_m2(double distance_m) const {
@@ -277,7 +340,7 @@ double Window::eroded_area_m2(double distance_m) const {
     const double radius = std::max(0.0, shape_->circle->radius_m - distance_m);
     return kPi * radius * radius;
   }
-  if (shape_->is_rectangle()) {
+  if (shape_->is_rectangle) {
     const double width = shape_->high.x - shape_->low.x - 2.0 * distance_m;
     const double height = shape_->high.y - shape_->low.y - 2.0 * distance_m;
     return std::max(0.0, width) * std::max(0.0, height);
@@ -294,6 +357,25 @@ double Window::eroded_area_m2(double distance_m) const {
   return bg::area(eroded);
 }
 
+double Window::shared_area_m2(const Window& other) const {
+  const auto region_of = [this](const Window& window) {
+    BoostRegion region;
+    for (const Polygon& polygon : window.outline()) {
+      BoostPolygon part;
+      part.outer() = ring_of(polygon.outer, shape_->origin);
+      for (const auto& hole : polygon.holes) {
+        part.inners().push_back(ring_of(hole, shape_->origin));
+      }
+      bg::correct(part);
+      region.push_back(std::move(part));
+    }
+    return region;
+  };
+  BoostRegion shared;
+  bg::intersection(region_of(*this), region_of(other), shared);
+  return bg::area(shared);
+}
+
 std::vector<Polygon> Window::outline() const {
   std::vector<Polygon> polygons;
   if (shape_->circle) {
@@ -306,9 +388,11 @@ std::vector<Polygon> Window::outline() const {
     }
     return polygons;
   }
-  const auto corners_of = [](const BoostPolygon::ring_type& ring) {
+  const auto corners_of = [this](const BoostPolygon::ring_type& ring) {
     std::vector<Point> corners;
-    for (std::size_t i = 0; i + 1 < ring.size(); ++i) corners.push_back({ring[i].x(), ring[i].y()});
+    for (std::size_t i = 0; i + 1 < ring.size(); ++i) {
+      corners.push_back(shape_->origin + Point{ring[i].x(), ring[i].y()});
+    }
     return corners;
   };
   for (const BoostPolygon& source : shape_->region) {

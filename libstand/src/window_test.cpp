@@ -169,6 +169,105 @@ TEST_CASE("a margin takes from a window what Steiner's formula says") {
   }
 }
 
+TEST_CASE("rectangles are known as such wherever they lie, and nothing else is") {
+  silvafit::Random random(17);
+  for (int i = 0; i < 500; ++i) {
+    // Coordinates of a national grid in millimeters, and sides of plots.
+    const auto millimeters = [](double meters) { return std::round(meters * 1e3) / 1e3; };
+    const Point low{millimeters(random.uniform(2e5, 8e5)), millimeters(random.uniform(1e6, 9e6))};
+    const double width = millimeters(random.uniform(5, 100));
+    const double height = millimeters(random.uniform(5, 100));
+    const Point high{low.x + width, low.y + height};
+    const Window window = Window::rectangle(low, high);
+    CHECK(window.is_rectangle());
+    // Corners are rounded to 2e-9 m, sides of 100 m and less to 4e-9 m.
+    CHECK(window.area_m2() == Approx(width * height).margin(100.0 * 4e-9 * 2.0));
+    // A tenth of a millimeter off is no rectangle.
+    CHECK_FALSE(
+        Window({{.outer = {low, {high.x, low.y + 1e-4}, high, {low.x, high.y}}}}).is_rectangle());
+  }
+  // Joined plots, with corners along the sides.
+  CHECK(Window({{.outer = {{0, 0}, {10, 0}, {10, 10}, {0, 10}}},
+                {.outer = {{10, 0}, {20, 0}, {20, 10}, {10, 10}}}})
+            .is_rectangle());
+  // All corners on the sides of the bounding rectangle, but a corner cut off.
+  CHECK_FALSE(Window({{.outer = {{0, 0}, {9, 0}, {10, 1}, {10, 10}, {0, 10}}}}).is_rectangle());
+  CHECK_FALSE(Window({{.outer = {{0, 0}, {10, 0}, {0, 10}}}}).is_rectangle());
+  CHECK_FALSE(Window({{.outer = {{0, 0}, {10, 0}, {10, 10}, {0, 10}},
+                       .holes = {{{4, 4}, {6, 4}, {6, 6}, {4, 6}}}}})
+                  .is_rectangle());
+  CHECK_FALSE(Window({paper_window()}).is_rectangle());
+}
+
+TEST_CASE("a window far from the origin is the window near it") {
+  const Polygon near = paper_window();
+  // Whole meters, so that the corners are the same to the last digit.
+  const Point far{512345.0, 8765432.0};
+  Polygon moved = near;
+  for (Point& corner : moved.outer) corner = {corner.x + far.x, corner.y + far.y};
+  const Window here({near});
+  const Window there({moved});
+  CHECK(there.area_m2() == 50000.0);
+  CHECK(there.perimeter_m() == here.perimeter_m());
+  CHECK(there.low().x == far.x);
+  CHECK(there.high().y == far.y + 200.0);
+  CHECK(there.outline().at(0).outer.at(0).y == here.outline().at(0).outer.at(0).y + far.y);
+  for (const double margin : {1.0, 40.0, 49.0, 60.0, 74.9}) {
+    CHECK(there.eroded_area_m2(margin) ==
+          Approx(here.eroded_area_m2(margin)).epsilon(1e-12).margin(1e-9));
+  }
+  silvafit::Random random(18);
+  for (int i = 0; i < 500; ++i) {
+    const Point point{std::round(random.uniform(-10, 310)), std::round(random.uniform(-10, 210))};
+    const Point same{point.x + far.x, point.y + far.y};
+    CHECK(there.contains(same) == here.contains(point));
+    CHECK(there.distance_to_boundary_m(same) == here.distance_to_boundary_m(point));
+  }
+  // A line, whose points are rounded to 1e-9 m, has no hull there either.
+  std::vector<Point> line;
+  for (int i = 0; i < 50; ++i) line.push_back({far.x + 0.1 * i, far.y + 0.3 * i});
+  CHECK_FALSE(Window::convex_hull(line));
+}
+
+TEST_CASE("a point on the boundary is inside in spite of rounding, at the bounding box too") {
+  // Sides at tenths of meters, which binary numbers do not hold, and points counted in tenths.
+  Polygon many{.outer = {{0, 0}, {20.2, 0}, {20.2, 20.2}}};
+  for (int i = 99; i > 0; --i) many.outer.push_back({0.202 * i, 20.2});
+  many.outer.push_back({0, 20.2});
+  for (const Window& window : {Window::rectangle({0, 0}, {20.2, 20.2}), Window({many})}) {
+    for (int i = 0; i <= 202; ++i) {
+      CHECK(window.contains({202 * 0.1, i * 0.1}));
+      CHECK(window.contains({i * 0.1, 202 * 0.1}));
+    }
+    CHECK_FALSE(window.contains({20.2 + 1e-8, 10.0}));
+    CHECK_FALSE(window.contains({10.0, -1e-8}));
+  }
+  // 202 tenths are more than 20.2 as doubles are, so that the test tests.
+  CHECK(202 * 0.1 > 20.2);
+  // The same in a national grid, where a digit more is lost.
+  const Window far = Window::rectangle({512300.1, 8765400.3}, {512320.3, 8765420.7});
+  for (int i = 0; i <= 202; ++i) {
+    CHECK(far.contains({(5123001 + i) * 0.1, 87654207 * 0.1}));
+    CHECK(far.contains({(5123001 + i) / 10.0, 87654003 * 0.1}));
+  }
+  CHECK(far.rounding_m() < 1e-8);
+}
+
+TEST_CASE("the area that two windows share is that of their intersection") {
+  const Window square = Window::rectangle({0, 0}, {20, 20});
+  CHECK(square.shared_area_m2(Window::rectangle({15, 10}, {40, 40})) ==
+        Approx(50.0).epsilon(1e-14));
+  CHECK(square.shared_area_m2(Window::rectangle({20, 0}, {40, 20})) == 0.0);
+  CHECK(square.shared_area_m2(Window::rectangle({30, 0}, {40, 20})) == 0.0);
+  CHECK(square.shared_area_m2(square) == Approx(400.0).epsilon(1e-14));
+  const Window ring({{.outer = {{-10, -10}, {30, -10}, {30, 30}, {-10, 30}},
+                      .holes = {{{0, 0}, {20, 0}, {20, 20}, {0, 20}}}}});
+  CHECK(square.shared_area_m2(ring) == Approx(0.0).margin(1e-9));
+  // The outline of 120 corners lacks (2 pi / 120)^2 / 6 of the circle.
+  CHECK(Window::rectangle({0, 0}, {9, 9}).shared_area_m2(Window::circle({0, 0}, 8)) ==
+        Approx(16.0 * M_PI).epsilon(5e-4));
+}
+
 TEST_CASE("windows are read from well-known text") {
   const auto read_wkt = [](const std::string& text) {
     return read_windows(ScratchFile(text, ".wkt").path());

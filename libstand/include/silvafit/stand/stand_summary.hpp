@@ -44,7 +44,9 @@ struct StandFigures {
   double sd_height_m = 0.0;
   double lorey_height_m = 0.0;  ///< mean height weighted by basal area
   double dominant_height_m = 0.0;
-  double crown_cover_percent = 0.0;  ///< sum of crown areas (circles of cw) over the area
+  /// Sum of crown areas (circles of cw) over the area; of the trees with a crown width.
+  double crown_cover_percent = 0.0;
+  std::size_t trees_without_crown_width = 0;
 };
 
 /// Dominant height is the mean height of the thickest trees, so many a hectare (at least one tree;
@@ -54,6 +56,9 @@ StandFigures stand_figures(const Inventory& inventory,
                            std::span<const std::size_t> trees,
                            double area_m2,
                            double dominant_trees_per_ha = 100.0);
+
+/// Says how many trees the crown cover lacks; empty if none, or if it is not known at all.
+std::string note_on_crown_cover(const StandFigures& figures);
 
 /// A class of diameters, from low (included) to high.
 struct DiameterClass {

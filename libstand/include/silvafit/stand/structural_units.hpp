@@ -58,6 +58,9 @@ struct StructuralUnitOptions {
   std::optional<double> alpha0_deg{};  ///< limit angle of W; default 360 / (n + 1), 72 for n = 4
   /// Limit angles of reference trees of some species, in place of alpha0_deg.
   std::vector<std::pair<std::string, double>> alpha0_deg_of_species{};
+  /// The inventory is a part of one, so that such a species may stand in another part; see
+  /// check_species_of_angles.
+  bool is_part = false;
   EdgeCorrection edge = EdgeCorrection::kBuffer;
   double buffer_m = 5.0;  ///< >= 0
   SearchScope scope = SearchScope::kPlot;
@@ -125,6 +128,14 @@ struct StructuralUnits {
 /// Deterministic: the same values whatever the number of threads or the order of the rows.
 /// Cost: n log n, also where stems stand at one place.
 StructuralUnits structural_units(const Inventory& inventory, const StructuralUnitOptions& options);
+
+/// Whether the species with limit angles of their own are among some species. Once, after the parts
+/// of an inventory (StructuralUnitOptions::is_part); without parts structural_units does it.
+/// \param file  for the message
+/// \throws UsageError if one is not
+void check_species_of_angles(const StructuralUnitOptions& options,
+                             const std::vector<std::string>& species,
+                             const std::string& file);
 
 /// Writes the units as CSV: plot, tree, species, core, W, M, U, C, nn1 ... (tree ids, nearest
 /// first), d1 ... [m], weight if there is one, then the further indices; missing values are empty.

@@ -38,14 +38,17 @@ class Window {
   /// \throws GeometryError unless the center is finite and the radius above 0
   static Window circle(Point center, double radius_m);
 
-  /// The convex hull of points; none if they all lie on one line.
+  /// The convex hull of points; none if they all lie on one line (within 1e-6 m).
   static std::optional<Window> convex_hull(std::span<const Point> points);
 
   double area_m2() const;
   /// Length of the boundary, holes included.
   double perimeter_m() const;
-  /// Inside or on the boundary, rounding (1e-9 m) apart. Cost: logarithmic in the number of
-  /// corners, and so is the next.
+  /// How far rounding may move a point near the window [m]: 1e-9, or more where coordinates are
+  /// in the millions.
+  double rounding_m() const;
+  /// Inside or on the boundary, rounding_m() apart. Cost: logarithmic in the number of corners,
+  /// and so is the next.
   bool contains(Point point) const;
   /// Distance to the nearest point of the boundary, holes included [m]; >= 0 on either side.
   double distance_to_boundary_m(Point point) const;
@@ -53,7 +56,9 @@ class Window {
   /// Closed form for rectangles along the axes and circles; else by Boost's polygon buffer, whose
   /// arcs at inner corners have 360 corners to the circle (their area is 5e-5 too small).
   double eroded_area_m2(double distance_m) const;
-  /// Whether it is a rectangle with sides along x and y.
+  /// Area that it shares with another [m2], circles taken as their outlines.
+  double shared_area_m2(const Window& other) const;
+  /// Whether it is a rectangle with sides along x and y, rounding_m() apart.
   bool is_rectangle() const;
   /// The polygons, corners in turn; a circle as a polygon of 120 corners. For drawing.
   std::vector<Polygon> outline() const;
