@@ -353,11 +353,16 @@ FitResult fit_model(const ModelSpecification& specification,
   const Method method = options.method.value_or(default_method(specification));
   check_method(specification, method, options.reml);
   check_start(specification, options.start);
-  const FreeFit fit = [&](const ModelSpecification& model) {
-    return fit_freely(model, table, method, options);
+  const FreeFit fit = [&](const ModelSpecification& model, const FittedModel* nearby) {
+    if (nearby == nullptr) return fit_freely(model, table, method, options);
+    FitModelOptions local = options;
+    local.from = nearby;
+    local.start.clear();
+    return fit_freely(model, table, method, local);
   };
   const bool is_free = options.fixed.empty() && options.bounds.empty();
-  FitResult result = is_free ? fit(specification) : fit_constrained(specification, options, fit);
+  FitResult result =
+      is_free ? fit(specification, nullptr) : fit_constrained(specification, table, options, fit);
   // What is kept there is for the coefficients that were free.
   if (!is_free) keep_uncertainty(NonlinearModel(specification, table), result.fit);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
