@@ -10,18 +10,19 @@
 namespace silvafit::fit {
 namespace {
 
+constexpr double kNone = -std::numeric_limits<double>::infinity();
 /// Log-likelihoods that differ by less are the same.
 constexpr double kSame = 1e-8;
-/// A fit that did not converge is better where its log-likelihood is higher by more than this, which
-/// no rounding makes.
+/// A fit that did not converge is better where its log-likelihood is higher by more than this,
+/// which no rounding makes.
 constexpr double kClearly = 1e-4;
 /// Sets of held coefficients that are tried at most: all of four coefficients, of more the most
 /// promising.
 constexpr std::size_t kMostSets = 80;
 
 double estimate_of(const FittedModel& fit, const std::string& name) {
-  return fit.estimate[std::ranges::find(fit.coefficient_names, name) -
-                      fit.coefficient_names.begin()];
+  return fit
+      .estimate[std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin()];
 }
 
 bool is_outside(const Bounds& range, double value) {
@@ -36,18 +37,6 @@ HeldValues with(HeldValues held, const std::string& name, double value) {
 HeldValues without(HeldValues held, const std::string& name) {
   held.erase(name);
   return held;
-}
-
-/// "a = 60, its upper bound; c = 1, its lower bound".
-std::vector<std::string> in_words(const HeldValues& held,
-                                  const std::map<std::string, Bounds>& bounds) {
-  std::vector<std::string> result;
-  for (const auto& [name, value] : held) {
-    const bool is_upper = value == bounds.at(name).high;
-    result.push_back(fmt::format(
-        "{} = {}, its {} bound", name, data::shortest(value), is_upper ? "upper" : "lower"));
-  }
-  return result;
 }
 
 }  // namespace
@@ -77,7 +66,7 @@ BoundedSearch::Candidate BoundedSearch::candidate(const HeldValues& held,
       result.crossed.push_back(name);
     }
   }
-  result.point.value = fit.log_likelihood;
+  result.point.value = std::isnan(fit.log_likelihood) ? kNone : fit.log_likelihood;
   if (!result.converged()) return result;
   result.point = slopes_of_(fit, held);
   for (const auto& [name, slope] : result.point.slopes) {
@@ -146,9 +135,30 @@ void BoundedSearch::keep(Candidate candidate) {
   }
 }
 
+/// A fit from each end that the likelihood rises from, and a longer search where it has to turn.
+void BoundedSearch::search_between() {
+  std::vector<Candidate> ends = std::exchange(ends_, {});
+  std::ranges::stable_sort(ends, std::ranges::greater{}, value_of);
+  for (const Candidate& end : ends) {
+    for (const std::string& name : end.rising) {
+      if (release(end.result.fit, without(end.held, name))) continue;
+      if (has_to_turn(end, name)) halve(end, name);
+    }
+  }
+  ends_ = std::move(ends);
+}
+
+bool BoundedSearch::release(const FittedModel& from, const HeldValues& held) {
+  Candidate released = candidate(held, &from);
+  const bool is_found = released.is_optimal();
+  if (is_found) keep(std::move(released));
+  return is_found;
+}
+
 /// From this end of the range the likelihood rises inwards: there is a maximum inside if it does so
-/// from the other end too, or is lower there. An end at infinity or without a fit may be such a one.
-bool BoundedSearch::may_turn_inside(const Candidate& end, const std::string& name) const {
+/// from the other end too, or is lower there. An end at infinity or without a fit may be such a
+/// one.
+bool BoundedSearch::has_to_turn(const Candidate& end, const std::string& name) const {
   if (best_ && end.point.value > best_->point.value + kSame) return true;
   const auto inner = outcomes_.find(without(end.held, name));
   if (inner != outcomes_.end() && inner->second.converged) {
@@ -163,20 +173,9 @@ bool BoundedSearch::may_turn_inside(const Candidate& end, const std::string& nam
          std::ranges::find(across->second.rising, name) != across->second.rising.end();
 }
 
-void BoundedSearch::search_between() {
-  std::vector<Candidate> ends = std::exchange(ends_, {});
-  std::ranges::stable_sort(ends, std::ranges::greater{}, [](const Candidate& candidate) { return candidate.point.value; });
-  for (const Candidate& end : ends) {
-    for (const std::string& name : end.rising) {
-      if (may_turn_inside(end, name)) search_inside(end, name);
-    }
-  }
-  ends_ = std::move(ends);
-}
-
 /// Between a point from which the likelihood rises and one towards which it does not, each half is
 /// told by the slope of the profile in the middle; from each point nearer a fit is tried.
-void BoundedSearch::search_inside(const Candidate& end, const std::string& name) {
+void BoundedSearch::halve(const Candidate& end, const std::string& name) {
   constexpr int kHalvings = 12;
   const HeldValues others = without(end.held, name);
   const Bounds& range = bounds_.at(name);
@@ -186,63 +185,86 @@ void BoundedSearch::search_inside(const Candidate& end, const std::string& name)
   double stride = (is_from_low ? 1.0 : -1.0) * std::max(std::abs(near), 1.0);
   FittedModel from = end.result.fit;
   for (int halving = 0; halving < kHalvings; ++halving) {
-    Candidate released = candidate(others, &from);
-    if (released.is_optimal()) {
-      keep(std::move(released));
-      return;
-    }
     const double middle = std::isfinite(far) ? near + 0.5 * (far - near) : near + stride;
     stride *= 2.0;
-    const Candidate at = candidate(with(others, name, middle), &from);
-    const bool rises_on =
-        at.converged() && (at.point.slopes.at(name) > 0.0) == is_from_low;
+    Candidate at = candidate(with(others, name, middle), &from);
+    const bool rises_on = at.converged() && (at.point.slopes.at(name) > 0.0) == is_from_low;
     (rises_on ? near : far) = middle;
-    if (at.converged()) from = at.result.fit;
+    if (!at.converged()) continue;
+    from = std::move(at.result.fit);
+    if (release(from, others)) return;
   }
 }
 
-FitResult BoundedSearch::conclusion() {
-  if (best_ && unfinished_ && unfinished_->point.value > best_->point.value + kClearly) {
-    best_.reset();
+double BoundedSearch::value_of(const Candidate& candidate) { return candidate.point.value; }
+
+/// "a = 60, its upper bound", by coefficient.
+std::vector<std::string> BoundedSearch::in_words(const HeldValues& held) const {
+  std::vector<std::string> result;
+  for (const auto& [name, value] : held) {
+    const bool is_upper = value == bounds_.at(name).high;
+    result.push_back(fmt::format(
+        "{} = {}, its {} bound", name, data::shortest(value), is_upper ? "upper" : "lower"));
   }
-  if (best_) {
-    FittedModel& fit = best_->result.fit;
-    const std::vector<std::string> words = in_words(best_->held, bounds_);
-    if (words.empty()) return std::move(best_->result);
-    fit.convergence.verdict += fmt::format(
-        " Held at a bound, from which the likelihood falls inwards: {}.", fmt::join(words, "; "));
-    if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(words.size());
-    auto& boundary = fit.convergence.boundary;
-    boundary.insert(boundary.end(), words.begin(), words.end());
-    return std::move(best_->result);
+  return result;
+}
+
+FitResult BoundedSearch::on_bounds(Candidate candidate) const {
+  FittedModel& fit = candidate.result.fit;
+  const std::vector<std::string> words = in_words(candidate.held);
+  if (words.empty()) return std::move(candidate.result);
+  fit.convergence.verdict += fmt::format(
+      " Held at a bound, from which the likelihood falls inwards: {}.", fmt::join(words, "; "));
+  if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(words.size());
+  auto& boundary = fit.convergence.boundary;
+  boundary.insert(boundary.end(), words.begin(), words.end());
+  return std::move(candidate.result);
+}
+
+FitResult BoundedSearch::unfinished(Candidate candidate) const {
+  const std::vector<std::string> words = in_words(candidate.held);
+  if (!words.empty()) {
+    candidate.result.fit.convergence.verdict +=
+        fmt::format(" Held at a bound: {}.", fmt::join(words, "; "));
   }
-  if (unfinished_) {
-    FittedModel& fit = unfinished_->result.fit;
-    const std::vector<std::string> words = in_words(unfinished_->held, bounds_);
-    if (!words.empty()) {
-      fit.convergence.verdict += fmt::format(" Held at a bound: {}.", fmt::join(words, "; "));
-    }
-    return std::move(unfinished_->result);
-  }
-  if (!ends_.empty()) {
-    Candidate& end = *std::ranges::max_element(
-        ends_, {}, [](const Candidate& candidate) { return candidate.point.value; });
-    Convergence& convergence = end.result.fit.convergence;
-    convergence.converged = false;
-    convergence.verdict = fmt::format(
-        "Not converged: with {} the likelihood rises into the range of {}, but no maximum was found "
-        "there: give start values or narrower bounds.",
-        fmt::join(in_words(end.held, bounds_), " and "),
-        fmt::join(end.rising, " and "));
-    return std::move(end.result);
-  }
-  Convergence& convergence = first_->result.fit.convergence;
+  return std::move(candidate.result);
+}
+
+FitResult BoundedSearch::rising_inwards(Candidate candidate) const {
+  Convergence& convergence = candidate.result.fit.convergence;
+  convergence.converged = false;
+  convergence.verdict = fmt::format(
+      "Not converged: with {} the likelihood rises into the range of {}, but no maximum was found "
+      "there: give start values or narrower bounds.",
+      fmt::join(in_words(candidate.held), " and "),
+      fmt::join(candidate.rising, " and "));
+  return std::move(candidate.result);
+}
+
+FitResult BoundedSearch::outside(Candidate candidate) const {
+  Convergence& convergence = candidate.result.fit.convergence;
   const bool was_converged = std::exchange(convergence.converged, false);
   convergence.verdict = fmt::format(
-      "Not converged: no fit within the bounds was found. The one without them, which is shown, lies "
+      "Not converged: no fit within the bounds was found. The one without them, which is shown, "
+      "lies "
       "outside{}",
       was_converged ? "." : ". " + convergence.verdict);
-  return std::move(first_->result);
+  return std::move(candidate.result);
+}
+
+/// The best that there is, which counts for nothing if something better is within the bounds.
+FitResult BoundedSearch::conclusion() {
+  const auto end = std::ranges::max_element(ends_, {}, value_of);
+  const double end_value = end == ends_.end() ? kNone : value_of(*end);
+  const double unfinished_value = unfinished_ ? value_of(*unfinished_) : kNone;
+  if (best_ && std::max(end_value, unfinished_value) <= value_of(*best_) + kClearly) {
+    return on_bounds(std::move(*best_));
+  }
+  if (unfinished_ && (end == ends_.end() || unfinished_value >= end_value)) {
+    return unfinished(std::move(*unfinished_));
+  }
+  if (end != ends_.end()) return rising_inwards(std::move(*end));
+  return outside(std::move(*first_));
 }
 
 }  // namespace silvafit::fit

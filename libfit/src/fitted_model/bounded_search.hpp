@@ -19,7 +19,9 @@ namespace silvafit::fit {
 /// Coefficients and the values that they are held at.
 using HeldValues = std::map<std::string, double>;
 
-/// Fits with some coefficients held, from a fit nearby unless null.
+/// Fits with some coefficients held. From a fit nearby, unless null, uphill only: to the maximum
+/// that belongs to it, or to no fit that has converged. A fit that cannot be is one that has not
+/// converged, with NaN.
 using HeldFit = std::function<FitResult(const HeldValues& held, const FittedModel* nearby)>;
 
 /// What is known of the likelihood at a converged fit; see at_held.
@@ -68,10 +70,18 @@ class BoundedSearch {
   Branch take_most_promising();
   bool can_be_better(double limit) const;
   void keep(Candidate candidate);
-  bool may_turn_inside(const Candidate& end, const std::string& name) const;
-  void search_inside(const Candidate& end, const std::string& name);
   void search_between();
+  bool release(const FittedModel& from, const HeldValues& held);
+  bool has_to_turn(const Candidate& end, const std::string& name) const;
+  void halve(const Candidate& end, const std::string& name);
   FitResult conclusion();
+  // What became of the candidate that is shown, in its verdict.
+  FitResult on_bounds(Candidate candidate) const;
+  FitResult unfinished(Candidate candidate) const;
+  FitResult rising_inwards(Candidate candidate) const;
+  FitResult outside(Candidate candidate) const;
+  std::vector<std::string> in_words(const HeldValues& held) const;
+  static double value_of(const Candidate& candidate);
 
   const std::map<std::string, Bounds>& bounds_;
   const HeldFit& fit_;
@@ -79,10 +89,10 @@ class BoundedSearch {
   std::vector<Branch> open_;
   std::set<HeldValues> known_;  ///< sets that were opened
   std::map<HeldValues, Outcome> outcomes_;
-  std::optional<Candidate> best_;       ///< of those that fulfil the conditions
-  std::vector<Candidate> ends_;         ///< feasible, but the likelihood rises from a bound inwards
-  std::optional<Candidate> unfinished_; ///< the best within the bounds that did not converge
-  std::optional<Candidate> first_;      ///< the fit without bounds
+  std::optional<Candidate> best_;  ///< of those that fulfil the conditions
+  std::vector<Candidate> ends_;    ///< feasible, but the likelihood rises from a bound inwards
+  std::optional<Candidate> unfinished_;  ///< the best within the bounds that did not converge
+  std::optional<Candidate> first_;       ///< the fit without bounds
 };
 
 }  // namespace silvafit::fit

@@ -87,6 +87,19 @@ FitResult expanded(FitResult result, const ModelSpecification& whole, const Valu
   return result;
 }
 
+/// The result where the formula has no value with these coefficients held.
+FitResult impossible(const ModelSpecification& whole, const Values& held, const Error& reason) {
+  FitResult result{.fit = {.specification = whole}};
+  FittedModel& fit = result.fit;
+  const auto p = static_cast<Index>(whole.coefficient_names().size() - held.size());
+  fit.estimate = VectorXd::Constant(p, kNaN);
+  fit.covariance = MatrixXd::Constant(p, p, kNaN);
+  fit.degrees_of_freedom = fit.estimate;
+  fit.log_likelihood = kNaN;
+  fit.convergence.verdict = std::string("Not converged: ") + reason.what();
+  return expanded(std::move(result), whole, held);
+}
+
 /// As with_held, but nothing need be left.
 ModelSpecification with_constants(const ModelSpecification& specification, const Values& held) {
   for (const auto& [name, value] : held) {
@@ -137,7 +150,13 @@ FitResult fit_constrained(const ModelSpecification& specification,
   const HeldFit fit_held = [&](const Values& at_bound, const FittedModel* nearby) {
     Values held = options.fixed;
     held.insert(at_bound.begin(), at_bound.end());
-    return expanded(fit(with_constants(specification, held), nearby), specification, held);
+    try {
+      return expanded(fit(with_constants(specification, held), nearby), specification, held);
+    } catch (const DomainError& error) {
+      // A bound may be so far off that the formula has no value there.
+      if (at_bound.empty()) throw;
+      return impossible(specification, held, error);
+    }
   };
   const SlopesOf slopes_of = [&](const FittedModel& found, const Values& at_bound) {
     return at_held(found, table, options.fixed, at_bound);

@@ -18,7 +18,7 @@ ModelSpecification with_held(const ModelSpecification& specification,
                              const std::map<std::string, double>& held);
 
 /// How a model without constraints is fitted.
-/// \param nearby  a converged fit to start from, described as that of the whole model; null to
+/// \param nearby  a converged fit to go uphill from, described as that of the whole model; null to
 ///   search for starts
 using FreeFit =
     std::function<FitResult(const ModelSpecification& specification, const FittedModel* nearby)>;
