@@ -17,15 +17,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Trees whose heights bend so little that no curve has an asymptote to speak of: the free fits run
 /// off to 137 m, to negative heights, or on for ever.
-const std::vector<double> kDbh{
-    26.8, 38.0, 30.9, 21.3, 38.0, 9.0, 21.4, 25.1, 5.5, 37.1, 31.8, 9.9, 26.6, 35.5, 12.3,
-    35.5, 15.1, 28.7, 12.2, 38.8, 36.3, 10.8, 10.1, 26.1, 5.1, 15.8, 33.6, 21.8, 29.7, 5.8,
-    31.2, 32.6, 17.8, 6.6, 11.3, 31.5, 37.5, 17.4, 23.4, 31.2};
-const std::vector<double> kHeight{
-    17.288, 22.322, 20.054, 13.966, 22.825, 4.969, 14.167, 17.612, 4.768, 24.352, 21.341,
-    8.746, 17.302, 22.643, 9.292, 25.376, 11.569, 18.222, 10.048, 24.025, 22.794, 8.683, 8.137,
-    17.297, 3.963, 9.963, 20.595, 14.485, 21.665, 5.733, 20.127, 20.702, 11.861, 5.196, 8.715,
-    20.016, 24.659, 11.413, 15.417, 19.548};
+const std::vector<double> kDbh{26.8, 38.0, 30.9, 21.3, 38.0, 9.0,  21.4, 25.1, 5.5,  37.1,
+                               31.8, 9.9,  26.6, 35.5, 12.3, 35.5, 15.1, 28.7, 12.2, 38.8,
+                               36.3, 10.8, 10.1, 26.1, 5.1,  15.8, 33.6, 21.8, 29.7, 5.8,
+                               31.2, 32.6, 17.8, 6.6,  11.3, 31.5, 37.5, 17.4, 23.4, 31.2};
+const std::vector<double> kHeight{17.288, 22.322, 20.054, 13.966, 22.825, 4.969,  14.167, 17.612,
+                                  4.768,  24.352, 21.341, 8.746,  17.302, 22.643, 9.292,  25.376,
+                                  11.569, 18.222, 10.048, 24.025, 22.794, 8.683,  8.137,  17.297,
+                                  3.963,  9.963,  20.595, 14.485, 21.665, 5.733,  20.127, 20.702,
+                                  11.861, 5.196,  8.715,  20.016, 24.659, 11.413, 15.417, 19.548};
 
 data::Table trees() {
   data::Table table;
@@ -248,9 +248,7 @@ TEST_CASE("mixed fits of all methods lie on the bound where the likelihood falls
 TEST_CASE("the slope at a held value is that of the profile likelihood") {
   const data::Table table = trees();
   const ModelSpecification model = specify_model(kChapmanRichards, {}, table);
-  const auto held = [&](double a) {
-    return fit_model(model, table, {.fixed = {{"a", a}}}).fit;
-  };
+  const auto held = [&](double a) { return fit_model(model, table, {.fixed = {{"a", a}}}).fit; };
   const FittedModel fit = held(60.0);
   const double slope = at_held(fit, table, {}, {{"a", 60.0}}).slopes.at("a");
   const double rise = (held(60.01).log_likelihood - held(59.99).log_likelihood) / 0.02;

@@ -48,8 +48,12 @@ FitResult BoundedSearch::run() {
     if (!can_be_better(branch.limit)) break;
     Candidate found = candidate(branch.held, nullptr);
     outcomes_[branch.held] = {found.converged(), found.point.value, found.rising};
-    // A fit that did not converge sets no limit to others but the one that it had itself.
-    branch_from(found, found.converged() ? found.point.value : branch.limit);
+    // Fits that end in a lower one of several maxima set no limit to others.
+    const Outcome& free = outcomes_.begin()->second;  // the empty set is the first
+    const double limit = free.converged ? std::min(free.value, branch.limit) : branch.limit;
+    if (found.converged() && found.point.value > limit + kSame) limits_hold_ = false;
+    const bool is_limit = found.converged() && !branch.held.empty();
+    branch_from(found, is_limit ? found.point.value : branch.limit);
     keep(std::move(found));
   }
   search_between();
@@ -115,7 +119,7 @@ BoundedSearch::Branch BoundedSearch::take_most_promising() {
 }
 
 bool BoundedSearch::can_be_better(double limit) const {
-  return !best_ || !(limit <= best_->point.value + kSame);
+  return !best_ || !limits_hold_ || !(limit <= best_->point.value + kSame);
 }
 
 void BoundedSearch::keep(Candidate candidate) {

@@ -89,6 +89,7 @@ class BoundedSearch {
   std::vector<Branch> open_;
   std::set<HeldValues> known_;  ///< sets that were opened
   std::map<HeldValues, Outcome> outcomes_;
+  bool limits_hold_ = true;        ///< no fit was better than one with less held
   std::optional<Candidate> best_;  ///< of those that fulfil the conditions
   std::vector<Candidate> ends_;    ///< feasible, but the likelihood rises from a bound inwards
   std::optional<Candidate> unfinished_;  ///< the best within the bounds that did not converge

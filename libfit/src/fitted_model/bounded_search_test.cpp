@@ -212,7 +212,6 @@ TEST_CASE("without a point that fulfils the conditions there is no convergence")
   const Curve rising{.value = [](double x) { return std::log1p(std::exp(x)); },
                      .slope = [](double x) { return 1.0 / (1.0 + std::exp(-x)); },
                      .peak = std::nullopt};
-  const FittedModel fit =
-      rising.run({0.0, std::numeric_limits<double>::infinity()});
+  const FittedModel fit = rising.run({0.0, std::numeric_limits<double>::infinity()});
   CHECK(!fit.convergence.converged);
 }

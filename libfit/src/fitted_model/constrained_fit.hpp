@@ -30,13 +30,14 @@ using FreeFit =
 /// fit without bounds is inside them it is the result, and the only fit. Else the bounds are
 /// branched over: a fit that left its range at some coefficients is followed by two for each of
 /// them, with it held at the lower and at the upper bound; one that did not converge is branched
-/// at the coefficients that it ran out of the range with, or at all that are free if none did. As
-/// no fit can be better than the one with a coefficient less held, what is below the best found is
-/// left out, and the most promising comes first; three bounded coefficients make 26 fits at most,
-/// usually two to four. Where the likelihood rises into the range from both ends (or from the only
-/// one), its maximum is inside, and is sought from there: by fits that start at the bound, then by
-/// halving the range where the slope of the profile changes its sign. With one maximum inside
-/// the bounds it is found; of several, the best that these fits show.
+/// at the coefficients that it ran out of the range with, or at all that are free if none did. A
+/// set with several coefficients held is left out if the fit with one of them less is no better
+/// than the best found, unless a fit has shown that such limits do not hold (it had several
+/// maxima); the most promising set comes first. Three bounded coefficients make 26 fits at most.
+/// From a bound where the likelihood rises into the range a fit goes uphill; where it has to turn
+/// on the way, rising from both ends (or the only one), or higher there than at the best point, but
+/// was not seen to, the range is halved where the slope of the profile changes its sign. With one
+/// maximum inside the bounds it is found; of several, the best that these fits show.
 ///
 /// Held coefficients have no standard error. Those at a bound count as parameters and are named in
 /// the evidence. A result has not converged if no point fulfils the conditions, or a fit that did
