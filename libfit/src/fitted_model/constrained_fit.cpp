@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 #include <vector>
 
+#include "fitted_model/bound_slopes.hpp"
+#include "fitted_model/bounded_search.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -86,94 +87,21 @@ FitResult expanded(FitResult result, const ModelSpecification& whole, const Valu
   return result;
 }
 
-/// Coefficients and the bounds that they are held at.
-class ActiveBounds {
- public:
-  ActiveBounds(const ModelSpecification& specification,
-               const FitModelOptions& options,
-               const FreeFit& fit)
-      : specification_(specification), options_(options), fit_(fit) {}
+/// The result where the formula has no value with these coefficients held.
+FitResult impossible(const ModelSpecification& whole, const Values& held, const Error& reason) {
+  FitResult result{.fit = {.specification = whole}};
+  FittedModel& fit = result.fit;
+  const auto p = static_cast<Index>(whole.coefficient_names().size() - held.size());
+  fit.estimate = VectorXd::Constant(p, kNaN);
+  fit.covariance = MatrixXd::Constant(p, p, kNaN);
+  fit.degrees_of_freedom = fit.estimate;
+  fit.log_likelihood = kNaN;
+  fit.convergence.verdict = std::string("Not converged: ") + reason.what();
+  return expanded(std::move(result), whole, held);
+}
 
-  FitResult run() {
-    FitResult result = fit_with(at_bound_);
-    const std::size_t rounds = 2 * options_.bounds.size() + 1;
-    for (std::size_t round = 0; round < rounds && result.fit.convergence.converged; ++round) {
-      if (const auto crossed = most_crossed(result.fit)) {
-        at_bound_[crossed->first] = crossed->second;
-      } else if (!release_one()) {
-        break;
-      }
-      result = fit_with(at_bound_);
-    }
-    describe(result.fit);
-    return result;
-  }
-
- private:
-  FitResult fit_with(const Values& at_bound) const {
-    Values held = options_.fixed;
-    held.insert(at_bound.begin(), at_bound.end());
-    return expanded(fit_(with_held(specification_, held)), specification_, held);
-  }
-
-  /// The coefficient that is furthest outside its bounds, in standard errors, and its bound.
-  std::optional<std::pair<std::string, double>> most_crossed(const FittedModel& fit) const {
-    const VectorXd errors = fit.standard_errors();
-    std::optional<std::pair<std::string, double>> worst;
-    double largest = 0.0;
-    for (const auto& [name, bounds] : options_.bounds) {
-      const Index j =
-          std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
-      const double value = fit.estimate[j];
-      const double bound = std::clamp(value, bounds.low, bounds.high);
-      if (at_bound_.contains(name) || bound == value) continue;
-      const double excess = std::abs(value - bound) / (errors[j] > 0.0 ? errors[j] : 1.0);
-      if (excess <= largest && worst) continue;
-      worst = {name, bound};
-      largest = excess;
-    }
-    return worst;
-  }
-
-  /// With several coefficients at their bounds, one may be free to come back inside.
-  bool release_one() {
-    if (at_bound_.size() < 2) return false;
-    for (const auto& [name, bound] : at_bound_) {
-      Values fewer = at_bound_;
-      fewer.erase(name);
-      const FittedModel fit = fit_with(fewer).fit;
-      const Index j =
-          std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
-      const Bounds& bounds = options_.bounds.at(name);
-      const bool is_inside = fit.estimate[j] > bounds.low && fit.estimate[j] < bounds.high;
-      if (!fit.convergence.converged || !is_inside) continue;
-      at_bound_ = std::move(fewer);
-      return true;
-    }
-    return false;
-  }
-
-  void describe(FittedModel& fit) const {
-    std::vector<std::string> names;
-    for (const auto& [name, bound] : at_bound_) {
-      names.push_back(fmt::format("{} = {}, its bound", name, data::shortest(bound)));
-    }
-    if (names.empty()) return;
-    if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(names.size());
-    fit.convergence.verdict += fmt::format(" Held at a bound: {}.", fmt::join(names, "; "));
-    auto& boundary = fit.convergence.boundary;
-    boundary.insert(boundary.end(), names.begin(), names.end());
-  }
-
-  const ModelSpecification& specification_;
-  const FitModelOptions& options_;
-  const FreeFit& fit_;
-  Values at_bound_;
-};
-
-}  // namespace
-
-ModelSpecification with_held(const ModelSpecification& specification, const Values& held) {
+/// As with_held, but nothing need be left.
+ModelSpecification with_constants(const ModelSpecification& specification, const Values& held) {
   for (const auto& [name, value] : held) {
     check_coefficient(specification, name);
     if (!std::isfinite(value)) throw UsageError(fmt::format("{} is held at no number", name));
@@ -185,15 +113,10 @@ ModelSpecification with_held(const ModelSpecification& specification, const Valu
   std::erase_if(result.parameters, [](const ParameterModel& parameter) {
     return !parameter.has_intercept && parameter.covariates.empty();
   });
-  if (result.parameters.empty()) {
-    throw UsageError("all coefficients are held, so that there is nothing to estimate");
-  }
   return result;
 }
 
-FitResult fit_constrained(const ModelSpecification& specification,
-                          const FitModelOptions& options,
-                          const FreeFit& fit) {
+void check_bounds(const ModelSpecification& specification, const FitModelOptions& options) {
   for (const auto& [name, bounds] : options.bounds) {
     check_coefficient(specification, name);
     if (!(bounds.low < bounds.high)) {
@@ -203,7 +126,42 @@ FitResult fit_constrained(const ModelSpecification& specification,
       throw UsageError(fmt::format("{} is both held and bounded", name));
     }
   }
-  return ActiveBounds(specification, options, fit).run();
+}
+
+}  // namespace
+
+ModelSpecification with_held(const ModelSpecification& specification, const Values& held) {
+  ModelSpecification result = with_constants(specification, held);
+  if (result.parameters.empty()) {
+    throw UsageError("all coefficients are held, so that there is nothing to estimate");
+  }
+  return result;
+}
+
+FitResult fit_constrained(const ModelSpecification& specification,
+                          const data::Table& table,
+                          const FitModelOptions& options,
+                          const FreeFit& fit) {
+  check_bounds(specification, options);
+  if (options.bounds.empty()) {
+    return expanded(
+        fit(with_held(specification, options.fixed), nullptr), specification, options.fixed);
+  }
+  const HeldFit fit_held = [&](const Values& at_bound, const FittedModel* nearby) {
+    Values held = options.fixed;
+    held.insert(at_bound.begin(), at_bound.end());
+    try {
+      return expanded(fit(with_constants(specification, held), nearby), specification, held);
+    } catch (const DomainError& error) {
+      // A bound may be so far off that the formula has no value there.
+      if (at_bound.empty()) throw;
+      return impossible(specification, held, error);
+    }
+  };
+  const SlopesOf slopes_of = [&](const FittedModel& found, const Values& at_bound) {
+    return at_held(found, table, options.fixed, at_bound);
+  };
+  return BoundedSearch(options.bounds, fit_held, slopes_of).run();
 }
 
 }  // namespace silvafit::fit

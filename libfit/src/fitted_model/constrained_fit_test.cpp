@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -82,8 +83,8 @@ TEST_CASE("a coefficient that would cross its bound is held there and named") {
   CHECK(tight.log_likelihood == held.log_likelihood);
   CHECK(tight.parameter_count == held.parameter_count + 1);
   REQUIRE(tight.convergence.boundary.size() == 1);
-  CHECK_THAT(tight.convergence.boundary[0], Contains("b = 1.5"));
-  CHECK_THAT(tight.convergence.verdict, Contains("Held at a bound"));
+  CHECK(tight.convergence.boundary[0] == "b = 1.5, its upper bound");
+  CHECK_THAT(tight.convergence.verdict, Contains("Held at a bound") && Contains("b = 1.5"));
 }
 
 TEST_CASE("of several bounds only those that bind hold") {
@@ -97,6 +98,29 @@ TEST_CASE("of several bounds only those that bind hold") {
     const FittedModel other =
         fit_model(plane_model(table), table, {.fixed = {{"b", 2.2}, {"a:z", slope}}}).fit;
     CHECK(other.log_likelihood <= fit.log_likelihood + 1e-9);
+  }
+}
+
+TEST_CASE("all coefficients may lie at bounds, so that the variance alone is estimated") {
+  // y - 1.1 - 2.2 x - 0.6 z needs less of everything.
+  const data::Table table = plane();
+  const ModelSpecification model = plane_model(table);
+  const std::map<std::string, Bounds> bounds{
+      {"a", {1.1, 3.0}}, {"a:z", {0.6, 3.0}}, {"b", {2.2, 3.0}}};
+  double squares = 0.0;
+  for (std::size_t i = 0; i < 12; ++i) {
+    const double fitted = 1.1 + 2.2 * table.numbers("x")[i] + 0.6 * table.numbers("z")[i];
+    squares += std::pow(table.numbers("y")[i] - fitted, 2);
+  }
+  const double expected = -6.0 * (std::log(2.0 * std::numbers::pi * squares / 12.0) + 1.0);
+  for (const Method method : {Method::kOrdinary, Method::kGeneralized}) {
+    const FittedModel fit = fit_model(model, table, {.method = method, .bounds = bounds}).fit;
+    REQUIRE(fit.convergence.converged);
+    CHECK(fit.estimate == Eigen::Vector3d(1.1, 0.6, 2.2));
+    CHECK(fit.log_likelihood == Approx(expected).epsilon(1e-12));
+    CHECK(fit.sigma == Approx(std::sqrt(squares / 12.0)).epsilon(1e-12));
+    CHECK(fit.parameter_count == 4);
+    CHECK(fit.convergence.boundary.size() == 3);
   }
 }
 

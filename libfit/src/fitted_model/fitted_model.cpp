@@ -75,10 +75,12 @@ std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
   return ranges;
 }
 
-FitResult described(const NonlinearModel& model, Method method) {
+FitResult described(const NonlinearModel& model, Method method, const FitModelOptions& options) {
   FitResult result{.fit = {.specification = model.specification()}};
   FittedModel& fit = result.fit;
   fit.method = method;
+  fit.reml = options.reml;
+  if (method == Method::kQuadrature) fit.quadrature_points = options.quadrature_points;
   fit.observations = model.observations();
   fit.excluded = static_cast<Index>(model.excluded());
   fit.response_fingerprint = response_fingerprint(model.response());
@@ -316,19 +318,17 @@ std::map<std::string, double> starts_of(const NonlinearModel& model,
   return result;
 }
 
-FitResult fit_freely(const ModelSpecification& specification,
-                     const data::Table& table,
-                     Method method,
-                     const FitModelOptions& options) {
-  const NonlinearModel model(specification, table);
-  FitResult result = described(model, method);
-  result.fit.reml = options.reml;
-  if (method == Method::kQuadrature) result.fit.quadrature_points = options.quadrature_points;
+FitResult with_statistics(FitResult result, const NonlinearModel& model) {
+  compute_statistics(result, model);
+  keep_uncertainty(model, result.fit);
+  return result;
+}
+
+FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelOptions& options) {
+  FitResult result = described(model, method, options);
   if (auto found = fit_from_earlier(model, method, options)) {
     take_over(result, *std::move(found));
-    compute_statistics(result, model);
-    keep_uncertainty(model, result.fit);
-    return result;
+    return with_statistics(std::move(result), model);
   }
   LeastSquaresFit least_squares =
       fit_least_squares(model, {.start = starts_of(model, method, options), .rule = options.rule});
@@ -339,8 +339,28 @@ FitResult fit_freely(const ModelSpecification& specification,
   } else {
     give_up(result, std::move(least_squares));
   }
-  compute_statistics(result, model);
-  keep_uncertainty(model, result.fit);
+  return with_statistics(std::move(result), model);
+}
+
+/// From a fit nearby without a search for starts, which may lead far away.
+FitResult fit_nearby(const NonlinearModel& model,
+                     Method method,
+                     FitModelOptions options,
+                     const FittedModel& nearby) {
+  options.from = &nearby;
+  options.start.clear();
+  if (method == Method::kOrdinary) return fit_freely(model, method, options);
+  FitResult result = described(model, method, options);
+  if (auto found = fit_from_earlier(model, method, options)) {
+    take_over(result, *std::move(found));
+    return with_statistics(std::move(result), model);
+  }
+  FittedModel& fit = result.fit;
+  const Index p = model.coefficient_count();
+  fit.estimate = fit.degrees_of_freedom = VectorXd::Constant(p, kNaN);
+  fit.covariance = MatrixXd::Constant(p, p, kNaN);
+  fit.sigma = fit.log_likelihood = kNaN;
+  fit.convergence.verdict = "Not converged from a fit nearby.";
   return result;
 }
 
@@ -353,11 +373,14 @@ FitResult fit_model(const ModelSpecification& specification,
   const Method method = options.method.value_or(default_method(specification));
   check_method(specification, method, options.reml);
   check_start(specification, options.start);
-  const FreeFit fit = [&](const ModelSpecification& model) {
-    return fit_freely(model, table, method, options);
+  const FreeFit fit = [&](const ModelSpecification& model, const FittedModel* nearby) {
+    const NonlinearModel bound(model, table);
+    return nearby == nullptr ? fit_freely(bound, method, options)
+                             : fit_nearby(bound, method, options, *nearby);
   };
   const bool is_free = options.fixed.empty() && options.bounds.empty();
-  FitResult result = is_free ? fit(specification) : fit_constrained(specification, options, fit);
+  FitResult result =
+      is_free ? fit(specification, nullptr) : fit_constrained(specification, table, options, fit);
   // What is kept there is for the coefficients that were free.
   if (!is_free) keep_uncertainty(NonlinearModel(specification, table), result.fit);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;

@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Coefficients of a converged fit that have no standard error are held at a value or a bound.
-ModelSpecification free_specification(const FittedModel& fit) {
+std::map<std::string, double> held_by(const FittedModel& fit) {
   if (!fit.convergence.converged) {
     throw UsageError("a fit that has not converged has no intervals: " + fit.convergence.verdict);
   }
@@ -32,14 +32,15 @@ ModelSpecification free_specification(const FittedModel& fit) {
     if (!std::isnan(fit.covariance(j, j))) continue;
     held[fit.coefficient_names[static_cast<std::size_t>(j)]] = fit.estimate[j];
   }
-  return held.empty() ? fit.specification : with_held(fit.specification, held);
+  return held;
 }
 
-VectorXd free_estimate(const FittedModel& fit) {
+VectorXd free_estimate(const FittedModel& fit, const std::map<std::string, double>& held) {
   VectorXd result(fit.estimate.size());
   Index count = 0;
   for (Index j = 0; j < result.size(); ++j) {
-    if (!std::isnan(fit.covariance(j, j))) result[count++] = fit.estimate[j];
+    const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
+    if (!held.contains(name)) result[count++] = fit.estimate[j];
   }
   return result.head(count);
 }
@@ -75,10 +76,15 @@ bool is_marginal(Method method) { return is_mixed(method) && method != Method::k
 }  // namespace
 
 SurfaceSetting::SurfaceSetting(const FittedModel& of, const data::Table& table)
+    : SurfaceSetting(of, table, held_by(of)) {}
+
+SurfaceSetting::SurfaceSetting(const FittedModel& of,
+                               const data::Table& table,
+                               const std::map<std::string, double>& held)
     : fit(of),
-      model(free_specification(of), table),
+      model(held.empty() ? of.specification : with_held(of.specification, held), table),
       variance(model.specification().variance, VarianceData::of(model)),
-      estimate(free_estimate(of)),
+      estimate(free_estimate(of, held)),
       unit(units_of(model, estimate)),
       internal(variance.parameters(of.variance)),
       log_sigma(std::log(of.sigma / variance.sigma_factor(internal))) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -18,6 +19,12 @@ namespace silvafit::fit {
 struct SurfaceSetting {
   /// \throws UsageError if the fit did not converge, or the table is not the one it was made of
   SurfaceSetting(const FittedModel& fit, const data::Table& table);
+  /// \param held  coefficients that the surface does not have, and their values; it has all others,
+  ///   also those that the fit held
+  /// \throws UsageError if the table is not the one that the fit was made of
+  SurfaceSetting(const FittedModel& fit,
+                 const data::Table& table,
+                 const std::map<std::string, double>& held);
 
   /// The estimates as a vector.
   /// \param log_sigma  of the internal sigma

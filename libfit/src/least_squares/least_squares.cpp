@@ -210,6 +210,25 @@ LeastSquaresFit empty_fit(const NonlinearModel& model) {
           .fitted = VectorXd::Constant(model.observations(), kNaN)};
 }
 
+/// A model whose coefficients are all numbers already.
+LeastSquaresFit evaluated(const NonlinearModel& model) {
+  LeastSquaresFit fit = empty_fit(model);
+  NonlinearModel::Workspace workspace;
+  model.evaluate(fit.estimate, fit.fitted, nullptr, workspace);
+  if (!fit.fitted.allFinite()) {
+    fit.convergence.verdict = no_start();
+    return fit;
+  }
+  fit.sum_of_squares = (model.response() - fit.fitted).squaredNorm();
+  fit.sigma = std::sqrt(fit.sum_of_squares / fit.degrees_of_freedom());
+  fit.log_likelihood = is_exact(model, fit.sum_of_squares)
+                           ? std::numeric_limits<double>::infinity()
+                           : least_squares_log_likelihood(fit.sum_of_squares, fit.observations);
+  fit.convergence = {.converged = true,
+                     .verdict = "No coefficient was left to estimate but sigma."};
+  return fit;
+}
+
 /// Where a coefficient runs into a limit of the formula, its steps fail and stop the others too.
 /// Holding each in turn lets those finish.
 NewtonPoint finish_the_others(const NonlinearModel& model,
@@ -266,7 +285,7 @@ double LeastSquaresFit::degrees_of_freedom() const {
 }
 
 LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquaresOptions& options) {
-  if (model.coefficient_count() == 0) throw UsageError("the formula has no coefficients to fit");
+  if (model.coefficient_count() == 0) return evaluated(model);
   if (model.observations() < model.coefficient_count()) {
     LeastSquaresFit fit = empty_fit(model);
     fit.convergence.verdict = too_few_observations(model);

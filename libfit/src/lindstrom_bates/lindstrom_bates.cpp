@@ -222,6 +222,7 @@ void LindstromBates::adopt_scale(const VectorXd& scale) {
 
 bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   const VectorXd size = column_sizes(at);
+  if (size.size() == 0) return false;
   if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
   const RelativeFactors from = factors(state.theta);
   const MatrixXd inner = VectorXd(size(random_)).asDiagonal() * from.inner;

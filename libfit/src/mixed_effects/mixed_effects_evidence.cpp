@@ -161,6 +161,7 @@ Confounded confounded_parameters(const NonlinearModel& model,
 
 /// Coefficients that the data cannot tell apart, from the information matrix at the optimum.
 int information_rank(const MixedEffectsFit& fit) {
+  if (fit.covariance.size() == 0) return 0;
   const VectorXd deviations = fit.covariance.diagonal().cwiseSqrt();
   if (!deviations.allFinite() || deviations.minCoeff() <= 0.0) return 0;
   const MatrixXd correlation = deviations.cwiseInverse().asDiagonal() * fit.covariance *

@@ -121,7 +121,7 @@ struct FitResult {
   Eigen::VectorXd residual_sd{};         ///< (N) standard deviation of the residual
 };
 
-/// The range that a coefficient is kept in, ends included.
+/// The range that a coefficient is kept in, ends included, as docs/fit-command.md explains.
 struct Bounds {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();

@@ -50,9 +50,9 @@ struct LeastSquaresFit {
 /// deterministic search, scaled by the data, give several. Levenberg-Marquardt (Ceres) follows the
 /// best, and Newton steps add the last digits. A model with covariates starts from the fit without
 /// them, so that it never fits worse. A fit that fails is a result with converged = false and a
-/// verdict, not an exception; docs/least-squares.md lists the verdicts.
+/// verdict, not an exception; docs/least-squares.md lists the verdicts. Of a formula without
+/// coefficients, where all are held, only sigma is estimated.
 /// \throws DomainError if a row has no finite mean or slope whatever the coefficients (it is named)
-/// \throws UsageError if the formula has no coefficients
 LeastSquaresFit fit_least_squares(const NonlinearModel& model,
                                   const LeastSquaresOptions& options = {});
 

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "fitted_model/bound_slopes.hpp"
+
+#include <cmath>
+
+#include "inference/likelihood_surface.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// The curvature of F along one coordinate, by differences of the exact gradient.
+double curvature(LikelihoodSurface& surface, const VectorXd& x, Index j, double step) {
+  VectorXd gradient;
+  const auto slope_at = [&](double shift) {
+    VectorXd moved = x;
+    moved[j] += shift;
+    return std::isfinite(surface.value(moved, &gradient)) ? gradient[j] : NAN;
+  };
+  return (slope_at(step) - slope_at(-step)) / (2.0 * step);
+}
+
+}  // namespace
+
+bool is_slope(double slope) {
+  constexpr double kSmallest = 1e-4;
+  return !(std::abs(slope) <= kSmallest);
+}
+
+HeldPoint at_held(const FittedModel& fit,
+                  const data::Table& table,
+                  const std::map<std::string, double>& fixed,
+                  const std::map<std::string, double>& held) {
+  HeldPoint result{.value = fit.log_likelihood};
+  if (!(fit.sigma > 0.0)) {
+    for (const auto& [name, value] : held) result.slopes[name] = 0.0;
+    return result;
+  }
+  if (held.empty() && !fit.reml) return result;
+  FittedModel unrestricted = fit;
+  unrestricted.reml = false;
+  const SurfaceSetting setting(unrestricted, table, fixed);
+  const auto surface = make_surface(setting);
+  const VectorXd& x = surface->optimum();
+  VectorXd gradient;
+  const double value = surface->value(x, &gradient);
+  if (fit.reml) result.value = -value;
+  // In these coordinates the mean moves by a residual standard deviation a unit, so that the
+  // standard error of one coefficient is about one over the root of n.
+  const auto n = static_cast<double>(fit.observations);
+  const double step = 1e-3 / std::sqrt(n);
+  for (const auto& [name, at] : held) {
+    const Index j = setting.model.coefficient_index(name);
+    const double found = curvature(*surface, x, j, step);
+    const double information = found > 0.0 && std::isfinite(found) ? found : n;
+    result.slopes[name] = std::isfinite(value) ? -gradient[j] / std::sqrt(information) : NAN;
+  }
+  return result;
+}
+
+}  // namespace silvafit::fit
