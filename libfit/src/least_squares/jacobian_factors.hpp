@@ -12,7 +12,8 @@ namespace silvafit::fit {
 class JacobianFactors {
  public:
   /// \param jacobian  (N x p), finite
-  explicit JacobianFactors(const Eigen::MatrixXd& jacobian) : scale_(jacobian.colwise().stableNorm()) {
+  explicit JacobianFactors(const Eigen::MatrixXd& jacobian)
+      : scale_(jacobian.colwise().stableNorm()) {
     scale_ = (scale_.array() > 0.0).select(scale_, 1.0);
     qr_.setThreshold(kRankTolerance);
     qr_.compute(jacobian * scale_.cwiseInverse().asDiagonal());

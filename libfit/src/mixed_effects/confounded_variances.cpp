@@ -207,7 +207,8 @@ class Components {
         if (of_.all_[k].of != level) continue;
         parts_[k] = of_.all_[k].form * products;
         for (std::size_t l = 0; l <= k; ++l) {
-          if (of_.all_[l].of == level) add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
+          if (of_.all_[l].of == level)
+            add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
         }
       }
     }
@@ -230,11 +231,11 @@ class Components {
       }
     }
 
-    /// Products of all components with those of the residuals, over some rows.
-    void add_residual(Index begin, Index rows) {
-      const auto by_residual = of_.by_residual_.middleRows(begin, rows);
+    /// Products of all components with those of the residuals.
+    void add_residual() {
+      const MatrixXd& by_residual = of_.by_residual_;
       for (std::size_t k = 0; k < parts_.size(); ++k) {
-        const VectorXd diagonal = of_.diagonal(of_.all_[k], begin, rows);
+        const VectorXd diagonal = of_.diagonal(of_.all_[k]);
         for (std::size_t l = 0; l < parts_.size(); ++l) {
           const bool is_later = of_.all_[k].of == Component::Of::kResidual && l > k;
           if (of_.all_[l].of != Component::Of::kResidual || is_later) continue;
@@ -255,15 +256,11 @@ class Components {
     std::vector<MatrixXd> parts_;
   };
 
-  /// (rows) the diagonal of a component's matrix.
-  VectorXd diagonal(const Component& component, Index begin, Index rows) const {
-    if (component.of == Component::Of::kResidual) {
-      return 2.0 * by_residual_.col(component.column).segment(begin, rows);
-    }
-    const MatrixXd& z =
-        component.of == Component::Of::kOuter ? outer_.columns : inner_.columns;
-    const auto part = z.middleRows(begin, rows);
-    return (part * component.form).cwiseProduct(part).rowwise().sum();
+  /// (N) the diagonal of a component's matrix.
+  VectorXd diagonal(const Component& component) const {
+    if (component.of == Component::Of::kResidual) return 2.0 * by_residual_.col(component.column);
+    const MatrixXd& z = component.of == Component::Of::kOuter ? outer_.columns : inner_.columns;
+    return (z * component.form).cwiseProduct(z).rowwise().sum();
   }
 
   /// (K x K) tr(R^-1 V_k R^-1 V_l); leaves the lengths of the matrices in sizes_.
@@ -271,11 +268,11 @@ class Components {
     const auto count = static_cast<Index>(all_.size());
     MatrixXd total = MatrixXd::Zero(count, count);
     Sum sum(*this, total);
-    for (Index c = 0; c < model_.cluster_count(); ++c) {
+    sum.add_residual();
+    for (Index c = 0; outer_.effects != nullptr && c < model_.cluster_count(); ++c) {
       const Index begin = model_.group_begin(model_.cluster_begin(c));
       const Index rows = model_.group_begin(model_.cluster_begin(c + 1)) - begin;
-      if (outer_.effects != nullptr) sum.add_level(Component::Of::kOuter, outer_, begin, rows);
-      sum.add_residual(begin, rows);
+      sum.add_level(Component::Of::kOuter, outer_, begin, rows);
     }
     for (Index g = 0; inner_.effects != nullptr && g < model_.group_count(); ++g) {
       const Index begin = model_.group_begin(g);
@@ -339,7 +336,8 @@ class Components {
       if (factors[quantity.factor].kind == VarianceFactor::Kind::kConstantPlusPower) continue;
       for (Index k = quantity.first; k < quantity.first + quantity.count; ++k) {
         const Index place = std::ssize(all_) - by_residual_.cols() + k;
-        if (sizes_[place] == 0.0) result.push_back(direction(VectorXd::Unit(std::ssize(all_), place)));
+        if (sizes_[place] == 0.0)
+          result.push_back(direction(VectorXd::Unit(std::ssize(all_), place)));
       }
     }
     return result;
@@ -378,8 +376,8 @@ class Components {
       const bool is_outer = component.of == Component::Of::kOuter;
       const MatrixXd& covariance = is_outer ? outer_.covariance : inner_.covariance;
       // The forms have entries in places of their own, so that this is the part of each.
-      result[is_outer ? 0 : 1][at] = covariance.cwiseProduct(component.form).sum() /
-                                     component.form.squaredNorm();
+      result[is_outer ? 0 : 1][at] =
+          covariance.cwiseProduct(component.form).sum() / component.form.squaredNorm();
     }
     return result;
   }
@@ -388,7 +386,8 @@ class Components {
   bool has_room(const Direction& of) const {
     if (of.largest() == 0.0) return false;
     const auto trace = [](const MatrixXd& covariance, const MatrixXd& change) {
-      return change.size() > 0 && change.cwiseAbs().maxCoeff() > kUnmoved ? covariance.trace() : 0.0;
+      return change.size() > 0 && change.cwiseAbs().maxCoeff() > kUnmoved ? covariance.trace()
+                                                                          : 0.0;
     };
     const bool moves_residual = of.residual.cwiseAbs().maxCoeff() > kUnmoved;
     const double size = std::max({trace(outer_.covariance, of.outer),
@@ -466,11 +465,10 @@ class Components {
         });
         if (!is_moved) continue;
         const auto stratum = static_cast<std::size_t>(k + (quantity.has_reference ? 1 : 0));
-        result.push_back(quantity.strata < 0
-                             ? name
-                             : fmt::format("{} ({})",
-                                           name,
-                                           model_.strata(factor.stratum).labels[stratum]));
+        result.push_back(
+            quantity.strata < 0
+                ? name
+                : fmt::format("{} ({})", name, model_.strata(factor.stratum).labels[stratum]));
       }
     }
   }
@@ -479,10 +477,9 @@ class Components {
   double sigma_change(const Direction& of) const {
     constexpr double kStep = 1e-4;
     const VectorXd parameters = of.residual.head(variance_.parameter_count());
-    const double factor =
-        std::log(variance_.sigma_factor(point_.variance + kStep * parameters) /
-                 variance_.sigma_factor(point_.variance - kStep * parameters)) /
-        (2.0 * kStep);
+    const double factor = std::log(variance_.sigma_factor(point_.variance + kStep * parameters) /
+                                   variance_.sigma_factor(point_.variance - kStep * parameters)) /
+                          (2.0 * kStep);
     const double internal = of.residual[of.residual.size() - 1];
     // At an end of the range of a variance function the factor jumps.
     return std::isfinite(factor) ? std::abs(internal + factor) : std::abs(internal);

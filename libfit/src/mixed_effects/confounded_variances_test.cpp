@@ -209,8 +209,7 @@ TEST_CASE("the restricted likelihood does not see what the coefficients take up"
   CHECK(at(two, own, 0.4, 0.0, true).names == Names{"sd(a)"});
   const data::Table more = lines({.stands = 3});
   CHECK(at(more, specified(more, "a | plot"), 0.4, 0.0, true).names.empty());
-  const FittedModel fit =
-      fitted(one, specified(one, "a | plot"), Method::kLindstromBates, true);
+  const FittedModel fit = fitted(one, specified(one, "a | plot"), Method::kLindstromBates, true);
   CHECK_FALSE(fit.convergence.converged);
   CHECK_THAT(fit.convergence.verdict, Contains("say nothing about sd(a)"));
 }
@@ -222,8 +221,11 @@ TEST_CASE("a variance function of what is the same for all is sigma by another n
     model.variance = parse_variance_function(constant);
     CHECK(at(table, model, 0.0).names == Names{"delta", "sigma"});
   }
-  for (const char* const varying : {"power(x)", "stratum(t)", "stratum(t) * power(x)",
-                                    "power(x | t)", "constant-plus-power(x)"}) {
+  for (const char* const varying : {"power(x)",
+                                    "stratum(t)",
+                                    "stratum(t) * power(x)",
+                                    "power(x | t)",
+                                    "constant-plus-power(x)"}) {
     model.variance = parse_variance_function(varying);
     INFO(varying);
     CHECK(at(table, model, 0.0).names.empty());
