@@ -231,11 +231,11 @@ class Components {
       }
     }
 
-    /// Products of all components with those of the residuals, over some rows.
-    void add_residual(Index begin, Index rows) {
-      const auto by_residual = of_.by_residual_.middleRows(begin, rows);
+    /// Products of all components with those of the residuals.
+    void add_residual() {
+      const MatrixXd& by_residual = of_.by_residual_;
       for (std::size_t k = 0; k < parts_.size(); ++k) {
-        const VectorXd diagonal = of_.diagonal(of_.all_[k], begin, rows);
+        const VectorXd diagonal = of_.diagonal(of_.all_[k]);
         for (std::size_t l = 0; l < parts_.size(); ++l) {
           const bool is_later = of_.all_[k].of == Component::Of::kResidual && l > k;
           if (of_.all_[l].of != Component::Of::kResidual || is_later) continue;
@@ -256,14 +256,11 @@ class Components {
     std::vector<MatrixXd> parts_;
   };
 
-  /// (rows) the diagonal of a component's matrix.
-  VectorXd diagonal(const Component& component, Index begin, Index rows) const {
-    if (component.of == Component::Of::kResidual) {
-      return 2.0 * by_residual_.col(component.column).segment(begin, rows);
-    }
+  /// (N) the diagonal of a component's matrix.
+  VectorXd diagonal(const Component& component) const {
+    if (component.of == Component::Of::kResidual) return 2.0 * by_residual_.col(component.column);
     const MatrixXd& z = component.of == Component::Of::kOuter ? outer_.columns : inner_.columns;
-    const auto part = z.middleRows(begin, rows);
-    return (part * component.form).cwiseProduct(part).rowwise().sum();
+    return (z * component.form).cwiseProduct(z).rowwise().sum();
   }
 
   /// (K x K) tr(R^-1 V_k R^-1 V_l); leaves the lengths of the matrices in sizes_.
@@ -271,11 +268,11 @@ class Components {
     const auto count = static_cast<Index>(all_.size());
     MatrixXd total = MatrixXd::Zero(count, count);
     Sum sum(*this, total);
-    for (Index c = 0; c < model_.cluster_count(); ++c) {
+    sum.add_residual();
+    for (Index c = 0; outer_.effects != nullptr && c < model_.cluster_count(); ++c) {
       const Index begin = model_.group_begin(model_.cluster_begin(c));
       const Index rows = model_.group_begin(model_.cluster_begin(c + 1)) - begin;
-      if (outer_.effects != nullptr) sum.add_level(Component::Of::kOuter, outer_, begin, rows);
-      sum.add_residual(begin, rows);
+      sum.add_level(Component::Of::kOuter, outer_, begin, rows);
     }
     for (Index g = 0; inner_.effects != nullptr && g < model_.group_count(); ++g) {
       const Index begin = model_.group_begin(g);
