@@ -97,7 +97,7 @@ Source Planner::mapped(const ColumnMapping& mapping) const {
     data::TextMatch match;
     const std::string& name = data::is_text_match(variable, match) ? match.column : variable;
     if (field_named(name)) continue;
-    throw UsageError(fmt::format("there is no column '{}' for {}={}; the columns are {}",
+    throw InputError(fmt::format("there is no column '{}' for {}={}; the columns are {}",
                                  name,
                                  mapping.name,
                                  mapping.source,
@@ -210,7 +210,7 @@ void Planner::collect_others(ColumnPlan& plan) const {
         std::ranges::find(plan.others, name, &ColumnMapping::name) != plan.others.end();
     if (is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name))) continue;
     if (!field_named(name)) {
-      throw UsageError(data::no_such_column(name, header_), {.file = file_});
+      throw InputError(data::no_such_column(name, header_), {.file = file_});
     }
     plan.others.push_back({.name = name, .source = name});
   }
