@@ -60,4 +60,16 @@ void add_version_options(CLI::App& program) {
   as_json->needs(version_flag);
 }
 
+void add_version_to_commands(CLI::App& program) {
+  for (CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) {
+    const auto print = [command] {
+      const CLI::Option* json = command->get_option_no_throw("--json");
+      const bool as_json = json != nullptr && json->count() > 0;
+      throw CLI::CallForVersion(as_json ? build_as_json() : build_as_text(), 0);
+    };
+    command->add_flag_callback("--version", print, "Print the version and exit");
+    add_version_to_commands(*command);
+  }
+}
+
 }  // namespace silvafit::cli

@@ -9,4 +9,7 @@ namespace silvafit::cli {
 /// Adds --version, and --json, which goes with it alone.
 void add_version_options(CLI::App& program);
 
+/// Adds --version to all commands below; with their --json, it is JSON.
+void add_version_to_commands(CLI::App& program);
+
 }  // namespace silvafit::cli

@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "command.hpp"
+#include "library_named.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/study/comparison_page.hpp"
@@ -63,8 +65,7 @@ Subject& subject_of(const study::LibraryModel& model, std::vector<Subject>& subj
 
 NamedFits read_fits(const std::vector<std::string>& files) {
   NamedFits result;
-  for (const std::string& file : files)
-    result.libraries.push_back(study::find_library(file, data_directory() / "models"));
+  for (const std::string& file : files) result.libraries.push_back(library_named(file));
   for (std::size_t f = 0; f < files.size(); ++f) {
     const study::ModelLibrary& library = result.libraries[f];
     for (std::size_t i = 0; i < library.models.size(); ++i) {
@@ -222,6 +223,7 @@ void write_page(const CompareArguments& arguments,
 }
 
 void run(const CompareArguments& arguments) {
+  refuse_same_files(all_of("FIT.json", arguments.files), {{"--html", arguments.html}});
   const NamedFits named = read_fits(arguments.files);
   if (!arguments.html.empty()) write_page(arguments, named.libraries);
   if (arguments.common.json) {

@@ -17,6 +17,9 @@
 #include "fit_inference.hpp"
 #include "fit_resampling.hpp"
 #include "fit_table.hpp"
+#include "near_names.hpp"
+#include "output_files.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -165,6 +168,9 @@ class ColumnUses {
 data::Table read_data(const FitArguments& arguments) {
   data::Table table =
       data::read_csv_table(arguments.data, {.text_columns = ColumnUses(arguments).names()});
+  if (table.rows() == 0) {
+    throw InputError("there are no rows below the header", {.file = table.file()});
+  }
   const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
   for (const std::string& note : study::add_columns(columns, table)) {
     say(arguments.common, "note: " + note);
@@ -188,7 +194,7 @@ void set_covariance(fit::ModelSpecification& specification, fit::Covariance cova
 
 void require_column(const data::Table& table, const std::string& name) {
   if (table.has(name)) return;
-  throw UsageError(data::no_such_column(name, table.names()));
+  throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});
 }
 
 /// What all models of a command have in common.
@@ -224,6 +230,18 @@ void complete(Task& task, const FitArguments& arguments, const data::Table& tabl
   }
 }
 
+/// Rows that start values need are a matter of the file.
+std::vector<double> starts_of(const study::BaseModel& model, const data::Table& table) {
+  try {
+    return study::start_values(model, table);
+  } catch (const UsageError& error) {
+    Place place = error.place();
+    place.file = table.file();
+    place.model = model.id;
+    throw InputError(error.message(), place);
+  }
+}
+
 Task catalogue_task(const study::BaseModel& model,
                     const FitArguments& arguments,
                     const data::Table& table) {
@@ -231,7 +249,7 @@ Task catalogue_task(const study::BaseModel& model,
   Task task{.id = model.id,
             .specification = fit::specify_model(model.formula, arguments.parameters, table)};
   complete(task, arguments, table);
-  const std::vector<double> starts = study::start_values(model, table);
+  const std::vector<double> starts = starts_of(model, table);
   for (std::size_t k = 0; k < starts.size(); ++k) {
     task.options.rule[model.parameters[k].name] = starts[k];
   }
@@ -258,11 +276,30 @@ std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catal
   return models;
 }
 
+/// Names that are no columns are coefficients. One that is nearly a column may have been meant as
+/// it.
+void say_near_columns(const fit::ModelSpecification& specification,
+                      const data::Table& table,
+                      const CommonOptions& common) {
+  for (const fit::ParameterModel& parameter : specification.parameters) {
+    const auto column = std::ranges::find_if(
+        table.names(), [&](const std::string& name) { return is_slip_of(parameter.name, name); });
+    if (column == table.names().end()) continue;
+    say(common,
+        fmt::format("note: {0} is no column of {1} and is taken for a coefficient; there is a "
+                    "column {2}",
+                    parameter.name,
+                    table.file(),
+                    *column));
+  }
+}
+
 std::vector<Task> tasks_of(const FitArguments& arguments, const data::Table& table) {
   std::vector<Task> tasks;
   if (!arguments.formula.empty()) {
     tasks.push_back(
         {.specification = fit::specify_model(arguments.formula, arguments.parameters, table)});
+    say_near_columns(tasks.front().specification, table, arguments.common);
     complete(tasks.front(), arguments, table);
     return tasks;
   }
@@ -317,7 +354,51 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
   print_ranking(pointers);
 }
 
-void run(FitArguments arguments) {
+/// Options that would do nothing without another one.
+void refuse_idle_options(const CLI::App& command, const FitArguments& arguments) {
+  const auto refuse = [&](const char* option, bool has_use, const char* needed) {
+    if (command.count(option) == 0 || has_use) return;
+    throw UsageError(fmt::format("does nothing without {}", needed), {.column = option});
+  };
+  const ResamplingArguments& resampling = arguments.resampling;
+  refuse("--agq-points", arguments.method == "agq", "--method agq");
+  refuse("--level", !arguments.inference.intervals.empty(), "--intervals");
+  refuse("--measured-trees", !resampling.cross_validate.empty(), "--cross-validate");
+  refuse("--resample", resampling.bootstrap > 0, "--bootstrap");
+  refuse("--bootstrap-level", resampling.bootstrap > 0, "--bootstrap");
+  refuse("--group",
+         resampling.bootstrap > 0 || !resampling.cross_validate.empty(),
+         "--bootstrap or --cross-validate");
+  if (!resampling.cross_validate.empty() && resampling.group.empty() && arguments.random.empty()) {
+    throw UsageError(
+        "groups are left out, and a model without random effects has none: name their column with "
+        "--group, such as --group plot",
+        {.column = "--cross-validate"});
+  }
+}
+
+/// More folds than groups are as many folds as groups.
+void say_fewer_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
+  double asked = 0.0;
+  if (!data::parse_number(arguments.resampling.cross_validate, asked)) return;
+  for (const Resampling& one : resampling) {
+    if (!one.cross_validation) continue;
+    const fit::CrossValidation& result = *one.cross_validation;
+    if (static_cast<double>(result.folds) >= asked) continue;
+    say(arguments.common,
+        fmt::format("note: {} folds instead of {}: the column {} has {} groups",
+                    result.folds,
+                    arguments.resampling.cross_validate,
+                    result.group,
+                    result.groups));
+    return;
+  }
+}
+
+void run(const CLI::App& command, FitArguments arguments) {
+  refuse_idle_options(command, arguments);
+  refuse_same_files({{"DATA.csv", arguments.data}},
+                    {{"--residuals", arguments.resampling.residuals}});
   // One fit has the threads for itself.
   arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
   if (arguments.formula.empty() == arguments.models.empty()) {
@@ -331,6 +412,7 @@ void run(FitArguments arguments) {
   for (const Task& task : tasks) options.push_back(task.options);
   const std::vector<Resampling> resampling =
       resample(fits, options, table, arguments.resampling, arguments.common);
+  say_fewer_folds(resampling, arguments);
   write_residuals(fits, table, arguments.resampling);
   if (arguments.common.json) {
     print_json(fits, resampling);
@@ -435,7 +517,7 @@ void add_fit_command(CLI::App& program) {
   add_example(command,
               "silvafit fit examples/fir-mixed/inventory.csv --model M4 --random \"a + b | plot\" "
               "--variance power --where 'species == \"SM\"'");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, &command] { run(command, *arguments); });
 }
 
 }  // namespace silvafit::cli

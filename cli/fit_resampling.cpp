@@ -10,6 +10,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/residuals.hpp"
 #include "standard_output.hpp"
@@ -141,9 +142,9 @@ ordered_json cross_validation_json(const fit::CrossValidation& result) {
 
 std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
 
-void print_reasons(const char* title, const std::vector<fit::CountedReason>& counted) {
-  for (const fit::CountedReason& one : counted) {
-    fmt::print("{} {}: {}\n", one.replicates, title, one.reason);
+void print_reasons(const char* what, const std::vector<fit::CountedReason>& reasons) {
+  for (const fit::CountedReason& one : reasons) {
+    fmt::print("{} {}: {}\n", counted(one.replicates, "replicate", "replicates"), what, one.reason);
   }
 }
 
@@ -177,8 +178,8 @@ void print_bootstrap(const fit::Bootstrap& bootstrap) {
                range(parameter.percentile),
                range(parameter.basic));
   }
-  print_reasons("replicates on the edge", bootstrap.on_edge);
-  print_reasons("replicates failed", bootstrap.failures);
+  print_reasons("on the edge", bootstrap.on_edge);
+  print_reasons("failed", bootstrap.failures);
 }
 
 void print_statistics_line(const std::string& name,
@@ -194,12 +195,11 @@ void print_statistics_line(const std::string& name,
 }
 
 void print_cross_validation(const fit::CrossValidation& result, const std::string& model) {
-  fmt::print("\n{}{}cross-validation, {} folds of {} {} groups, seed {}\n",
+  fmt::print("\n{}{}cross-validation, {} folds of {}, seed {}\n",
              model,
              model.empty() ? "" : ": ",
              result.folds,
-             result.groups,
-             result.group,
+             counted(result.groups, result.group + " group", result.group + " groups"),
              result.seed);
   fmt::print("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
              "prediction of groups left out",

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <string>
 
+#include "silvafit/base/text.hpp"
+
 namespace silvafit::cli {
 namespace {
 
@@ -27,11 +29,25 @@ std::size_t widest(const std::vector<std::string>& names, std::size_t at_least) 
   return at_least;
 }
 
-void print_random_structure(const fit::RandomEffects& random) {
+/// \param groups  "plot", or "plot within stand"
+void print_random_structure(const fit::RandomEffects& random, const std::string& groups) {
   fmt::print("  random: {} | {}, {} covariance\n",
              random.text(),
-             random.group,
+             groups,
              fit::covariance_text(random.covariance));
+}
+
+/// The coarser groups first, as --random has them.
+void print_random_structures(const fit::ModelSpecification& specification) {
+  const auto& outer = specification.outer_random;
+  if (outer) print_random_structure(*outer, outer->group);
+  const std::string& inner = specification.random->group;
+  print_random_structure(*specification.random, outer ? inner + " within " + outer->group : inner);
+}
+
+/// "1 plot group", "7 plot groups".
+std::string groups_text(std::size_t count, const std::string& column) {
+  return counted(count, column + " group", column + " groups");
 }
 
 void print_model(const FittedModel& fit) {
@@ -41,8 +57,7 @@ void print_model(const FittedModel& fit) {
     if (parameter.text() != "1") fmt::print("  {} ~ {}\n", parameter.name, parameter.text());
   }
   if (fit.has_random_effects()) {
-    print_random_structure(*specification.random);
-    if (specification.outer_random) print_random_structure(*specification.outer_random);
+    print_random_structures(specification);
   }
   if (!specification.variance.is_constant()) {
     fmt::print("  variance: {}\n", specification.variance.text());
@@ -51,10 +66,10 @@ void print_model(const FittedModel& fit) {
   fmt::print("method {}, {} rows", fit::method_text(fit.method), fit.observations);
   if (fit.excluded > 0) fmt::print(" ({} more with missing values)", fit.excluded);
   if (!fit.outer.labels.empty()) {
-    fmt::print(", {} {} groups", fit.outer.labels.size(), fit.specification.outer_random->group);
+    fmt::print(", {}", groups_text(fit.outer.labels.size(), specification.outer_random->group));
   }
   if (fit.has_random_effects()) {
-    fmt::print(", {} {} groups", fit.group_labels.size(), fit.specification.random->group);
+    fmt::print(", {}", groups_text(fit.group_labels.size(), specification.random->group));
   }
   fmt::print(", {:.3g} s\n\n", fit.seconds);
 }
@@ -86,21 +101,35 @@ void print_fixed_effects(const FittedModel& fit) {
   fmt::print("\n");
 }
 
+/// For each effect the block that it is in; effects of different blocks have no correlation.
+std::vector<std::size_t> blocks_of(const fit::RandomEffects& random, std::size_t effects) {
+  std::vector<std::size_t> blocks;
+  const std::vector<int> sizes = random.block_sizes();
+  for (std::size_t block = 0; block < sizes.size(); ++block) {
+    blocks.insert(blocks.end(), static_cast<std::size_t>(sizes[block]), block);
+  }
+  blocks.resize(effects, sizes.size());
+  return blocks;
+}
+
 /// \param title  of the first column
 void print_random_level(const std::string& title,
+                        const fit::RandomEffects& random,
                         const std::vector<std::string>& names,
                         const Eigen::MatrixXd& covariance) {
+  const std::vector<std::size_t> block = blocks_of(random, names.size());
+  const bool has_correlation = std::ranges::adjacent_find(block) != block.end();
   const fit::MixedEffectsFit level{.random_covariance = covariance};
   const std::size_t width = widest(names, std::max<std::size_t>(13, title.size()));
   const Eigen::VectorXd deviations = level.random_sd();
   const Eigen::MatrixXd correlation = level.random_correlation();
   fmt::print(
-      "{:<{}} {:>12}{}\n", title, width, "std. dev.", names.size() > 1 ? "  correlation" : "");
+      "{:<{}} {:>12}{}\n", title, width, "std. dev.", has_correlation ? "  correlation" : "");
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto i = static_cast<Index>(k);
     fmt::print("{:<{}} {:>12}", names[k], width, number(deviations[i]));
-    for (Index j = 0; j < i; ++j) {
-      const double value = correlation(i, j);
+    for (std::size_t l = 0; has_correlation && l < k; ++l) {
+      const double value = block[l] == block[k] ? correlation(i, static_cast<Index>(l)) : NAN;
       fmt::print(" {:>8}", std::isnan(value) ? "-" : fmt::format("{:.4f}", value));
     }
     fmt::print("\n");
@@ -110,16 +139,16 @@ void print_random_level(const std::string& title,
 
 void print_random_effects(const FittedModel& fit) {
   if (!fit.has_random_effects()) return;
+  const fit::RandomEffects& random = *fit.specification.random;
   if (fit.outer.names.empty()) {
-    print_random_level("random effect", fit.random_names, fit.random_covariance);
+    print_random_level("random effect", random, fit.random_names, fit.random_covariance);
     return;
   }
-  const fit::ModelSpecification& specification = fit.specification;
-  print_random_level("random effect of " + specification.outer_random->group,
-                     fit.outer.names,
-                     fit.outer.covariance);
+  const fit::RandomEffects& outer = *fit.specification.outer_random;
   print_random_level(
-      "random effect of " + specification.random->group, fit.random_names, fit.random_covariance);
+      "random effect of " + outer.group, outer, fit.outer.names, fit.outer.covariance);
+  print_random_level(
+      "random effect of " + random.group, random, fit.random_names, fit.random_covariance);
 }
 
 void print_variance_factor(const fit::VarianceFactorEstimate& estimate) {

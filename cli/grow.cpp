@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "grow_command.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 #include "tree_table.hpp"
@@ -94,6 +95,8 @@ Sequence grow_moments(const GrowCommand& command,
 
 void run(GrowCommand& command) {
   check_and_complete(command);
+  refuse_same_files({{"MORPHOLOGY.csv", command.file}, {"--grammar", command.grammar}},
+                    {{"--scene", command.scene}});
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
   const tree::Moments table = read_trees(command);

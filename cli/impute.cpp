@@ -14,6 +14,7 @@
 
 #include "command.hpp"
 #include "csv_with_columns.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -50,6 +51,10 @@ data::Table read_data(const ImputeArguments& arguments) {
   const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
   for (const std::string& note : study::add_columns(columns, table)) {
     say(arguments.common, "note: " + note);
+  }
+  for (const std::string& name : {arguments.impute.response, arguments.impute.by, group}) {
+    if (name.empty() || table.has(name)) continue;
+    throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});
   }
   for (const std::string& name : new_names(arguments)) {
     if (!table.has(name)) continue;
@@ -169,6 +174,7 @@ void say_summary(const ImputeArguments& arguments, const study::Imputation& resu
 }
 
 void run(ImputeArguments& arguments) {
+  refuse_same_files({{"INVENTORY.csv", arguments.data}}, {{"--out", arguments.out}});
   const data::Table table = read_data(arguments);
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   arguments.impute.seed = arguments.common.seed;

@@ -11,6 +11,7 @@
 
 #include "command.hpp"
 #include "inventory_options.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
@@ -182,6 +183,9 @@ void say_all(const IndicesArguments& arguments, const Outcome& outcome) {
 
 void run(const IndicesArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
+  refuse_same_files(
+      {{"INVENTORY.csv", arguments.inventory.path}, {"--window", arguments.units.window}},
+      {{"--out", arguments.out}, {"--excluded", arguments.excluded}});
   const stand::StructuralUnitOptions options = unit_options(arguments.units, arguments.common);
   UnitTable table(arguments);
   Outcome outcome{.further = options.further};

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "command.hpp"
+#include "library_named.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/scenes.hpp"
@@ -19,10 +21,6 @@ namespace silvafit::cli {
 namespace {
 
 using nlohmann::ordered_json;
-
-study::ModelLibrary library_named(const std::string& name_or_file) {
-  return study::find_library(name_or_file, data_directory() / "models");
-}
 
 struct ShowArguments {
   CommonOptions common{};
@@ -107,6 +105,7 @@ void print_summary(const SceneArguments& arguments, const study::Scenes& scenes)
 }
 
 void make_scenes(SceneArguments arguments) {
+  refuse_same_files({{"LIBRARY", arguments.library}}, {{"--out", arguments.out}});
   if (arguments.common.json && arguments.out.empty()) {
     throw UsageError("--json prints a summary; say with --out where the trees go");
   }
@@ -188,6 +187,7 @@ void add_library_command(CLI::App& program) {
   CLI::App& command =
       *program.add_subcommand("library", "Look into a model library, and make scenes of it");
   command.require_subcommand(1);
+  add_example(command, "silvafit library show");
   add_show_command(command);
   add_scenes_command(command);
 }

@@ -6,6 +6,7 @@
 
 #include "build_information.hpp"
 #include "command.hpp"
+#include "command_line_mistakes.hpp"
 #include "interrupts.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
@@ -40,11 +41,15 @@ int run(int argc, char** argv) {
   add_models_command(program);
   add_completion_command(program);
   add_manual_command(program);
+  add_version_to_commands(program);
 
   try {
+    require_command(program, {argv + 1, argv + argc});
     program.parse(argc, argv);
     finish_standard_output();
     return kDone;
+  } catch (const CLI::ExtrasError& error) {
+    return report("", UsageError(unexpected_words(program)), kBadUsage);
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? kDone : kBadUsage;
   } catch (const NoConvergedFit& error) {

@@ -8,13 +8,17 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "command.hpp"
 #include "csv_with_columns.hpp"
+#include "library_named.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -154,10 +158,35 @@ void sort_files(PredictArguments& arguments) {
   arguments.data = arguments.files.back();
 }
 
+/// Says which species of the file the library has no model of, and which it has.
+void add_note_on_species(const study::ModelLibrary& library,
+                         const data::Table& table,
+                         std::vector<std::string>& notes) {
+  std::set<std::string> known;
+  for (const study::LibraryModel& model : library.models) known.insert(model.species);
+  // A model without species is one of all trees.
+  if (known.contains("") || !table.has("species")) return;
+  const data::TextColumn species = table.labels("species");
+  std::set<std::string> unknown;
+  std::size_t trees = 0;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (species.is_missing(row) || known.contains(std::string(species[row]))) continue;
+    unknown.emplace(species[row]);
+    ++trees;
+  }
+  if (unknown.empty()) return;
+  const std::vector<std::string> names(unknown.begin(), unknown.end());
+  notes.push_back(fmt::format("{} of species that the library has no model of: {}; it has {}",
+                              counted(trees, "tree is", "trees are"),
+                              data::list_of(names),
+                              fmt::join(known, ", ")));
+}
+
 void run(PredictArguments arguments) {
   sort_files(arguments);
-  const study::ModelLibrary library =
-      study::find_library(arguments.library, data_directory() / "models");
+  refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
+                    {{"--out", arguments.out}});
+  const study::ModelLibrary library = library_named(arguments.library);
   data::Table table =
       data::read_csv_table(arguments.data, {.text_columns = study::text_columns(library)});
   const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
@@ -165,7 +194,7 @@ void run(PredictArguments arguments) {
     say(arguments.common, "note: " + note);
   }
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
-  const study::PredictedResponses predictions = study::predict_responses(
+  study::PredictedResponses predictions = study::predict_responses(
       library,
       table,
       {.level = kLevels.at(arguments.level),
@@ -178,6 +207,7 @@ void run(PredictArguments arguments) {
        .threads = arguments.common.threads,
        .role = arguments.role,
        .catalogue = &catalogue});
+  add_note_on_species(library, table, predictions.notes);
   for (const std::string& note : predictions.notes) say(arguments.common, "note: " + note);
   refuse_known_columns(arguments, table, predictions);
   write_out(arguments, predictions);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/render/models.hpp"
@@ -159,6 +160,7 @@ void run(const RenderArguments& arguments) {
   if (!ending.empty() && ending != ".png" && ending != ".PNG") {
     throw UsageError("--out: pictures are PNG files; let the name end in .png");
   }
+  refuse_same_files(all_of("MODEL.glb", arguments.models), {{"--out", arguments.out}});
   const Drawn drawn = draw(arguments);
   if (arguments.common.json) {
     print_json_value({{"schema", "silvafit-render/1"},

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "command.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
 #include "standard_output.hpp"
@@ -48,6 +49,8 @@ void print_summary(const SimulateOptions& options,
 }
 
 void run(const SimulateOptions& options) {
+  refuse_same_files({{"DESIGN.json", options.design}},
+                    {{"--out", options.out}, {"--truth", options.truth}});
   const study::SimulationDesign design = study::read_design(options.design);
   const study::SimulatedStand stand =
       study::simulate(design, options.common.seed, options.common.threads);
@@ -73,8 +76,8 @@ void add_simulate_command(CLI::App& program) {
       program.add_subcommand("simulate", "Draw an inventory with known truth from a design");
   add_common_options(*command, options->common);
   command->add_option("design", options->design, "Design of the stand (JSON)")
-      ->required()
-      ->check(CLI::ExistingFile);
+      ->type_name("DESIGN.json")
+      ->required();
   command->add_option("--out", options->out, "Inventory to write (CSV)")->required();
   command->add_option("--truth", options->truth, "Where to write what was drawn (JSON)");
   add_example(*command,

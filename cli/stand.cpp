@@ -8,6 +8,7 @@
 
 #include "command.hpp"
 #include "inventory_options.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "stand_output.hpp"
@@ -65,6 +66,15 @@ void print_json(const StandArguments& arguments,
 
 void run(const StandArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
+  refuse_same_files(
+      {{"INVENTORY.csv", arguments.inventory.path}, {"--window", arguments.units.window}},
+      files_in({"--out", arguments.out},
+               {"plots.csv",
+                "strata.csv",
+                "species.csv",
+                "diameters.csv",
+                "classes.csv",
+                "indices.csv"}));
   stand::StandReportOptions options = arguments.report;
   options.units = unit_options(arguments.units, arguments.common);
   set_stratum_areas(arguments, options);

@@ -15,6 +15,7 @@
 
 #include "command.hpp"
 #include "inventory_options.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/structure_columns.hpp"
@@ -49,7 +50,9 @@ void apply_criterion(const std::string& text, study::StudyOptions& options) {
 /// Takes what a study.json says, but for what the command line says itself.
 void apply_configuration(const CLI::App& command, Arguments& arguments) {
   if (arguments.configuration.empty()) return;
-  const study::StudyConfiguration file = study::read_study_configuration(arguments.configuration);
+  const auto catalogue = study::Catalogue::load(data_directory() / "models");
+  const study::StudyConfiguration file =
+      study::read_study_configuration(arguments.configuration, &catalogue);
   const auto is_given = [&](const char* option) { return command.count(option) > 0; };
   study::StudyOptions options = file.study;
   if (is_given("--species")) options.species = arguments.study.species;
@@ -103,21 +106,30 @@ void add_level_decisions(const study::StudyRecord& record, Decisions& decisions)
                                               distance(criterion, options.equally_good))
                                 : fmt::format("lowest {}", named(criterion));
   };
+  const auto got_to = [&](std::vector<study::Candidate> study::ResponseStudy::*level) {
+    return std::ranges::any_of(record.study.results, [level](const study::ResponseStudy& result) {
+      return !(result.*level).empty();
+    });
+  };
   decisions.emplace_back("Level 1",
-                         fmt::format("fewest parameters within {} of the best base model",
-                                     distance(criteria.base, options.equally_good)));
-  const bool has_level_2 = std::ranges::any_of(
-      record.study.results,
-      [](const study::ResponseStudy& result) { return !result.covariates.empty(); });
+                         got_to(&study::ResponseStudy::base)
+                             ? fmt::format("fewest parameters within {} of the best base model",
+                                           distance(criteria.base, options.equally_good))
+                             : "left out: there was nothing to fit");
   decisions.emplace_back(
       "Level 2",
-      has_level_2 ? fmt::format("lowest {} of covariate subsets on {}{}",
-                                named(criteria.covariates),
-                                options.covariate_parameters > 1 ? "one or two parameters"
-                                                                 : "one parameter",
-                                test)
-                  : "left out: no model got so far, or there are no covariates (structural units "
-                    "need positions)");
+      got_to(&study::ResponseStudy::covariates)
+          ? fmt::format(
+                "lowest {} of covariate subsets on {}{}",
+                named(criteria.covariates),
+                options.covariate_parameters > 1 ? "one or two parameters" : "one parameter",
+                test)
+          : "left out: no model got so far, or there are no covariates (structural units "
+            "need positions)");
+  if (!got_to(&study::ResponseStudy::random)) {
+    decisions.emplace_back("Level 3", "left out: no model got so far");
+    return;
+  }
   decisions.emplace_back(
       "Level 3",
       fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "
@@ -274,8 +286,14 @@ study::StudyRecord make_record(const Arguments& arguments) {
   }
   record.table = study::inventory_table(record.inventory.inventory, record.units);
   if (has_positions) {
+    // Without crown widths there is no C, and computing the units again would find none either.
+    const auto& covariates = arguments.study.covariates;
+    const bool wants_crowding = std::ranges::find(covariates, "C") != covariates.end();
+    if (wants_crowding && !record.table.has("C")) {
+      record.table.set("C", std::vector<double>(record.table.rows(), data::kMissing));
+    }
     const auto notes = study::add_structure_columns(
-        study::structure_names_in(arguments.study.covariates, record.table), record.table, options);
+        study::structure_names_in(covariates, record.table), record.table, options);
     for (const std::string& note : notes) say(arguments.common, "note: " + note);
   }
   return record;
@@ -341,6 +359,16 @@ void run(const CLI::App& command, Arguments& arguments) {
   if (arguments.out.empty()) throw UsageError("--out DIR is needed: the folder for the results");
   apply_configuration(command, arguments);
   apply_criterion(arguments.criterion, arguments.study);
+  refuse_same_files({{"INVENTORY.csv", arguments.inventory.path},
+                     {"--window", arguments.units.window},
+                     {"--config", arguments.configuration}},
+                    files_in({"--out", arguments.out},
+                             {"library.json",
+                              "indices.csv",
+                              "predictions.csv",
+                              "excluded.csv",
+                              "report.html",
+                              "run.json"}));
   require_writable_folder(arguments.out);  // before the time that the fits take
   run_whole_study(arguments);
 }

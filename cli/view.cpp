@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
@@ -200,6 +201,8 @@ void report(const ViewArguments& arguments,
 void run(ViewArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   check(arguments);
+  refuse_same_files({{"FILE", arguments.source}, {"--trees", arguments.trees}},
+                    {{"--out", page_path(arguments)}});
   study::ViewOptions& options = arguments.options;
   options.columns = column_map(arguments.columns);
   options.version = version();

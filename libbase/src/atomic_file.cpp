@@ -28,6 +28,17 @@ fs::path temporary_beside(const fs::path& target) {
   return fs::path(fmt::format("{}.{}.{}.part", target.string(), ::getpid(), counter++));
 }
 
+/// Whether what is written goes on at once, so that there is no file to put in its place: devices,
+/// pipes, and names of open files such as /dev/stdout.
+bool is_stream(const fs::path& target) {
+  const fs::path name = target.lexically_normal();
+  if (name == "/dev/stdout" || name == "/dev/stderr" || name.parent_path() == "/dev/fd")
+    return true;
+  std::error_code ignored;
+  const fs::file_status status = fs::status(target, ignored);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
 /// The temporary files and folders of this process, which a signal may end at any time.
 class UnfinishedFiles {
  public:
@@ -73,6 +84,13 @@ class UnfinishedFiles {
 
 AtomicFile::AtomicFile(fs::path target)
     : target_(std::move(target)), temporary_(temporary_beside(target_)) {
+  if (is_stream(target_)) {
+    temporary_.clear();
+    // At the end, behind what is there already.
+    stream_.open(target_, std::ios::binary | std::ios::app);
+    if (!stream_) cannot("write", target_, errno);
+    return;
+  }
   // Before anything is made, so that nothing is made after an interrupt has tidied up.
   UnfinishedFiles::of_process().add(temporary_);
   if (target_.has_parent_path()) {
@@ -91,7 +109,7 @@ AtomicFile::AtomicFile(fs::path target)
 }
 
 AtomicFile::~AtomicFile() {
-  if (committed_) return;
+  if (committed_ || temporary_.empty()) return;
   stream_.close();
   std::error_code ignored;
   fs::remove(temporary_, ignored);
@@ -101,10 +119,14 @@ AtomicFile::~AtomicFile() {
 void AtomicFile::commit() {
   stream_.close();
   if (!stream_) cannot("write", target_, errno);
+  if (temporary_.empty()) {
+    committed_ = true;
+    return;
+  }
   std::error_code error;
   fs::rename(temporary_, target_, error);
+  committed_ = !error;
   if (error) cannot("write", target_, error.value());
-  committed_ = true;
   UnfinishedFiles::of_process().remove(temporary_);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/base/atomic_file.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -44,6 +46,21 @@ TEST_CASE("an abandoned file leaves the old content") {
     file.stream() << "new";
   }
   CHECK(silvafit::read_file(target) == "old");
+}
+
+TEST_CASE("a pipe is written to and stays a pipe") {
+  const Folder folder;
+  const fs::path pipe = folder.path / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  REQUIRE(reader >= 0);
+  silvafit::write_file(pipe, "through");
+  std::string bytes(16, '.');
+  const auto count = ::read(reader, bytes.data(), bytes.size());
+  ::close(reader);
+  REQUIRE(count == 7);
+  CHECK(bytes.substr(0, 7) == "through");
+  CHECK(fs::is_fifo(pipe));
 }
 
 TEST_CASE("a file that cannot be written or read is named") {

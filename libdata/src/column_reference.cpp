@@ -100,7 +100,7 @@ ColumnReference column_reference(std::string_view name,
   for (const std::string& variable : expression.variables()) {
     const std::string column = column_of(variable);
     if (is_among(column, columns)) continue;
-    throw UsageError(fmt::format("there is no column '{}' for {}={}; the columns are {}",
+    throw InputError(fmt::format("there is no column '{}' for {}={}; the columns are {}",
                                  column,
                                  name,
                                  text,

@@ -63,7 +63,7 @@ std::vector<ColumnBuilder> wanted_columns(const std::vector<std::string>& header
   std::vector<ColumnBuilder> columns;
   for (const std::string& name : options.columns.empty() ? header : options.columns) {
     const auto found = field_of.find(name);
-    if (found == field_of.end()) throw UsageError(no_such_column(name, header), {.file = file});
+    if (found == field_of.end()) throw InputError(no_such_column(name, header), {.file = file});
     columns.push_back(
         {.name = name, .field = found->second, .is_text = contains(options.text_columns, name)});
   }

@@ -43,7 +43,8 @@ data::Expression parsed(std::string_view text, const data::Table& table) {
     data::TextMatch match;
     const std::string& name = data::is_text_match(variable, match) ? match.column : variable;
     if (table.has(name)) continue;
-    throw UsageError(data::no_such_column(name, table.names()), {.column = kOption});
+    throw InputError(data::no_such_column(name, table.names()),
+                     {.file = table.file(), .column = kOption});
   }
   return expression;
 }

@@ -138,11 +138,7 @@ void EdgeWorker::report_outside() {
                     high.y),
         {.file = inventory_.file});
   }
-  const bool is_torus = options_.edge == EdgeCorrection::kTorus;
-  units_.notes.push_back(
-      fmt::format("{} outside the window: {}",
-                  counted(outside, "tree stands", "trees stand"),
-                  is_torus ? "no place on the torus, left out" : "used as neighbors only"));
+  units_.notes.push_back(outside_note(outside, options_.edge));
   report_plots_outside();
 }
 
@@ -167,6 +163,13 @@ void EdgeWorker::report_plots_outside() {
 }
 
 }  // namespace
+
+std::string outside_note(std::size_t trees, EdgeCorrection edge) {
+  const bool is_torus = edge == EdgeCorrection::kTorus;
+  return fmt::format("{} outside the window: {}",
+                     counted(trees, "tree stands", "trees stand"),
+                     is_torus ? "no place on the torus, left out" : "used as neighbors only");
+}
 
 void correct_edge(const Inventory& inventory,
                   const PlotWindows& windows,

@@ -2,6 +2,8 @@
 // Edge correction: which trees are core trees, and how much each counts.
 #pragma once
 
+#include <cstddef>
+#include <string>
 #include <vector>
 
 #include "silvafit/stand/structural_units.hpp"
@@ -16,5 +18,8 @@ void correct_edge(const Inventory& inventory,
                   const std::vector<char>& inside,
                   const StructuralUnitOptions& options,
                   StructuralUnits& units);
+
+/// What is said of trees that stand outside their windows.
+std::string outside_note(std::size_t trees, EdgeCorrection edge);
 
 }  // namespace silvafit::stand

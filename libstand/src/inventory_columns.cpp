@@ -222,7 +222,7 @@ void Planner::collect_others(ColumnPlan& plan) const {
         std::ranges::find(plan.others, name, &ColumnMapping::name) != plan.others.end();
     if (is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name))) continue;
     if (!field_named(name)) {
-      throw UsageError(data::no_such_column(name, header_), {.file = file_});
+      throw InputError(data::no_such_column(name, header_), {.file = file_});
     }
     plan.others.push_back({.name = name, .source = name});
   }

@@ -35,8 +35,10 @@ double InventoryReader::number_in(std::string_view field,
   row.unreadable.push_back(
       {.column = column,
        .value = std::string(text),
-       .reason = fmt::format(
-           "'{}' is no number{}", text, has_decimal_comma ? "; decimals need a point" : "")});
+       .reason = fmt::format("'{}' is no number; {}",
+                             text,
+                             has_decimal_comma ? "decimals need a point"
+                                               : "a missing value is an empty field or NA")});
   return data::kMissing;
 }
 

@@ -12,7 +12,6 @@
 using namespace silvafit::stand;
 using Catch::Matchers::Contains;
 using silvafit::InputError;
-using silvafit::UsageError;
 using silvafit::test::ScratchFile;
 
 namespace {
@@ -96,18 +95,19 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
       "1,10,,0,9,20,15,7,4\n",
       {.needs_coordinates = true});
   CHECK(problems(checked) ==
-        std::vector<std::string>{"3 dbh: 'twenty' is no number",
-                                 "4 dbh: -3 cm is not above 0",
-                                 "4 h: 1.3 m is not above breast height, 1.3 m",
-                                 "4 hcb: -1 m is below the ground",
-                                 "4 cw: 0 m is not above 0",
-                                 "5 hcb: 15 m is not below h 15 m",
-                                 "6 dbh: is missing, and no tree can be used without it",
-                                 "7 x: the value is not finite",
-                                 "8 x: is missing, so the tree has no place",
-                                 "9 tree: the tree number is missing",
-                                 "10 plot: the plot is missing",
-                                 "10 dbh: '20,5' is no number; decimals need a point"});
+        std::vector<std::string>{
+            "3 dbh: 'twenty' is no number; a missing value is an empty field or NA",
+            "4 dbh: -3 cm is not above 0",
+            "4 h: 1.3 m is not above breast height, 1.3 m",
+            "4 hcb: -1 m is below the ground",
+            "4 cw: 0 m is not above 0",
+            "5 hcb: 15 m is not below h 15 m",
+            "6 dbh: is missing, and no tree can be used without it",
+            "7 x: the value is not finite",
+            "8 x: is missing, so the tree has no place",
+            "9 tree: the tree number is missing",
+            "10 plot: the plot is missing",
+            "10 dbh: '20,5' is no number; decimals need a point"});
   CHECK(checked.excluded_tree_count == 8);
   REQUIRE(checked.inventory.size() == 2);
   CHECK(checked.inventory.tree[1] == "10");
@@ -116,13 +116,15 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
 
   const std::string text = describe_excluded(checked, 2);
   CHECK_THAT(text, Contains("8 of 10 rows left out, 12 problems"));
-  CHECK_THAT(text, Contains(".csv:3: dbh: 'twenty' is no number (plot 1, tree 2)"));
+  CHECK_THAT(text,
+             Contains(".csv:3: dbh: 'twenty' is no number; a missing value is an empty field or "
+                      "NA (plot 1, tree 2)"));
   CHECK_THAT(text, Contains("and 10 more"));
 
   std::ostringstream csv;
   write_excluded(checked.excluded, csv);
   CHECK_THAT(csv.str(), Contains("line,plot,tree,column,value,reason\n"));
-  CHECK_THAT(csv.str(), Contains("3,1,2,dbh,twenty,'twenty' is no number\n"));
+  CHECK_THAT(csv.str(), Contains("3,1,2,dbh,twenty,'twenty' is no number; a missing value is"));
   CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is no number;"));
 }
 
@@ -237,7 +239,7 @@ TEST_CASE("other columns are kept on request, for the rows that are used") {
   CHECK(table.numbers("age")[0] == 70.0);
   CHECK(std::isnan(table.numbers("age")[1]));
   CHECK(table.line(1) == 4);
-  CHECK_THROWS_AS(read_text(text, {.keep = {"slope"}}), UsageError);
+  CHECK_THROWS_AS(read_text(text, {.keep = {"slope"}}), InputError);
 }
 
 TEST_CASE("what the file leaves out is assumed and said") {

@@ -3,9 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "edge.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
@@ -25,13 +27,16 @@ class ReportMaker {
  private:
   std::vector<SampledArea> find_areas();
   void note_trees_left_out(const std::vector<SampledArea>& areas);
+  data::TextColumn stratum_column() const;
   std::vector<std::string> strata_of(std::vector<SampledArea>& areas);
   void add_structure();
+  std::string outside_text(bool are_neighbors) const;
   void add_species(const std::vector<SampledArea>& areas);
 
   const Inventory& inventory_;
   const StandReportOptions& options_;
   StandReport report_{};
+  std::size_t outside_ = 0;  ///< trees with a position that are in no area
 };
 
 std::vector<SampledArea> ReportMaker::find_areas() {
@@ -55,18 +60,25 @@ std::vector<SampledArea> ReportMaker::find_areas() {
 }
 
 void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
-  std::size_t in_areas = 0;
+  std::vector<char> is_in_area(inventory_.size(), 0);
   std::size_t empty = 0;
   for (const SampledArea& area : areas) {
-    in_areas += area.trees.size();
+    for (const std::size_t tree : area.trees) is_in_area[tree] = 1;
     if (area.trees.empty()) ++empty;
   }
-  if (in_areas < inventory_.size()) {
-    report_.notes.push_back(
-        counted(inventory_.size() - in_areas,
-                "tree without position or outside the windows is not counted",
-                "trees without position or outside the windows are not counted"));
+  std::size_t without_position = 0;
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    if (is_in_area[tree] != 0) continue;
+    const bool has_position = inventory_.has_coordinates() && !std::isnan(inventory_.x[tree]) &&
+                              !std::isnan(inventory_.y[tree]);
+    ++(has_position ? outside_ : without_position);
   }
+  if (without_position > 0) {
+    report_.notes.push_back(counted(without_position,
+                                    "tree without position is not counted",
+                                    "trees without position are not counted"));
+  }
+  if (outside_ > 0) report_.notes.push_back(outside_text(false));
   if (empty > 0) {
     report_.notes.push_back(counted(empty,
                                     "plot has a window and no tree; it counts",
@@ -74,15 +86,29 @@ void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
   }
 }
 
+std::string ReportMaker::outside_text(bool are_neighbors) const {
+  const std::string text = counted(outside_,
+                                   "tree outside the windows is not counted",
+                                   "trees outside the windows are not counted");
+  if (!are_neighbors) return text;
+  return text + (outside_ == 1 ? ", but is a neighbor" : ", but are neighbors") +
+         " of those inside";
+}
+
+/// Any column of the inventory may hold the strata, those that all inventories have as well.
+data::TextColumn ReportMaker::stratum_column() const {
+  if (inventory_.other.has(options_.stratum)) return inventory_.other.labels(options_.stratum);
+  const data::Table table = to_table(inventory_);
+  if (table.has(options_.stratum)) return table.labels(options_.stratum);
+  throw InputError(data::no_such_column(options_.stratum, table.names()),
+                   {.file = inventory_.file, .column = "--stratum"});
+}
+
 /// The stratum of each area; areas without trees have none and leave the list.
 std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas) {
   std::vector<std::string> strata;
   if (options_.stratum.empty()) return strata;
-  if (!inventory_.other.has(options_.stratum)) {
-    throw UsageError(fmt::format("there is no column '{}'", options_.stratum),
-                     {.file = inventory_.file, .column = "--stratum"});
-  }
-  const data::TextColumn column = inventory_.other.labels(options_.stratum);
+  const data::TextColumn column = stratum_column();
   const auto left_out =
       std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
   if (left_out > 0) {
@@ -111,7 +137,15 @@ void ReportMaker::add_structure() {
     return;
   }
   report_.units = structural_units(inventory_, options_.units);
-  for (const std::string& note : report_.units->notes) report_.notes.push_back(note);
+  for (const std::string& note : report_.units->notes) {
+    if (note != outside_note(outside_, options_.units.edge)) {
+      report_.notes.push_back(note);
+      continue;
+    }
+    // Trees outside were spoken of; what is new is what they are used for.
+    const bool are_neighbors = options_.units.edge != EdgeCorrection::kTorus;
+    std::ranges::replace(report_.notes, outside_text(false), outside_text(are_neighbors));
+  }
   report_.unit_means = summarize_all(inventory_, *report_.units);
   report_.unit_means_by_species = summarize_by_species(inventory_, *report_.units);
   for (const char* index : {"W", "U", "C"}) {

@@ -137,7 +137,7 @@ class LargeAndOdd(ProgramTest):
         self.write("wide.csv", header + "\n" + rows)
         fit = self.run_json("fit", "wide.csv", "--formula", "h ~ a + b*dbh")
         self.assertAlmostEqual(fit["fixed"]["b"]["estimate"], 0.5, places=12)
-        error = self.run_program("fit", "wide.csv", "--formula", "h ~ a + b*dbh", "--where", "nothing > 1", status=2).stderr
+        error = self.run_program("fit", "wide.csv", "--formula", "h ~ a + b*dbh", "--where", "nothing > 1", status=3).stderr
         self.assertLess(len(error), 2000)
         self.run_program("grow", "wide.csv", "--scene", "s.glb", "--quiet")
 

@@ -151,16 +151,26 @@ class Failures(ProgramTest):
         error = self.run_program("fit", "none.csv", "--formula", "y ~ a*x", status=3).stderr
         self.assertIn("none.csv", error)
 
+    def test_a_column_that_the_file_lacks_is_pointed_at(self):
+        self.write("line.csv", LINE)
+        cases = {
+            ("--formula", "Y ~ a + b*x"): "line.csv: column 1: there is no column 'Y'",
+            ("--formula", "y ~ a*x", "--random", "a | plot"): "line.csv: column 5: there is no column 'plot'",
+            ("--formula", "y ~ a*x", "--where", "z > 1"): "line.csv: column 1: there is no column 'z'",
+        }
+        for arguments, message in cases.items():
+            with self.subTest(arguments):
+                done = self.run_program("fit", "line.csv", *arguments, status=3)
+                self.assertIn(message, done.stderr)
+                self.assertEqual(done.stdout, "")
+
     def test_usage_errors_point_at_what_is_wrong(self):
         self.write("line.csv", LINE)
         cases = {
             ("--formula", "y ~ a + * x"): "column 9",
-            ("--formula", "Y ~ a + b*x"): "column 1: there is no column 'Y'",
             ("--formula", "y ~ x"): "nothing to estimate",
             ("--formula", "y ~ a*x", "--parameter", "q ~ 1"): "'q' is no parameter",
             ("--formula", "y ~ a*x", "--random", "a + q | x"): "column 5: 'q' is no coefficient",
-            ("--formula", "y ~ a*x", "--random", "a | plot"): "column 5: there is no column 'plot'",
-            ("--formula", "y ~ a*x", "--where", "z > 1"): "column 1: there is no column 'z'",
             ("--formula", "y ~ a*x", "--method", "magic"): "there are ols, gnls, lb",
             ("--formula", "y ~ a*x", "--method", "laplace"): "needs random effects",
             ("--formula", "y ~ a*x", "--reml"): "defined for lb and gnls",

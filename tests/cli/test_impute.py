@@ -73,7 +73,7 @@ class Impute(ProgramTest):
         self.assertEqual(plain["imputed"], {"plot": 0, "stand": 0, "population": 85})
 
     def test_columns_that_are_not_there_and_plots_that_are_too_few(self):
-        done = self.run_program("impute", "inventory.csv", "--group", "plt", status=2)
+        done = self.run_program("impute", "inventory.csv", "--group", "plt", status=3)
         self.assertIn("there is no column 'plt'", done.stderr)
         self.write("other.csv", self.text.replace("plot", "place", 1))
         done = self.run_program("impute", "other.csv")
@@ -129,7 +129,7 @@ class Impute(ProgramTest):
         self.write("empty.csv", "plot,dbh,h\n1,10,\n1,20,\n")
         self.assertIn("nothing to fit to",
                       self.run_program("impute", "empty.csv", status=3).stderr)
-        self.run_program("impute", "inventory.csv", "--response", "volume", status=2)
+        self.run_program("impute", "inventory.csv", "--response", "volume", status=3)
         self.write("few.csv", "plot,dbh,h\n1,10,12\n1,20,\n")
         self.run_program("impute", "few.csv", status=4)
 

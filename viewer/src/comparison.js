@@ -4,8 +4,8 @@ import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { element, verdictMark } from "./dom.js";
 import { figure } from "./figure.js";
-import { capital, columnName, count, criterion, decimals, listing, MISSING, r2, responseName, significant } from "./format.js";
-import { varianceText } from "./head.js";
+import { capital, columnName, count, criterion, decimals, inUnit, listing, MISSING, r2, responseInText, responseName, significant } from "./format.js";
+import { randomTexts, varianceText } from "./head.js";
 import { hasValues, lineLayer } from "./observations.js";
 import { numeric, table } from "./table.js";
 
@@ -19,8 +19,13 @@ const ROLES = { ols: "OLS, base", covariates: "OLS, with covariates", nlme: "NLM
 export const pairId = (index) => `pair-${index + 1}`;
 
 export function pairName({ species, response, role }) {
-  const subject = `${species === "" ? "" : `${species} `}${responseName(response).toLowerCase()}`;
+  const subject = `${species === "" ? "" : `${species} `}${responseInText(response)}`;
   return role === "" ? subject : `${subject}, ${ROLES[role] ?? role}`;
+}
+
+/** As a heading. A column of the file keeps its name, since small and capital letters differ there. */
+export function pairTitle(pair) {
+  return pair.species === "" && responseName(pair.response) !== pair.response ? capital(pairName(pair)) : pairName(pair);
 }
 
 const best = (fit) => (fit === null ? null : fit.statistics.conditional ?? fit.statistics.population);
@@ -62,7 +67,7 @@ function overview({ pairs }, names) {
     ...(names.length > 2 ? [{ title: "Library", text: true, value: ({ other }) => names[other] }] : []),
     numeric("Difference of AIC", of("aic"), signed(2)),
     numeric("Difference of BIC", of("bic"), signed(2)),
-    { ...numeric("Difference of RMSE", of("rmse"), signed(3)), value: ({ difference, pair }) => `${signed(3)(difference?.rmse ?? null)}${difference ? ` ${pair.unit}` : ""}` },
+    { ...numeric("Difference of RMSE", of("rmse"), signed(3)), value: ({ difference, pair }) => `${signed(3)(difference?.rmse ?? null)}${difference ? ` ${pair.unit}`.trimEnd() : ""}` },
     numeric("Difference of R²", of("r2"), signed(4)),
     { title: "Note", text: true, value: ({ difference, pair }) => element("span", { class: "sentence" }, noteOn(difference, pair, names)) },
   ];
@@ -87,7 +92,7 @@ function pairSection(pair, names, id) {
   return element(
     "section",
     { id, class: "result", "aria-labelledby": `${id}-title` },
-    element("h2", { id: `${id}-title` }, pairName(pair)),
+    element("h2", { id: `${id}-title` }, pairTitle(pair)),
     ...reasons.map((reason) => element("p", { class: "note" }, `AIC and BIC cannot be compared: ${reason}.`)),
     models(sides),
     statistics(pair, sides),
@@ -99,7 +104,7 @@ function pairSection(pair, names, id) {
 function models(sides) {
   const describe = ({ fit, name }) => {
     const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1").map(([parameter, terms]) => `${parameter} ~ ${terms}`);
-    const random = fit.random === null ? [] : [`random: ${fit.random.effects.join(" + ")} | ${fit.random.group}`];
+    const random = randomTexts(fit.random);
     const variance = fit.variance.function === "none" ? [] : [`variance: ${varianceText(fit.variance)}`];
     const parts = [fit.formula, ...submodels, ...random, ...variance].flatMap((part) => [element("code", {}, part), " "]);
     return [element("dt", {}, name), element("dd", {}, ...parts, element("br"), verdictMark(fit.converged), ` ${fit.verdict}`)];
@@ -110,9 +115,9 @@ function models(sides) {
 function statistics({ differences, unit }, sides) {
   const rows = [
     ["R²", (fit) => best(fit)?.r2, r2, "r2", signed(4)],
-    [`RMSE, ${unit}`, (fit) => best(fit)?.rmse, (value) => decimals(value, 4), "rmse", signed(4)],
-    [`Mean error, ${unit}`, (fit) => best(fit)?.mean_error, (value) => decimals(value, 4)],
-    [`MAE, ${unit}`, (fit) => best(fit)?.mae, (value) => decimals(value, 4)],
+    [inUnit("RMSE", unit), (fit) => best(fit)?.rmse, (value) => decimals(value, 4), "rmse", signed(4)],
+    [inUnit("Mean error", unit), (fit) => best(fit)?.mean_error, (value) => decimals(value, 4)],
+    [inUnit("MAE", unit), (fit) => best(fit)?.mae, (value) => decimals(value, 4)],
     ["Log-likelihood", (fit) => fit.log_likelihood, criterion, "log_likelihood", signed(2)],
     ["Parameters counted, k", (fit) => fit.k, count],
     ["AIC", (fit) => fit.aic, criterion, "aic", signed(2)],

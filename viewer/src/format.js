@@ -35,8 +35,14 @@ export const points = (value) => (missing(value) ? MISSING : (value > 0 ? "+" : 
 const RESPONSES = { h: "Height", hcb: "Height to crown base", cw: "Crown width" };
 export const responseName = (column) => RESPONSES[column] ?? column;
 
+/** Within a sentence; a column of the file keeps its capitals. */
+export const responseInText = (column) => RESPONSES[column]?.toLowerCase() ?? column;
+
 const COLUMNS = { W: "uniform angle index", M: "mingling", U: "dominance", C: "crowding", h: "height", dbh: "DBH" };
 export const columnName = (column) => COLUMNS[column] ?? column;
+
+/** "RMSE, m"; without a unit the name alone. */
+export const inUnit = (name, unit) => (unit === "" ? name : `${name}, ${unit}`);
 
 export const plural = (number, one, many = `${one}s`) => `${count(number)} ${number === 1 ? one : many}`;
 

@@ -13,6 +13,9 @@ const LEVELS = [
   ["variance", "variance functions"],
 ];
 
+/** Trees that were not left out: those that species and models are counted in. */
+const used = ({ trees, excluded }) => trees - excluded;
+
 const chosen = (rows) => rows.find((row) => row.chosen) ?? null;
 
 /** @param {import("./types.js").Report} report */
@@ -31,7 +34,7 @@ function whatItIs({ inventory, results }) {
   const responses = listing([...new Set(results.map((result) => responseName(result.response).toLowerCase()))]);
   if (results.length === 0) return `${inventory.file}: no model was fitted.`;
   return (
-    `Models of ${responses} for ${plural(species, "species", "species")} from ${plural(inventory.trees, "tree")} ` +
+    `Models of ${responses} for ${plural(species, "species", "species")} from ${plural(used(inventory), "tree")} ` +
     `on ${plural(inventory.plots, "plot")} (${inventory.file}), by least squares (OLS) and by nonlinear mixed effects (NLME).`
   );
 }
@@ -107,6 +110,15 @@ export function varianceText(variance) {
   return variance.function.replaceAll("-", " ") + of;
 }
 
+/** "random: a + b | plot"; of two groupings the coarser first, since the finer is within it. */
+export function randomTexts(random) {
+  if (random === null) return [];
+  const effects = ({ effects }) => effects.join(" + ");
+  if (!random.outer) return [`random: ${effects(random)} | ${random.group}`];
+  const { outer } = random;
+  return [`random: ${effects(outer)} | ${outer.group}`, `random: ${effects(random)} | ${random.group} within ${outer.group}`];
+}
+
 function summary(report) {
   const stat = (fit, level, name) => fit?.statistics[level]?.[name] ?? null;
   const row = (result, index) => ({ ...result, index });
@@ -153,11 +165,11 @@ const failedRow = (result) => (result.converged ? null : "failed");
 /** @param {import("./types.js").Report} report */
 export function whatWasDone({ inventory, options }) {
   const items = [
-    ["Inventory", `${inventory.file}: ${plural(inventory.trees, "tree")}, ${plural(inventory.plots, "plot")}, ${plural(inventory.species.length, "species", "species")}`],
-    ["Excluded", inventory.excluded === 0 ? "no row" : `${plural(inventory.excluded, "row")}, each with its reason in excluded.csv`],
+    ["Inventory", `${inventory.file}: ${plural(used(inventory), "tree")}, ${plural(inventory.plots, "plot")}, ${plural(inventory.species.length, "species", "species")}`],
+    ["Excluded", inventory.excluded === 0 ? "no row" : `${count(inventory.excluded)} of ${plural(inventory.trees, "row")}, each with its reason in excluded.csv`],
     ...options.map(({ name, value }) => [name, value]),
   ];
-  const share = ({ trees }) => `${significant((100 * trees) / inventory.trees, 3)} %`;
+  const share = ({ trees }) => `${significant((100 * trees) / used(inventory), 3)} %`;
   const species = [
     { title: "Species", text: true, value: ({ code, name }) => (name === null ? code : `${code} (${name})`) },
     numeric("Trees", ({ trees }) => trees, count),

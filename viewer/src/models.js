@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The chosen models: formulas, accuracy, coefficients, variance components, random effects.
 import { element, verdictMark } from "./dom.js";
-import { columnName, count, criterion, decimals, listing, probability, r2, significant } from "./format.js";
-import { varianceText } from "./head.js";
+import { columnName, count, criterion, decimals, inUnit, listing, probability, r2, significant } from "./format.js";
+import { randomTexts, varianceText } from "./head.js";
 import { numeric, table } from "./table.js";
 
 const FITS = [
@@ -27,7 +27,7 @@ export function chosenModels(result) {
 function formulas(fits) {
   const describe = ({ name, fit }) => {
     const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1");
-    const random = fit.random === null ? [] : [`random: ${fit.random.effects.join(" + ")} | ${fit.random.group}`];
+    const random = randomTexts(fit.random);
     const parts = [fit.formula, ...submodels.map(([parameter, terms]) => `${parameter} ~ ${terms}`), ...random];
     const warning = fit.converged ? [] : [" ", verdictMark(false), ` ${fit.verdict}`];
     return [element("dt", {}, name), element("dd", {}, ...parts.flatMap((part) => [element("code", {}, part), " "]), ...warning)];
@@ -50,9 +50,9 @@ function views(fits) {
 function accuracy(fits, unit) {
   const rows = [
     { name: "R²", of: ({ statistics }) => r2(statistics?.r2) },
-    { name: `Mean error, ${unit}`, of: ({ statistics }) => decimals(statistics?.mean_error, 4) },
-    { name: `RMSE, ${unit}`, of: ({ statistics }) => decimals(statistics?.rmse, 4) },
-    { name: `MAE, ${unit}`, of: ({ statistics }) => decimals(statistics?.mae, 4) },
+    { name: inUnit("Mean error", unit), of: ({ statistics }) => decimals(statistics?.mean_error, 4) },
+    { name: inUnit("RMSE", unit), of: ({ statistics }) => decimals(statistics?.rmse, 4) },
+    { name: inUnit("MAE", unit), of: ({ statistics }) => decimals(statistics?.mae, 4) },
     { name: "Log-likelihood", of: ({ fit }) => criterion(fit.log_likelihood) },
     { name: "Parameters counted, k", of: ({ fit }) => count(fit.k) },
     { name: "AIC", of: ({ fit }) => criterion(fit.aic) },
@@ -101,7 +101,7 @@ function components(fit, unit) {
   ];
   const { variance, sigma } = fit;
   const parts = [
-    `Residual sigma ${significant(sigma)}${variance.function === "none" ? ` ${unit}` : ""}`,
+    `Residual sigma ${significant(sigma)}${variance.function === "none" ? ` ${unit}`.trimEnd() : ""}`,
     `variance function ${varianceText(variance)}`,
     variance.delta === null ? null : `delta ${significant(variance.delta)}`,
     variance.constant === null ? null : `constant ${significant(variance.constant)}`,

@@ -12,7 +12,7 @@
  * @typedef {{function: string, of: string|null, delta: number|null, constant: number|null}} Variance
  * @typedef {Criteria & LikelihoodRatio & Variance} VarianceCandidate
  * @typedef {{group: string, effects: string[], sd: number[], correlation: number[][],
- *   eblup: Record<string, Record<string, number>>, eblup_se?: Record<string, Record<string, number|null>>}} Random
+ *   eblup: Record<string, Record<string, number>>, eblup_se?: Record<string, Record<string, number|null>>, outer?: {group: string, effects: string[]}}} Random
  * @typedef {{gradient: number|null, iterations: number, boundary: string[], rank: number}} Evidence
  * @typedef {{formula: string, parameters: Record<string, string>, method: string, n: number, converged: boolean,
  *   verdict: string, evidence?: Evidence, fixed: Record<string, {estimate: number, se: number, df: number, t: number, p: number}>,

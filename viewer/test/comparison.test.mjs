@@ -40,6 +40,20 @@ test("curves are drawn for both, and missing ones are said to be", { skip }, () 
   }),
 );
 
+test("nested effects name both groupings, and what has no unit has no comma", { skip }, () => {
+  const data = comparison();
+  const [pair] = data.pairs;
+  Object.assign(pair, { species: "", role: "", unit: "" });
+  Object.assign(pair.fits[0].random, { group: "plot", effects: ["a"], outer: { group: "stand", effects: ["a", "b"] } });
+  return withPage(data, {}, async (page) => {
+    const codes = await page.locator("#pair-1 dl.formulas code").allTextContents();
+    assert.deepEqual(codes.filter((code) => code.startsWith("random")), ["random: a + b | stand", "random: a | plot within stand"]);
+    const names = (await cellsOf(page, "#pair-1", "Accuracy and criteria")).map(([name]) => name);
+    assert.deepEqual(names.slice(0, 4), ["R²", "RMSE", "Mean error", "MAE"]);
+    assert.equal(await page.locator("#pair-1-title").textContent(), "Height");
+  });
+});
+
 test("criteria that cannot be compared are missing, with the reason", { skip }, () => {
   const data = comparison();
   Object.assign(data.pairs[0].differences[0], { aic: null, bic: null, log_likelihood: null, reason: "fitted to different files" });

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { equalClasses, extent } from "../src/classes.js";
-import { decimals, listing, MISSING, points, probability, significant } from "../src/format.js";
+import { decimals, inUnit, listing, MISSING, points, probability, responseInText, significant } from "../src/format.js";
 import { byRank } from "../src/table.js";
 
 test("a missing number is a dash, never NaN or null", () => {
@@ -51,4 +51,11 @@ test("an extent is finite whatever is missing", () => {
 test("the best candidate comes first and those without a rank last", () => {
   const rows = [{ rank: null }, { rank: 2 }, { rank: 1 }];
   assert.deepEqual(byRank(rows).map(({ rank }) => rank), [1, 2, null]);
+});
+
+test("a name without a unit has no comma, and columns keep their capitals", () => {
+  assert.equal(inUnit("RMSE", "m"), "RMSE, m");
+  assert.equal(inUnit("RMSE", ""), "RMSE");
+  assert.equal(responseInText("hcb"), "height to crown base");
+  assert.equal(responseInText("V_m3"), "V_m3");
 });

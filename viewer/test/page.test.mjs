@@ -42,6 +42,20 @@ test("opens without a network, draws every chart, and reports no error", { skip 
   }),
 );
 
+test("shares of stems are of the trees that were used, and add up", { skip }, () => {
+  const data = example();
+  const [first, second] = data.inventory.species;
+  // 120 of 480 rows were left out: 240 trees of the others are two thirds.
+  Object.assign(data.inventory, { trees: 480, excluded: 120, species: [{ ...first, trees: 240 }, { ...second, trees: 120 }] });
+  return withPage(data, {}, async (page) => {
+    const rows = await rowTexts(page, "#done", "Species of the inventory");
+    assert.deepEqual(rows.map(([, , share]) => share), ["66.7 %", "33.3 %"]);
+    const done = await page.locator("#done dl").textContent();
+    assert.match(done, /360 trees/);
+    assert.match(done, /120 of 480 rows/);
+  });
+});
+
 test("the page may fetch nothing, whatever its data ask for", { skip }, () =>
   withPage(example(), {}, async (page, problems) => {
     const refused = await page.evaluate(async () => {

@@ -68,7 +68,7 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
   NestedTest test{.statistic = 2.0 * (larger.log_likelihood - smaller.log_likelihood),
                   .degrees_of_freedom = larger.parameter_count - smaller.parameter_count};
   if (test.degrees_of_freedom <= 0) {
-    throw UsageError("the models have as many parameters, so that there is nothing to test");
+    throw UsageError("the models have equally many parameters, so that there is nothing to test");
   }
   test.p_chi_squared = ChiBarSquared{.base = test.degrees_of_freedom}.upper_tail(test.statistic);
   test.reference = reference_of(how, test.degrees_of_freedom, variances, test.note);

@@ -14,6 +14,7 @@
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -179,10 +180,10 @@ double distance(const MixedEffectsFit& fit) {
 std::string failure(const MixedEffectsFit& fit, Rounds rounds) {
   if (rounds == Rounds::kAlternations) {
     return fmt::format(
-        "Not converged after {} alternations: the variance components still move by {:.2g} "
+        "Not converged after {}: the variance components still move by {:.2g} "
         "standard errors. Try the method focei or laplace, fewer random effects or a diagonal "
         "covariance.",
-        fit.convergence.iterations,
+        counted(fit.convergence.iterations, "alternation", "alternations"),
         distance(fit));
   }
   const std::string where =
@@ -201,9 +202,9 @@ std::string success(const MixedEffectsFit& fit, Rounds rounds) {
   const double step = std::max(kResolved, distance(fit));
   if (rounds == Rounds::kAlternations) {
     return fmt::format(
-        "Converged after {} alternations: the next would move nothing by more than {:.0e} standard "
+        "Converged after {}: the next would move nothing by more than {:.0e} standard "
         "errors.",
-        fit.convergence.iterations,
+        counted(fit.convergence.iterations, "alternation", "alternations"),
         step);
   }
   return fmt::format(

@@ -30,6 +30,16 @@ bool equal_but_for_case(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, {}, lower, lower);
 }
 
+/// Whether a column is there is a matter of the file, not of the command; the place in the text is
+/// shown as for other mistakes.
+[[noreturn]] void refuse_missing_column(std::string_view name,
+                                        std::string_view text,
+                                        std::size_t position,
+                                        const data::Table& table) {
+  const FormulaError shown(data::no_such_column(name, table.names()), text, position);
+  throw InputError(shown.what(), {.file = table.file()});
+}
+
 void check_parameter_name(const std::string& name,
                           std::string_view formula,
                           const data::Table& table) {
@@ -51,8 +61,7 @@ void check_covariates(const ParameterModel& model,
       data::TextMatch match;
       const std::string& column = data::is_text_match(name, match) ? match.column : name;
       if (table.has(column)) continue;
-      throw FormulaError(
-          data::no_such_column(column, table.names()), text, text.find(column, text.find('~')) + 1);
+      refuse_missing_column(column, text, text.find(column, text.find('~')) + 1, table);
     }
   }
 }
@@ -78,8 +87,7 @@ void check_random_effects(const RandomEffects& random,
     position += effect->size();
   }
   if (!table.has(random.group)) {
-    throw FormulaError(
-        data::no_such_column(random.group, table.names()), text, text.rfind(random.group) + 1);
+    refuse_missing_column(random.group, text, text.rfind(random.group) + 1, table);
   }
 }
 
@@ -201,9 +209,7 @@ ModelSpecification specify_model(std::string_view formula,
 void check_response(const ModelSpecification& specification, const data::Table& table) {
   const data::Formula& formula = specification.formula;
   if (table.has(formula.left)) return;
-  throw FormulaError(data::no_such_column(formula.left, table.names()),
-                     formula.text,
-                     formula.text.find(formula.left) + 1);
+  refuse_missing_column(formula.left, formula.text, formula.text.find(formula.left) + 1, table);
 }
 
 void add_random_effects(ModelSpecification& specification,

@@ -29,11 +29,15 @@ auto checked(const JsonReader& json, Read read) {
   }
 }
 
-void read_candidates(const JsonReader& json, StudyOptions& options) {
+void read_candidates(const JsonReader& json, const Catalogue* catalogue, StudyOptions& options) {
   for (const auto& [response, list] : json.members_by_name()) {
     for (const JsonReader& item : list.items()) {
-      const std::string text = checked(item, [](const std::string& candidate) {
-        if (candidate.find('~') != std::string::npos) data::parse_formula(candidate);
+      const std::string text = checked(item, [catalogue](const std::string& candidate) {
+        if (candidate.find('~') != std::string::npos) {
+          data::parse_formula(candidate);
+        } else if (catalogue != nullptr) {
+          catalogue->find(candidate);
+        }
         return candidate;
       });
       options.candidates[response].push_back(text);
@@ -67,10 +71,10 @@ void read_variance_functions(const JsonReader& json, StudyOptions& options) {
   }
 }
 
-void read_search(const JsonReader& json, StudyOptions& options) {
+void read_search(const JsonReader& json, const Catalogue* catalogue, StudyOptions& options) {
   if (const auto list = json.find("species")) options.species = list->texts();
   if (const auto list = json.find("responses")) options.responses = list->texts();
-  if (const auto list = json.find("candidates")) read_candidates(*list, options);
+  if (const auto list = json.find("candidates")) read_candidates(*list, catalogue, options);
   if (const auto list = json.find("covariates")) options.covariates = list->texts();
   if (const auto value = json.find("covariate_parameters")) {
     options.covariate_parameters = static_cast<std::size_t>(value->number_between(1, 2));
@@ -275,7 +279,8 @@ std::string describe_inventory(CommentedJson& json) {
 
 }  // namespace
 
-StudyConfiguration read_study_configuration(const std::filesystem::path& path) {
+StudyConfiguration read_study_configuration(const std::filesystem::path& path,
+                                            const Catalogue* catalogue) {
   const JsonReader json = JsonReader::parse(read_file(path), path.string(), true);
   json.allow_only({"species",
                    "minimum_trees",
@@ -299,7 +304,7 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path) {
                    "neighbors"});
   StudyConfiguration configuration;
   for (const auto& [key, value] : json.members_by_name()) configuration.mentioned.push_back(key);
-  read_search(json, configuration.study);
+  read_search(json, catalogue, configuration.study);
   read_choice(json, configuration.study);
   read_inventory_keys(json, path.parent_path(), configuration);
   return configuration;

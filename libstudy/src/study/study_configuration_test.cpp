@@ -27,6 +27,17 @@ TEST_CASE("an empty configuration is that of a study without one") {
   CHECK_FALSE(configuration.window);
 }
 
+TEST_CASE("a candidate that the catalogue lacks is named with its key") {
+  const Catalogue catalogue = Catalogue::load(test::source_file("models"));
+  const test::ScratchFile file(R"({"candidates": {"h": ["M4", "M999"]}})", ".json");
+  CHECK_NOTHROW(read_study_configuration(file.path()));
+  CHECK_THROWS_AS(read_study_configuration(file.path(), &catalogue), InputError);
+  CHECK_THROWS_WITH(read_study_configuration(file.path(), &catalogue),
+                    Contains(".json: candidates.h") && Contains("there is no model M999"));
+  const test::ScratchFile known(R"({"candidates": {"h": ["M4", "h ~ a + b*dbh"]}})", ".json");
+  CHECK_NOTHROW(read_study_configuration(known.path(), &catalogue));
+}
+
 TEST_CASE("a configuration may say everything, with comments") {
   const StudyConfiguration configuration = read(R"json({
     // Only one species.

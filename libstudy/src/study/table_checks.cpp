@@ -28,12 +28,14 @@ void require_columns(const data::Expression& expression,
     data::TextMatch match;
     const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
     if (table.has(column)) continue;
-    throw FormulaError(
+    const FormulaError shown(
         fmt::format("there is no column '{}' (text goes in double quotes); the columns are {}",
                     column,
                     data::list_of(table.names())),
         text,
         text.find(column) + 1);
+    // What is missing is missing in the file: with another one, the command would be right.
+    throw InputError(shown.what(), {.file = table.file()});
   }
 }
 

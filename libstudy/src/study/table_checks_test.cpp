@@ -49,7 +49,7 @@ TEST_CASE("columns may come from others") {
   CHECK(table.numbers("d")[1] == 0.2);
   CHECK(table.text("group")[0] == "07");
   CHECK(table.numbers("height")[3] == 10.0);
-  CHECK_THROWS_AS(add_columns("d=nothing*2", table), FormulaError);
+  CHECK_THROWS_AS(add_columns("d=nothing*2", table), InputError);
   CHECK_THROWS_AS(add_columns("d", table), UsageError);
 }
 

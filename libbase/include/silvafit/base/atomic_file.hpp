@@ -10,7 +10,8 @@ namespace silvafit {
 
 /// A file under construction: what is written goes to a temporary file beside the target, which
 /// takes the target's name at commit(). Without commit the temporary file is removed and the target
-/// stays as it was.
+/// stays as it was. Devices and pipes, such as /dev/stdout, have no such place: what is written
+/// goes to them as it comes.
 ///
 /// \throws InputError if the folder cannot be written to, or the disk is full
 class AtomicFile {
@@ -26,7 +27,7 @@ class AtomicFile {
 
  private:
   std::filesystem::path target_;
-  std::filesystem::path temporary_;
+  std::filesystem::path temporary_;  ///< empty: the target is written to
   std::ofstream stream_;
   bool committed_ = false;
 };

@@ -52,7 +52,7 @@ struct CsvTableOptions {
 };
 
 /// A CSV file as a table. A column is numeric if each value is a number or missing (empty or `NA`),
-/// else text. \throws InputError if the file cannot be read as CSV; UsageError if a wanted column
+/// else text. \throws InputError if the file cannot be read as CSV, or if a wanted column
 /// is not there
 Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options = {});
 

@@ -55,22 +55,22 @@ struct ModelSpecification {
 /// A model of a formula: the names in it that are no columns of the table are its parameters, in
 /// the order of their first appearance, each constant unless a sub-model is given for it.
 /// \param sub_models  texts such as "b ~ 1 + C + U" or "b ~ 0 + C"
-/// \throws FormulaError if a text cannot be read, a covariate is no column, the formula has no
-///   parameter, or a sub-model is for none of them
+/// \throws FormulaError if a text cannot be read, the formula has no parameter, or a sub-model is
+///   for none of them; InputError if a covariate is no column
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table);
 
 /// Makes sure that there is something to fit to; a model to simulate from needs no response.
-/// \throws FormulaError if the response is no column of the table
+/// \throws InputError if the response is no column of the table
 void check_response(const ModelSpecification& specification, const data::Table& table);
 
 /// Reads one sub-model; covariates are not checked against any table.
 ParameterModel parse_parameter_model(std::string_view text);
 
 /// Gives a model the random effects of a text.
-/// \throws FormulaError that points at what is no coefficient of the model, is named twice, or is
-///   no column of the table
+/// \throws FormulaError that points at what is no coefficient of the model or is named twice;
+///   InputError if the group is no column of the table
 void add_random_effects(ModelSpecification& specification,
                         std::string_view text,
                         const data::Table& table);

@@ -108,7 +108,7 @@ struct CheckedInventory {
 /// cw = ((cr_e + cr_w) + (cr_s + cr_n)) / 2.
 /// \throws InputError if a needed column is missing, a whole column looks like another unit (the
 ///         message names the remedy), or no row can be used (with the first problems)
-/// \throws UsageError or FormulaError if a mapping names what the file does not have
+/// \throws FormulaError if a mapping cannot be read; InputError if it names what the file lacks
 CheckedInventory read_inventory(const std::filesystem::path& path,
                                 const InventoryOptions& options = {});
 

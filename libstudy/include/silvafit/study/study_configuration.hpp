@@ -27,8 +27,10 @@ struct StudyConfiguration {
 };
 
 /// Reads a study.json; docs/study.md lists its keys. Comments (`//`) are allowed.
+/// \param catalogue  has the models that candidates may name; null: they are not looked up
 /// \throws InputError that names file and key where a key is unknown or a value cannot be used
-StudyConfiguration read_study_configuration(const std::filesystem::path& path);
+StudyConfiguration read_study_configuration(const std::filesystem::path& path,
+                                            const Catalogue* catalogue = nullptr);
 
 /// A study.json with every key, explained by comments, for the inventory at hand: its species, the
 /// candidates of the responses that it has, and the columns that can serve as covariates.

@@ -19,15 +19,15 @@ Place place_of(const data::Table& table, std::size_t row, std::string_view colum
 
 /// The table's rows for which a condition holds, such as `species == "SM" && core == 1`. Where a
 /// value of the condition is missing, it does not hold.
-/// \throws FormulaError that points at what is no column; InputError if a column that the condition
-///   takes for numbers has text
+/// \throws FormulaError if it cannot be read; InputError that points at what is no column, or if a
+///   column that the condition takes for numbers has text
 data::Table rows_where(std::string_view condition, const data::Table& table);
 
 /// Adds columns under names of the user's choice. Structural indices that a source names and the
 /// table lacks are computed by add_structure_columns with its default options: `C=C`.
 /// \param text  `NAME=SOURCE,...`, a source being a column or an expression of columns
 /// \return      notes for people: which indices were computed, and how
-/// \throws UsageError if the text cannot be read; FormulaError as rows_where
+/// \throws UsageError if the text cannot be read; else as rows_where
 std::vector<std::string> add_columns(std::string_view text, data::Table& table);
 
 /// Makes sure that columns which an expression reads as numbers hold numbers.

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#include "library_named.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "command.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::cli {
+
+study::ModelLibrary library_named(const std::string& name_or_file) {
+  namespace fs = std::filesystem;
+  if (fs::is_directory(name_or_file)) {
+    const fs::path inside = fs::path(name_or_file) / "library.json";
+    throw InputError(fs::exists(inside)
+                         ? fmt::format("is a folder; its library is {}", inside.string())
+                         : "is a folder, and there is no library.json of a study in it",
+                     {.file = name_or_file});
+  }
+  return study::find_library(name_or_file, data_directory() / "models");
+}
+
+}  // namespace silvafit::cli

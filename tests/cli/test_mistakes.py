@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: MIT
+"""What the program says of slips: names that do not exist, columns a file lacks, options that would do nothing."""
+
+import json
+import random
+import shutil
+import unittest
+from pathlib import Path
+
+from command_line import all_commands
+from silvafit_program import ProgramTest, stand_csv
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "fir-mixed" / "inventory.csv"
+
+
+def nested_csv(seed=11):
+    """Heights of a power curve; the factor differs between stands, and between the plots of each."""
+    draw = random.Random(seed)
+    lines = ["stand,plot,tree,dbh,h"]
+    for stand in range(6):
+        of_stand = draw.gauss(0, 0.4)
+        for plot in range(4):
+            factor = 3.0 + of_stand + draw.gauss(0, 0.2)
+            for tree in range(12):
+                dbh = round(draw.uniform(8, 40), 1)
+                h = 1.3 + factor * dbh**0.5 + draw.gauss(0, 0.4)
+                lines.append(f"S{stand},P{stand}{plot},{tree},{dbh},{h:.2f}")
+    return "\n".join(lines) + "\n"
+
+
+class Commands(ProgramTest):
+    def error(self, *arguments, status=2):
+        return self.run_program(*arguments, status=status).stderr
+
+    def test_a_command_that_does_not_exist_is_named_with_the_nearest(self):
+        error = self.error("fti", "trees.csv")
+        self.assertIn("there is no command 'fti'; did you mean fit?", error)
+        self.assertIn("there is no command 'shwo'; did you mean show?", self.error("library", "shwo"))
+
+    def test_without_a_near_one_all_are_listed(self):
+        error = self.error("help")
+        self.assertIn("there is no command 'help'. The commands are study, indices, stand, fit,", error)
+        for words in ((), ("library",)):
+            self.assertIn("a command is needed", self.error(*words))
+
+    def test_an_option_that_does_not_exist_is_named_with_the_nearest(self):
+        self.write("trees.csv", stand_csv())
+        error = self.error("fit", "trees.csv", "--model", "M4", "--parameters", "b ~ 1")
+        self.assertIn("there is no option --parameters; did you mean --parameter?", error)
+        error = self.error("fit", "trees.csv", "--model", "M4", "--parametr=b ~ 1")
+        self.assertIn("there is no option --parametr; did you mean --parameter?", error)
+        error = self.error("fit", "trees.csv", "--model", "M4", "--xyzzy")
+        self.assertIn("there is no option --xyzzy; silvafit fit --help lists the options", error)
+        self.assertIn("'more.csv' is one word too many", self.error("fit", "trees.csv", "more.csv", "--model", "M4"))
+
+    def test_every_command_prints_the_version(self):
+        version = self.run_program("--version").stdout
+        for words in all_commands():
+            with self.subTest(words):
+                self.assertEqual(self.run_program(*words, "--version").stdout, version)
+        self.assertEqual(json.loads(self.run_program("fit", "--version", "--json").stdout)["schema"], "silvafit-version/1")
+
+    def test_help_of_every_command_has_an_example(self):
+        for words in all_commands():
+            if words:
+                with self.subTest(words):
+                    self.assertIn("\nExample:\n  silvafit", self.run_program(*words, "--help").stdout)
+
+
+class Columns(ProgramTest):
+    """What a file lacks is bad input wherever its name stands: status 3, the file, and the columns there are."""
+
+    def setUp(self):
+        super().setUp()
+        shutil.copy(EXAMPLE, self.folder / "trees.csv")
+        self.write("small.csv", "plot,tree,dbh,h\n1,1,20,15\n1,2,25,17\n")
+
+    def lacks(self, column, *arguments, file="trees.csv"):
+        with self.subTest(arguments):
+            error = self.run_program(*arguments, status=3).stderr
+            self.assertIn(file, error)
+            self.assertRegex(error, f"there is no column '?{column}")
+            self.assertIn("the columns are plot, ", error)
+
+    def test_of_fits(self):
+        fit = ("fit", "trees.csv", "--model", "M4")
+        self.lacks("foo", *fit, "--random", "a | foo")
+        self.lacks("foo", *fit, "--variance", "power(foo)")
+        self.lacks("foo", *fit, "--variance", "stratum(foo)")
+        self.lacks("foo", *fit, "--parameter", "b ~ 1 + foo")
+        self.lacks("foo", *fit, "--where", "foo > 1")
+        self.lacks("foo", *fit, "--columns", "dbh=foo")
+        self.lacks("foo", "fit", "trees.csv", "--formula", "foo ~ a + b*dbh")
+        self.lacks("hcb", "fit", "small.csv", "--model", "M20", file="small.csv")
+
+    def test_of_other_commands(self):
+        study = ("study", "trees.csv", "--out", "out")
+        self.lacks("foo", *study, "--covariates", "foo")
+        self.lacks("foo", *study, "--group", "foo")
+        self.lacks("foo", *study, "--columns", "dbh=foo")
+        self.lacks("hcb", "impute", "small.csv", "--response", "hcb", file="small.csv")
+        self.lacks("foo", "impute", "trees.csv", "--by", "foo")
+        self.lacks("foo", "impute", "trees.csv", "--group", "foo")
+        self.lacks("x", "indices", "small.csv", file="small.csv")
+        self.lacks("foo", "stand", "trees.csv", "--stratum", "foo")
+        fit = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*cw^b", "--json").stdout
+        self.write("fit.json", fit)
+        self.lacks("cw", "predict", "fit.json", "small.csv", file="small.csv")
+
+    def test_a_model_of_a_configuration_that_does_not_exist(self):
+        self.write("study.json", '{"candidates": {"h": ["M4", "M999"]}}')
+        error = self.run_program("study", "trees.csv", "--config", "study.json", "--out", "out", status=3).stderr
+        self.assertIn("study.json: candidates.h", error)
+        self.assertIn("there is no model M999", error)
+
+    def test_files_without_rows_and_files_that_are_not_there(self):
+        self.write("header.csv", "plot,tree,species,dbh,h\n")
+        for model in (("--model", "M1"), ("--formula", "h ~ 1.3 + a*dbh^b")):
+            error = self.run_program("fit", "header.csv", *model, status=3).stderr
+            self.assertIn("header.csv: there are no rows below the header", error)
+        self.write("gaps.csv", "plot,tree,dbh,h\n1,1,20,\n1,2,,12\n")
+        self.assertIn("gaps.csv: dbh:", self.run_program("fit", "gaps.csv", "--model", "M1", status=3).stderr)
+        error = self.run_program("simulate", "nofile.json", "--out", "s.csv", status=3).stderr
+        self.assertIn("nofile.json: cannot read", error)
+
+    def test_a_study_folder_is_no_library_and_the_file_in_it_is_named(self):
+        (self.folder / "study").mkdir()
+        self.write("study/library.json", "{}")
+        for command in (("predict", "study", "trees.csv"), ("library", "show", "study"), ("compare", "study", "study")):
+            error = self.run_program(*command, status=3).stderr
+            self.assertIn("study: is a folder; its library is study/library.json", error)
+
+    def test_strata_may_be_in_any_column(self):
+        by_plot = self.run_json("stand", "trees.csv", "--plot-area", "600", "--stratum", "plot")
+        self.assertEqual(len(by_plot["strata"]), 1 + len(by_plot["areas"]))
+        error = self.run_program("stand", "trees.csv", "--plot-area", "600", "--stratum", "species", status=3).stderr
+        self.assertIn("the plot is in the strata", error)
+
+
+class Notes(ProgramTest):
+    def test_a_coefficient_that_is_nearly_a_column_is_pointed_out(self):
+        self.write("trees.csv", stand_csv())
+        error = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dhb^b", status=4).stderr
+        self.assertIn("note: dhb is no column of trees.csv and is taken for a coefficient; there is a column dbh", error)
+        error = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dbh^b").stderr
+        self.assertNotIn("taken for a coefficient", error)
+
+    def test_species_that_a_library_lacks_are_pointed_out(self):
+        self.write("trees.csv", "plot,tree,species,dbh,h,hcb,cw,C,M,U\n1,1,Buche,20,15,6,3,0.5,0.5,0.5\n"
+                                "1,2,SM,20,15,6,3,0.5,0.5,0.5\n")
+        done = self.run_program("predict", "shanxia-2023", "trees.csv", "--out", "p.csv", "--json")
+        note = "1 tree is of species that the library has no model of: Buche; it has "
+        self.assertIn(f"note: {note}", done.stderr)
+        self.assertIn("SM", done.stderr)
+        self.assertTrue(any(text.startswith(note) for text in json.loads(done.stdout)["notes"]))
+
+    def test_a_study_without_crown_widths_says_so_once(self):
+        lines = EXAMPLE.read_text(encoding="utf-8").splitlines()
+        names = lines[0].split(",")
+        kept = [names.index(name) for name in ("plot", "tree", "species", "x", "y", "dbh")]
+        self.write("bare.csv", "".join(",".join(line.split(",")[i] for i in kept) + "\n" for line in lines))
+        error = self.run_program("study", "bare.csv", "--out", "out", status=4).stderr
+        notes = [line for line in error.splitlines() if line.startswith("note: ")]
+        self.assertEqual(len(notes), len(set(notes)), notes)
+        self.assertEqual(sum("crown widths" in note for note in notes), 1)
+        report = (self.folder / "out" / "report.html").read_text(encoding="utf-8")
+        self.assertIn("left out: no model got so far", report)
+        self.assertNotIn("Lindstrom-Bates, maximum likelihood;", report)
+
+    def test_more_folds_than_groups_are_as_many_as_groups(self):
+        self.write("trees.csv", stand_csv(plots=4))
+        error = self.run_program("fit", "trees.csv", "--model", "M4", "--cross-validate", "500", "--group", "plot").stderr
+        self.assertIn("note: 4 folds instead of 500: the column plot has 4 groups", error)
+        error = self.run_program("fit", "trees.csv", "--model", "M4", "--cross-validate", "3", "--group", "plot").stderr
+        self.assertNotIn("folds instead", error)
+
+    def test_missing_values_are_explained(self):
+        self.write("trees.csv", "plot,tree,species,x,y,dbh\n1,1,SM,0,0,n.v.\n1,2,SM,1,1,20\n1,3,SM,2,0,-\n1,4,SM,3,1,22\n")
+        error = self.run_program("indices", "trees.csv", "--out", "i.csv", "--neighbors", "1").stderr
+        for text in ("n.v.", "-"):
+            self.assertIn(f"'{text}' is no number; a missing value is an empty field or NA", error)
+
+
+class IdleOptions(ProgramTest):
+    def test_options_that_would_do_nothing_are_refused(self):
+        self.write("trees.csv", stand_csv())
+        fit = ("fit", "trees.csv", "--model", "M4", "--random", "a | plot")
+        for option, needed in ((("--measured-trees", "3"), "--cross-validate"), (("--agq-points", "5"), "--method agq"),
+                               (("--level", "0.9"), "--intervals"), (("--resample", "cases"), "--bootstrap"),
+                               (("--bootstrap-level", "0.9"), "--bootstrap"), (("--group", "plot"), "--bootstrap")):
+            with self.subTest(option):
+                error = self.run_program(*fit, *option, status=2).stderr
+                self.assertIn(f"{option[0]}: does nothing without {needed}", error)
+        self.run_program(*fit, "--level", "0.9", "--intervals", "wald")
+
+    def test_groups_to_leave_out_need_the_option(self):
+        self.write("trees.csv", stand_csv())
+        error = self.run_program("fit", "trees.csv", "--model", "M4", "--cross-validate", "5", status=2).stderr
+        self.assertIn("--group plot", error)
+
+
+class FitTable(ProgramTest):
+    def test_nested_effects_are_shown_as_nested_and_diagonal_ones_without_correlations(self):
+        self.write("nested.csv", nested_csv())
+        out = self.run_program("fit", "nested.csv", "--formula", "h ~ 1.3 + a*dbh^b", "--random", "a | stand/plot").stdout
+        lines = [line.strip() for line in out.splitlines() if line.strip().startswith("random:")]
+        self.assertEqual(lines, ["random: a | stand, general covariance", "random: a | plot within stand, general covariance"])
+        self.write("trees.csv", stand_csv())
+        fit = ("fit", "trees.csv", "--model", "M4", "--random", "a + b | plot")
+        self.assertIn("correlation", self.run_program(*fit).stdout)
+        self.assertNotIn("correlation", self.run_program(*fit, "--covariance", "diagonal").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
