@@ -77,8 +77,8 @@ export class Marks {
   overlapsOf(side, middle) {
     const { x, z } = middle();
     const pairs = overlappingPairs(side.bodies.map((body, tree) => (body && side.stand.shown[tree] ? body : null)));
-    const distance = ({ first }) => Math.hypot(side.bodies[first].place.x - x, side.bodies[first].place.z - z);
-    const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => distance(a) - distance(b)).slice(0, MOST_OVERLAPS) : pairs;
+    const away = side.bodies.map((body) => (body ? Math.hypot(body.place.x - x, body.place.z - z) : Infinity));
+    const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => away[a.first] - away[b.first]).slice(0, MOST_OVERLAPS) : pairs;
     const whose = this.view.sides.length > 1 ? `${side.variant.title}: ` : "";
     const count = pairs.length === 1 ? "1 pair of crowns overlaps" : `${pairs.length} pairs of crowns overlap`;
     const shown = near.length < pairs.length ? `shown are the ${near.length} nearest to the middle of the picture.` : "the space that they share is shown.";
