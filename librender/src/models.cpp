@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/render/models.hpp"
 
+#include "silvafit/base/error.hpp"
+#include "traced_scene.hpp"
+
 namespace silvafit::render {
 namespace {
 
@@ -27,6 +30,9 @@ Material material_of(const tree::ReadPart& part) {
 }  // namespace
 
 Scene scene_of(const tree::ReadScene& read) {
+  if (read.triangle_count() == 0) {
+    throw InputError("there is nothing to draw: it has no triangles", {.file = read.file});
+  }
   Scene scene;
   for (const tree::ReadModel& model : read.models) {
     Model& target = scene.models.emplace_back();
@@ -42,6 +48,11 @@ Scene scene_of(const tree::ReadScene& read) {
   }
   for (const tree::ReadInstance& instance : read.instances) {
     scene.instances.push_back({.model = instance.model, .transform = instance.transform});
+    if (is_flattened(scene.instances.back())) {
+      throw InputError(
+          "the node '" + instance.name + "' is flattened: its scale is 0 in a direction",
+          {.file = read.file});
+    }
   }
   return scene;
 }

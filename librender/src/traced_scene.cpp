@@ -183,6 +183,13 @@ TracedScene::Geometry TracedScene::build(const Model& model) const {
   return scene;
 }
 
+bool is_flattened(const Instance& instance) {
+  const Matrix4d transform = Eigen::Map<const Matrix4d>(instance.transform.data());
+  const Matrix3f linear = transform.topLeftCorner<3, 3>().cast<float>();
+  // Not even the directions that normals turn to are known then.
+  return !(std::abs(linear.determinant()) >= std::numeric_limits<float>::min());
+}
+
 void TracedScene::add(const Instance& instance, RTCScene scene) {
   const Matrix4d transform = Eigen::Map<const Matrix4d>(instance.transform.data());
   const Eigen::Matrix4f rounded = transform.cast<float>();
@@ -192,10 +199,8 @@ void TracedScene::add(const Instance& instance, RTCScene scene) {
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
+  if (is_flattened(instance)) throw UsageError("an instance is flattened to nothing");
   const Matrix3f linear = rounded.topLeftCorner<3, 3>();
-  if (std::abs(linear.determinant()) < std::numeric_limits<float>::min()) {
-    throw UsageError("an instance is flattened to nothing");
-  }
   normal_transforms_.emplace_back(linear.inverse().transpose());
   model_of_.push_back(instance.model);
   for (const Surface& surface : models_[instance.model].surfaces) {

@@ -29,6 +29,9 @@ struct Hit {
   const Material* material = nullptr;
 };
 
+/// Whether an instance squeezes its model to a plane, a line or a point.
+bool is_flattened(const Instance& instance);
+
 class TracedScene {
  public:
   /// \throws as RayTracer

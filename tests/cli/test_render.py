@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Pictures: what the program draws, of which size, and what it refuses."""
 
+import json
 import struct
 import unittest
 
@@ -25,6 +26,21 @@ class Pictures(ProgramTest):
         header = (self.folder / name).read_bytes()[:24]
         self.assertEqual(header[:8], b"\x89PNG\r\n\x1a\n")
         return struct.unpack(">II", header[16:24])
+
+    def write_triangle(self, name, scale):
+        """A triangle that its node's matrix scales."""
+        matrix = [scale[0], 0, 0, 0, 0, scale[1], 0, 0, 0, 0, scale[2], 0, 0, 0, 0, 1]
+        text = json.dumps({
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0, "matrix": matrix}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36}],
+        }).encode()
+        text += b" " * (-len(text) % 4)
+        body = (struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", 36, b"BIN\0")
+                + struct.pack("<9f", 0, 0, 0, 1, 1, 0, 0, 1, 1))
+        (self.folder / name).write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body)
 
     def test_a_picture_has_the_size_and_the_same_bytes_for_any_number_of_threads(self):
         self.render("stand.glb", "--out", "one.png", "--threads", "1")
@@ -76,6 +92,10 @@ class Pictures(ProgramTest):
         self.write("broken.glb", "glTF but not really")
         error = self.render("broken.glb", "--out", "x.png", status=3).stderr
         self.assertIn("broken.glb", error)
+        for scale in ([0, 0, 0], [1, 0, 1]):
+            self.write_triangle("flat.glb", scale)
+            error = self.render("flat.glb", "--out", "x.png", status=3).stderr
+            self.assertIn("flat.glb: ", error)
         self.run_program("render", "stand.glb", "--out", "x.png", "--size", "0x10", status=2)
         self.run_program("render", "stand.glb", "--out", "x.png", "--sun", "south", status=2)
         self.assertFalse((self.folder / "x.png").exists())

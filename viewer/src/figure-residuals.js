@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Residuals: in classes as box plots, against fitted values, and against the normal distribution.
-import { boxClasses, classWidth, equalClasses, extent } from "./classes.js";
+import { boxClasses, classWidth, drawnAlone, equalClasses, extent, FEWEST_TREES } from "./classes.js";
 import { figure, titled } from "./figure.js";
 import { capital, count, decimals, plural, responseName, significant } from "./format.js";
 import { isNumber, lineLayer, pointLayer, points, shownTrees, sides } from "./observations.js";
@@ -11,8 +11,6 @@ import { quantileNormal } from "./vega-parts.js";
 
 const three = (value) => decimals(value, 3);
 
-/** A class with fewer trees has no box; its trees are drawn as points. */
-const FEWEST_TREES = 5;
 /** Boxes of the two methods stand side by side within a class: where their middle is and how wide they are, as shares of the class. */
 const PLACE = { ols: 0.28, nlme: 0.72 };
 const BOX_WIDTH = 0.34;
@@ -49,17 +47,14 @@ function boxChart({ name, groups, width, reach, result }) {
     const middle = ({ from }) => from + PLACE[side.kind] * width;
     const boxes = classes
       .filter(({ number }) => number >= FEWEST_TREES)
-      .map(({ outliers, ...one }) => ({
+      .map(({ outliers, values, ...one }) => ({
         ...one,
         x: middle(one),
         left: middle(one) - (BOX_WIDTH * width) / 2,
         right: middle(one) + (BOX_WIDTH * width) / 2,
         tip: `${side.name}, ${decimals(one.from, 2)} to ${decimals(one.to, 2)} ${unit}: median ${three(one.median)} ${unit}, ${plural(one.number, "tree")}`,
       }));
-    const beyond = classes.flatMap((one) => {
-      const values = one.number >= FEWEST_TREES ? one.outliers : [one.low, one.q1, one.median, one.q3, one.high].slice(0, one.number);
-      return values.map((y) => ({ x: middle(one), y }));
-    });
+    const beyond = classes.flatMap((one) => drawnAlone(one).map((y) => ({ x: middle(one), y })));
     return [
       { mark: "points", kind: side.kind, values: beyond },
       { mark: "boxes", kind: side.kind, values: boxes },

@@ -2,6 +2,7 @@
 // The plot map: stems by species and layer, crowns to scale, the buffer zone, and the structural unit of a tree.
 import { element } from "./dom.js";
 import { decimals, listing, plural } from "./format.js";
+import { rectangleOf, wayAround } from "./torus.js";
 
 /** @typedef {import("./types.js").PlotMap} PlotMap */
 
@@ -87,10 +88,17 @@ function sentence(map, tree) {
   return `${name(map, tree)}: ${species}, ${known(sizes)}.${place} ${unit}`.replace(/^p/, "P");
 }
 
+/** The way to a neighbor in pieces: one, or more where the edge is a torus and its nearest image lies beyond it. */
+function wayTo(map, tree, other) {
+  const [from, to] = [tree, other].map((one) => [map.x[one], map.y[one]]);
+  const rings = map.areas[map.area[tree]]?.rings ?? [];
+  return map.torus && rings.length > 0 ? wayAround(rectangleOf(rings), from, to) : [[from, to]];
+}
+
 /** Lines to the neighbors and a ring around the tree. */
 function drawUnit(layer, map, tree, unit) {
-  const from = { x1: map.x[tree], y1: -map.y[tree] };
-  const lines = map.nearest[tree].map((other) => svg("line", { ...from, x2: map.x[other], y2: -map.y[other], class: "unit" }));
+  const pieces = map.nearest[tree].flatMap((other) => wayTo(map, tree, other));
+  const lines = pieces.map(([[x1, y1], [x2, y2]]) => svg("line", { x1, y1: -y1, x2, y2: -y2, class: "unit" }));
   layer.replaceChildren(...lines, svg("circle", { cx: map.x[tree], cy: -map.y[tree], r: 4 * unit, class: "unit" }));
 }
 

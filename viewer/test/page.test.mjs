@@ -275,6 +275,19 @@ test("the plot map draws stems, crowns, window and buffer, and the unit of the t
   }),
 );
 
+test("on a torus lines go to the nearest images, over the border", { skip }, () => {
+  const map = plotMap();
+  map.torus = true;
+  map.buffer = 0;
+  // Trees 1 and 2 are 4 m apart over the western border, 26 m across the map.
+  map.x = [2, 28, 10, 1, 110, null];
+  return withPage({ ...example(), map }, { viewport: { width: 1000, height: 900 } }, async (page) => {
+    await page.locator("#map input").fill("1");
+    const ends = await page.locator("#map svg line.unit").evaluateAll((lines) => lines.map((line) => ["x1", "y1", "x2", "y2"].map((name) => Number(line.getAttribute(name)))));
+    assert.deepEqual(ends, [[2, -10, 0, -10], [30, -10, 28, -10], [2, -10, 10, -15]]);
+  });
+});
+
 test("without a map there is no section for it, and on a phone it fits", { skip }, async () => {
   await withPage(example(), {}, async (page) => assert.equal(await page.locator("#map, nav a[href='#map']").count(), 0));
   await withPage({ ...example(), map: plotMap() }, { viewport: { width: 320, height: 640 } }, async (page) => {

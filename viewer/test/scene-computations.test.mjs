@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { along, colorings, DIVERGING, rgb, roundUp, SEQUENTIAL, SPECIES_COLORS, LAYER_COLORS } from "../src/scene/colors.js";
 import { contains, facing, overlappingPairs, radiusTowards, relativeWidth, sharedSpace } from "../src/scene/crown.js";
-import { crownOf, placeOf } from "../src/scene/data.js";
+import { crownOf, placeOf, plotsCoincide } from "../src/scene/data.js";
+import { areaOf, hullOf, sharedArea } from "../src/scene/hulls.js";
 import { AdaptiveBudget, detailFactor, LEAST_PIXELS, levelFor } from "../src/scene/levels.js";
 import { pick } from "../src/scene/pick.js";
 import { fromUnit, KIND, toUnit, turnOf } from "../src/scene/shape.js";
@@ -54,6 +55,57 @@ test("every pair that overlaps is found, and only those", () => {
   }
   assert.ok(expected.length >= 3, "the example has neighbors");
   assert.deepEqual(overlappingPairs(bodies).map(({ first, second }) => `${first}-${second}`).sort(), expected.sort());
+});
+
+test("pairs are found among crowns of all sizes, and one wide crown does not make the search long", () => {
+  // Without a pattern, the same in every run: multiples of the golden ratio and its like.
+  const share = (index, step) => ((index + 1) * step) % 1;
+  const stand = (count, radiusOf, side) => Array.from({ length: count }, (_, index) => ({ crown: round(12, 5, 8, radiusOf(index)), place: { x: side * share(index, 0.618034), y: 0, z: side * share(index, 0.754878) } }));
+  const mixed = stand(400, (index) => 0.05 * 2 ** (9 * share(index, 0.569840)), 100);
+  const expected = [];
+  mixed.forEach((a, first) => {
+    mixed.forEach((b, second) => {
+      if (second > first && a.crown.east + b.crown.east > Math.hypot(a.place.x - b.place.x, a.place.z - b.place.z)) expected.push(`${first}-${second}`);
+    });
+  });
+  assert.ok(expected.length > 400);
+  assert.deepEqual(overlappingPairs(mixed).map(({ first, second }) => `${first}-${second}`).sort(), expected.sort());
+  const large = stand(50_000, (index) => (index === 0 ? 30 : 1), 500);
+  const before = performance.now();
+  const pairs = overlappingPairs(large);
+  // A fifth of a second; with cells as wide as the widest crown each tree was compared with some 700 others.
+  assert.ok(performance.now() - before < 5000);
+  const near0 = large.filter(({ place }, index) => index > 0 && Math.hypot(place.x - large[0].place.x, place.z - large[0].place.z) < 31);
+  assert.equal(pairs.filter(({ first }) => first === 0).length, near0.length);
+  assert.ok(near0.length > 100 && pairs.length > 10_000);
+});
+
+/** A plot of some width and length at a corner, turned by an angle. */
+const strip = (x, y, width, length, degrees) => {
+  const [c, s] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+  return { outline: [[0, 0], [width, 0], [width, length], [0, length]].map(([across, along]) => [x + c * across - s * along, y + s * across + c * along]) };
+};
+
+test("plots lie on each other where they do, not where their bounding boxes do", () => {
+  const step = 10 * Math.SQRT1_2;
+  const strips = [0, 1, 2].map((number) => strip(number * step, number * step, 10, 50, 45));
+  assert.equal(plotsCoincide({ plots: strips }), false);
+  assert.equal(plotsCoincide({ plots: [strip(0, 0, 20, 20, 0), strip(20, 0, 20, 20, 0)] }), false);
+  assert.equal(plotsCoincide({ plots: [strip(0, 0, 20, 20, 0), strip(100, 0, 20, 20, 0), strip(1, 2, 20, 20, 0)] }), true);
+  // A small plot within a large one, whatever its turn.
+  assert.equal(plotsCoincide({ plots: [strip(0, 0, 50, 50, 0), strip(25, 10, 5, 5, 30)] }), true);
+  assert.equal(plotsCoincide({ plots: [{ outline: [] }, { outline: [[0, 0]] }, { outline: [[0, 0], [1, 1]] }] }), false);
+});
+
+test("hulls and the areas that they share are those of school geometry", () => {
+  const square = hullOf([[0, 0], [2, 0], [1, 1], [2, 2], [0, 2], [1, 0]]);
+  assert.deepEqual(square, [[0, 0], [2, 0], [2, 2], [0, 2]]);
+  near(areaOf(square), 4, 1e-12, "square");
+  // A square of diagonal 2 that stands on its corner, its middle in the corner of the other: a quarter of it is shared.
+  const standing = hullOf([[2, 1], [3, 2], [2, 3], [1, 2]]);
+  near(sharedArea(square, standing), 0.5, 1e-12, "a quarter of 2");
+  near(sharedArea(standing, square), 0.5, 1e-12, "the other way round");
+  assert.equal(sharedArea(square, hullOf([[2, 0], [3, 0], [3, 2], [2, 2]])), 0);
 });
 
 test("the crown curve has its radii, its widest height and its ends", () => {

@@ -9,9 +9,9 @@ export function inWebGl() {
   return {
     skip,
     withScene: (data, options, use) =>
-      withPage(data, { viewport: { width: 900, height: 480 }, timeout: WEBGL_TIMEOUT, ...options }, async (page) => {
+      withPage(data, { viewport: { width: 900, height: 480 }, timeout: WEBGL_TIMEOUT, ...options }, async (page, problems) => {
         await page.evaluate(() => window.silvafitView.ready);
-        await use(page);
+        await use(page, problems);
       }),
   };
 }

@@ -399,7 +399,74 @@ test("overlaps are told of each half", { skip }, () =>
   }),
 );
 
+test("keys that are let go and pressed again within a picture walk no faster", { skip }, () =>
+  withScene(sceneExample(), { reducedMotion: "reduce" }, async (page) => {
+    await page.getByRole("button", { name: "Walk", exact: true }).click();
+    /** Rows of steps and pictures that key events begin at once. */
+    const begun = (...types) =>
+      page.evaluate(async (all) => {
+        const canvas = document.getElementById("canvas");
+        const press = (type) => canvas.dispatchEvent(new KeyboardEvent(type, { code: "KeyW", key: "w", bubbles: true }));
+        const pictures = async () => {
+          for (let count = 0; count < 3; ++count) await new Promise((resolve) => requestAnimationFrame(resolve));
+        };
+        await pictures();
+        const ask = window.requestAnimationFrame;
+        let asked = 0;
+        window.requestAnimationFrame = (next) => {
+          asked += 1;
+          return ask.call(window, next);
+        };
+        all.forEach(press);
+        window.requestAnimationFrame = ask;
+        press("keyup");
+        await pictures();
+        return asked;
+      }, types);
+    const once = await begun("keydown");
+    assert.equal(once, 2, "a row of steps, and a picture");
+    assert.equal(await begun("keydown", "keyup", "keydown", "keyup", "keydown"), once);
+  }),
+);
+
+test("a loss of the graphics is said, and the picture comes back with them", { skip }, () =>
+  withScene(sceneExample(), {}, async (page, problems) => {
+    const before = await pixels(page);
+    await page.evaluate(() => {
+      window.graphics = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+      window.graphics.loseContext();
+    });
+    assert.match(await page.getByRole("alert").innerText(), /taken the graphics/);
+    await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
+    assert.match(await page.locator("#details").innerText(), /Chosen: plot 2, tree 990/);
+    await page.keyboard.press("Escape");
+    await page.evaluate(() => window.graphics.restoreContext());
+    await page.getByRole("alert").waitFor({ state: "detached" });
+    await page.getByRole("button", { name: "Whole stand" }).click();
+    const { changed } = difference(before, await pixels(page));
+    assert.ok(changed < 0.01, `${changed} of the pixels differ`);
+    // What the browser itself says of the loss.
+    assert.ok(problems.every((problem) => /context.?lost/i.test(problem)), `${problems}`);
+    problems.length = 0;
+  }),
+);
+
 const plain = inBrowser(launchWithoutWebGl);
+test("without WebGL each plot of those that lie on each other can be listed", { skip }, () => {
+  const data = sceneExample();
+  data.plots[1].outline = data.plots[0].outline;
+  return plain.withPage(data, {}, async (page) => {
+    await page.evaluate(() => window.silvafitView.ready);
+    assert.equal(await page.locator("[data-tree]").count(), 9);
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" });
+    assert.equal(await page.locator("[data-tree]").count(), 5);
+    await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
+    await page.getByLabel("Plot", { exact: true }).selectOption({ label: "all" });
+    assert.equal(await page.locator("[data-tree]").count(), 14);
+    assert.ok(!(await page.getByRole("button", { name: "Whole stand" }).isVisible()));
+  });
+});
+
 test("without WebGL the page says so, and the trees can still be looked up", { skip }, () =>
   plain.withPage(sceneExample(), {}, async (page) => {
     await page.evaluate(() => window.silvafitView.ready);

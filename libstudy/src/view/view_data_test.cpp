@@ -111,6 +111,34 @@ TEST_CASE("base64 is that of RFC 4648", "[study][view]") {
   CHECK(study::base64("\xfb\xff\xfe") == "+//+");
 }
 
+TEST_CASE("of a repeated tree all comes from the first row that can be drawn", "[study][view]") {
+  const double none = data::kMissing;
+  data::Table table(5);
+  table.set("plot", texts({"1", "1", "1", "1", "1"}));
+  table.set("tree", texts({"1", "1", "2", "1", "3"}));
+  table.set("species", texts({"SM", "SM", "SM", "SM", "SM"}));
+  table.set("x", std::vector<double>{0.0, 9.0, 3.0, 6.0, 5.0});
+  table.set("y", std::vector<double>{0.0, 9.0, 3.0, 6.0, 0.0});
+  table.set("dbh", std::vector<double>{20.0, 40.0, 20.0, 30.0, 20.0});
+  table.set("h", std::vector<double>{none, 15.0, 15.0, 14.0, none});
+  table.set("hcb", std::vector<double>{5.0, 5.0, 5.0, 5.0, 5.0});
+  table.set("cw", std::vector<double>{4.0, 4.0, 4.0, 4.0, 4.0});
+  table.set("W", std::vector<double>{0.25, 0.75, 0.5, 1.0, 0.5});
+  table.set("core", std::vector<double>{0.0, 1.0, 1.0, 0.0, 1.0});
+  table.set_origin("trees.csv", {2, 3, 4, 5, 6});
+  const View view = study::view_of_trees(table, catalogue(), coarse());
+  const json trees = json::parse(view.data)["trees"];
+  CHECK(trees["tree"] == json({"1", "2"}));
+  CHECK(trees["x"] == json({9.0, 3.0}));
+  CHECK(trees["dbh"] == json({40.0, 20.0}));
+  CHECK(trees["W"] == json({0.75, 0.5}));
+  CHECK(trees["core"] == json({1, 1}));
+  // Every other row is told of: without a height, repeated, without a height.
+  std::vector<std::size_t> lines;
+  for (const tree::LeftOut& one : view.left_out) lines.push_back(one.place.line.value_or(0));
+  CHECK(lines == std::vector<std::size_t>{2, 5, 6});
+}
+
 TEST_CASE("a view has each tree once, with what was measured and predicted", "[study][view]") {
   const View view = view_of_trees(four_trees(), catalogue(), coarse());
   const json data = json::parse(view.data);

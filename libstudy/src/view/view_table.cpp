@@ -86,6 +86,7 @@ using Drawable = std::unordered_map<std::string, tree::Morphology>;
 struct ReadVariant {
   const Kind* kind = nullptr;
   Drawable trees{};
+  std::unordered_map<std::string, std::size_t> rows{};  ///< of these trees, by key
   std::vector<tree::LeftOut> left_out{};
 };
 
@@ -95,6 +96,19 @@ std::map<std::string, std::string> columns_of(const Kind& kind, const ViewOption
   if (kind.use == Use::kObserved) return columns;
   for (const char* name : {"h", "hcb", "cw"}) columns.erase(name);
   return columns;
+}
+
+/// Of rows with a tree's key the first that was not left out.
+void find_rows(const data::Table& table,
+               const std::vector<std::string>& keys,
+               ReadVariant& variant) {
+  std::set<std::size_t> left_out;
+  for (const tree::LeftOut& one : variant.left_out) left_out.insert(one.place.line.value_or(0));
+  for (std::size_t row = 0; row < keys.size(); ++row) {
+    const std::size_t line = table.line(row);
+    const bool is_left_out = line > 0 && left_out.contains(line);
+    if (!is_left_out && variant.trees.contains(keys[row])) variant.rows.emplace(keys[row], row);
+  }
 }
 
 ReadVariant read_variant(const data::Table& table, const Kind& kind, const ViewOptions& options) {
@@ -135,7 +149,7 @@ class StandReader {
           "trees need the columns h, hcb and cw, or predictions such as h_ols, hcb_ols and cw_ols",
           {.file = table_.file(), .line = 1});
     }
-    find_rows();
+    choose_rows();
     add_trees();
     for (const ReadVariant& variant : variants_) add_variant(variant);
     say_what_is_missing();
@@ -153,14 +167,14 @@ class StandReader {
     }
   }
 
-  /// Rows that at least one variant can draw; of rows with the same key the first.
-  void find_rows() {
+  /// A row for each tree: that which the first variant that can draw it was read from.
+  void choose_rows() {
     const std::vector<std::string> keys = columns_.keys();
-    std::set<std::string> seen;
+    for (ReadVariant& variant : variants_) find_rows(table_, keys, variant);
     for (std::size_t row = 0; row < keys.size(); ++row) {
-      const bool is_drawn = std::ranges::any_of(
+      const auto first = std::ranges::find_if(
           variants_, [&](const ReadVariant& variant) { return variant.trees.contains(keys[row]); });
-      if (!is_drawn || !seen.insert(keys[row]).second) continue;
+      if (first == variants_.end() || first->rows.at(keys[row]) != row) continue;
       rows_.push_back(row);
       keys_.push_back(keys[row]);
     }
@@ -229,7 +243,8 @@ class StandReader {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       ViewVersion version{.sizes = {h[rows_[i]], hcb[rows_[i]], cw[rows_[i]]}};
       const auto found = read.trees.find(keys_[i]);
-      if (found != read.trees.end()) {
+      // A repeated tree's other row is not this tree.
+      if (found != read.trees.end() && read.rows.at(keys_[i]) == rows_[i]) {
         const tree::Preset& preset = *stand_.trees[i].preset;
         version.shape = tree::complete(found->second, preset.relative_hc, preset.name);
         version.sizes = sizes_of(found->second, version.sizes);
@@ -243,11 +258,15 @@ class StandReader {
     for (const ViewVariant& variant : stand_.variants) {
       say_what_is_missing(variant);
     }
-    const std::set<std::string> shown(keys_.begin(), keys_.end());
+    std::set<std::size_t> lines;
+    for (const std::size_t row : rows_) lines.insert(table_.line(row));
+    const std::set<std::string> keys(keys_.begin(), keys_.end());
     for (const tree::LeftOut& one : variants_.front().left_out) {
-      if (!shown.contains(Columns::key(one.place.plot, one.place.tree))) {
-        stand_.left_out.push_back(one);
-      }
+      // Tables that come from no file have no lines.
+      const std::size_t line = one.place.line.value_or(0);
+      const bool is_shown = line > 0 ? lines.contains(line)
+                                     : keys.contains(Columns::key(one.place.plot, one.place.tree));
+      if (!is_shown) stand_.left_out.push_back(one);
     }
   }
 

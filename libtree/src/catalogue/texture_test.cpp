@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include "scratch_file.hpp"
 #include "silvafit/base/atomic_file.hpp"
@@ -128,11 +129,14 @@ TEST_CASE("a GLB holds each picture once and gives it back") {
       CHECK(part.mesh.texture->rgba == expected.rgba);
       CHECK(part.mesh.texture->name == expected.name);
       CHECK(part.mesh.uvs.size() == 2 * part.mesh.vertex_count());
+      CHECK(part.mesh.tangents.empty());
       pictures.insert(part.mesh.texture.get());
     }
   }
   CHECK(pictures.size() == 2);
   const std::string bytes = glb_bytes(scene);
+  // They are for normal maps, and no material has one.
+  CHECK(bytes.find("TANGENT") == std::string::npos);
   CHECK(bytes.find("\"alphaMode\":\"MASK\"") != std::string::npos);
   CHECK(bytes.find("\"name\":\"generic-conifer-leaf\"") != std::string::npos);
 }
@@ -163,4 +167,33 @@ TEST_CASE("OBJ names its pictures, which lie beside it") {
   for (const std::string& name : {leaf, stem + "-bark-smooth.png", stem + ".mtl"}) {
     std::filesystem::remove(file.path().parent_path() / name);
   }
+}
+
+TEST_CASE("an OBJ whose name has blanks finds its materials and pictures") {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "silvafit obj test";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  const auto writer = open_scene(folder / "my scene.obj", SceneFormat::kObj);
+  writer->add_tree(textured_tree("schima-superba"));
+  writer->finish();
+  // What the OBJ and its materials name, up to the end of the line, is what lies there.
+  std::set<std::filesystem::path> named;
+  const auto collect = [&](const std::filesystem::path& path, const std::string& word) {
+    std::istringstream lines(read_file(path));
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with(word + " ")) named.insert(folder / line.substr(word.size() + 1));
+    }
+  };
+  collect(folder / "my scene.obj", "mtllib");
+  REQUIRE(named.size() == 1);
+  CHECK(named.begin()->filename() == "my_scene.mtl");
+  const std::filesystem::path materials = *named.begin();
+  REQUIRE(std::filesystem::exists(materials));
+  collect(materials, "map_Kd");
+  collect(materials, "map_d");
+  CHECK(named.size() == 3);
+  for (const std::filesystem::path& path : named) CHECK(std::filesystem::exists(path));
+  const std::vector<std::filesystem::path> others = writer->other_files();
+  CHECK(std::set(others.begin(), others.end()) == named);
+  std::filesystem::remove_all(folder);
 }

@@ -2,18 +2,19 @@
 #include "files/gltf_document.hpp"
 
 #include <fmt/format.h>
-#include <meshoptimizer.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
 
+#include "files/packed_view.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 
@@ -25,6 +26,11 @@ using Matrix = std::array<double, 16>;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr std::size_t kMostElements = std::size_t{1} << 31U;
+constexpr std::size_t kLargestStride = 252;  // of glTF
+/// Bytes that a scene may take in memory: so many in any case, and so many for each of its file.
+/// Well-packed vertices grow tenfold, and a few parts share them.
+constexpr std::size_t kLeastAllowance = std::size_t{1} << 29U;
+constexpr std::size_t kAllowancePerByte = 256;
 
 const json& item(const json& in, const char* array, std::size_t index) {
   const auto found = in.find(array);
@@ -85,6 +91,14 @@ Matrix placed(std::array<double, 3> t, std::array<double, 4> q, std::array<doubl
           1};
 }
 
+/// Whether a place shrinks whatever is there to a point.
+bool has_no_size(const Matrix& place) {
+  for (const std::size_t k : {0U, 1U, 2U, 4U, 5U, 6U, 8U, 9U, 10U}) {
+    if (place[k] != 0.0) return false;
+  }
+  return true;
+}
+
 template <std::size_t N>
 std::array<double, N> numbers(const json& in, const char* name, std::array<double, N> otherwise) {
   const auto found = in.find(name);
@@ -110,7 +124,10 @@ struct Values {
 class Reader {
  public:
   Reader(json description, std::vector<std::string> buffers)
-      : json_(std::move(description)), buffers_(std::move(buffers)) {}
+      : json_(std::move(description)), buffers_(std::move(buffers)) {
+    for (const std::string& bytes : buffers_) allowance_ += kAllowancePerByte * bytes.size();
+    reached_.resize(count_of("nodes"));
+  }
 
   ReadScene read() {
     check_extensions();
@@ -174,50 +191,21 @@ class Reader {
     return unpacked_.emplace(index, unpack(*packed)).first->second;
   }
 
-  std::string unpack(const json& packed) const {
+  std::string unpack(const json& packed) {
     const std::string_view source = slice(
         number(packed, "buffer"), number(packed, "byteOffset", 0), number(packed, "byteLength"));
-    const std::size_t stride = number(packed, "byteStride");
-    const std::size_t count = number(packed, "count");
-    const std::string mode = gltf_text(packed, "mode");
-    if (stride == 0 || stride > 256 || count > kMostElements)
-      refuse_gltf("a packed view is too large");
-    std::string bytes(stride * count, '\0');
-    const auto* from = reinterpret_cast<const unsigned char*>(source.data());
-    int failed = 0;
-    if (mode == "ATTRIBUTES") {
-      if (stride % 4 != 0) refuse_gltf("packed attributes have a stride that 4 does not divide");
-      failed = meshopt_decodeVertexBuffer(bytes.data(), count, stride, from, source.size());
-    } else if (mode == "TRIANGLES" || mode == "INDICES") {
-      if ((stride != 2 && stride != 4) || (mode == "TRIANGLES" && count % 3 != 0)) {
-        refuse_gltf("packed indices have a wrong size");
-      }
-      auto* to = reinterpret_cast<void*>(bytes.data());
-      failed = mode == "TRIANGLES"
-                   ? meshopt_decodeIndexBuffer(to, count, stride, from, source.size())
-                   : meshopt_decodeIndexSequence(to, count, stride, from, source.size());
-    } else {
-      refuse_gltf("a packed view has the mode " + mode);
-    }
-    if (failed != 0) refuse_gltf("a packed view is damaged");
-    unfilter(gltf_text(packed, "filter"), bytes, count, stride);
-    return bytes;
+    const PackedView view{.mode = gltf_text(packed, "mode"),
+                          .filter = gltf_text(packed, "filter"),
+                          .count = number(packed, "count"),
+                          .stride = number(packed, "byteStride")};
+    spend(unpacked_size(view, source));
+    return unpacked(view, source);
   }
 
-  static void unfilter(const std::string& filter,
-                       std::string& bytes,
-                       std::size_t count,
-                       std::size_t stride) {
-    if (filter.empty() || filter == "NONE") return;
-    if (filter == "OCTAHEDRAL" && (stride == 4 || stride == 8)) {
-      meshopt_decodeFilterOct(bytes.data(), count, stride);
-    } else if (filter == "QUATERNION" && stride == 8) {
-      meshopt_decodeFilterQuat(bytes.data(), count, stride);
-    } else if (filter == "EXPONENTIAL" && stride % 4 == 0) {
-      meshopt_decodeFilterExp(bytes.data(), count, stride);
-    } else {
-      refuse_gltf("a packed view has the filter " + filter);
-    }
+  /// Counts what is kept of the file: small files may name the same bytes again and again.
+  void spend(std::size_t bytes) {
+    if (bytes > allowance_) refuse_gltf("it names the same bytes too often");
+    allowance_ -= bytes;
   }
 
   static double component(const char* at, std::size_t type, bool normalized) {
@@ -282,10 +270,16 @@ class Reader {
     const std::size_t stride = number(view_json, "byteStride", row);
     const std::string_view bytes = view(view_index);
     const std::size_t from = number(accessor, "byteOffset", 0);
-    if (count == 0 || count > kMostElements || stride < row || from > bytes.size() ||
-        (count - 1) * stride + row > bytes.size() - from) {
+    if (stride < row || stride > kLargestStride) {
+      refuse_gltf(fmt::format("the view of accessor {} has the stride {}", index, stride));
+    }
+    // Divided, not multiplied: the product of two numbers of the file may be larger than any
+    // number.
+    if (count == 0 || count > kMostElements || from > bytes.size() || row > bytes.size() - from ||
+        count - 1 > (bytes.size() - from - row) / stride) {
       refuse_gltf(fmt::format("accessor {} leaves its view", index));
     }
+    spend(count * result.width * sizeof(double));
     const bool normalized = accessor.value("normalized", false);
     result.numbers.reserve(count * result.width);
     for (std::size_t i = 0; i < count; ++i) {
@@ -338,7 +332,8 @@ class Reader {
     part.mesh.uvs = attribute(attributes, "TEXCOORD_0", 2, rows);
     part.mesh.tangents = attribute(attributes, "TANGENT", 4, rows);
     for (const float value : attribute(attributes, "COLOR_0", 4, rows)) {
-      part.mesh.colors.push_back(static_cast<std::uint8_t>(std::lround(255.0F * value)));
+      part.mesh.colors.push_back(
+          static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(value, 0.0F, 1.0F))));
     }
     read_indices(primitive, part.mesh);
     return part;
@@ -347,6 +342,7 @@ class Reader {
   void read_material(std::size_t index, ReadPart& part) {
     const json& material = item(json_, "materials", index);
     part.material = gltf_text(material, "name");
+    spend(part.material.size());
     part.mesh.double_sided = material.value("doubleSided", false);
     if (!material.contains("pbrMetallicRoughness")) return;
     const json& base = material["pbrMetallicRoughness"];
@@ -368,6 +364,7 @@ class Reader {
       if (name.empty()) name = fmt::format("image-{}", index);
       texture = std::make_shared<const Texture>(
           texture_from_png(view(number(image, "bufferView")), std::move(name)));
+      spend(texture->rgba.size());
     }
     return pictures_.emplace(index, std::move(texture)).first->second;
   }
@@ -390,9 +387,9 @@ class Reader {
     constexpr int kDeepest = 64;
     if (depth > kDeepest) refuse_gltf("its nodes are nested too deeply");
     const json& node = item(json_, "nodes", index);
+    if (reached_[index]) refuse_gltf(fmt::format("nodes[{}] has two parents", index));
+    reached_[index] = true;
     Matrix own = parent;
-    // What an animation shows at another time has no size now.
-    if (numbers<3>(node, "scale", {1, 1, 1}) == std::array<double, 3>{0, 0, 0}) return;
     if (node.contains("matrix")) {
       own = product(parent, numbers<16>(node, "matrix", identity()));
     } else {
@@ -401,6 +398,8 @@ class Reader {
                            numbers<4>(node, "rotation", {0, 0, 0, 1}),
                            numbers<3>(node, "scale", {1, 1, 1})));
     }
+    // What an animation shows at another time has no size now.
+    if (has_no_size(own)) return;
     if (node.contains("mesh")) {
       const std::size_t mesh = number(node, "mesh");
       if (mesh >= scene_.models.size()) refuse_gltf(fmt::format("there is no meshes[{}]", mesh));
@@ -413,7 +412,7 @@ class Reader {
   void add_instances(const json& node, std::size_t mesh, const Matrix& own) {
     const json* instancing = extension(node, kInstancing);
     if (instancing == nullptr) {
-      scene_.instances.push_back({gltf_text(node, "name"), mesh, own});
+      add_instance({gltf_text(node, "name"), mesh, own});
       return;
     }
     const auto found = instancing->find("attributes");
@@ -443,15 +442,26 @@ class Reader {
       const Matrix at = placed(row(translation, std::array<double, 3>{0, 0, 0}),
                                row(rotation, std::array<double, 4>{0, 0, 0, 1}),
                                row(scale, std::array<double, 3>{1, 1, 1}));
-      scene_.instances.push_back({gltf_text(node, "name"),
-                                  mesh,
-                                  product(own, at),
-                                  tree.rows() > 0 ? tree.numbers[i] : -1.0});
+      const Matrix placed_there = product(own, at);
+      if (has_no_size(placed_there)) continue;
+      add_instance(
+          {gltf_text(node, "name"), mesh, placed_there, tree.rows() > 0 ? tree.numbers[i] : -1.0});
     }
+  }
+
+  void add_instance(ReadInstance instance) {
+    constexpr double kMost = std::numeric_limits<float>::max();
+    for (const double value : instance.transform) {
+      if (!(std::abs(value) <= kMost)) refuse_gltf("a node lies farther away than numbers reach");
+    }
+    spend(instance.name.size() + sizeof(instance));
+    scene_.instances.push_back(std::move(instance));
   }
 
   json json_;
   std::vector<std::string> buffers_;
+  std::size_t allowance_ = kLeastAllowance;
+  std::vector<bool> reached_{};
   std::map<std::size_t, std::string> unpacked_{};
   std::map<std::size_t, std::shared_ptr<const Texture>> pictures_{};
   ReadScene scene_{};

@@ -113,6 +113,11 @@ class GltfWriter final : public SceneWriter {
     roots_.add(std::to_string(nodes_.add(node + '}')));
   }
 
+  std::vector<std::filesystem::path> other_files() const override {
+    if (binary_) return {};
+    return {buffer_path()};
+  }
+
   std::size_t finish() override {
     if (options_.instancing) write_instances();
     if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
@@ -291,17 +296,19 @@ class GltfWriter final : public SceneWriter {
   }
 
   std::size_t write_with_buffer() {
-    std::filesystem::path buffer_path = path_;
-    buffer_path.replace_extension(".bin");
-    AtomicFile buffer(buffer_path);
+    AtomicFile buffer(buffer_path());
     buffers_.data().copy_to(buffer.stream());
     AtomicFile file(path_);
-    const Pieces json = description(uri_of(buffer_path.filename().string()));
+    const Pieces json = description(uri_of(buffer_path().filename().string()));
     json.write_to(file.stream());
     // The buffer first: a description never names one that is not there.
     buffer.commit();
     file.commit();
     return json.size() + buffers_.size();
+  }
+
+  std::filesystem::path buffer_path() const {
+    return std::filesystem::path(path_).replace_extension(".bin");
   }
 
   /// Bytes that a URI does not take as they are become %XX.
@@ -340,8 +347,7 @@ std::size_t glb_mesh_bytes(const Mesh& mesh) {
   for (const MeshPart& part : mesh.parts) {
     constexpr std::size_t kNarrow = 65535;
     const std::size_t index_size = part.vertex_count() < kNarrow ? 2 : 4;
-    size += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size() +
-                             part.tangents.size()) +
+    size += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size()) +
             part.colors.size() + aligned_to_word(index_size * part.indices.size());
   }
   return size;

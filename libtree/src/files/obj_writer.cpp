@@ -24,14 +24,21 @@ class ObjWriter final : public BakingWriter {
  public:
   ObjWriter(const std::filesystem::path& path, const SceneOptions& options)
       : BakingWriter(options.origin),
-        materials_path_(std::filesystem::path(path).replace_extension(".mtl")),
+        // Under the name that the OBJ can say: other programs look for that one.
+        materials_path_(path.parent_path() / one_word(path.stem().string() + ".mtl")),
         file_(path) {
     const Position& origin = options.origin;
     put(fmt::format("# silvafit: meters, y up, x east, z south; origin {} {} {}\nmtllib {}\n",
                     origin.x_m,
                     origin.y_m,
                     origin.z_m,
-                    one_word(materials_path_.filename().string())));
+                    materials_path_.filename().string()));
+  }
+
+  std::vector<std::filesystem::path> other_files() const override {
+    std::vector<std::filesystem::path> files{materials_path_};
+    for (const std::string& picture : pictures_) files.push_back(path_of_picture(picture));
+    return files;
   }
 
   std::size_t finish() override {
@@ -106,17 +113,22 @@ class ObjWriter final : public BakingWriter {
     materials_ += '\n';
   }
 
-  /// Writes a picture beside the materials, once.
-  std::string picture_file(const Texture& texture) {
+  std::filesystem::path path_of_picture(const std::string& name) const {
     std::filesystem::path path = materials_path_;
     path.replace_extension();
-    path += "-" + one_word(texture.name) + ".png";
+    path += "-" + one_word(name) + ".png";
+    return path;
+  }
+
+  /// Writes a picture beside the materials, once.
+  std::string picture_file(const Texture& texture) {
+    const std::filesystem::path path = path_of_picture(texture.name);
     if (pictures_.insert(texture.name).second) {
       const std::string bytes = png_bytes(texture);
       write_file(path, bytes);
       size_ += bytes.size();
     }
-    return one_word(path.filename().string());
+    return path.filename().string();
   }
 
   void put(const std::string& text) {

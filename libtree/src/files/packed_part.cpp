@@ -44,22 +44,20 @@ PackedStream positions_in_steps(const std::vector<float>& positions, double step
   return stream;
 }
 
-/// Directions in signed bytes; the fourth is 0, or the sign of a tangent's bitangent.
-PackedStream directions_in_bytes(const char* attribute,
-                                 const std::vector<float>& values,
-                                 int each) {
-  PackedStream stream{.attribute = attribute,
+/// Normals in signed bytes; the fourth is 0.
+PackedStream directions_in_bytes(const std::vector<float>& values) {
+  constexpr std::size_t kWidth = 3;
+  PackedStream stream{.attribute = "NORMAL",
                       .component = ComponentType::kByte,
-                      .components = each,
+                      .components = 3,
                       .normalized = true,
                       .stride = 4};
-  const auto width = static_cast<std::size_t>(each);
-  stream.count = values.size() / width;
+  stream.count = values.size() / kWidth;
   stream.bytes.resize(stream.count * 4);
   for (std::size_t i = 0; i < values.size(); ++i) {
     constexpr double kLargestByte = 127.0;
     put(stream.bytes,
-        i / width * 4 + i % width,
+        i / kWidth * 4 + i % kWidth,
         static_cast<std::int8_t>(std::lround(kLargestByte * double{values[i]})));
   }
   return stream;
@@ -88,13 +86,12 @@ PackedStream indices_of(const std::vector<std::uint32_t>& indices, std::size_t v
   return copied("", ComponentType::kUshort, 1, narrow);
 }
 
+// Tangents are for normal maps, which no material has: they stay in memory.
+
 PackedPart plain(const MeshPart& part) {
   PackedPart packed;
   packed.attributes.push_back(copied("POSITION", ComponentType::kFloat, 3, part.positions));
   packed.attributes.push_back(copied("NORMAL", ComponentType::kFloat, 3, part.normals));
-  if (!part.tangents.empty()) {
-    packed.attributes.push_back(copied("TANGENT", ComponentType::kFloat, 4, part.tangents));
-  }
   if (!part.uvs.empty()) {
     packed.attributes.push_back(copied("TEXCOORD_0", ComponentType::kFloat, 2, part.uvs));
   }
@@ -104,10 +101,7 @@ PackedPart plain(const MeshPart& part) {
 PackedPart quantized(const MeshPart& part, double step_m) {
   PackedPart packed;
   packed.attributes.push_back(positions_in_steps(part.positions, step_m));
-  packed.attributes.push_back(directions_in_bytes("NORMAL", part.normals, 3));
-  if (!part.tangents.empty()) {
-    packed.attributes.push_back(directions_in_bytes("TANGENT", part.tangents, 4));
-  }
+  packed.attributes.push_back(directions_in_bytes(part.normals));
   if (!part.uvs.empty()) {
     const bool fits = std::all_of(
         part.uvs.begin(), part.uvs.end(), [](float v) { return v >= 0.0F && v <= 1.0F; });
@@ -177,7 +171,6 @@ MeshPart reordered(const MeshPart& part) {
   move(result.normals, 3);
   move(result.colors, 4);
   move(result.uvs, 2);
-  move(result.tangents, 4);
   return result;
 }
 

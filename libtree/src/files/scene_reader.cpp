@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "files/gltf_document.hpp"
@@ -93,6 +94,7 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
   require_gltf(bytes);
   json description = parsed(bytes);
   std::vector<std::string> buffers;
+  std::set<std::filesystem::path> names;
   if (description.contains("buffers")) {
     for (const json& buffer : description["buffers"]) {
       const std::string uri = gltf_text(buffer, "uri");
@@ -104,6 +106,7 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
       if (name.has_parent_path() || uri.find(':') != std::string::npos) {
         refuse_gltf("its buffer is not a file beside it: " + uri);
       }
+      if (!names.insert(name).second) refuse_gltf("two of its buffers are one file: " + uri);
       buffers.push_back(read_file(path.parent_path() / name));
     }
   }
@@ -141,8 +144,10 @@ ReadScene read_scene(const std::filesystem::path& path) {
   const std::string bytes = read_file(path);
   try {
     const bool is_binary = bytes.compare(0, 4, "glTF") == 0;
-    return guarded(
+    ReadScene scene = guarded(
         [&] { return is_binary ? read_glb_unguarded(bytes) : read_gltf_unguarded(path, bytes); });
+    scene.file = path.string();
+    return scene;
   } catch (const InputError& error) {
     if (!error.place().file.empty()) throw;
     throw InputError(error.message(), {.file = path.string()});

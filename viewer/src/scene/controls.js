@@ -22,6 +22,8 @@ export function controls(data, shownPlot, act) {
   const scaleNote = element("p", { class: "quiet" });
   const whole = button("whole", "Whole stand", act.frame);
   const save = button("save", "Save picture", act.save);
+  const theme = themeSwitch();
+  theme.classList.add("is-for-list");
   const keys = button("show-keys", "Keys and touch", act.showKeys);
   const node = element(
     "section",
@@ -34,7 +36,7 @@ export function controls(data, shownPlot, act) {
     choice("detail", "Detail", unlabeled(["automatic", "low", "high"].map((value) => ({ value, text: value }))), act.setDetail),
     ...(treeCount(data) > 0 ? markChecks(overlapNote, act) : []),
     check("show-figures", "Drawing figures", false, act.setFigures),
-    themeSwitch(),
+    theme,
     scaleNote,
   );
   return { node, modeButtons, overlapNote, scaleNote };
@@ -58,6 +60,8 @@ function plotChoice(data, shownPlot, act) {
   if (data.plots.length < 2) return [];
   const plots = data.plots.map(({ name }, index) => ({ value: String(index), text: name }));
   const node = choice("plot", "Plot", unlabeled([{ value: "", text: "all" }, ...plots]), act.setPlot);
+  // The list of trees needs it, too, where there is no picture.
+  node.classList.add("is-for-list");
   if (shownPlot === null) return [node];
   node.querySelector("select").value = String(shownPlot);
   return [node, element("p", { class: "quiet" }, "Plots lie on each other, as if each had coordinates of its own: one is shown at a time.")];

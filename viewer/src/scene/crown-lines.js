@@ -22,13 +22,18 @@ export function unitLines(preset) {
   return points;
 }
 
+/** @param {boolean} isSeenThrough  whether lines are drawn before all else */
+export const crownLineMaterial = ({ stand }, isSeenThrough) => treeLineMaterial(new LineBasicMaterial({ toneMapped: false, depthTest: !isSeenThrough, transparent: isSeenThrough }), stand.uniforms);
+export const footMaterial = () => new MeshBasicMaterial({ side: DoubleSide, depthTest: false, transparent: true, opacity: 0.9, toneMapped: false });
+export const overlapMaterial = () => new MeshBasicMaterial({ transparent: true, opacity: 0.55, side: DoubleSide, depthWrite: false, toneMapped: false });
+
 /**
  * Lines round the crowns of some trees of a side.
  * @param {{stand: import("./stand.js").Stand}} side
  * @param {number[]} trees
- * @param {boolean} isSeenThrough  whether they are drawn before all else
+ * @param {import("three").Material} material  of crownLineMaterial
  */
-export function crownLines(data, { stand }, trees, color, isSeenThrough = false) {
+export function crownLines(data, { stand }, trees, material) {
   return data.presets.flatMap((preset, index) => {
     const own = trees.filter((tree) => stand.trees[tree] && data.trees.preset[tree] === index);
     if (own.length === 0) return [];
@@ -38,7 +43,7 @@ export function crownLines(data, { stand }, trees, color, isSeenThrough = false)
     geometry.setAttribute("treeKind", new BufferAttribute(new Float32Array(points.length / 3).fill(KIND.crown), 1));
     geometry.setAttribute("treeIndex", new InstancedBufferAttribute(new Float32Array(own), 1));
     geometry.instanceCount = own.length;
-    const lines = new LineSegments(geometry, treeLineMaterial(new LineBasicMaterial({ color, toneMapped: false, depthTest: !isSeenThrough, transparent: isSeenThrough }), stand.uniforms));
+    const lines = new LineSegments(geometry, material);
     lines.frustumCulled = false;
     lines.layers.set(stand.layers.own);
     return [lines];
@@ -46,21 +51,21 @@ export function crownLines(data, { stand }, trees, color, isSeenThrough = false)
 }
 
 /** A ring on the ground round the stem of a tree. */
-export function footRing({ stand, bodies }, tree, color) {
+export function footRing({ stand, bodies }, tree, material) {
   const { place, crown } = bodies[tree];
   const radius = (crown.east + crown.west + crown.south + crown.north) / 4;
-  const ring = new Mesh(new RingGeometry(radius * 0.93, radius, 48).rotateX(-Math.PI / 2), new MeshBasicMaterial({ color, side: DoubleSide, depthTest: false, transparent: true, opacity: 0.9, toneMapped: false }));
+  const ring = new Mesh(new RingGeometry(radius * 0.93, radius, 48).rotateX(-Math.PI / 2), material);
   ring.position.set(place.x, place.y + 0.1, place.z);
   ring.layers.set(stand.layers.own);
   return ring;
 }
 
 /** The space that pairs of crowns share. */
-export function overlapMesh({ stand, bodies }, pairs, color) {
+export function overlapMesh({ stand, bodies }, pairs, material) {
   const sides = pairs.length > 200 ? 12 : 24;
   const points = pairs.flatMap(({ first, second }) => sharedSpace(bodies[first], bodies[second], sides, sides / 3).flat(2));
   const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(points, 3));
-  const mesh = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.55, side: DoubleSide, depthWrite: false, toneMapped: false }));
+  const mesh = new Mesh(geometry, material);
   mesh.renderOrder = 1;
   mesh.layers.set(stand.layers.own);
   return mesh;

@@ -31,33 +31,64 @@ export function facing(first, second) {
   return { distance: Math.hypot(x, z), radii: radiusTowards(first.crown, x, z) + radiusTowards(second.crown, -x, -z) };
 }
 
+/** Trees in cells of a level plane, by the reach of their crowns: level l holds those that reach between 2^(l - 1) and 2^l meters. */
+class ReachGrid {
+  /** @param {({crown: object, place: object} | null)[]} trees */
+  constructor(trees) {
+    this.levelOf = trees.map((tree) => tree && Math.ceil(Math.log2(Math.max(0.1, tree.crown.east, tree.crown.west, tree.crown.south, tree.crown.north))));
+    this.levels = new Map();
+    trees.forEach((tree, index) => {
+      if (!tree) return;
+      const level = this.levelOf[index];
+      if (!this.levels.has(level)) this.levels.set(level, new Map());
+      const cells = this.levels.get(level);
+      const [column, row] = this.cellOf(tree.place, level);
+      const key = this.keyOf(column, row);
+      if (!cells.has(key)) cells.set(key, []);
+      cells.get(key).push(index);
+    });
+  }
+
+  /** Two trees of a level, or one of it and a smaller one, meet in cells beside each other at most. */
+  cellOf({ x, z }, level) {
+    const side = 2 ** (level + 1);
+    return [Math.floor(x / side), Math.floor(z / side)];
+  }
+
+  keyOf(column, row) {
+    return column * 0x4000000 + row;
+  }
+
+  /** Calls use for trees of a level that a tree of it, or a smaller one, may meet. */
+  eachNear(place, level, use) {
+    const cells = this.levels.get(level);
+    const [column, row] = this.cellOf(place, level);
+    for (let dx = -1; dx <= 1; ++dx) {
+      for (let dz = -1; dz <= 1; ++dz) cells.get(this.keyOf(column + dx, row + dz))?.forEach(use);
+    }
+  }
+}
+
 /**
- * Pairs of trees whose facing radii add up to more than their distance.
+ * Pairs of trees whose facing radii add up to more than their distance. Each tree is compared with those of its own size and larger:
+ * one wide crown costs a look by each of the others, not a search among all.
  * @param {({crown: object, place: {x: number, y: number, z: number}} | null)[]} trees
  * @returns {{first: number, second: number, distance: number, radii: number}[]}
  */
 export function overlappingPairs(trees) {
-  const widest = trees.reduce((most, tree) => (tree ? Math.max(most, tree.crown.east, tree.crown.west, tree.crown.south, tree.crown.north) : most), 0.1);
-  const side = 2 * widest;
-  const cells = new Map();
-  const cellOf = ({ x, z }) => [Math.floor(x / side), Math.floor(z / side)];
+  const grid = new ReachGrid(trees);
+  const levels = [...grid.levels.keys()];
+  const pairs = [];
   trees.forEach((tree, index) => {
     if (!tree) return;
-    const key = cellOf(tree.place).join();
-    cells.set(key, [...(cells.get(key) ?? []), index]);
-  });
-  const pairs = [];
-  trees.forEach((tree, first) => {
-    if (!tree) return;
-    const [column, row] = cellOf(tree.place);
-    for (let dx = -1; dx <= 1; ++dx) {
-      for (let dz = -1; dz <= 1; ++dz) {
-        for (const second of cells.get(`${column + dx},${row + dz}`) ?? []) {
-          if (second <= first) continue;
-          const { distance, radii } = facing(tree, trees[second]);
-          if (distance < radii) pairs.push({ first, second, distance, radii });
-        }
-      }
+    for (const level of levels.filter((one) => one >= grid.levelOf[index])) {
+      grid.eachNear(tree.place, level, (other) => {
+        // Of one level each would find the other.
+        if (level === grid.levelOf[index] && other <= index) return;
+        const [first, second] = index < other ? [index, other] : [other, index];
+        const { distance, radii } = facing(trees[first], trees[second]);
+        if (distance < radii) pairs.push({ first, second, distance, radii });
+      });
     }
   });
   return pairs;

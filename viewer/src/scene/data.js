@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What the program wrote into the page, and how to ask it about a tree. Schema: scene-data.schema.json.
 
+import { areaOf, hullOf, sharedArea } from "./hulls.js";
+
 export const readData = () => JSON.parse(document.getElementById("view-data").textContent);
 
 export const treeCount = (data) => data.trees.tree.length;
@@ -61,12 +63,19 @@ export function residualOf(data, variant, response, tree) {
   return observed === null || predicted === null ? null : observed - predicted;
 }
 
-/** Whether plots lie on each other, as they do where each has coordinates of its own. */
+/** Whether plots lie on each other, as they do where each has coordinates of its own: two share more than half of the smaller's area. */
 export function plotsCoincide({ plots }) {
-  const boxes = plots.filter(({ outline }) => outline.length > 0).map(({ outline }) => [0, 1].map((axis) => [Math.min(...outline.map((corner) => corner[axis])), Math.max(...outline.map((corner) => corner[axis]))]));
-  const area = (box) => box.reduce((product, [low, high]) => product * Math.max(0, high - low), 1);
-  const shared = (a, b) => area(a.map(([low, high], axis) => [Math.max(low, b[axis][0]), Math.min(high, b[axis][1])]));
-  return boxes.some((box, index) => boxes.slice(index + 1).some((other) => shared(box, other) > 0.5 * Math.min(area(box), area(other))));
+  const hulls = plots.map(({ outline }) => hullOf(outline)).filter((hull) => hull.length > 2);
+  const placed = hulls.map((hull) => ({ hull, area: areaOf(hull), west: Math.min(...hull.map(([x]) => x)), east: Math.max(...hull.map(([x]) => x)) }));
+  placed.sort((a, b) => a.west - b.west);
+  // From west to east: only those whose span has begun and not ended can meet the next one.
+  let open = [];
+  return placed.some((own) => {
+    open = open.filter(({ east }) => east > own.west);
+    const coincides = open.some((other) => sharedArea(other.hull, own.hull) > 0.5 * Math.min(other.area, own.area));
+    open.push(own);
+    return coincides;
+  });
 }
 
 /** The plots whose outlines are drawn: that which is shown alone, or all. */

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The ground with plot boundaries, a scale bar that lies on it, and an arrow to the north.
-import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, Raycaster, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
+import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
 import { roundUp } from "./colors.js";
 import { outlinedPlots } from "./data.js";
+import { Heights } from "./heights.js";
 
-const DOWN = new Vector3(0, -1, 0);
-const SKY_M = 10_000;
 const LIFT_M = 0.05;
+/** Outlines follow the ground in pieces of this length. */
+const PIECE_M = 2;
 
 /** Length of the scale bar: about a fifth of the stand, a round number of meters. */
 export const barLength = (extent) => Math.max(1, roundUp(extent / 8));
@@ -17,7 +18,11 @@ function textureOf(canvas) {
   return texture;
 }
 
-function label(text, color, height) {
+const signMaterial = () => new SpriteMaterial({ depthTest: false, toneMapped: false });
+const flatMaterial = (opacity) => new MeshBasicMaterial({ transparent: true, opacity, toneMapped: false });
+
+/** Puts a text onto a sign of so many meters' height. */
+function write(sign, text, color, height) {
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
   const font = "600 48px system-ui, 'DejaVu Sans', sans-serif";
@@ -28,22 +33,19 @@ function label(text, color, height) {
   context.fillStyle = color;
   context.textBaseline = "middle";
   context.fillText(text, 8, 34);
-  const sprite = new Sprite(new SpriteMaterial({ map: textureOf(canvas), depthTest: false, toneMapped: false }));
-  sprite.scale.set((height * canvas.width) / canvas.height, height, 1);
-  return sprite;
+  sign.material.map?.dispose();
+  sign.material.map = textureOf(canvas);
+  sign.scale.set((height * canvas.width) / canvas.height, height, 1);
 }
+
+/** Triangle that points to the north, of length 1. */
+const arrowGeometry = () => new BufferGeometry().setAttribute("position", new Float32BufferAttribute([-0.25, 0, 0.5, 0.25, 0, 0.5, 0, 0, -0.5], 3));
 
 /** What one stands on in a scene as it is: its ground, or else the height of its lowest point. */
 export function floorOf(scene, box) {
-  const surface = scene?.getObjectByName("ground") ?? null;
-  const raycaster = new Raycaster();
-  return {
-    heightAt(x, z) {
-      raycaster.set(new Vector3(x, SKY_M, z), DOWN);
-      const hit = surface && raycaster.intersectObject(surface, true)[0];
-      return hit ? hit.point.y : box.isEmpty() ? 0 : box.min.y;
-    },
-  };
+  const surface = scene?.getObjectByName("ground");
+  const heights = surface ? new Heights(surface) : null;
+  return { heightAt: (x, z) => heights?.at(x, z) ?? (box.isEmpty() ? 0 : box.min.y) };
 }
 
 export class Ground {
@@ -56,9 +58,6 @@ export class Ground {
     this.group = new Group();
     this.data = data;
     this.box = box;
-    /** Number of the plot that is shown alone, or null for all. */
-    this.shownPlot = null;
-    this.raycaster = new Raycaster();
     this.material = new MeshStandardMaterial({ roughness: 1, metalness: 0 });
     this.surface = surface ?? this.plane();
     this.surface.traverse((object) => {
@@ -67,9 +66,11 @@ export class Ground {
       object.receiveShadow = true;
     });
     this.group.add(this.surface);
-    this.surface.updateMatrixWorld(true);
-    this.marks = new Group();
-    this.group.add(this.marks);
+    this.heights = new Heights(this.surface);
+    this.outlines = this.outlinesOf(data.plots);
+    this.outlinePlot(null);
+    this.group.add(this.outlines);
+    this.makeMarks();
   }
 
   plane() {
@@ -82,61 +83,77 @@ export class Ground {
 
   /** Height of the ground, or that of the lowest tree beside it. */
   heightAt(x, z) {
-    this.raycaster.set(new Vector3(x, SKY_M, z), DOWN);
-    return this.raycaster.intersectObject(this.surface, true)[0]?.point.y ?? this.box.min.y;
+    return this.heights.at(x, z) ?? this.box.min.y;
   }
 
-  /** Draws marks and colors anew. @param {{ground: string, mark: string}} colors */
+  /** Colors, and the scale bar and the arrow for what is shown now. @param {{ground: string, mark: string}} colors */
   paint(colors) {
     this.material.color.set(colors.ground);
-    this.marks.traverse((object) => object.geometry?.dispose());
-    this.marks.clear();
-    this.addOutlines(colors.mark);
-    this.addBar(colors.mark);
-    this.addNorth(colors.mark);
+    this.outlines.material.color.set(colors.mark);
+    for (const material of this.flatMaterials) material.color.set(colors.mark);
+    this.layBar(colors.mark);
+    this.layNorth(colors.mark);
   }
 
-  addOutlines(color) {
-    const points = [];
-    this.outlined = outlinedPlots(this.data, this.shownPlot);
-    for (const { outline } of this.outlined) {
-      outline.forEach((corner, index) => points.push(...this.alongGround(corner, outline[(index + 1) % outline.length])));
+  /** Boundaries of all plots, one after the other: that of plot i begins at vertex `outlineStarts[i]`. */
+  outlinesOf(plots) {
+    const vertices = [];
+    this.outlineStarts = [0];
+    for (const { outline } of plots) {
+      outline.forEach((corner, index) => this.alongGround(corner, outline[(index + 1) % outline.length], vertices));
+      this.outlineStarts.push(vertices.length / 3);
     }
-    if (points.length === 0) return;
-    const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(points.flat(), 3));
-    this.marks.add(new LineSegments(geometry, new LineBasicMaterial({ color, toneMapped: false })));
+    const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(vertices, 3));
+    return new LineSegments(geometry, new LineBasicMaterial({ toneMapped: false }));
   }
 
-  /** Pieces of a line of 2 m at most that follow the ground. */
-  alongGround([x1, y1], [x2, y2]) {
+  /** Shows the boundary of one plot, or of all. @param {number | null} plot */
+  outlinePlot(plot) {
+    this.outlined = outlinedPlots(this.data, plot);
+    const starts = this.outlineStarts;
+    const [first, last] = plot === null ? [0, starts.at(-1)] : [starts[plot], starts[plot + 1]];
+    this.outlines.geometry.setDrawRange(first, last - first);
+  }
+
+  /** Adds both ends of each piece of a line that follows the ground. */
+  alongGround([x1, y1], [x2, y2], vertices) {
     const { x: east, y: north } = this.data.origin;
-    const pieces = Math.max(1, Math.ceil(Math.hypot(x2 - x1, y2 - y1) / 2));
-    const at = (piece) => {
+    const pieces = Math.max(1, Math.ceil(Math.hypot(x2 - x1, y2 - y1) / PIECE_M));
+    for (let piece = 0; piece <= pieces; ++piece) {
       const share = piece / pieces;
       const x = x1 + share * (x2 - x1) - east;
       const z = north - (y1 + share * (y2 - y1));
-      return [x, this.heightAt(x, z) + 3 * LIFT_M, z];
-    };
-    return Array.from({ length: pieces }, (_, piece) => [at(piece), at(piece + 1)]).flat();
+      const y = this.heightAt(x, z) + 3 * LIFT_M;
+      vertices.push(x, y, z);
+      // Where a piece ends, the next one begins.
+      if (piece > 0 && piece < pieces) vertices.push(x, y, z);
+    }
   }
 
-  /** Five pieces, every other one filled, south of the stand. */
-  addBar(color) {
+  /** The bar of five pieces, every other one filled, the arrow, and their names. They are moved, never made anew: new materials cost a compilation. */
+  makeMarks() {
+    this.flatMaterials = [flatMaterial(0.95), flatMaterial(0.25)];
+    const plate = new PlaneGeometry(1, 1).rotateX(-Math.PI / 2);
+    this.bar = Array.from({ length: 5 }, (_, piece) => new Mesh(plate, this.flatMaterials[piece % 2]));
+    this.arrow = new Mesh(arrowGeometry(), this.flatMaterials[0]);
+    this.barSign = new Sprite(signMaterial());
+    this.northSign = new Sprite(signMaterial());
+    this.group.add(...this.bar, this.arrow, this.barSign, this.northSign);
+  }
+
+  /** South of what is shown. */
+  layBar(color) {
     const { min, max } = this.box;
     const length = barLength(Math.max(max.x - min.x, max.z - min.z));
     this.length = length;
     this.south = max.z + 1 + 0.06 * Math.max(max.x - min.x, max.z - min.z);
-    const z = this.south;
     const y = this.heightAt(min.x, max.z) + 2 * LIFT_M;
-    const width = Math.max(0.3, length / 25);
-    for (let piece = 0; piece < 5; ++piece) {
-      const mesh = new Mesh(new PlaneGeometry(length / 5, width).rotateX(-Math.PI / 2), new MeshBasicMaterial({ color, transparent: true, opacity: piece % 2 === 0 ? 0.95 : 0.25, toneMapped: false }));
-      mesh.position.set(min.x + (piece + 0.5) * (length / 5), y, z);
-      this.marks.add(mesh);
-    }
-    const text = label(`${length} m`, color, Math.max(0.8, length / 8));
-    text.position.set(min.x + length / 2, y, z + Math.max(0.8, length / 7));
-    this.marks.add(text);
+    this.bar.forEach((mesh, piece) => {
+      mesh.scale.set(length / 5, 1, Math.max(0.3, length / 25));
+      mesh.position.set(min.x + (piece + 0.5) * (length / 5), y, this.south);
+    });
+    write(this.barSign, `${length} m`, color, Math.max(0.8, length / 8));
+    this.barSign.position.set(min.x + length / 2, y, this.south + Math.max(0.8, length / 7));
   }
 
   /** What the bar, the arrow and their names take up. */
@@ -147,16 +164,13 @@ export class Ground {
     return [min.x, min.x + 1.6 * this.length].map((x) => new Vector3(x, y, south));
   }
 
-  addNorth(color) {
+  layNorth(color) {
     const { min, max } = this.box;
     const size = this.length / 4;
-    const at = new Vector3(min.x + 1.4 * this.length, this.heightAt(min.x, max.z) + 2 * LIFT_M, this.south);
-    const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute([-size / 4, 0, size / 2, size / 4, 0, size / 2, 0, 0, -size / 2], 3));
-    const arrow = new Mesh(geometry, new MeshBasicMaterial({ color, transparent: true, opacity: 0.95, toneMapped: false }));
-    arrow.position.copy(at);
-    this.marks.add(arrow);
-    const text = label("N", color, Math.max(0.8, this.length / 8));
-    text.position.set(at.x, at.y, at.z + Math.max(0.8, this.length / 5));
-    this.marks.add(text);
+    this.arrow.scale.set(size, 1, size);
+    this.arrow.position.set(min.x + 1.4 * this.length, this.heightAt(min.x, max.z) + 2 * LIFT_M, this.south);
+    write(this.northSign, "N", color, Math.max(0.8, this.length / 8));
+    this.northSign.position.copy(this.arrow.position);
+    this.northSign.position.z += Math.max(0.8, this.length / 5);
   }
 }

@@ -46,7 +46,7 @@ class Page {
     this.view.setShadows(true);
     if (treeCount(this.data) > 0) {
       this.ground = new Ground(this.loaded.ground, this.data, this.extent());
-      this.ground.shownPlot = this.shownPlot;
+      this.ground.outlinePlot(this.shownPlot);
       this.view.scene.add(this.ground.group);
     }
     const floor = this.ground ?? floorOf(this.loaded.rest, this.extent());
@@ -237,12 +237,18 @@ class Page {
 
   setPlot(plot) {
     this.shownPlot = plot === "" ? null : Number(plot);
-    this.filter();
+    if (this.view) this.filter();
     this.list.show(this.passes());
     this.aboutPart.textContent = this.about();
-    this.setColoring(this.colorSelect.value);
     if (this.chosen !== null && !this.passes()(this.chosen)) this.choose(null);
-    if (this.ground) Object.assign(this.ground, { box: this.extent(), shownPlot: this.shownPlot });
+    if (this.view) this.showPlot();
+  }
+
+  /** The picture of the plot that is shown now. */
+  showPlot() {
+    this.setColoring(this.colorSelect.value);
+    if (this.ground) this.ground.box = this.extent();
+    this.ground?.outlinePlot(this.shownPlot);
     this.dress();
     this.frame();
   }
@@ -333,7 +339,18 @@ class Page {
     this.figures.textContent = `${counted(trees, "tree")} in view, ${calls} drawing calls, ${triangles.toLocaleString("en")} triangles, ${milliseconds.toFixed(1)} ms`;
   }
 
+  /** Browsers take graphics from pages, and may give them back. */
+  watchContext() {
+    const lost = element("p", { class: "trouble", role: "alert" }, "The browser has taken the graphics from this page. It may give them back in a moment; if not, load the page anew. The list of trees works on.");
+    this.canvas.addEventListener("webglcontextlost", () => this.picture.append(lost));
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      lost.remove();
+      this.view.restore();
+    });
+  }
+
   listen() {
+    this.watchContext();
     new ResizeObserver(() => {
       this.view.resize();
       this.layNames();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What is drawn onto the trees: crown curves, the space that crowns share, the chosen tree.
 import { overlappingPairs } from "./crown.js";
-import { crownLines, footRing, overlapMesh } from "./crown-lines.js";
+import { crownLineMaterial, crownLines, footMaterial, footRing, overlapMaterial, overlapMesh } from "./crown-lines.js";
 
 /** Of stands with more overlapping pairs, those nearest to the middle of the picture are shown. */
 const MOST_OVERLAPS = 1500;
@@ -17,6 +17,7 @@ export class Marks {
     this.color = color;
     this.crowns = false;
     this.overlaps = false;
+    this.materials = new Map();
   }
 
   /**
@@ -30,26 +31,45 @@ export class Marks {
     for (const mark of view.marks) {
       view.scene.remove(mark);
       mark.geometry.dispose();
-      mark.material.dispose();
     }
+    this.forgetOldSides();
     const sentences = [];
     view.marks = view.sides.flatMap((side) => this.marksOf(side, chosen, middle, sentences));
     for (const mark of view.marks) view.scene.add(mark);
     return sentences;
   }
 
+  /** Materials of a side stay from one drawing to the next: a new one would be compiled, which takes a second without a graphics card. */
+  materialOf(side, use, color, make) {
+    if (!this.materials.has(side)) this.materials.set(side, new Map());
+    const own = this.materials.get(side);
+    if (!own.has(use)) own.set(use, make());
+    own.get(use).color.set(this.color(color));
+    return own.get(use);
+  }
+
+  forgetOldSides() {
+    for (const [side, own] of this.materials) {
+      if (this.view.sides.includes(side)) continue;
+      for (const material of own.values()) material.dispose();
+      this.materials.delete(side);
+    }
+  }
+
   marksOf(side, chosen, middle, sentences) {
-    const { data, color } = this;
+    const { data } = this;
+    const material = (use, color, make) => this.materialOf(side, use, color, make);
     const shown = side.bodies.flatMap((body, tree) => (body && side.stand.shown[tree] ? [tree] : []));
     const marks = [];
-    if (this.crowns) marks.push(...crownLines(data, side, shown, color("--line")));
+    if (this.crowns) marks.push(...crownLines(data, side, shown, material("crowns", "--line", () => crownLineMaterial(side, false))));
     if (this.overlaps) {
       const { pairs, sentence } = this.overlapsOf(side, middle);
-      marks.push(overlapMesh(side, pairs, color("--overlap")));
+      marks.push(overlapMesh(side, pairs, material("overlaps", "--overlap", overlapMaterial)));
       sentences.push(sentence);
     }
     if (chosen !== null && side.bodies[chosen] && side.stand.shown[chosen]) {
-      marks.push(...crownLines(data, side, [chosen], color("--pick"), true), footRing(side, chosen, color("--pick")));
+      const lines = material("chosen", "--pick", () => crownLineMaterial(side, true));
+      marks.push(...crownLines(data, side, [chosen], lines), footRing(side, chosen, material("foot", "--pick", footMaterial)));
     }
     return marks;
   }
@@ -57,8 +77,8 @@ export class Marks {
   overlapsOf(side, middle) {
     const { x, z } = middle();
     const pairs = overlappingPairs(side.bodies.map((body, tree) => (body && side.stand.shown[tree] ? body : null)));
-    const distance = ({ first }) => Math.hypot(side.bodies[first].place.x - x, side.bodies[first].place.z - z);
-    const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => distance(a) - distance(b)).slice(0, MOST_OVERLAPS) : pairs;
+    const away = side.bodies.map((body) => (body ? Math.hypot(body.place.x - x, body.place.z - z) : Infinity));
+    const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => away[a.first] - away[b.first]).slice(0, MOST_OVERLAPS) : pairs;
     const whose = this.view.sides.length > 1 ? `${side.variant.title}: ` : "";
     const count = pairs.length === 1 ? "1 pair of crowns overlaps" : `${pairs.length} pairs of crowns overlap`;
     const shown = near.length < pairs.length ? `shown are the ${near.length} nearest to the middle of the picture.` : "the space that they share is shown.";

@@ -47,6 +47,7 @@ export class Moves {
     this.groundAt = groundAt;
     this.mode = "orbit";
     this.held = new Set();
+    this.isWalking = false;
     this.orbit = new OrbitControls(view.camera, view.canvas);
     this.orbit.enableDamping = !isCalm;
     this.orbit.maxPolarAngle = Math.PI * 0.52;
@@ -153,12 +154,15 @@ export class Moves {
     const isFirst = this.held.size === 0;
     this.held.add(code);
     this.isFast = isFast;
-    if (!isFirst) return;
     // The first step is taken at once, so that a short touch moves, too.
-    this.step(0.1);
+    if (isFirst) this.step(0.1);
+    // Between a release and the next picture the steps still go on: a second row of them would double the pace.
+    if (this.isWalking) return;
+    this.isWalking = true;
     let before = performance.now();
     const next = (now) => {
-      if (this.held.size === 0 || this.mode !== "walk") return;
+      this.isWalking = this.held.size > 0 && this.mode === "walk";
+      if (!this.isWalking) return;
       this.step(Math.min(0.1, Math.max(0, now - before) / 1000));
       before = now;
       requestAnimationFrame(next);

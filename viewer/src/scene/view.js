@@ -118,6 +118,13 @@ export class View {
     this.invalidate();
   }
 
+  /** Draws with a context that the browser has given back: what lay on the graphics card is gone. */
+  restore() {
+    this.castFromOwnLayer();
+    for (const sun of this.suns) sun.shadow.map = null;
+    this.shadowsChanged();
+  }
+
   setBackground(color) {
     this.scene.background = new Color(color);
     this.invalidate();

@@ -38,6 +38,7 @@ struct ReadInstance {
 };
 
 struct ReadScene {
+  std::string file{};  ///< that it was read from; empty if from memory
   Position origin{};
   std::vector<ReadModel> models{};
   std::vector<ReadInstance> instances{};
@@ -47,9 +48,10 @@ struct ReadScene {
 
 /// Reads the default scene: plain and quantized attributes (KHR_mesh_quantization), buffers packed
 /// by meshoptimizer (EXT_meshopt_compression), shared meshes and instances
-/// (EXT_mesh_gpu_instancing), pictures of base colors that are PNG in a buffer. Everything is
-/// checked before it is used: sizes, indices, references. \throws InputError naming the file and
-/// what is wrong with it
+/// (EXT_mesh_gpu_instancing), pictures of base colors that are PNG in a buffer. What is scaled to
+/// nothing is left out. Everything is checked before it is used: sizes, indices, references, and
+/// that a scene takes no more memory than 512 MB and 256 times its file.
+/// \throws InputError naming the file and what is wrong with it
 ReadScene read_scene(const std::filesystem::path& path);
 
 /// A GLB file in memory. \throws InputError

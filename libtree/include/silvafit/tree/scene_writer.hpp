@@ -111,6 +111,10 @@ class SceneWriter {
   /// \throws InputError if it cannot be written; GeometryError if nothing was added, or the
   /// format's size is exceeded
   virtual std::size_t finish() = 0;
+
+  /// The files that lie beside the one that was opened, where the format has any: the buffer of
+  /// glTF, the materials and pictures of OBJ. Known when all is added.
+  virtual std::vector<std::filesystem::path> other_files() const { return {}; }
 };
 
 /// What GLB and glTF say of a tree besides its mesh: its names and measurements, as JSON.
