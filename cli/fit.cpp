@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +15,7 @@
 #include "fit_inference.hpp"
 #include "fit_resampling.hpp"
 #include "fit_table.hpp"
+#include "name_columns.hpp"
 #include "near_names.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
@@ -111,63 +110,14 @@ std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
   return bounds;
 }
 
-/// Which columns a command reads as numbers, and which as names that keep their spelling ("07"):
-/// groups, strata, and what is compared with text, unless they are also read as numbers.
-class ColumnUses {
- public:
-  explicit ColumnUses(const FitArguments& arguments) {
-    for (const std::string& text : {arguments.where, right_side(arguments.formula)}) add(text);
-    for (const std::string& text : arguments.parameters) {
-      for (const fit::Covariate& covariate : fit::parse_parameter_model(text).covariates) {
-        add(covariate.value);
-      }
-    }
-    if (!arguments.random.empty()) {
-      for (const fit::RandomEffects& effects : fit::parse_random_effects(arguments.random)) {
-        names_.insert(effects.group);
-      }
-    }
-    if (arguments.variance.empty()) return;
-    for (const fit::VarianceFactor& factor :
-         fit::parse_variance_function(arguments.variance).factors) {
-      numbers_.insert(factor.column);
-      names_.insert(factor.stratum);
-    }
-  }
-
-  std::vector<std::string> names() const {
-    std::vector<std::string> result;
-    std::ranges::set_difference(names_, numbers_, std::back_inserter(result));
-    return result;
-  }
-
- private:
-  static std::string right_side(const std::string& formula) {
-    return formula.empty() ? "" : data::parse_formula(formula).right.text();
-  }
-
-  void add(const std::string& text) {
-    if (!text.empty()) add(data::Expression::parse(text));
-  }
-
-  void add(const data::Expression& expression) {
-    for (const std::string& variable : expression.variables()) {
-      data::TextMatch match;
-      if (data::is_text_match(variable, match)) {
-        names_.insert(match.column);
-      } else {
-        numbers_.insert(variable);
-      }
-    }
-  }
-
-  std::set<std::string> numbers_{};
-  std::set<std::string> names_{"plot", "tree", "species"};
-};
-
 data::Table read_data(const FitArguments& arguments) {
   data::Table table =
-      data::read_csv_table(arguments.data, {.text_columns = ColumnUses(arguments).names()});
+      data::read_csv_table(arguments.data,
+                           {.text_columns = name_columns({.formula = arguments.formula,
+                                                          .parameters = arguments.parameters,
+                                                          .where = arguments.where,
+                                                          .random = arguments.random,
+                                                          .variance = arguments.variance})});
   if (table.rows() == 0) {
     throw InputError("there are no rows below the header", {.file = table.file()});
   }

@@ -17,6 +17,9 @@ bool is_usable(const FittedModel& fit) {
   return fit.convergence.converged && std::isfinite(fit.log_likelihood);
 }
 
+/// Published models may not say how many parameters they have.
+bool has_known_size(const FittedModel& fit) { return fit.parameter_count > 0; }
+
 void add_weights(Comparison& comparison) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const ComparedFit& one : comparison.fits) smallest = std::min(smallest, one.fit->aic());
@@ -25,16 +28,21 @@ void add_weights(Comparison& comparison) {
     const bool is_comparable = comparison.reason.empty();
     one.aic_difference = is_comparable ? one.fit->aic() - smallest : kNaN;
     one.akaike_weight = std::exp(-0.5 * one.aic_difference);
-    sum += one.akaike_weight;
+    if (has_known_size(*one.fit)) sum += one.akaike_weight;
   }
   for (ComparedFit& one : comparison.fits) one.akaike_weight /= sum;
 }
 
 ComparedPair compared_pair(const Comparison& comparison, std::size_t larger) {
   ComparedPair pair{.larger = larger, .smaller = larger - 1};
+  const FittedModel& more = *comparison.fits[larger].fit;
+  const FittedModel& fewer = *comparison.fits[larger - 1].fit;
+  if (!has_known_size(more) || !has_known_size(fewer)) {
+    pair.reason = "it is not known how many parameters were estimated";
+    return pair;
+  }
   try {
-    pair.test =
-        likelihood_ratio_test(*comparison.fits[larger].fit, *comparison.fits[larger - 1].fit);
+    pair.test = likelihood_ratio_test(more, fewer);
   } catch (const UsageError& error) {
     pair.reason = error.message();
   }
@@ -53,8 +61,9 @@ Comparison compare(const std::vector<const FittedModel*>& fits) {
       comparison.failed.push_back(fit);
     }
   }
-  std::ranges::stable_sort(
-      comparison.fits, {}, [](const ComparedFit& one) { return one.fit->parameter_count; });
+  std::ranges::stable_sort(comparison.fits, {}, [](const ComparedFit& one) {
+    return has_known_size(*one.fit) ? one.fit->parameter_count : std::numeric_limits<int>::max();
+  });
   for (std::size_t i = 1; i < comparison.fits.size() && comparison.reason.empty(); ++i) {
     comparison.reason = obstacle_to_comparing(*comparison.fits[0].fit, *comparison.fits[i].fit);
   }

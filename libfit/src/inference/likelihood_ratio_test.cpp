@@ -282,6 +282,23 @@ TEST_CASE("a comparison sorts by parameters and weighs by AIC") {
   CHECK_THROWS_AS(compare({&one}), UsageError);
 }
 
+TEST_CASE("a fit that does not say how many parameters it has is last and is not tested") {
+  const data::Table table = lines(0.5);
+  const FittedModel none = fitted(table, {}, "");
+  const FittedModel one = fitted(table, {}, "a | plot");
+  FittedModel unknown = fitted(table, {"a ~ 1 + z"}, "a | plot");
+  unknown.parameter_count = 0;
+  const Comparison comparison = compare({&unknown, &none, &one});
+  REQUIRE(comparison.fits.size() == 3);
+  CHECK(comparison.fits[2].fit == &unknown);
+  CHECK(std::isnan(comparison.fits[2].akaike_weight));
+  CHECK(comparison.fits[0].akaike_weight + comparison.fits[1].akaike_weight ==
+        Approx(1.0).epsilon(1e-12));
+  CHECK(comparison.pairs[0].test.has_value());
+  CHECK_FALSE(comparison.pairs[1].test.has_value());
+  CHECK_THAT(comparison.pairs[1].reason, Contains("not known"));
+}
+
 TEST_CASE("BIC by groups counts independent groups") {
   const FittedModel one = fitted(lines(0.5), {}, "a | plot");
   CHECK(one.bic_groups() ==

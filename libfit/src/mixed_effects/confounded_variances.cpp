@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "mixed_effects/effect_columns.hpp"
 #include "model/symmetric_eigen.hpp"
 
 namespace silvafit::fit {
@@ -24,42 +25,6 @@ constexpr double kDependent = 1e-12;
 // Changes that are smaller beside the largest are rounding.
 constexpr double kUnmoved = 1e-6;
 
-/// The random effects of a grouping, on columns of unit mean square that are at right angles within
-/// each block of effects with free covariances: near-dependences of the columns then do not look
-/// like dependences of their products.
-struct EffectColumns {
-  const RandomEffects* effects = nullptr;
-  MatrixXd columns{};     ///< (N x q) Z T^-1, divided by the residual standard deviations
-  MatrixXd triangle{};    ///< (q x q) T
-  VectorXd size{};        ///< (q) root mean squares of the columns of Z
-  MatrixXd covariance{};  ///< (q x q) T Psi T'
-};
-
-EffectColumns effect_columns(const NonlinearModel& model,
-                             const std::optional<RandomEffects>& random,
-                             const MatrixXd& psi,
-                             const MatrixXd& jacobian) {
-  EffectColumns result;
-  if (!random) return result;
-  result.effects = &*random;
-  result.columns = jacobian(Eigen::all, model.coefficients_of(random));
-  const Index q = result.columns.cols();
-  const double root = std::sqrt(static_cast<double>(jacobian.rows()));
-  result.size = result.columns.colwise().norm() / root;
-  result.triangle = MatrixXd::Zero(q, q);
-  Index begin = 0;
-  for (const int size : random->block_sizes()) {
-    auto block = result.columns.middleCols(begin, size);
-    const Eigen::HouseholderQR<MatrixXd> qr(block);
-    const MatrixXd triangle = MatrixXd(qr.matrixQR().topRows(size).triangularView<Eigen::Upper>());
-    result.triangle.block(begin, begin, size, size) = triangle / root;
-    block = root * (qr.householderQ() * MatrixXd::Identity(block.rows(), size));
-    begin += size;
-  }
-  result.covariance = result.triangle * psi * result.triangle.transpose();
-  return result;
-}
-
 /// A direction of the covariance of the observations.
 struct Component {
   enum class Of { kOuter, kInner, kResidual };
@@ -67,26 +32,6 @@ struct Component {
   MatrixXd form{};   ///< (q x q) change of T Psi T'
   Index column = 0;  ///< of the derivatives of the log residual standard deviation
 };
-
-std::vector<MatrixXd> forms_of(const EffectColumns& level) {
-  std::vector<MatrixXd> result;
-  const Index q = level.triangle.rows();
-  if (level.effects->covariance == Covariance::kIdentity) {
-    result.emplace_back(level.triangle * level.triangle.transpose());
-    return result;
-  }
-  Index begin = 0;
-  for (const int size : level.effects->block_sizes()) {
-    for (Index i = begin; i < begin + size; ++i) {
-      for (Index j = begin; j <= i; ++j) {
-        MatrixXd& form = result.emplace_back(MatrixXd::Zero(q, q));
-        form(i, j) = form(j, i) = 1.0;
-      }
-    }
-    begin += size;
-  }
-  return result;
-}
 
 /// A change of all variance components.
 struct Direction {

@@ -12,7 +12,8 @@
 
 namespace silvafit::fit {
 
-/// A row of a comparison.
+/// A row of a comparison. Both are NaN where the number of parameters is not known, as of some
+/// published models; the others compare among themselves.
 struct ComparedFit {
   const FittedModel* fit = nullptr;
   double aic_difference = 0.0;  ///< to the smallest
@@ -28,7 +29,8 @@ struct ComparedPair {
 };
 
 struct Comparison {
-  std::vector<ComparedFit> fits{};    ///< by number of parameters, those that converged
+  /// Those that converged, by number of parameters; last those of which it is not known.
+  std::vector<ComparedFit> fits{};
   std::vector<ComparedPair> pairs{};  ///< of neighbors
   /// Why criteria do not compare, or empty: other observations, other methods, other fixed effects
   /// with restricted likelihood. Then differences and weights are NaN.

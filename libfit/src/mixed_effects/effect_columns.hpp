@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// The random effects of a grouping as columns, and the directions in which their covariance can go.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// The random effects of a grouping, on columns of unit mean square that are at right angles within
+/// each block of effects with free covariances: near-dependences of the columns then do not look
+/// like dependences of their products.
+struct EffectColumns {
+  const RandomEffects* effects = nullptr;
+  Eigen::MatrixXd columns{};     ///< (N x q) Z T^-1, divided by the residual standard deviations
+  Eigen::MatrixXd triangle{};    ///< (q x q) T
+  Eigen::VectorXd size{};        ///< (q) root mean squares of the columns of Z
+  Eigen::MatrixXd covariance{};  ///< (q x q) T Psi T'
+};
+
+/// \param psi       (q x q) covariance of the effects
+/// \param jacobian  (N x p) of the mean by the coefficients, divided by the residual standard
+///                  deviations
+EffectColumns effect_columns(const NonlinearModel& model,
+                             const std::optional<RandomEffects>& random,
+                             const Eigen::MatrixXd& psi,
+                             const Eigen::MatrixXd& jacobian);
+
+/// (q x q) changes of T Psi T' that the form of the covariance allows, one for each parameter.
+std::vector<Eigen::MatrixXd> forms_of(const EffectColumns& level);
+
+}  // namespace silvafit::fit
