@@ -56,7 +56,7 @@ TEST_CASE("what is neither is refused with what to do") {
                     Contains("'BHD [mm]' is no column either; the columns are plot, BHD [cm]"));
   CHECK_THROWS_WITH(column_reference("dbh", "c/10", kNames, "trees.csv"),
                     Contains("trees.csv: there is no column 'c' for dbh=c/10; the columns are"));
-  CHECK_THROWS_AS(column_reference("h", "ifelse(site == \"x\", a, b)", kNames), UsageError);
+  CHECK_THROWS_AS(column_reference("h", "ifelse(site == \"x\", a, b)", kNames), InputError);
 }
 
 TEST_CASE("cells with text cost their rows only") {

@@ -106,13 +106,14 @@ TEST_CASE("what is no CSV is refused with its line") {
 TEST_CASE("semicolons and tabs come with decimal commas") {
   using Rows = std::vector<std::vector<std::string>>;
   CHECK(read_text("plot;dbh;note\r\n07;12,5;a, b\r\n08;-,5;\"x;y\"\r\n") ==
-        Rows{{"07", "12.5", "a, b"}, {"08", "-.5", "x;y"}});
-  CHECK(read_text("\n\"Plot; old\";\"BHD\"\n1;1,5E-05\n") == Rows{{"1", "1.5E-05"}});
-  CHECK(read_text("plot\tdbh\n1\t12,5\n") == Rows{{"1", "12.5"}});
+        Rows{{"plot", "dbh", "note"}, {"07", "12.5", "a, b"}, {"08", "-.5", "x;y"}});
+  CHECK(read_text("\n\"Plot; old\";\"BHD\"\n1;1,5E-05\n") ==
+        Rows{{"Plot; old", "BHD"}, {"1", "1.5E-05"}});
+  CHECK(read_text("plot\tdbh\n1\t12,5\n") == Rows{{"plot", "dbh"}, {"1", "12.5"}});
   // No numbers of such files: thousands, lists.
-  CHECK(read_text("a;b\n1.234,5;1,2,3\n") == Rows{{"1.234,5", "1,2,3"}});
+  CHECK(read_text("a;b\n1.234,5;1,2,3\n") == Rows{{"a", "b"}, {"1.234,5", "1,2,3"}});
   // A comma in the header says that commas separate.
-  CHECK(read_text("a;b,c\n1;2,5\n") == Rows{{"1;2", "5"}});
+  CHECK(read_text("a;b,c\n1;2,5\n") == Rows{{"a;b", "c"}, {"1;2", "5"}});
   CHECK_THAT(error_of("plot;dbh\n1,2\n"), Contains("fields found: 1, columns in the header: 2"));
 }
 

@@ -166,12 +166,12 @@ class Grow(ProgramTest):
         halved = self.run_json("grow", "in.csv", "--columns", columns + "`BHD [cm]`/min(2, 3)",
                                "--out", "d")
         self.assertAlmostEqual(halved["trees"][0]["dbh"], 10.25, delta=0.1)
-        for wrong, said in (("BHD [cm]/2", "write `BHD [cm]`, in backquotes"),
-                            ("BHD [mm]", "is no column either"),
-                            ("BHD [cm],dbh=H.m", "'dbh' is named twice"),
-                            ("BHD", "there is no column 'BHD'")):
+        for wrong, said, status in (("BHD [cm]/2", "write `BHD [cm]`, in backquotes", 2),
+                                    ("BHD [mm]", "is no column either", 2),
+                                    ("BHD [cm],dbh=H.m", "'dbh' is named twice", 2),
+                                    ("BHD", "there is no column 'BHD'", 3)):
             error = self.run_program("grow", "in.csv", "--columns", columns + wrong, "--out", "d",
-                                     status=2).stderr
+                                     status=status).stderr
             self.assertIn(said, error)
 
     def test_usual_names_are_found_as_in_inventories(self):

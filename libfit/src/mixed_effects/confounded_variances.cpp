@@ -68,7 +68,7 @@ class Components {
     outer_ = effect_columns(model, specification.outer_random, point.outer, weighted);
     inner_ = effect_columns(model, specification.random, point.inner, weighted);
     is_finite_ = outer_.columns.allFinite() && inner_.columns.allFinite();
-    if (point.is_restricted) {
+    if (point.is_restricted && weighted.cols() > 0) {
       const Eigen::HouseholderQR<MatrixXd> qr(weighted);
       mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), weighted.cols());
     }

@@ -146,7 +146,10 @@ Confounded confounded_parameters(const NonlinearModel& model,
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
-  if (jacobian.allFinite()) result.coefficients = JacobianFactors(jacobian).confounded();
+  // With all coefficients held, there are none to tell apart.
+  if (jacobian.cols() > 0 && jacobian.allFinite()) {
+    result.coefficients = JacobianFactors(jacobian).confounded();
+  }
   const VarianceModel variance(model.specification().variance, VarianceData::of(model));
   result.variances = confounded_variances(model,
                                           variance,

@@ -27,6 +27,9 @@ constexpr int kObservations = 1000;
 /// A fit of which only what the choices look at is filled in.
 Candidate candidate(double log_likelihood, int parameters) {
   Candidate result{.fit = {.specification = fit::specify_model("h ~ 1.3 + a*dbh^b", {}, trees())}};
+  result.fit.coefficient_names = result.fit.specification.coefficient_names();
+  result.fit.estimate = Eigen::Vector2d(1.0, 0.5);
+  result.fit.covariance = Eigen::Matrix2d::Identity();
   result.fit.observations = kObservations;
   result.fit.log_likelihood = log_likelihood;
   result.fit.parameter_count = parameters;

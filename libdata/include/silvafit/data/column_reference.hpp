@@ -26,7 +26,7 @@ struct ColumnReference {
 /// \param name     what the column is to be, for messages
 /// \param columns  of the table
 /// \param file     for messages
-/// \throws FormulaError if the text is neither; UsageError if an expression names what is no column
+/// \throws FormulaError if the text is neither; InputError if an expression names what is no column
 ColumnReference column_reference(std::string_view name,
                                  std::string_view text,
                                  std::span<const std::string> columns,
