@@ -25,6 +25,7 @@
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -110,27 +111,38 @@ std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
   return bounds;
 }
 
-data::Table read_data(const FitArguments& arguments) {
-  data::Table table =
-      data::read_csv_table(arguments.data,
-                           {.text_columns = name_columns({.formula = arguments.formula,
-                                                          .parameters = arguments.parameters,
-                                                          .where = arguments.where,
-                                                          .random = arguments.random,
-                                                          .variance = arguments.variance})});
+/// What models of the catalogue read; nothing for a formula, whose names are those of the file.
+std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>& models,
+                                      const std::vector<std::string>& names) {
+  if (models.empty()) return {};
+  std::vector<std::string> columns = names;
+  for (const study::BaseModel* const model : models) {
+    columns.push_back(model->response);
+    columns.insert(columns.end(), model->covariates.begin(), model->covariates.end());
+  }
+  return columns;
+}
+
+data::Table read_data(const FitArguments& arguments,
+                      const std::vector<const study::BaseModel*>& models) {
+  const std::vector<std::string> names = name_columns({.formula = arguments.formula,
+                                                       .parameters = arguments.parameters,
+                                                       .where = arguments.where,
+                                                       .random = arguments.random,
+                                                       .variance = arguments.variance});
+  data::Table table = read_model_table(
+      arguments.data,
+      {.entries = arguments.columns, .names = names, .wanted = columns_read(models, names)},
+      arguments.common);
   if (table.rows() == 0) {
     throw InputError("there are no rows below the header", {.file = table.file()});
-  }
-  const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
-  for (const std::string& note : study::add_columns(columns, table)) {
-    say(arguments.common, "note: " + note);
   }
   // Covariates must be columns, so that a structural index is meant where its name is not one yet;
   // in the formula itself it may be a parameter.
   std::vector<std::string> texts = arguments.parameters;
   texts.push_back(arguments.where);
-  const std::vector<std::string> names = study::structure_names_in(texts, table);
-  for (const std::string& note : study::add_structure_columns(names, table)) {
+  const std::vector<std::string> indices = study::structure_names_in(texts, table);
+  for (const std::string& note : study::add_structure_columns(indices, table)) {
     say(arguments.common, "note: " + note);
   }
   return arguments.where.empty() ? table : study::rows_where(arguments.where, table);
@@ -244,7 +256,10 @@ void say_near_columns(const fit::ModelSpecification& specification,
   }
 }
 
-std::vector<Task> tasks_of(const FitArguments& arguments, const data::Table& table) {
+/// \param models  of the catalogue; none for a formula
+std::vector<Task> tasks_of(const FitArguments& arguments,
+                           const std::vector<const study::BaseModel*>& models,
+                           const data::Table& table) {
   std::vector<Task> tasks;
   if (!arguments.formula.empty()) {
     tasks.push_back(
@@ -253,8 +268,7 @@ std::vector<Task> tasks_of(const FitArguments& arguments, const data::Table& tab
     complete(tasks.front(), arguments, table);
     return tasks;
   }
-  const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
-  for (const study::BaseModel* model : chosen_models(catalogue, arguments.models)) {
+  for (const study::BaseModel* const model : models) {
     tasks.push_back(catalogue_task(*model, arguments, table));
   }
   return tasks;
@@ -354,8 +368,10 @@ void run(const CLI::App& command, FitArguments arguments) {
   if (arguments.formula.empty() == arguments.models.empty()) {
     throw UsageError("give either --formula or --model");
   }
-  const data::Table table = read_data(arguments);
-  const std::vector<Task> tasks = tasks_of(arguments, table);
+  const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
+  const auto models = chosen_models(catalogue, arguments.models);
+  const data::Table table = read_data(arguments, models);
+  const std::vector<Task> tasks = tasks_of(arguments, models, table);
   const std::vector<fit::FittedModel> fits =
       fit_all(tasks, table, arguments.inference, arguments.common);
   std::vector<fit::FitModelOptions> options;

@@ -17,6 +17,8 @@ using fit::FittedModel;
 
 std::string number(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
 
+std::string share(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4f}", value); }
+
 /// Below the smallest difference of doubles near 1, p-values are noise.
 std::string p_text(double value) {
   constexpr double kNoise = 2e-16;
@@ -184,7 +186,7 @@ void print_statistics(const FittedModel& fit) {
   const auto line = [](const char* level, const fit::FitStatistics& values) {
     fmt::print("{:<13} {:>10} {:>10} {:>12} {:>10}\n",
                level,
-               fmt::format("{:.4f}", values.r2),
+               share(values.r2),
                number(values.rmse),
                fmt::format("{:.3g}", values.mean_error),
                number(values.mae));
@@ -195,10 +197,10 @@ void print_statistics(const FittedModel& fit) {
   if (!fit.has_random_effects()) return;
   line("conditional", fit.conditional);
   fmt::print(
-      "variance explained: {:.4f} by fixed effects (marginal R2), {:.4f} with random effects "
+      "variance explained: {} by fixed effects (marginal R2), {} with random effects "
       "(conditional R2)\n",
-      fit.r2_marginal,
-      fit.r2_conditional);
+      share(fit.r2_marginal),
+      share(fit.r2_conditional));
 }
 
 void print_failures(const std::vector<const FittedModel*>& failures) {
@@ -244,13 +246,13 @@ void print_ranking(const std::vector<const FittedModel*>& fits) {
   for (const FittedModel* fit : ranked) {
     const fit::FitStatistics& statistics =
         fit->has_random_effects() ? fit->conditional : fit->population;
-    fmt::print("{:<6} {:>4} {:>13.4f} {:>10.4f} {:>13.4f} {:>8.4f} {:>10.5g}  {}\n",
+    fmt::print("{:<6} {:>4} {:>13.4f} {:>10.4f} {:>13.4f} {:>8} {:>10.5g}  {}\n",
                fit->model,
                fit->parameter_count,
                fit->aic(),
                fit->aic() - ranked.front()->aic(),
                fit->bic(),
-               statistics.r2,
+               share(statistics.r2),
                statistics.rmse,
                fit->specification.formula.text);
   }

@@ -60,6 +60,8 @@ struct Written {
   std::size_t bytes = 0;
   std::size_t trees = 0;
   std::size_t triangles = 0;  ///< as drawn
+  /// Files that belong to it: the buffer of glTF, materials and pictures of OBJ.
+  std::vector<std::string> beside{};
 };
 
 /// Everything that is grown, and what was found out on the way.
@@ -114,6 +116,10 @@ void add_ground(const GrowCommand& command,
                 const std::vector<tree::Morphology>& stems,
                 const tree::Position& origin,
                 tree::SceneWriter& writer);
+
+/// Writes what was added to a scene, and notes its size and the files beside it.
+/// \throws as SceneWriter::finish()
+void finish_scene(tree::SceneWriter& writer, Written& written);
 
 /// Grows the trees of one time and writes them.
 /// \param stand    all trees that ground and origin are common to

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What `silvafit grow` says about the trees it has grown.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
@@ -150,6 +152,7 @@ void print_json(const GrowCommand& command,
   std::size_t triangles = 0;
   for (const Written& one : result.files) {
     files.push_back({{"file", one.name}, {"bytes", one.bytes}, {"triangles", one.triangles}});
+    if (!one.beside.empty()) files.back()["beside"] = one.beside;
     triangles += one.triangles;
   }
   if (!command.scene.empty()) json["scenes"] = std::move(files);
@@ -175,12 +178,32 @@ std::size_t tree_count(const std::vector<tree::Morphology>& morphologies) {
   return tree_count(morphologies, all);
 }
 
+/// Such as ", with trees.mtl, bark.png, leaf.png and 2 more beside it"; empty for a file that is complete alone.
+std::string beside_text(const Written& written) {
+  if (written.beside.empty()) return {};
+  constexpr std::size_t kNamed = 3;
+  const std::size_t named = std::min(kNamed, written.beside.size());
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < named; ++i) {
+    names.push_back(std::filesystem::path(written.beside[i]).filename().string());
+  }
+  const std::size_t more = written.beside.size() - named;
+  return fmt::format(", with {}{} beside it",
+                     fmt::join(names, ", "),
+                     more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
 /// What was written where: one file in one line, of several each in its own.
 void print_files(const GrowResult& result, std::size_t trees, std::size_t moments, double seconds) {
   const std::string stand = counted(trees, "tree", "trees");
   if (result.files.size() == 1) {
     const Written& only = result.files.front();
-    fmt::print("{}, {} triangles, {:.2f} s: {}\n", stand, only.triangles, seconds, only.name);
+    fmt::print("{}, {} triangles, {:.2f} s: {}{}\n",
+               stand,
+               only.triangles,
+               seconds,
+               only.name,
+               beside_text(only));
     return;
   }
   const std::string times = moments > 1 ? fmt::format(" at {} times", moments) : "";
@@ -188,8 +211,11 @@ void print_files(const GrowResult& result, std::size_t trees, std::size_t moment
   constexpr std::size_t kShown = 40;
   for (std::size_t i = 0; i < std::min(kShown, result.files.size()); ++i) {
     const Written& one = result.files[i];
-    fmt::print(
-        "  {}: {}, {} triangles\n", one.name, counted(one.trees, "tree", "trees"), one.triangles);
+    fmt::print("  {}: {}, {} triangles{}\n",
+               one.name,
+               counted(one.trees, "tree", "trees"),
+               one.triangles,
+               beside_text(one));
   }
   if (result.files.size() > kShown) {
     fmt::print("  ... and {} more; --json names all\n", result.files.size() - kShown);

@@ -42,6 +42,11 @@ std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morpho
   return builders;
 }
 
+void finish_scene(tree::SceneWriter& writer, Written& written) {
+  written.bytes = writer.finish();
+  for (const auto& path : writer.other_files()) written.beside.push_back(path.string());
+}
+
 tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin) {
   return {.origin = origin,
           .instancing = command.instancing,

@@ -157,7 +157,7 @@ class Grower {
       return grown;
     });
     add_ground(command_, stand_, origin, *writer);
-    written.bytes = writer->finish();
+    finish_scene(*writer, written);
     result_.files.push_back(std::move(written));
   }
 
@@ -197,7 +197,7 @@ class Grower {
       written.triangles += triangles[shared.model];
     }
     add_ground(command_, stand_, origin, *writer);
-    written.bytes = writer->finish();
+    finish_scene(*writer, written);
     result_.files.push_back(std::move(written));
   }
 

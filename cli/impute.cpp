@@ -18,8 +18,8 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
-#include "silvafit/study/table_checks.hpp"
 #include "standard_output.hpp"
+#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -47,11 +47,12 @@ data::Table read_data(const ImputeArguments& arguments) {
       labels.push_back(random.group);
     }
   }
-  data::Table table = data::read_csv_table(arguments.data, {.text_columns = labels});
-  const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
-  for (const std::string& note : study::add_columns(columns, table)) {
-    say(arguments.common, "note: " + note);
-  }
+  std::vector<std::string> wanted = labels;
+  wanted.insert(wanted.end(), {arguments.impute.response, "dbh"});
+  data::Table table = read_model_table(
+      arguments.data,
+      {.entries = arguments.columns, .names = std::move(labels), .wanted = std::move(wanted)},
+      arguments.common);
   for (const std::string& name : {arguments.impute.response, arguments.impute.by, group}) {
     if (name.empty() || table.has(name)) continue;
     throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});

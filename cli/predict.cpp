@@ -21,8 +21,8 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
-#include "silvafit/study/table_checks.hpp"
 #include "standard_output.hpp"
+#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -187,12 +187,11 @@ void run(PredictArguments arguments) {
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
                     {{"--out", arguments.out}});
   const study::ModelLibrary library = library_named(arguments.library);
-  data::Table table =
-      data::read_csv_table(arguments.data, {.text_columns = study::text_columns(library)});
-  const std::string columns = fmt::format("{}", fmt::join(arguments.columns, ","));
-  for (const std::string& note : study::add_columns(columns, table)) {
-    say(arguments.common, "note: " + note);
-  }
+  const data::Table table = read_model_table(arguments.data,
+                                             {.entries = arguments.columns,
+                                              .names = study::text_columns(library),
+                                              .wanted = study::columns_read(library)},
+                                             arguments.common);
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   study::PredictedResponses predictions = study::predict_responses(
       library,

@@ -22,7 +22,8 @@ ordered_json figures_json(const stand::StandFigures& figures) {
           {"sd_height_m", number_or_null(figures.sd_height_m)},
           {"lorey_height_m", number_or_null(figures.lorey_height_m)},
           {"dominant_height_m", number_or_null(figures.dominant_height_m)},
-          {"crown_cover_percent", number_or_null(figures.crown_cover_percent)}};
+          {"crown_cover_percent", number_or_null(figures.crown_cover_percent)},
+          {"trees_without_crown_width", figures.trees_without_crown_width}};
 }
 
 ordered_json clark_evans_json(const std::optional<stand::ClarkEvans>& result) {

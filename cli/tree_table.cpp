@@ -5,30 +5,24 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
+#include <functional>
 #include <utility>
 
 #include "silvafit/data/csv.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::cli {
 namespace {
 
-/// Columns that name trees; they stay text.
-constexpr std::array kLabels{"plot", "tree", "species"};
+using Names = std::vector<std::string>;
+using Mappings = std::vector<stand::ColumnMapping>;
 
-/// The columns that name trees, in the words of the file.
-std::vector<std::string> text_columns(const std::map<std::string, std::string>& columns,
-                                      const std::vector<stand::ColumnMapping>& usual = {}) {
-  std::vector<std::string> names(kLabels.begin(), kLabels.end());
-  for (const char* label : kLabels) {
-    const auto mapped = columns.find(label);
-    if (mapped != columns.end()) names.push_back(mapped->second);
-    const auto found = std::ranges::find(usual, label, &stand::ColumnMapping::name);
-    if (found != usual.end()) names.push_back(found->source);
-  }
-  return names;
+bool contains(const Names& names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
 }
+
+std::string joined(const Names& entries) { return fmt::format("{}", fmt::join(entries, ",")); }
 
 /// Adds a column under our name; the table keeps its own besides.
 void add_column(const stand::ColumnMapping& column, data::Table& table) {
@@ -38,6 +32,36 @@ void add_column(const stand::ColumnMapping& column, data::Table& table) {
   } else {
     table.set(column.name, data::TextColumn(table.text(column.source)));
   }
+}
+
+/// Reads a file and adds columns of ours that it has under a usual spelling.
+/// \param names   columns that stay text, in our words
+/// \param mapped  where other columns of ours come from; they are not added
+data::Table read_table(const std::filesystem::path& file,
+                       const Names& names,
+                       const Mappings& mapped,
+                       const std::function<bool(const std::string&)>& is_wanted,
+                       const CommonOptions& common) {
+  const auto is_mapped = [&mapped](const std::string& name) {
+    return std::ranges::find(mapped, name, &stand::ColumnMapping::name) != mapped.end();
+  };
+  const Mappings usual = stand::usual_columns(
+      data::CsvReader(file).header(),
+      [&](const std::string& name) { return is_wanted(name) && !is_mapped(name); },
+      file.string());
+  // Plot 07 is not plot 7, whatever its column is called.
+  Names texts = names;
+  for (const Mappings* const mappings : {&mapped, &usual}) {
+    for (const stand::ColumnMapping& mapping : *mappings) {
+      if (contains(names, mapping.name)) texts.push_back(mapping.source);
+    }
+  }
+  data::Table table = data::read_csv_table(file, {.text_columns = texts});
+  for (const stand::ColumnMapping& column : usual) {
+    add_column(column, table);
+    say(common, "note: " + stand::describe_usual_column(column));
+  }
+  return table;
 }
 
 }  // namespace
@@ -52,8 +76,7 @@ CLI::Option* add_columns_option(CLI::App& command, std::vector<std::string>& col
 
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
   std::map<std::string, std::string> map;
-  for (stand::ColumnMapping& mapping :
-       stand::parse_column_mappings(fmt::format("{}", fmt::join(entries, ",")))) {
+  for (stand::ColumnMapping& mapping : stand::parse_column_mappings(joined(entries))) {
     map.emplace(std::move(mapping.name), std::move(mapping.source));
   }
   return map;
@@ -62,22 +85,21 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
 data::Table read_tree_table(const std::filesystem::path& file,
                             const std::map<std::string, std::string>& columns,
                             const CommonOptions& common) {
-  std::vector<std::string> mapped;
-  for (const auto& [name, source] : columns) mapped.push_back(name);
-  data::Table table = data::read_csv_table(file, {.text_columns = text_columns(columns)});
-  const std::vector<stand::ColumnMapping> usual =
-      stand::usual_columns(table.names(), mapped, file.string());
-  const std::vector<std::string> texts = text_columns(columns, usual);
-  const auto is_numeric = [&table](const std::string& name) {
-    return table.has(name) && table.is_numeric(name);
-  };
-  // Plot 07 is not plot 7: its spelling is in the file only.
-  if (std::ranges::any_of(texts, is_numeric)) {
-    table = data::read_csv_table(file, {.text_columns = texts});
-  }
-  for (const stand::ColumnMapping& column : usual) {
-    add_column(column, table);
-    say(common, "note: " + stand::describe_usual_column(column));
+  Mappings mapped;
+  for (const auto& [name, source] : columns) mapped.push_back({name, source});
+  const auto all = [](const std::string&) { return true; };
+  return read_table(file, {"plot", "tree", "species"}, mapped, all, common);
+}
+
+data::Table read_model_table(const std::filesystem::path& file,
+                             const ModelColumns& columns,
+                             const CommonOptions& common) {
+  const std::string entries = joined(columns.entries);
+  const auto is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); };
+  data::Table table = read_table(
+      file, columns.names, stand::parse_column_mappings(entries), is_wanted, common);
+  for (const std::string& note : study::add_columns(entries, table)) {
+    say(common, "note: " + note);
   }
   return table;
 }

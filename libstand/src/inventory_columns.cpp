@@ -252,14 +252,14 @@ ColumnPlan Planner::plan() {
 }  // namespace
 
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
-                                         const std::vector<std::string>& known,
+                                         const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file) {
   std::vector<ColumnMapping> found;
   const auto look = [&](const KnownColumn& column) {
-    const auto is_column = [&](const std::string& name) { return name == column.name; };
-    if (std::ranges::any_of(header, is_column) || std::ranges::any_of(known, is_column)) return;
+    const std::string name(column.name);
+    if (!is_wanted(name) || std::ranges::find(header, name) != header.end()) return;
     const auto field = usual_field(column, header, file);
-    if (field) found.push_back({std::string(column.name), header[*field]});
+    if (field) found.push_back({name, header[*field]});
   };
   std::ranges::for_each(kLabels, look);
   std::ranges::for_each(kMeasures, look);

@@ -190,12 +190,6 @@ std::vector<VectorXd> complete_start(const NonlinearModel& model,
   return {start};
 }
 
-/// A sum of squares that rounding alone can make.
-bool is_exact(const NonlinearModel& model, double sum_of_squares) {
-  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
-  return sum_of_squares <= kRounding * kRounding * model.response().squaredNorm();
-}
-
 LeastSquaresFit empty_fit(const NonlinearModel& model) {
   const Index p = model.coefficient_count();
   return {.coefficient_names = model.coefficient_names(),

@@ -147,6 +147,11 @@ std::string success_verdict(const NonlinearModel& model,
 
 }  // namespace
 
+bool is_exact(const NonlinearModel& model, double sum_of_squares) {
+  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+  return sum_of_squares <= kRounding * kRounding * model.response().squaredNorm();
+}
+
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact) {
   Convergence result{.gradient = point.decrement, .rank = point.rank};
   if (!point.finite) {

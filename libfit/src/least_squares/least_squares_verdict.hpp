@@ -10,6 +10,9 @@
 
 namespace silvafit::fit {
 
+/// Whether rounding alone can make such a sum of squares.
+bool is_exact(const NonlinearModel& model, double sum_of_squares);
+
 /// \param exact  the model goes through all observations but for rounding
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact);
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "fitted_model/refit.hpp"
+#include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 
@@ -232,6 +233,10 @@ std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(start, mean, &jacobian, workspace);
+  if (is_exact(model, (model.response() - mean).squaredNorm())) {
+    return "Not converged: the fixed effects alone go through all observations exactly, which "
+           "leaves nothing for random effects. Leave them out.";
+  }
   for (Index j = 0; j < jacobian.cols(); ++j) jacobian.col(j).normalize();
   const Eigen::ColPivHouseholderQR<MatrixXd> solver(jacobian);
   if (jacobian.allFinite() && solver.rank() < jacobian.cols()) {

@@ -367,6 +367,8 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
 }
 
 MixedEffectsFit without_modes(MixedEffectsFit linearized) {
+  // The linear model's search says better why it could not begin.
+  if (std::isnan(linearized.sigma)) return linearized;
   linearized.convergence.converged = false;
   linearized.convergence.verdict =
       "Not converged: no mode of the random effects was found at any start. Try fewer random "

@@ -180,24 +180,44 @@ double distance(const MixedEffectsFit& fit) {
   return std::sqrt(std::max(0.0, fit.convergence.gradient));
 }
 
-std::string failure(const MixedEffectsFit& fit, Rounds rounds) {
+/// Whether random effects compete with the residual for each observation.
+bool has_single_observations(const NonlinearModel& model) {
+  return model.specification().random && model.group_count() == model.observations();
+}
+
+/// What else to try where a search did not end.
+std::string advice(const NonlinearModel& model, const std::string& usual) {
+  if (!has_single_observations(model)) return "Try " + usual + ".";
+  const std::string& group = model.specification().random->group;
+  return fmt::format(
+      "Each group of {} has one observation, which hardly tells its random effects apart from the "
+      "residual: leave them out, or take groups with several observations.",
+      group);
+}
+
+std::string failure(const NonlinearModel& model, const MixedEffectsFit& fit, Rounds rounds) {
   if (rounds == Rounds::kAlternations) {
+    constexpr double kShown = 1e-12;
+    const std::string by = distance(fit) > kShown
+                               ? fmt::format(" by {:.2g} standard errors", distance(fit))
+                               : std::string();
     return fmt::format(
-        "Not converged after {}: the variance components still move by {:.2g} "
-        "standard errors. Try the method focei or laplace, fewer random effects or a diagonal "
-        "covariance.",
+        "Not converged after {}: the variance components still move{}. {}",
         counted(fit.convergence.iterations, "alternation", "alternations"),
-        distance(fit));
+        by,
+        advice(model,
+               "the method focei or laplace, fewer random effects or a diagonal covariance"));
   }
   const std::string where =
       std::isfinite(fit.convergence.gradient)
           ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
           : "the best point found is no maximum of the likelihood";
   return fmt::format(
-      "Not converged after {} evaluations of the likelihood: {}. Try fewer random effects, a "
-      "diagonal covariance or a simpler variance function.",
+      "Not converged after {} evaluations of the likelihood: {}. {}",
       fit.convergence.iterations,
-      where);
+      where,
+      advice(model,
+             "fewer random effects, a diagonal covariance or a simpler variance function"));
 }
 
 std::string success(const MixedEffectsFit& fit, Rounds rounds) {
@@ -226,7 +246,7 @@ std::string listed(const std::vector<std::string>& names) {
 /// What makes variance components alike, and what to do, as far as the groups show it.
 std::string remedy(const NonlinearModel& model) {
   const ModelSpecification& specification = model.specification();
-  if (specification.random && model.group_count() == model.observations()) {
+  if (has_single_observations(model)) {
     return fmt::format(
         ": each group of {} has one observation. Leave the random effects by {} out, or take "
         "groups with several observations.",
@@ -300,9 +320,9 @@ void note_confounding(const NonlinearModel& model, bool is_restricted, MixedEffe
   convergence.verdict = verdict;
 }
 
-std::string verdict_of(const MixedEffectsFit& fit, Rounds rounds) {
+std::string verdict_of(const NonlinearModel& model, const MixedEffectsFit& fit, Rounds rounds) {
   const Convergence& convergence = fit.convergence;
-  if (!convergence.converged) return failure(fit, rounds);
+  if (!convergence.converged) return failure(model, fit, rounds);
   std::string verdict = success(fit, rounds);
   if (!convergence.boundary.empty()) {
     verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
@@ -334,7 +354,7 @@ void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
 void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds, bool is_restricted) {
   fit.convergence.rank = information_rank(fit);
   name_boundary(model, fit);
-  fit.convergence.verdict = verdict_of(fit, rounds);
+  fit.convergence.verdict = verdict_of(model, fit, rounds);
   note_confounding(model, is_restricted, fit);
 }
 

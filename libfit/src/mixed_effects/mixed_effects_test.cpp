@@ -400,6 +400,30 @@ TEST_CASE("confounded coefficients are no result") {
   CHECK(fit.convergence.verdict.find("apart") != std::string::npos);
 }
 
+TEST_CASE("fits that groups cannot have say so") {
+  const Table table = one_way(2.0, 1.0);
+  const auto verdict = [](const ModelSpecification& model, const Table& data, double start) {
+    const MixedEffectsFit fit =
+        fit_lindstrom_bates(NonlinearModel(model, data), VectorXd::Constant(1, start));
+    CHECK_FALSE(fit.convergence.converged);
+    return fit.convergence.verdict;
+  };
+  SECTION("the fixed effects leave nothing") {
+    Table constant = table;
+    constant.set("y", std::vector<double>(table.rows(), 5.0));
+    CHECK_THAT(verdict(one_way_model(table), constant, 5.0),
+               Catch::Contains("go through all observations exactly"));
+  }
+  SECTION("a group an observation") {
+    Table single = table;
+    silvafit::data::TextColumn plots;
+    for (std::size_t row = 0; row < table.rows(); ++row) plots.append(std::to_string(row));
+    single.set("plot", plots);
+    CHECK_THAT(verdict(one_way_model(single), single, 5.0),
+               Catch::Contains("each group of plot has one observation"));
+  }
+}
+
 TEST_CASE("a start of the wrong size is refused") {
   const Table table = one_way(1.0, 1.0);
   CHECK_THROWS_AS(

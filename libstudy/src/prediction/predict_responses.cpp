@@ -457,6 +457,21 @@ Names text_columns(const ModelLibrary& library) {
   return columns;
 }
 
+Names columns_read(const ModelLibrary& library) {
+  Names columns = text_columns(library);
+  const auto add = [&columns](const std::string& name) {
+    if (!name.empty() && !contains(columns, name)) columns.push_back(name);
+  };
+  for (const LibraryModel& model : library.models) {
+    add(model.response);
+    std::ranges::for_each(model.fit.specification.predictors(), add);
+    for (const fit::VarianceFactor& factor : model.fit.specification.variance.factors) {
+      add(factor.column);
+    }
+  }
+  return columns;
+}
+
 PredictedResponses predict_responses(const ModelLibrary& library,
                                      const data::Table& table,
                                      const PredictResponsesOptions& options) {

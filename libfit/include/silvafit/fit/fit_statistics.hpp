@@ -8,7 +8,7 @@ namespace silvafit::fit {
 
 /// With residuals e = y - prediction of n observations.
 struct FitStatistics {
-  double r2 = 0.0;          ///< 1 - sum e^2 / sum (y - mean y)^2
+  double r2 = 0.0;          ///< 1 - sum e^2 / sum (y - mean y)^2; NaN where y is constant
   double mean_error = 0.0;  ///< E = mean e
   double rmse = 0.0;        ///< sqrt(E^2 + sum (e - E)^2 / (n - 1))
   double mae = 0.0;         ///< mean |e|

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <optional>
@@ -62,12 +63,12 @@ std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
 
 /// Columns of ours that a file has under another usual spelling only, such as dbh as DBH_cm:
 /// docs/inventory.md lists them.
-/// \param header  of the file
-/// \param known   names of ours that need not be looked for
-/// \param file    for messages
+/// \param header     of the file
+/// \param is_wanted  whether one of our names is to be looked for
+/// \param file       for messages
 /// \throws UsageError if two columns of the file could be one of ours
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
-                                         const std::vector<std::string>& known,
+                                         const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file);
 
 /// How such a column is told: "dbh is read from column DBH_cm".

@@ -58,6 +58,10 @@ struct PredictedResponses {
 /// Columns of a table that have to stay text: species, and the groups of the models.
 std::vector<std::string> text_columns(const ModelLibrary& library);
 
+/// Columns of a table that the models read: those, responses, covariates, and what variance
+/// functions read.
+std::vector<std::string> columns_read(const ModelLibrary& library);
+
 /// Predicts each response of the library with the model for the tree's species. Only models that
 /// have converged are used; of several for the same species and response, the one of lowest AIC.
 /// Where a model needs a response that was not measured, its prediction is used if there is one,

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+"""Commands with models read columns of ours under their usual spellings, as inventories are read."""
+
+import csv
+import io
+import unittest
+
+from silvafit_program import ProgramTest, stand_csv
+
+
+class UsualColumns(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        ours = stand_csv()
+        self.write("ours.csv", ours)
+        header, rows = ours.split("\n", 1)
+        self.assertEqual(header, "plot,tree,species,dbh,h,C")
+        self.write("usual.csv", f"Plot_ID,Tree,Species,DBH_cm,Height,C\n{rows}")
+
+    def rows(self, *arguments):
+        return list(csv.DictReader(io.StringIO(self.run_program(*arguments).stdout)))
+
+    def test_models_of_the_catalogue_find_their_columns(self):
+        ours = self.run_json("fit", "ours.csv", "--model", "M4", "--random", "a | plot")
+        usual = self.run_json("fit", "usual.csv", "--model", "M4", "--random", "a | plot")
+        self.assertEqual(ours["fixed"], usual["fixed"])
+        self.assertEqual(sorted(usual["random"]["eblup"]), ["01", "02", "03", "04", "05", "06"])
+        said = self.run_program("fit", "usual.csv", "--model", "M4").stderr
+        self.assertIn("note: dbh is read from column DBH_cm", said)
+        self.assertIn("note: h is read from column Height", said)
+
+    def test_names_in_a_formula_are_those_of_the_file(self):
+        self.run_program("fit", "usual.csv", "--formula", "Height ~ a + b*DBH_cm")
+        error = self.run_program("fit", "usual.csv", "--formula", "h ~ a + b*DBH_cm", status=3).stderr
+        self.assertIn("no column 'h'", error)
+
+    def test_predictions_and_calibration(self):
+        fit = self.run_program("fit", "ours.csv", "--model", "M4", "--random", "a | plot", "--json").stdout
+        self.write("fit.json", fit)
+        ours = self.rows("predict", "fit.json", "ours.csv", "--level", "calibrated")
+        usual = self.rows("predict", "fit.json", "usual.csv", "--level", "calibrated")
+        self.assertEqual([row["h_pred"] for row in ours], [row["h_pred"] for row in usual])
+        self.assertEqual({row["h_trees"] for row in usual}, {"fitted"})
+
+    def test_what_models_do_not_read_may_have_two_names(self):
+        fit = self.run_program("fit", "ours.csv", "--model", "M4", "--json").stdout
+        self.write("fit.json", fit)
+        self.write("new.csv", "DBH_cm,X_m,x_coord,xk\n20,1,2,3\n")
+        self.assertEqual(len(self.rows("predict", "fit.json", "new.csv")), 1)
+        self.write("new.csv", "DBH_cm,dbh_CM\n20,21\n")
+        error = self.run_program("predict", "fit.json", "new.csv", status=2).stderr
+        self.assertIn("'DBH_cm' and 'dbh_CM' could both be dbh", error)
+
+    def test_heights_are_filled_in_and_plots_keep_their_spelling(self):
+        lines = (self.folder / "usual.csv").read_text(encoding="utf-8").splitlines()
+        gaps = [line if number % 3 else ",".join([*line.split(",")[:4], "", line.split(",")[5]])
+                for number, line in enumerate(lines[1:])]
+        self.write("gaps.csv", "\n".join([lines[0], *gaps]) + "\n")
+        rows = self.rows("impute", "gaps.csv", "--response", "h")
+        self.assertEqual([row["h"] for row in rows if row["Height"]],
+                         [str(float(row["Height"])).removesuffix(".0") for row in rows if row["Height"]])
+        self.assertEqual({row["h_level"] for row in rows if not row["Height"]}, {"plot"})
+
+    def test_a_mapped_plot_keeps_its_zeros(self):
+        labels = self.run_json("fit", "usual.csv", "--model", "M4", "--columns", "plot=Plot_ID", "--random",
+                               "a | plot")["random"]["eblup"]
+        self.assertEqual(sorted(labels)[0], "01")
+
+
+if __name__ == "__main__":
+    unittest.main()
