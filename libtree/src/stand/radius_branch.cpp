@@ -100,7 +100,7 @@ std::vector<Course> courses() {
 }
 
 /// What stands around a branch. An obstacle that one course met is likely to be met by the next,
-/// which differs little: it is asked first.
+/// which differs little, and by the same piece of it: they are asked first.
 class Way {
  public:
   explicit Way(std::span<const Obstacle> obstacles)
@@ -112,7 +112,7 @@ class Way {
     take_points(wood);
     double least = kLaneMargin;
     for (std::size_t i = 0; i < obstacles_.size(); ++i) {
-      least = std::min(least, from(obstacles_[i], least));
+      least = std::min(least, from(obstacles_[i], least, enough));
       if (least <= enough) {
         std::swap(obstacles_.front(), obstacles_[i]);
         break;
@@ -122,35 +122,82 @@ class Way {
   }
 
  private:
-  /// Points along the wood, and a ball round them.
+  /// Neighboring points, and a ball round them.
+  struct Piece {
+    std::span<const SkeletonPoint> points{};
+    Point middle{};
+    double reach_m = 0.0;
+  };
+
+  static Piece piece_of(std::span<const SkeletonPoint> points) {
+    Piece piece{.points = points, .middle = 0.5 * (points.front().at + points.back().at)};
+    for (const SkeletonPoint& point : points) {
+      piece.reach_m = std::max(piece.reach_m, length(point.at - piece.middle) + point.radius_m);
+    }
+    return piece;
+  }
+
+  /// The line as a whole, and points along it.
   void take_points(std::span<const SkeletonPoint> wood) {
+    whole_ = piece_of(wood);
     points_.clear();
     walk(wood, [this](double, const SkeletonPoint& point) {
       points_.push_back(point);
       return true;
     });
-    middle_ = 0.5 * (points_.front().at + points_.back().at);
-    reach_ = 0.0;
-    for (const SkeletonPoint& point : points_) {
-      reach_ = std::max(reach_, length(point.at - middle_) + point.radius_m);
-    }
+    pieces_.assign((points_.size() + kPiece - 1) / kPiece, {});
   }
 
-  /// The distance from one obstacle, or anything from `least` up if it is not below that.
-  double from(const Obstacle& obstacle, double least) const {
-    if (obstacle.lane->at_least_m(middle_ - obstacle.stem, reach_) >= least) return least;
-    for (const SkeletonPoint& point : points_) {
+  /// The piece of this number; most courses end before all of theirs are wanted.
+  const Piece& piece(std::size_t number) {
+    Piece& piece = pieces_[number];
+    if (piece.points.empty()) {
+      const std::size_t from = number * kPiece;
+      piece = piece_of(std::span(points_).subspan(from, std::min(kPiece, points_.size() - from)));
+    }
+    return piece;
+  }
+
+  /// Whether a piece cannot be nearer to an obstacle than this.
+  static bool is_beyond(const Piece& piece, const Obstacle& obstacle, double least) {
+    return obstacle.lane->at_least_m(piece.middle - obstacle.stem, piece.reach_m) >= least;
+  }
+
+  static double from(const Piece& piece, const Obstacle& obstacle, double least, double enough) {
+    if (is_beyond(piece, obstacle, least)) return least;
+    for (const SkeletonPoint& point : piece.points) {
       const Point at = point.at - obstacle.stem;
       if (obstacle.lane->at_least_m(at, point.radius_m) >= least) continue;
       least = std::min(least, obstacle.lane->clearance_m(at, point.radius_m));
+      if (least <= enough) break;
     }
     return least;
   }
 
+  /// The distance from one obstacle, or anything from `least` up if it is not below that, or
+  /// anything up to `enough`.
+  double from(const Obstacle& obstacle, double least, double enough) {
+    if (is_beyond(whole_, obstacle, least)) return least;
+    const std::size_t first = std::min(met_, pieces_.size() - 1);
+    for (std::size_t k = 0; k < pieces_.size(); ++k) {
+      // The first one, then those before it, then those behind.
+      const std::size_t number = k == 0 ? first : (k <= first ? k - 1 : k);
+      least = std::min(least, from(piece(number), obstacle, least, enough));
+      if (least <= enough) {
+        met_ = number;
+        break;
+      }
+    }
+    return least;
+  }
+
+  static constexpr std::size_t kPiece = 8;  ///< points
+
   std::vector<Obstacle> obstacles_;
   std::vector<SkeletonPoint> points_{};
-  Point middle_{};
-  double reach_ = 0.0;
+  Piece whole_{};
+  std::vector<Piece> pieces_{};
+  std::size_t met_ = 0;  ///< number of the piece that met an obstacle last
 };
 
 }  // namespace
