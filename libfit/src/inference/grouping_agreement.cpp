@@ -38,7 +38,7 @@ bool have_same_labels(Labels a, Labels b) {
 }
 
 /// Whether groups that are told apart in coarser ones are told apart without these: if each nested
-/// group, `outer/inner`, is one pair of labels, and each inner label is in one pair.
+/// group, see nested_label(), is one pair of labels, and each inner label is in one pair.
 bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
   if (inner.size() != nested.group_labels.size()) return false;
   std::unordered_map<std::string, int> pairs;
@@ -46,7 +46,7 @@ bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
   for (const std::string& label : inner) {
     int places = 0;
     for (const std::string& outer : nested.outer.labels) {
-      const auto found = pairs.find(outer + "/" + label);
+      const auto found = pairs.find(nested_label(outer, label));
       if (found == pairs.end()) continue;
       ++places;
       ++found->second;

@@ -24,7 +24,7 @@ constexpr int kTrees = 6;
 
 /// Lines whose intercept differs by stand and plot. In `plot` the labels begin anew in each stand,
 /// in `place` they do not.
-data::Table lines() {
+data::Table lines(const std::string& stand_prefix = "s") {
   Random random(17);
   data::Table table;
   data::TextColumn stand;
@@ -38,7 +38,7 @@ data::Table lines() {
     for (int j = 0; j < kPlots; ++j) {
       const double of_plot = random.normal(0.0, 1.0);
       for (int k = 0; k < kTrees; ++k) {
-        stand.append("s" + std::to_string(i));
+        stand.append(stand_prefix + std::to_string(i));
         plot.append(std::to_string(j));
         place.append(std::to_string(i * kPlots + j));
         x.push_back(k + 1.0);
@@ -100,6 +100,12 @@ TEST_CASE("groupings are one where their groups are, not where their columns are
   // The coarser grouping has the same labels in both.
   CHECK(nesting(within, fitted(table, {.random = "a | stand"})).is_nested);
   CHECK_FALSE(nesting(alone, told_apart).is_nested);
+}
+
+TEST_CASE("labels with slashes tell groups apart as others do") {
+  const data::Table table = lines("north/");
+  const FittedModel told_apart = fitted(table, {.random = "a | stand/place"});
+  CHECK(nesting(told_apart, fitted(table, {.random = "a | place"})).is_nested);
 }
 
 TEST_CASE("groups of the same column with other labels, or without, are not known to be the same") {
