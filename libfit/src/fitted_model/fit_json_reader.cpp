@@ -81,6 +81,11 @@ void read_fixed(const JsonReader& json, FittedModel& fit) {
     fit.degrees_of_freedom[j] = coefficient.at("df").number_or_missing();
   }
   fit.covariance = json.at("fixed_covariance").square_matrix(p);
+  if (const auto between = json.find("coefficients_between")) {
+    for (const JsonReader& count : between->items()) {
+      fit.coefficients_between.push_back(count.count_or_zero());
+    }
+  }
 }
 
 /// What the JSON of one grouping holds.

@@ -290,6 +290,7 @@ ordered_json json_of(const FittedModel& model) {
       {"r2_conditional", number(fit.r2_conditional)},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
+  if (!fit.coefficients_between.empty()) result["coefficients_between"] = fit.coefficients_between;
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);
   return result;

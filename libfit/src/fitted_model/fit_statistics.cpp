@@ -21,8 +21,8 @@ FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
       n > 1 ? (error - mean_error).square().sum() / static_cast<double>(n - 1) : 0.0;
   const double total = (observed.array() - observed.mean()).square().sum();
   // Where observations do not differ, there is nothing to explain.
-  const double r2 = total > 0.0 ? 1.0 - error.square().sum() / total
-                                : std::numeric_limits<double>::quiet_NaN();
+  const double r2 =
+      total > 0.0 ? 1.0 - error.square().sum() / total : std::numeric_limits<double>::quiet_NaN();
   return {.r2 = r2,
           .mean_error = mean_error,
           .rmse = std::sqrt(mean_error * mean_error + spread),

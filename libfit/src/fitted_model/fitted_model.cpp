@@ -125,6 +125,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
   fit.estimate = std::move(found.estimate);
   fit.covariance = std::move(found.covariance);
   fit.degrees_of_freedom = std::move(found.degrees_of_freedom);
+  fit.coefficients_between = std::move(found.coefficients_between);
   if (fit.has_random_effects()) {
     fit.random_covariance = std::move(found.random_covariance);
     fit.random_effects = std::move(found.random_effects);

@@ -59,12 +59,12 @@ std::size_t stratum_of(const Eigen::Ref<const VectorXd>& column, const std::vect
 
 }  // namespace
 
-VectorXd fixed_degrees_of_freedom(const NonlinearModel& model,
-                                  const Eigen::Ref<const MatrixXd>& jacobian) {
+FixedFreedom fixed_freedom(const NonlinearModel& model,
+                           const Eigen::Ref<const MatrixXd>& jacobian) {
   const std::vector<Cuts> levels = groupings(model);
   const auto n = static_cast<double>(model.observations());
   const auto p = static_cast<double>(jacobian.cols());
-  if (levels.empty()) return VectorXd::Constant(jacobian.cols(), n - p);
+  if (levels.empty()) return {.of_tests = VectorXd::Constant(jacobian.cols(), n - p)};
   std::vector<double> freedom;
   double above = 0.0;
   for (const Cuts& cuts : levels) {
@@ -86,20 +86,23 @@ VectorXd fixed_degrees_of_freedom(const NonlinearModel& model,
   } else {
     for (std::size_t level = 1; level < freedom.size(); ++level) freedom[level] += 1.0;
   }
-  VectorXd result(jacobian.cols());
-  for (Index j = 0; j < result.size(); ++j) {
+  FixedFreedom result{.of_tests = VectorXd(jacobian.cols())};
+  for (Index j = 0; j < result.of_tests.size(); ++j) {
     const std::size_t stratum = strata[static_cast<std::size_t>(j)];
-    result[j] = stratum == kIntercept ? std::ranges::max(freedom) : freedom[stratum];
+    result.of_tests[j] = stratum == kIntercept ? std::ranges::max(freedom) : freedom[stratum];
+  }
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    result.coefficients_between.push_back(static_cast<int>(std::ranges::count(strata, level)));
   }
   return result;
 }
 
-VectorXd fixed_degrees_of_freedom_at(const NonlinearModel& model, const VectorXd& coefficients) {
+FixedFreedom fixed_freedom_at(const NonlinearModel& model, const VectorXd& coefficients) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
-  return fixed_degrees_of_freedom(model, jacobian);
+  return fixed_freedom(model, jacobian);
 }
 
 }  // namespace silvafit::fit

@@ -3,12 +3,20 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
-/// (p) denominator degrees of freedom of each coefficient.
+struct FixedFreedom {
+  Eigen::VectorXd of_tests{};  ///< (p) denominator degrees of freedom of each coefficient
+  /// How many coefficients, but for an intercept, are estimated between the groups of each grouping,
+  /// the coarsest first.
+  std::vector<int> coefficients_between{};
+};
+
+/// The degrees of freedom of the fixed effects.
 ///
 /// A coefficient belongs to the finest stratum in which its column of the Jacobian varies: within
 /// the groups (of which there are G), between the groups of a coarser one (S), or between the
@@ -18,12 +26,11 @@ namespace silvafit::fit {
 /// coarsest stratum and itself gets the largest number; without one, the finer strata get one more.
 /// \param jacobian  (N x p) df/d coefficient in the model's order
 /// Source: Pinheiro and Bates 2000, section 2.4.2, and what nlme 3.1 does (getFixDF).
-Eigen::VectorXd fixed_degrees_of_freedom(const NonlinearModel& model,
-                                         const Eigen::Ref<const Eigen::MatrixXd>& jacobian);
+FixedFreedom fixed_freedom(const NonlinearModel& model,
+                           const Eigen::Ref<const Eigen::MatrixXd>& jacobian);
 
 /// The same with the Jacobian at given coefficients; what they are hardly matters, since it is only
 /// asked where it varies.
-Eigen::VectorXd fixed_degrees_of_freedom_at(const NonlinearModel& model,
-                                            const Eigen::VectorXd& coefficients);
+FixedFreedom fixed_freedom_at(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
 
 }  // namespace silvafit::fit

@@ -216,8 +216,7 @@ std::string failure(const NonlinearModel& model, const MixedEffectsFit& fit, Rou
       "Not converged after {} evaluations of the likelihood: {}. {}",
       fit.convergence.iterations,
       where,
-      advice(model,
-             "fewer random effects, a diagonal covariance or a simpler variance function"));
+      advice(model, "fewer random effects, a diagonal covariance or a simpler variance function"));
 }
 
 std::string success(const MixedEffectsFit& fit, Rounds rounds) {
@@ -348,7 +347,9 @@ void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
     fit.outer.names = specification.outer_random->coefficients;
     fit.outer.labels = model.outer_labels();
   }
-  fit.degrees_of_freedom = fixed_degrees_of_freedom_at(model, fit.estimate);
+  FixedFreedom freedom = fixed_freedom_at(model, fit.estimate);
+  fit.degrees_of_freedom = std::move(freedom.of_tests);
+  fit.coefficients_between = std::move(freedom.coefficients_between);
 }
 
 void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds, bool is_restricted) {

@@ -42,13 +42,6 @@ MatrixXd placement(const FittedModel& fit, const std::vector<std::string>& names
   return result;
 }
 
-/// The covariance of the fixed effects; coefficients without one (held ones) count as known.
-MatrixXd fixed_covariance(const FittedModel& fit) {
-  const Index p = fit.estimate.size();
-  if (fit.covariance.rows() != p) return MatrixXd::Zero(p, p);
-  return fit.covariance.array().isNaN().select(0.0, fit.covariance);
-}
-
 /// Builds sets from effects that were estimated.
 class SetBuilder {
  public:
@@ -325,6 +318,19 @@ void add_calibrated(const FittedModel& fit,
 }
 
 }  // namespace
+
+MatrixXd fixed_covariance(const FittedModel& fit) {
+  const Index p = fit.estimate.size();
+  MatrixXd result = fit.covariance.rows() == p ? fit.covariance : MatrixXd::Zero(p, p);
+  for (Index j = 0; j < p; ++j) {
+    const bool is_estimated =
+        j < fit.degrees_of_freedom.size() && std::isfinite(fit.degrees_of_freedom[j]);
+    if (is_estimated || !std::isnan(result(j, j))) continue;
+    result.row(j).setZero();
+    result.col(j).setZero();
+  }
+  return result;
+}
 
 MatrixXd among_coefficients(const FittedModel& fit,
                             const std::vector<std::string>& names,

@@ -34,21 +34,12 @@ double residual_freedom(const FittedModel& fit) {
   return freedom;
 }
 
-/// Degrees of freedom between the units of the coarsest grouping: one less than there are, and one
-/// less for each coefficient that is estimated between them.
-double coarsest_freedom(const FittedModel& fit, std::size_t units) {
-  double freedom = static_cast<double>(units) - 1.0;
-  for (const double value : fit.degrees_of_freedom) {
-    if (std::isfinite(value)) freedom = std::min(freedom, value);
-  }
-  return std::max(1.0, freedom);
-}
-
-/// The covariance of the fixed effects; coefficients without one (held ones) count as known.
-MatrixXd fixed_covariance(const FittedModel& fit) {
-  const Index p = fit.estimate.size();
-  if (fit.covariance.rows() != p) return MatrixXd::Zero(p, p);
-  return fit.covariance.array().isNaN().select(0.0, fit.covariance);
+/// Degrees of freedom between the units of a grouping: those that the layout has, less one for each
+/// coefficient that is estimated between them.
+/// \param level  0: the coarsest grouping
+double freedom_between(const FittedModel& fit, std::size_t level, double of_layout) {
+  const std::vector<int>& coefficients = fit.coefficients_between;
+  return std::max(1.0, of_layout - (level < coefficients.size() ? coefficients[level] : 0));
 }
 
 /// Inverse of a mean of reliabilities, whose eigenvalues lie between 0 and 1.
@@ -95,21 +86,21 @@ double share_of(double part, double whole) {
 
 Freedom::Freedom(const FittedModel& fit) : residual_(residual_freedom(fit)) {
   if (!fit.has_random_effects()) return;
-  const std::size_t groups = fit.group_labels.size();
-  const std::size_t clusters = fit.outer.labels.size();
+  const auto groups = static_cast<double>(fit.group_labels.size());
+  const auto clusters = static_cast<double>(fit.outer.labels.size());
   const bool is_nested = !fit.outer.names.empty();
-  const double within = static_cast<double>(groups) - static_cast<double>(clusters);
   inner_ = grouping(fit,
                     fit.random_names,
                     fit.random_covariance,
                     is_nested ? within_outer(fit) : fit.uncertainty,
-                    is_nested ? std::max(1.0, within) : coarsest_freedom(fit, groups));
+                    is_nested ? freedom_between(fit, 1, groups - clusters)
+                              : freedom_between(fit, 0, groups - 1.0));
   if (!is_nested) return;
   outer_ = grouping(fit,
                     fit.outer.names,
                     fit.outer.covariance,
                     fit.outer_uncertainty,
-                    coarsest_freedom(fit, clusters));
+                    freedom_between(fit, 0, clusters - 1.0));
 }
 
 // With Psi = R R', V = R (I - W) R' is what the trees of a group leave open of its effects, W their

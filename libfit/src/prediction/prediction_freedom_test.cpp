@@ -232,6 +232,71 @@ TEST_CASE("a covariate of plots has the confidence interval of the line through 
   CHECK(mean.upper[0] == Approx(center + t_quantile(5.0, 0.95) * error).epsilon(kSearch));
 }
 
+TEST_CASE("covariates of trees take no degrees of freedom from groups") {
+  Random random(4);
+  constexpr int kPlots = 20;
+  Table table = layout({.plots = kPlots, .trees = 2, .sd_plot = 1.0, .sd_tree = 1.0}, random);
+  std::vector<double> x;
+  std::vector<double> z;
+  for (int plot = 0; plot < kPlots; ++plot) {
+    for (const double side : {-1.0, 1.0}) {
+      x.push_back(side);
+      z.push_back(plot % 2 == 0 ? side : -side);
+    }
+  }
+  table.set("x", x);
+  table.set("z", z);
+  const FittedModel fit = fitted(table, "y ~ a + b*x + c*z", "a | plot");
+  Table at;
+  at.set("x", std::vector<double>{0.0});
+  at.set("z", std::vector<double>{0.0});
+  // Each plot's mean is of x = z = 0, and the prediction is the mean of 20 of them.
+  CHECK(population(fit, IntervalKind::kConfidence, at).degrees_of_freedom[0] ==
+        Approx(kPlots - 1.0).epsilon(kSearch));
+}
+
+TEST_CASE("a covariate of plots in stands takes a degree of freedom from them") {
+  Random random(12);
+  const Layout of{
+      .stands = 6, .plots = 4, .trees = 3, .sd_stand = 2.0, .sd_plot = 1.0, .sd_tree = 0.5};
+  Table table = layout(of, random);
+  // Balanced: the same in each stand, with mean 0 and sum of squares 10 there.
+  const std::vector<double> of_plot{-2.0, -1.0, 1.0, 2.0};
+  std::vector<double> w;
+  for (std::size_t row = 0; row < table.rows(); ++row) w.push_back(of_plot[row / 3 % 4]);
+  table.set("w", w);
+  const FittedModel fit = fitted(table, "y ~ a + b*w", "a | stand/plot");
+  const MeanSquare stands = mean_square(table, 12, 72);
+  MeanSquare plots = mean_square(table, 3, 12);
+  const auto y = table.numbers("y");
+  const double squares = 3.0 * 6.0 * 10.0;
+  double slope = 0.0;
+  for (std::size_t row = 0; row < table.rows(); ++row) slope += w[row] * y[row] / squares;
+  plots.value = (plots.value * plots.freedom - slope * slope * squares) / (plots.freedom - 1.0);
+  plots.freedom -= 1.0;
+  REQUIRE(stands.value > plots.value);
+  REQUIRE(plots.value > mean_square(table, 1, 3).value);
+  const double at_w = 6.0;
+  Table at;
+  at.set("w", std::vector<double>{at_w});
+  const double expected = satterthwaite({{1.0 / 72.0, stands}, {at_w * at_w / squares, plots}});
+  CHECK(population(fit, IntervalKind::kConfidence, at).degrees_of_freedom[0] ==
+        Approx(expected).epsilon(kSearch));
+}
+
+TEST_CASE("a fit that leaves sigma open has no intervals of width zero") {
+  Table table;
+  table.set("x", std::vector<double>{1.0, 2.0, 3.0});
+  table.set("y", std::vector<double>{2.0, 3.5, 5.5});
+  ModelSpecification model = specify_model("y ~ a + b*x + c*x^2", {}, table);
+  const FittedModel fit = fit_model(model, table).fit;
+  const Prediction mean = population(fit, IntervalKind::kConfidence);
+  CHECK(std::isfinite(mean.value[0]));
+  CHECK(std::isnan(mean.mean_error[0]));
+  CHECK(std::isnan(mean.lower[0]));
+  CHECK(std::isnan(mean.upper[0]));
+}
+
 TEST_CASE("intervals from four plots hold what they say", "[slow]") {
   // Plots differ ten times as much as trees, so that the t distribution with three degrees of
   // freedom is all but exact for a tree of another plot. Restricted likelihood: the variances have

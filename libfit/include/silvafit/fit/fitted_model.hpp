@@ -66,6 +66,9 @@ struct FittedModel {
   Eigen::VectorXd estimate{};            ///< (p)
   Eigen::MatrixXd covariance{};          ///< (p x p)
   Eigen::VectorXd degrees_of_freedom{};  ///< (p) of the t tests; docs/inference.md has the rule
+  /// How many of them are estimated between the groups, the coarser ones first, but for an
+  /// intercept: columns of the Jacobian that are constant in each group.
+  std::vector<int> coefficients_between{};
 
   std::vector<std::string> random_names{};  ///< (q), empty without random effects
   std::vector<std::string> group_labels{};  ///< (G)

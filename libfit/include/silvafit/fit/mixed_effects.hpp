@@ -49,6 +49,8 @@ struct MixedEffectsFit {
   int parameter_count = 0;  ///< coefficients, covariance and variance parameters, sigma
   Eigen::Index observations = 0;
   Eigen::VectorXd degrees_of_freedom{};  ///< (p) of the t tests, as nlme counts them
+  /// Coefficients that are estimated between the groups, the coarser ones first.
+  std::vector<int> coefficients_between{};
   Convergence convergence{};
   Eigen::VectorXd fitted_population{};   ///< (N) f(beta)
   Eigen::VectorXd fitted_conditional{};  ///< (N) f(beta + b)
