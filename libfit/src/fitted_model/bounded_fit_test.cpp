@@ -208,6 +208,53 @@ TEST_CASE("generalized least squares lie on the bound where the likelihood falls
   }
 }
 
+TEST_CASE("a bounded fit by restricted likelihood does not depend on the unit of the response") {
+  // With b = 0 delta and sigma are one, so that this set of the search has not converged; its
+  // restricted likelihood has other coefficients and another unit than that of the others.
+  Random random(3);
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i < 120; ++i) {
+    x.push_back(i / 6.0);
+    y.push_back(20.0 + 0.1 * x.back() + random.normal());
+  }
+  for (const double unit : {1.0, 1e4, 1e-4}) {
+    data::Table table;
+    std::vector<double> scaled;
+    for (const double value : y) scaled.push_back(unit * value);
+    table.set("x", x);
+    table.set("y", scaled);
+    ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+    model.variance = parse_variance_function("power");
+    const FittedModel fit =
+        fit_model(model, table, {.bounds = {{"b", {0.0, 0.03 * unit}}}, .reml = true}).fit;
+    INFO(unit << ": " << fit.convergence.verdict);
+    CHECK(fit.convergence.converged);
+    CHECK(fit.estimate[1] == 0.03 * unit);
+  }
+}
+
+TEST_CASE("a bound that the formula has no value at does not hide the fit outside") {
+  Random random(8);
+  std::vector<double> d;
+  std::vector<double> y;
+  for (int i = 0; i < 60; ++i) {
+    d.push_back(4.0 + 0.5 * i);
+    y.push_back(3.0 + 3.0 * std::log(d.back() + 1.0) + 0.1 * random.normal());
+  }
+  data::Table table;
+  table.set("d", d);
+  table.set("y", y);
+  // log(d - 5) does not exist for the first two rows.
+  const FittedModel fit = fit_model(specify_model("y ~ a + b*log(d - c)", {}, table),
+                                    table,
+                                    {.bounds = {{"c", {5.0, 100.0}}}})
+                              .fit;
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK_THAT(fit.convergence.verdict, Catch::Contains("The one without them, which is shown"));
+  CHECK(fit.estimate[2] == Approx(-1.0).margin(1.0));
+}
+
 TEST_CASE("mixed fits of all methods lie on the bound where the likelihood falls inwards") {
   const data::Table table = plots();
   const ModelSpecification model = mixed_model(table);

@@ -16,9 +16,9 @@ constexpr double kSame = 1e-8;
 /// A fit that did not converge is better where its log-likelihood is higher by more than this,
 /// which no rounding makes.
 constexpr double kClearly = 1e-4;
-/// Sets of held coefficients that are tried at most: all of four coefficients, of more the most
+/// Sets of held coefficients that are tried at most: all 3^4 of four coefficients, of more the most
 /// promising.
-constexpr std::size_t kMostSets = 80;
+constexpr std::size_t kMostSets = 81;
 
 double estimate_of(const FittedModel& fit, const std::string& name) {
   return fit
@@ -70,7 +70,11 @@ BoundedSearch::Candidate BoundedSearch::candidate(const HeldValues& held,
       result.crossed.push_back(name);
     }
   }
-  result.point.value = std::isnan(fit.log_likelihood) ? kNone : fit.log_likelihood;
+  const bool is_known = std::isfinite(fit.log_likelihood) && fit.sigma > 0.0;
+  // Restricted likelihoods of fits with other coefficients cannot be compared.
+  const bool is_restricted = fit.reml && is_known && !result.converged();
+  result.point.value = is_restricted ? slopes_of_(fit, held).value : fit.log_likelihood;
+  if (std::isnan(result.point.value)) result.point.value = kNone;
   if (!result.converged()) return result;
   result.point = slopes_of_(fit, held);
   for (const auto& [name, slope] : result.point.slopes) {
@@ -134,7 +138,8 @@ void BoundedSearch::keep(Candidate candidate) {
     if (!first_) first_ = std::move(candidate);
   } else if (candidate.converged()) {
     ends_.push_back(std::move(candidate));
-  } else if (is_above(unfinished_)) {
+  } else if (is_above(unfinished_) && (candidate.point.value > kNone || !first_)) {
+    // A set that the formula has no value with says less than a fit outside the bounds.
     unfinished_ = std::move(candidate);
   }
 }
@@ -228,8 +233,9 @@ FitResult BoundedSearch::on_bounds(Candidate candidate) const {
 FitResult BoundedSearch::unfinished(Candidate candidate) const {
   const std::vector<std::string> words = in_words(candidate.held);
   if (!words.empty()) {
-    candidate.result.fit.convergence.verdict +=
-        fmt::format(" Held at a bound: {}.", fmt::join(words, "; "));
+    std::string& verdict = candidate.result.fit.convergence.verdict;
+    verdict += fmt::format(
+        "{} Held at a bound: {}.", verdict.ends_with('.') ? "" : ".", fmt::join(words, "; "));
   }
   return std::move(candidate.result);
 }

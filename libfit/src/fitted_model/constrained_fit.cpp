@@ -96,7 +96,10 @@ FitResult impossible(const ModelSpecification& whole, const Values& held, const 
   fit.covariance = MatrixXd::Constant(p, p, kNaN);
   fit.degrees_of_freedom = fit.estimate;
   fit.log_likelihood = kNaN;
-  fit.convergence.verdict = std::string("Not converged: ") + reason.what();
+  std::vector<std::string> values;
+  for (const auto& [name, value] : held) values.push_back(name + " = " + data::shortest(value));
+  fit.convergence.verdict = fmt::format(
+      "Not converged: with {} held, {}", fmt::join(values, " and "), std::string(reason.what()));
   return expanded(std::move(result), whole, held);
 }
 

@@ -131,6 +131,17 @@ TEST_CASE("of one plot a stand only the sum of the two variances is seen") {
   CHECK(at(more, specified(more, "a | stand/plot"), 0.2, 0.3).names.empty());
 }
 
+TEST_CASE("variance functions that are alike are no matter of the groups") {
+  const data::Table table = lines({.stands = 40, .trees = 1});
+  ModelSpecification model = specified(table, "a | plot");
+  // w is 4 in all rows: its power is a factor as sigma is.
+  model.variance = parse_variance_function("power(x) * power(w)");
+  const FittedModel fit = fitted(table, model, Method::kLindstromBates);
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK_THAT(fit.convergence.verdict, Contains("sigma apart"));
+  CHECK_THAT(fit.convergence.verdict, !Contains("random effects by plot"));
+}
+
 TEST_CASE("of one tree a plot only the sum of both variances is seen") {
   const data::Table table = lines({.stands = 40, .trees = 1});
   const FittedModel pooled = fitted(table, specified(table, ""), Method::kOrdinary);

@@ -102,13 +102,26 @@ std::vector<std::string> boundary_of(const NonlinearModel& model, const MixedEff
   return boundary;
 }
 
+/// Whether the constant of a constant-plus-power vanishes beside the power, in one of the strata.
+bool is_pure_power(const VarianceFactorEstimate& factor, const VectorXd& values) {
+  constexpr double kTiny = 1e-8;
+  const double mean_log = values.array().abs().max(1e-300).log().mean();
+  for (Index s = 0; s < factor.constant.size(); ++s) {
+    const double power = std::exp(factor.delta[std::min(s, factor.delta.size() - 1)] * mean_log);
+    if (factor.constant[s] < kTiny * power) return true;
+  }
+  return false;
+}
+
 void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
   std::vector<std::string>& boundary = fit.convergence.boundary;
   boundary = boundary_of(model, fit);
+  const VarianceData data = VarianceData::of(model);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    if (factor.factor.constant) continue;
+    if (factor.factor.constant || factor.constant.size() == 0) continue;
     if (factor.constant.array().isInf().any()) boundary.emplace_back("the variance is constant");
-    if ((factor.constant.array() < 1e-8).any()) {
+    const std::string& column = factor.factor.column;
+    if (is_pure_power(factor, column.empty() ? fit.fitted_conditional : data.columns.at(column))) {
       boundary.emplace_back("the constant of the variance function = 0");
     }
   }
@@ -243,21 +256,26 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 /// What makes variance components alike, and what to do, as far as the groups show it.
-std::string remedy(const NonlinearModel& model) {
+/// \param names  of the components
+std::string remedy(const NonlinearModel& model, const std::vector<std::string>& names) {
   const ModelSpecification& specification = model.specification();
-  if (has_single_observations(model)) {
+  const bool is_of_effects = std::ranges::any_of(names, [](const std::string& name) {
+    return name.starts_with("sd(") || name.starts_with("cor(");
+  });
+  if (is_of_effects && has_single_observations(model)) {
     return fmt::format(
         ": each group of {} has one observation. Leave the random effects by {} out, or take "
         "groups with several observations.",
         specification.random->group,
         specification.random->group);
   }
-  if (specification.outer_random && model.group_count() == model.cluster_count()) {
+  if (is_of_effects && specification.outer_random && model.group_count() == model.cluster_count()) {
     return fmt::format(": each group of {} has one of {}. Leave one of the two groupings out.",
                        specification.outer_random->group,
                        specification.random->group);
   }
-  return ". Leave one of them out, or one of the effects that they belong to.";
+  return is_of_effects ? ". Leave one of them out, or one of the effects that they belong to."
+                       : ". Leave one of them out.";
 }
 
 std::string confounding(const NonlinearModel& model,
@@ -290,7 +308,7 @@ std::string confounding(const NonlinearModel& model,
     return fmt::format(
         "Not converged: the data cannot tell {} apart, because others can take the place of each{}",
         listed(variances),
-        remedy(model));
+        remedy(model, variances));
   }
   if (fit.convergence.rank < fit.estimate.size()) {
     return "Not converged: the data cannot tell all coefficients apart, because their estimates "

@@ -326,6 +326,30 @@ TEST_CASE("constant plus power is never below the functions it contains") {
   CHECK(both >= fit_curves(table, 1.0, "none").log_likelihood - 1e-5);
 }
 
+TEST_CASE("whether a constant vanishes does not depend on the unit of its column") {
+  silvafit::Random random(7);
+  std::vector<double> v;
+  std::vector<double> y;
+  for (int i = 0; i < 400; ++i) {
+    v.push_back(0.5 + 0.01 * i);
+    y.push_back(10.0 + random.normal() * (0.3 + v.back() * v.back()));
+  }
+  for (const double unit : {1.0, 1e-5, 1e5}) {
+    Table table;
+    std::vector<double> scaled;
+    for (const double value : v) scaled.push_back(unit * value);
+    table.set("v", scaled);
+    table.set("y", y);
+    ModelSpecification model = specify_model("y ~ a + 0*v", {}, table);
+    model.variance = parse_variance_function("constant-plus-power(v)");
+    const MixedEffectsFit fit =
+        fit_lindstrom_bates(NonlinearModel(model, table), VectorXd::Constant(1, 10.0));
+    INFO(unit << ": " << fit.convergence.verdict);
+    CHECK(fit.convergence.converged);
+    CHECK(fit.convergence.boundary.empty());
+  }
+}
+
 TEST_CASE("strata and products are never below what they contain") {
   Table table = curves(1.0);
   TextColumn species;

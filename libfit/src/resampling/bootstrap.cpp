@@ -61,15 +61,22 @@ RandomEffects& outermost(ModelSpecification& specification) {
   return specification.outer_random ? *specification.outer_random : *specification.random;
 }
 
+const RandomEffects& outermost(const ModelSpecification& specification) {
+  return specification.outer_random ? *specification.outer_random : *specification.random;
+}
+
 /// Gives groups that were drawn the name that they have in the file, by which parameters are known.
 void name_groups_as_in(const FittedModel& original, const std::string& drawn, FittedModel& fit) {
-  ModelSpecification specification = original.specification;
-  const std::string own = outermost(specification).group;
+  const std::string& own = outermost(original.specification).group;
   outermost(fit.specification).group = own;
-  for (std::string& what : fit.convergence.boundary) {
-    const std::size_t at = what.find(drawn);
-    if (at != std::string::npos) what.replace(at, drawn.size(), own);
-  }
+  const auto rename = [&](std::string& text) {
+    for (std::size_t at = text.find(drawn); at != std::string::npos; at = text.find(drawn, at)) {
+      text.replace(at, drawn.size(), own);
+      at += own.size();
+    }
+  };
+  std::ranges::for_each(fit.convergence.boundary, rename);
+  rename(fit.convergence.verdict);
 }
 
 Replicate refitted(Resampled&& data, const FittedModel& original, const FitModelOptions& options) {

@@ -199,6 +199,46 @@ TEST_CASE("verdicts that differ in their numbers are counted as one") {
   CHECK(sorted[1].reason == "Another");
 }
 
+TEST_CASE("coefficients with numbers in their names are reasons of their own") {
+  ReasonCounts counts;
+  counts.add("The data say nothing about b10.");
+  counts.add("The data say nothing about b11.");
+  counts.add("The data say nothing about b_1.");
+  CHECK(counts.sorted().size() == 3);
+}
+
+TEST_CASE("drawn groups have the names of the file in verdicts") {
+  // Of three stands, one of two plots and two of one, a third of the draws has no stand of two.
+  Random random(6);
+  data::Table table;
+  data::TextColumn stand;
+  data::TextColumn plot;
+  std::vector<double> y;
+  for (const int of : {0, 0, 1, 2}) {
+    const double effect = random.normal(0.0, 2.0);
+    for (int tree = 0; tree < 6; ++tree) {
+      stand.append("s" + std::to_string(of));
+      plot.append(std::to_string(y.size() / 6));
+      y.push_back(10.0 + effect + random.normal());
+    }
+  }
+  table.set("stand", stand);
+  table.set("plot", plot);
+  table.set("y", y);
+  table.set("x", std::vector<double>(y.size(), 0.0));
+  ModelSpecification model = specify_model("y ~ a + 0*x", {}, table);
+  add_random_effects(model, "a | stand/plot", table);
+  const FittedModel fit = fit_model(model, table).fit;
+  REQUIRE(fit.convergence.converged);
+  const Bootstrap result = bootstrap(fit, table, {.replicates = 40, .resample = Resample::kCases});
+  bool names_stands = false;
+  for (const CountedReason& failure : result.failures) {
+    CHECK(failure.reason.find("drawn") == std::string::npos);
+    names_stands = names_stands || failure.reason.find("each group of stand ") != std::string::npos;
+  }
+  CHECK(names_stands);
+}
+
 TEST_CASE("parameters have the names that people read") {
   const data::Table table = stands();
   const FittedModel fit = stands_fit(table, "a + b | stand/number", Method::kLindstromBates);

@@ -18,13 +18,15 @@ std::string ReasonCounts::without_numbers(std::string_view text) {
     return i < text.size() && std::isdigit(static_cast<unsigned char>(text[i])) != 0;
   };
   const auto is_letter = [&](std::size_t i) {
-    return i < text.size() && std::isalpha(static_cast<unsigned char>(text[i])) != 0;
+    return i < text.size() &&
+           (text[i] == '_' || std::isalpha(static_cast<unsigned char>(text[i])) != 0);
   };
   std::string result;
+  // A digit within a name, as in "b10" or "b_0", is part of it.
+  bool is_name = false;
   for (std::size_t i = 0; i < text.size();) {
-    // A digit within a name, as in "b0", is part of it.
-    const bool begins = is_digit(i) && (i == 0 || !is_letter(i - 1));
-    if (!begins) {
+    if (!is_digit(i) || is_name) {
+      is_name = is_letter(i) || (is_name && is_digit(i));
       result += text[i++];
       continue;
     }
