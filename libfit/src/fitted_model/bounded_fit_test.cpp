@@ -216,7 +216,7 @@ TEST_CASE("a bounded fit by restricted likelihood does not depend on the unit of
   std::vector<double> y;
   for (int i = 0; i < 120; ++i) {
     x.push_back(i / 6.0);
-    y.push_back(20.0 + 0.1 * x.back() + random.normal());
+    y.push_back(20.0 + 0.06 * x.back() + random.normal());
   }
   for (const double unit : {1.0, 1e4, 1e-4}) {
     data::Table table;
