@@ -53,8 +53,7 @@ class Animator {
     }
     add_ground(command_, stand_, origin_, *writer);
     progress_.clear();
-    Written written{
-        .name = command_.scene, .trees = growing_.size(), .triangles = triangles_};
+    Written written{.name = command_.scene, .trees = growing_.size(), .triangles = triangles_};
     finish_scene(*writer, written);
     result_.files.push_back(std::move(written));
     return std::move(result_);

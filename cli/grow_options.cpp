@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "grow_command.hpp"
+#include "name_list.hpp"
 #include "silvafit/base/error.hpp"
 #include "tree_table.hpp"
 
@@ -97,8 +98,8 @@ void add_builder_options(CLI::App& command, GrowCommand& options) {
 
 /// Which rows of the table, and what its columns are called.
 void add_row_options(CLI::App& command, GrowCommand& options) {
-  command.add_option("--plot", options.plots, "Plots to grow, separated by commas (default: all)")
-      ->delimiter(',');
+  add_names_option(
+      command, "--plot", options.plots, "Plots to grow, separated by commas (default: all)");
   add_columns_option(command, options.columns);
 }
 

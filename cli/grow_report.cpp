@@ -178,7 +178,8 @@ std::size_t tree_count(const std::vector<tree::Morphology>& morphologies) {
   return tree_count(morphologies, all);
 }
 
-/// Such as ", with trees.mtl, bark.png, leaf.png and 2 more beside it"; empty for a file that is complete alone.
+/// Such as ", with trees.mtl, bark.png, leaf.png and 2 more beside it"; empty for a file that is
+/// complete alone.
 std::string beside_text(const Written& written) {
   if (written.beside.empty()) return {};
   constexpr std::size_t kNamed = 3;

@@ -15,6 +15,7 @@
 
 #include "command.hpp"
 #include "inventory_options.hpp"
+#include "name_list.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -391,11 +392,10 @@ void add_study_command(CLI::App& program) {
                    arguments->initial,
                    "Write settings to start from, with comments, for this inventory; then stop")
       ->type_name("STUDY.json");
-  command
-      ->add_option("--species",
+  add_names_option(*command,
+                   "--species",
                    arguments->study.species,
-                   "Species to study (default: all with enough trees)")
-      ->delimiter(',');
+                   "Species to study (default: all with enough trees)");
   command->add_option("--responses", arguments->study.responses, "Responses to model")
       ->delimiter(',')
       ->capture_default_str();

@@ -45,8 +45,9 @@ data::Table read_table(const std::filesystem::path& file,
   const auto is_mapped = [&mapped](const std::string& name) {
     return std::ranges::find(mapped, name, &stand::ColumnMapping::name) != mapped.end();
   };
+  data::CsvReader reader(file);
   const Mappings usual = stand::usual_columns(
-      data::CsvReader(file).header(),
+      reader.header(),
       [&](const std::string& name) { return is_wanted(name) && !is_mapped(name); },
       file.string());
   // Plot 07 is not plot 7, whatever its column is called.
@@ -56,7 +57,7 @@ data::Table read_table(const std::filesystem::path& file,
       if (contains(names, mapping.name)) texts.push_back(mapping.source);
     }
   }
-  data::Table table = data::read_csv_table(file, {.text_columns = texts});
+  data::Table table = data::read_csv_table(reader, {.text_columns = texts});
   for (const stand::ColumnMapping& column : usual) {
     add_column(column, table);
     say(common, "note: " + stand::describe_usual_column(column));
@@ -96,8 +97,8 @@ data::Table read_model_table(const std::filesystem::path& file,
                              const CommonOptions& common) {
   const std::string entries = joined(columns.entries);
   const auto is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); };
-  data::Table table = read_table(
-      file, columns.names, stand::parse_column_mappings(entries), is_wanted, common);
+  data::Table table =
+      read_table(file, columns.names, stand::parse_column_mappings(entries), is_wanted, common);
   for (const std::string& note : study::add_columns(entries, table)) {
     say(common, "note: " + note);
   }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "name_list.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -243,7 +244,7 @@ void add_view_command(CLI::App& program) {
                   arguments->out,
                   "The page (default: view.html in the folder, or beside the file)")
       ->type_name("FILE.html");
-  command.add_option("--plot", arguments->options.plots, "Show these plots only")->delimiter(',');
+  add_names_option(command, "--plot", arguments->options.plots, "Show these plots only");
   command.add_option("--title", arguments->options.title, "Headline (default: the name)");
   add_columns_option(command, arguments->columns);
   const CLI::Option* models = command

@@ -299,6 +299,8 @@ CsvReader::~CsvReader() = default;
 CsvReader::CsvReader(CsvReader&&) noexcept = default;
 CsvReader& CsvReader::operator=(CsvReader&&) noexcept = default;
 
+const std::string& CsvReader::file() const { return state_->file; }
+
 const std::vector<std::string>& CsvReader::header() const { return state_->header; }
 
 std::size_t CsvReader::line() const { return state_->line; }

@@ -41,7 +41,7 @@ void ColumnBuilder::append(std::string_view value) {
     return;
   }
   if (!is_text) become_text();
-  if (!needs_second_pass) text.append(value);
+  if (!needs_second_pass) text.append(trimmed(value));
 }
 
 void ColumnBuilder::become_text() {
@@ -103,6 +103,11 @@ void read_again_as_text(const std::filesystem::path& path, std::vector<ColumnBui
 
 Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options) {
   CsvReader reader(path);
+  return read_csv_table(reader, options);
+}
+
+Table read_csv_table(CsvReader& reader, const CsvTableOptions& options) {
+  const std::filesystem::path path = reader.file();
   std::vector<ColumnBuilder> columns = wanted_columns(reader.header(), options, path.string());
   std::vector<std::uint32_t> lines = read_columns(reader, columns);
   read_again_as_text(path, columns);

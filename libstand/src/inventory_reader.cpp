@@ -31,14 +31,14 @@ double InventoryReader::number_in(std::string_view field,
   double value = 0.0;
   if (data::parse_number(text, value)) return value;
   if (is_missing(text)) return data::kMissing;
-  const bool has_decimal_comma = text.find(',') != std::string_view::npos;
-  row.unreadable.push_back(
-      {.column = column,
-       .value = std::string(text),
-       .reason = fmt::format("'{}' is no number; {}",
-                             text,
-                             has_decimal_comma ? "decimals need a point"
-                                               : "a missing value is an empty field or NA")});
+  const bool has_comma = text.find(',') != std::string_view::npos;
+  const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
+  const char* const advice = has_thousands ? "thousands are written without a separator"
+                             : has_comma   ? "decimals need a point"
+                                           : "a missing value is an empty field or NA";
+  row.unreadable.push_back({.column = column,
+                            .value = std::string(text),
+                            .reason = fmt::format("'{}' is no number; {}", text, advice)});
   return data::kMissing;
 }
 

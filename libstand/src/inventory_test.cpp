@@ -92,7 +92,8 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
       "1,7,SM,,6,20,15,7,4\n"
       "1,,SM,0,7,20,15,7,4\n"
       "NA,9,SM,0,8,\"20,5\",15,7,4\n"
-      "1,10,,0,9,20,15,7,4\n",
+      "1,10,,0,9,20,15,7,4\n"
+      "1,11,SM,0,9,\"1.020,5\",15,7,4\n",
       {.needs_coordinates = true});
   CHECK(problems(checked) ==
         std::vector<std::string>{
@@ -107,8 +108,9 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
             "8 x: is missing, so the tree has no place",
             "9 tree: the tree number is missing",
             "10 plot: the plot is missing",
-            "10 dbh: '20,5' is no number; decimals need a point"});
-  CHECK(checked.excluded_tree_count == 8);
+            "10 dbh: '20,5' is no number; decimals need a point",
+            "12 dbh: '1.020,5' is no number; thousands are written without a separator"});
+  CHECK(checked.excluded_tree_count == 9);
   REQUIRE(checked.inventory.size() == 2);
   CHECK(checked.inventory.tree[1] == "10");
   CHECK(checked.inventory.species.is_missing(1));

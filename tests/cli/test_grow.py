@@ -242,6 +242,16 @@ class Grow(ProgramTest):
         done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--out", "d", status=2)
         self.assertIn("leave one of them out", done.stderr)
 
+    def test_plots_whose_names_have_commas(self):
+        text = "plot,tree,species,dbh,h,hcb,cw\n\"B, north\",1,SM,20,15,5,3\nC,2,SM,20,15,5,3\n\"D, \"\"old\"\"\",3,SM,20,15,5,3\n"
+        self.write("commas.csv", text)
+        grown = self.run_json("grow", "commas.csv", "--out", "d", "--plot", 'C,"B, north"')
+        self.assertEqual(sorted(tree["plot"] for tree in grown["trees"]), ["B, north", "C"])
+        grown = self.run_json("grow", "commas.csv", "--out", "e", "--plot", '"D, ""old"""')
+        self.assertEqual([tree["plot"] for tree in grown["trees"]], ['D, "old"'])
+        error = self.run_program("grow", "commas.csv", "--out", "f", "--plot", "B, north", status=3).stderr
+        self.assertIn('no tree stands in plot B; the plots are "B, north", C, ', error)
+
     def test_wrong_usage_has_status_2(self):
         self.write("in.csv", INVENTORY)
         for arguments in (["in.csv"],

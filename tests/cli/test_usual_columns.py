@@ -3,9 +3,11 @@
 
 import csv
 import io
+import json
+import subprocess
 import unittest
 
-from silvafit_program import ProgramTest, stand_csv
+from silvafit_program import PROGRAM, ProgramTest, stand_csv
 
 
 class UsualColumns(ProgramTest):
@@ -60,6 +62,21 @@ class UsualColumns(ProgramTest):
         self.assertEqual([row["h"] for row in rows if row["Height"]],
                          [str(float(row["Height"])).removesuffix(".0") for row in rows if row["Height"]])
         self.assertEqual({row["h_level"] for row in rows if not row["Height"]}, {"plot"})
+
+    def test_a_pipe_is_read_once(self):
+        with open(self.folder / "usual.csv", encoding="utf-8") as file:
+            text = file.read()
+        done = subprocess.run([PROGRAM, "fit", "/dev/stdin", "--model", "M4", "--json"], input=text, capture_output=True,
+                              text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["n"], 120)
+
+    def test_blanks_around_names_are_no_part_of_them(self):
+        text = (self.folder / "usual.csv").read_text(encoding="utf-8")
+        self.write("blanks.csv", text.replace("\n01,", "\n 01 ,").replace(",SM,", ", SM,"))
+        plain = self.run_json("fit", "usual.csv", "--model", "M4", "--random", "a | plot")
+        blanks = self.run_json("fit", "blanks.csv", "--model", "M4", "--random", "a | plot")
+        self.assertEqual(plain["random"], blanks["random"])
 
     def test_a_mapped_plot_keeps_its_zeros(self):
         labels = self.run_json("fit", "usual.csv", "--model", "M4", "--columns", "plot=Plot_ID", "--random",

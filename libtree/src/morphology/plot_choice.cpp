@@ -8,12 +8,17 @@
 namespace silvafit::tree {
 namespace {
 
+/// A name as it stands in a list, in double quotes if it has a comma.
+std::string in_list(const std::string& name) {
+  return name.find(',') == std::string::npos ? name : '"' + name + '"';
+}
+
 /// "01, 02, 03", or the first of many and how many more there are.
 std::string some_of(const std::vector<std::string>& plots) {
   constexpr std::size_t kShown = 10;
   std::string list;
   for (std::size_t i = 0; i < std::min(kShown, plots.size()); ++i) {
-    list += (i > 0 ? ", " : "") + plots[i];
+    list += (i > 0 ? ", " : "") + in_list(plots[i]);
   }
   if (plots.size() > kShown) list += " and " + std::to_string(plots.size() - kShown) + " more";
   return list;

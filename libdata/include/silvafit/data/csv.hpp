@@ -28,6 +28,8 @@ class CsvReader {
   CsvReader(CsvReader&&) noexcept;
   CsvReader& operator=(CsvReader&&) noexcept;
 
+  const std::string& file() const;
+
   /// Column names of the header, as written, without surrounding blanks.
   const std::vector<std::string>& header() const;
 
@@ -52,9 +54,12 @@ struct CsvTableOptions {
 };
 
 /// A CSV file as a table. A column is numeric if each value is a number or missing (empty or `NA`),
-/// else text. \throws InputError if the file cannot be read as CSV, or if a wanted column
-/// is not there
+/// else text, without the blanks around each value.
+/// \throws InputError if the file cannot be read as CSV, or if a wanted column is not there
 Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options = {});
+
+/// The same for a file of which the header was looked at, and no record: it may be a pipe.
+Table read_csv_table(CsvReader& reader, const CsvTableOptions& options);
 
 /// A field without the blanks and tabs around it.
 std::string_view trimmed(std::string_view field);
