@@ -67,7 +67,8 @@ std::map<std::string, std::string_view> parse_assignments(std::string_view text,
   while (begin < text.size()) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string_view part = text.substr(begin, end - begin);
-    const std::size_t sign = part.find('=');
+    // A coefficient may be of a comparison: b:species == "SM".
+    const std::size_t sign = part.rfind('=');
     if (sign == std::string_view::npos) {
       throw UsageError(fmt::format("'{}' is not NAME=VALUE, such as a=30", part),
                        {.column = option});

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "number_text.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
@@ -140,8 +141,6 @@ ordered_json cross_validation_json(const fit::CrossValidation& result) {
           {"failed", std::move(failed)}};
 }
 
-std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
-
 void print_reasons(const char* what, const std::vector<fit::CountedReason>& reasons) {
   for (const fit::CountedReason& one : reasons) {
     fmt::print("{} {}: {}\n", counted(one.replicates, "replicate", "replicates"), what, one.reason);
@@ -167,14 +166,14 @@ void print_bootstrap(const fit::Bootstrap& bootstrap) {
              "basic");
   for (const fit::BootstrapParameter& parameter : bootstrap.parameters) {
     const auto range = [](const fit::Interval& value) {
-      return fmt::format("{} to {}", shown(value.low), shown(value.high));
+      return fmt::format("{} to {}", significant(value.low), significant(value.high));
     };
     fmt::print("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
                parameter.name,
                width,
-               shown(parameter.estimate),
-               std::isnan(parameter.bias) ? "-" : fmt::format("{:.3g}", parameter.bias),
-               shown(parameter.standard_error),
+               significant(parameter.estimate),
+               significant(parameter.bias, 3),
+               significant(parameter.standard_error),
                range(parameter.percentile),
                range(parameter.basic));
   }
@@ -188,10 +187,10 @@ void print_statistics_line(const std::string& name,
   fmt::print("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
              name,
              count,
-             fmt::format("{:.4f}", values.r2),
-             shown(values.rmse),
-             fmt::format("{:.3g}", values.mean_error),
-             shown(values.mae));
+             decimals(values.r2),
+             significant(values.rmse),
+             significant(values.mean_error, 3),
+             significant(values.mae));
 }
 
 void print_cross_validation(const fit::CrossValidation& result, const std::string& model) {
@@ -216,7 +215,7 @@ void print_cross_validation(const fit::CrossValidation& result, const std::strin
     print_statistics_line(
         "population, the same rows", result.uncalibrated_statistics, result.calibrated_count);
   }
-  fmt::print("mean log predictive density {}\n", shown(result.log_density));
+  fmt::print("mean log predictive density {}\n", significant(result.log_density));
   for (const fit::FailedFold& fold : result.failed) {
     fmt::print(
         "a fold failed ({} {}): {}\n", result.group, fmt::join(fold.groups, ", "), fold.verdict);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 
+#include "number_text.hpp"
 #include "silvafit/base/text.hpp"
 
 namespace silvafit::cli {
@@ -14,10 +15,6 @@ namespace {
 
 using Eigen::Index;
 using fit::FittedModel;
-
-std::string number(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
-
-std::string share(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4f}", value); }
 
 /// Below the smallest difference of doubles near 1, p-values are noise.
 std::string p_text(double value) {
@@ -94,10 +91,10 @@ void print_fixed_effects(const FittedModel& fit) {
     fmt::print("{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
                fit.coefficient_names[k],
                width,
-               number(fit.estimate[j]),
-               number(errors[j]),
-               number(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN),
-               std::isnan(t[j]) ? "-" : fmt::format("{:.4g}", t[j]),
+               significant(fit.estimate[j]),
+               significant(errors[j]),
+               significant(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN),
+               significant(t[j], 4),
                p_text(p[j]));
   }
   fmt::print("\n");
@@ -129,10 +126,10 @@ void print_random_level(const std::string& title,
       "{:<{}} {:>12}{}\n", title, width, "std. dev.", has_correlation ? "  correlation" : "");
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto i = static_cast<Index>(k);
-    fmt::print("{:<{}} {:>12}", names[k], width, number(deviations[i]));
+    fmt::print("{:<{}} {:>12}", names[k], width, significant(deviations[i]));
     for (std::size_t l = 0; has_correlation && l < k; ++l) {
       const double value = block[l] == block[k] ? correlation(i, static_cast<Index>(l)) : NAN;
-      fmt::print(" {:>8}", std::isnan(value) ? "-" : fmt::format("{:.4f}", value));
+      fmt::print(" {:>8}", decimals(value));
     }
     fmt::print("\n");
   }
@@ -161,7 +158,7 @@ void print_variance_factor(const fit::VarianceFactorEstimate& estimate) {
                  name,
                  stratum.empty() ? "" : " of ",
                  stratum,
-                 std::isinf(values[s]) ? "infinite" : number(values[s]));
+                 std::isinf(values[s]) ? "infinite" : significant(values[s]));
     }
   };
   print_values("delta", estimate.delta);
@@ -170,7 +167,7 @@ void print_variance_factor(const fit::VarianceFactorEstimate& estimate) {
 }
 
 void print_residuals(const FittedModel& fit) {
-  fmt::print("sigma {}", number(fit.sigma));
+  fmt::print("sigma {}", significant(fit.sigma));
   for (const fit::VarianceFactorEstimate& factor : fit.variance.factors) {
     print_variance_factor(factor);
   }
@@ -186,10 +183,10 @@ void print_statistics(const FittedModel& fit) {
   const auto line = [](const char* level, const fit::FitStatistics& values) {
     fmt::print("{:<13} {:>10} {:>10} {:>12} {:>10}\n",
                level,
-               share(values.r2),
-               number(values.rmse),
-               fmt::format("{:.3g}", values.mean_error),
-               number(values.mae));
+               decimals(values.r2),
+               significant(values.rmse),
+               significant(values.mean_error, 3),
+               significant(values.mae));
   };
   fmt::print(
       "{:<13} {:>10} {:>10} {:>12} {:>10}\n", "prediction", "R2", "RMSE", "mean error", "MAE");
@@ -199,8 +196,8 @@ void print_statistics(const FittedModel& fit) {
   fmt::print(
       "variance explained: {} by fixed effects (marginal R2), {} with random effects "
       "(conditional R2)\n",
-      share(fit.r2_marginal),
-      share(fit.r2_conditional));
+      decimals(fit.r2_marginal),
+      decimals(fit.r2_conditional));
 }
 
 void print_failures(const std::vector<const FittedModel*>& failures) {
@@ -252,7 +249,7 @@ void print_ranking(const std::vector<const FittedModel*>& fits) {
                fit->aic(),
                fit->aic() - ranked.front()->aic(),
                fit->bic(),
-               share(statistics.r2),
+               decimals(statistics.r2),
                statistics.rmse,
                fit->specification.formula.text);
   }

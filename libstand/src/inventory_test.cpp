@@ -117,11 +117,11 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
   CHECK(has_note(checked, "1 tree has no species"));
 
   const std::string text = describe_excluded(checked, 2);
-  CHECK_THAT(text, Contains("8 of 10 rows left out, 12 problems"));
+  CHECK_THAT(text, Contains("9 of 11 rows left out, 13 problems"));
   CHECK_THAT(text,
              Contains(".csv:3: dbh: 'twenty' is no number; a missing value is an empty field or "
                       "NA (plot 1, tree 2)"));
-  CHECK_THAT(text, Contains("and 10 more"));
+  CHECK_THAT(text, Contains("and 11 more"));
 
   std::ostringstream csv;
   write_excluded(checked.excluded, csv);

@@ -12,6 +12,13 @@ LINE = "x,y\n1,2\n2,6\n3,8\n4,8\n"
 
 
 class LeastSquares(ProgramTest):
+    def test_a_coefficient_of_a_comparison_can_be_held(self):
+        self.write("stand.csv", stand_csv())
+        fit = self.run_json("fit", "stand.csv", "--formula", "h ~ a + b*dbh", "--parameter", 'a ~ 1 + (plot=="01")', "--fix",
+                            'a:(plot=="01")=0.5')
+        self.assertEqual(fit["fixed"]['a:(plot=="01")']["estimate"], 0.5)
+        self.assertIsNone(fit["fixed"]['a:(plot=="01")']["se"])
+
     def test_a_line_has_the_textbook_numbers(self):
         self.write("line.csv", LINE)
         fit = self.run_json("fit", "line.csv", "--formula", "y ~ a + b*x")
