@@ -229,7 +229,8 @@ class Chunk {
       const VectorXd slope = gradient_.row(row);
       const VectorXd direction = spread(row, known_covariance(row), false) * slope;
       const double error = std::sqrt(slope.dot(direction));
-      if (!(error > 0.0)) continue;
+      // Where the error is not known, neither are the ends.
+      if (error == 0.0) continue;
       const VectorXd step = t_quantile(row) / error * direction;
       low.row(row) -= step.transpose();
       high.row(row) += step.transpose();
