@@ -2,6 +2,7 @@
 #include "silvafit/fit/nesting.hpp"
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <string>
@@ -130,6 +131,30 @@ TEST_CASE("labels that may be of two stands prove nothing") {
   CHECK(nesting(nested, alone).is_nested);
   alone.group_labels = {"1/2", "2"};
   CHECK_FALSE(nesting(nested, alone).is_nested);
+}
+
+TEST_CASE("many nested groups are compared in time that grows as their number") {
+  const data::Table table = lines();
+  FittedModel nested = fitted(table, {.random = "a | stand/place"});
+  FittedModel alone = fitted(table, {.random = "a | place"});
+  nested.outer.labels.clear();
+  nested.group_labels.clear();
+  alone.group_labels.clear();
+  constexpr int kManyStands = 25000;
+  for (int plot = 0; plot < 4 * kManyStands; ++plot) {
+    const std::string stand = std::to_string(plot / 4);
+    if (plot % 4 == 0) nested.outer.labels.push_back(stand);
+    nested.group_labels.push_back(nested_label(stand, std::to_string(plot)));
+    alone.group_labels.push_back(std::to_string(plot));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  CHECK(nesting(nested, alone).is_nested);
+  nested.group_labels[1] = nested_label("0", "0");
+  CHECK_FALSE(nesting(nested, alone).is_nested);
+  nested.group_labels[1] = nested_label("elsewhere", "1");
+  CHECK_FALSE(nesting(nested, alone).is_nested);
+  // Tenths of a second; each plot against each stand would be 2.5e9 labels, minutes.
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(20));
 }
 
 TEST_CASE("a held coefficient is a special case of one that is estimated or held there") {
