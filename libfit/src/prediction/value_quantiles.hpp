@@ -20,7 +20,7 @@ struct UnknownValues {
   Eigen::MatrixXd arguments{};                ///< (N x K + U) the center
   Eigen::VectorXd value{};                    ///< (N) the mean there, finite
   Eigen::MatrixXd gradient{};                 ///< (N x K + U) of the mean there
-  Eigen::VectorXd error{};  ///< (N) standard deviation of the value, to first order
+  Eigen::VectorXd error{};               ///< (N) standard deviation of the value, to first order
   std::vector<Eigen::MatrixXd> roots{};  ///< (N) R with R R' the covariance, by rotated_root()
 };
 
