@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "inference/coefficients_at_bounds.hpp"
 #include "inference/comparable_likelihoods.hpp"
 #include "silvafit/base/error.hpp"
 
@@ -62,7 +63,8 @@ Comparison compare(const std::vector<const FittedModel*>& fits) {
     }
   }
   std::ranges::stable_sort(comparison.fits, {}, [](const ComparedFit& one) {
-    return has_known_size(*one.fit) ? one.fit->parameter_count : std::numeric_limits<int>::max();
+    return has_known_size(*one.fit) ? count_without_bounded(*one.fit)
+                                    : std::numeric_limits<int>::max();
   });
   for (std::size_t i = 1; i < comparison.fits.size() && comparison.reason.empty(); ++i) {
     comparison.reason = obstacle_to_comparing(*comparison.fits[0].fit, *comparison.fits[i].fit);

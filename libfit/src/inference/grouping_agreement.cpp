@@ -4,7 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <unordered_map>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace silvafit::fit {
@@ -38,23 +39,19 @@ bool have_same_labels(Labels a, Labels b) {
 }
 
 /// Whether groups that are told apart in coarser ones are told apart without these: if each nested
-/// group, see nested_label(), is one pair of labels, and each inner label is in one pair.
+/// group is in a coarser one that the fit has, and each inner label is that of one nested group.
 bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
   if (inner.size() != nested.group_labels.size()) return false;
-  std::unordered_map<std::string, int> pairs;
-  for (const std::string& label : nested.group_labels) pairs.emplace(label, 0);
-  for (const std::string& label : inner) {
-    int places = 0;
-    for (const std::string& outer : nested.outer.labels) {
-      const auto found = pairs.find(nested_label(outer, label));
-      if (found == pairs.end()) continue;
-      ++places;
-      ++found->second;
-    }
-    if (places != 1) return false;
+  std::unordered_set<std::string> outer;
+  for (const std::string& label : nested.outer.labels) outer.insert(outer_part(label));
+  Labels own;
+  for (const std::string& label : nested.group_labels) {
+    const NestedParts parts = nested_parts(label);
+    if (!outer.contains(std::string(parts.outer))) return false;
+    own.emplace_back(parts.inner);
   }
-  return pairs.size() == inner.size() &&
-         std::ranges::all_of(pairs, [](const auto& pair) { return pair.second == 1; });
+  const bool is_repeated = std::unordered_set(own.begin(), own.end()).size() < own.size();
+  return !is_repeated && have_same_labels(std::move(own), inner);
 }
 
 bool are_same(const Grouping& a, const Grouping& b) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "inference/coefficients_at_bounds.hpp"
 #include "inference/comparable_likelihoods.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/nesting.hpp"
@@ -19,26 +20,41 @@ bool is_exact(const FittedModel& fit) {
   return fit.convergence.converged && std::isinf(fit.log_likelihood) && fit.log_likelihood > 0.0;
 }
 
+void add(std::string& note, const std::string& text) {
+  if (!note.empty()) note += "; ";
+  note += text;
+}
+
+/// What the p-value does not allow for, whatever the random effects.
+std::string general_note(const Nesting& nesting) {
+  std::string note;
+  if (nesting.has_other_edge) {
+    add(note,
+        "a parameter of the variance function is at the end of its range in the smaller model: the "
+        "p-value is too large");
+  }
+  if (nesting.has_bounded) {
+    add(note,
+        "a coefficient is at its bound in the smaller model: the p-value is as if it had been held "
+        "there from the beginning");
+  }
+  return note;
+}
+
 /// What a likelihood ratio is compared with.
 ChiBarSquared reference_of(const Nesting& nesting,
                            int freedom,
                            const std::optional<Eigen::MatrixXd>& variances,
                            std::string& note) {
-  if (nesting.correlated_effects == 0 && nesting.independent_effects == 0) {
-    if (nesting.has_other_edge) {
-      note =
-          "a parameter of the variance function is at the end of its range in the smaller "
-          "model: the p-value is too large";
-    }
-    return {.base = freedom};
-  }
+  note = general_note(nesting);
   const int edges = nesting.correlated_effects + nesting.independent_effects;
+  if (edges == 0) return {.base = freedom};
   if (nesting.correlated_effects == 0) {
     const bool is_known = variances.has_value() && variances->rows() == edges;
     ChiBarSquared result =
         is_known ? correlated_variances(*variances) : independent_variances(edges);
     result.base = freedom - edges;
-    if (edges > 1 && !is_known) note = "weights as if the estimated variances were independent";
+    if (edges > 1 && !is_known) add(note, "weights as if the estimated variances were independent");
     return result;
   }
   if (edges == 1) {
@@ -48,7 +64,7 @@ ChiBarSquared reference_of(const Nesting& nesting,
   // Several at once, correlated: the weights of the cone of covariance matrices have no simple
   // form. Half and half of the two largest is an upper bound of the p-value, and below
   // chi-squared's.
-  note = "several correlated effects at once: the p-value is an upper bound";
+  add(note, "several correlated effects at once: the p-value is an upper bound");
   return {.base = freedom - 1, .weights = {0.5, 0.5}};
 }
 
@@ -65,8 +81,9 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
   }
   const Nesting how = nesting(larger, smaller);
   if (!how.is_nested) throw UsageError("not nested: " + how.reason);
-  NestedTest test{.statistic = 2.0 * (larger.log_likelihood - smaller.log_likelihood),
-                  .degrees_of_freedom = larger.parameter_count - smaller.parameter_count};
+  NestedTest test{
+      .statistic = 2.0 * (larger.log_likelihood - smaller.log_likelihood),
+      .degrees_of_freedom = count_without_bounded(larger) - count_without_bounded(smaller)};
   if (test.degrees_of_freedom <= 0) {
     throw UsageError("the models have equally many parameters, so that there is nothing to test");
   }

@@ -166,6 +166,22 @@ TEST_CASE("a covariate beside a variance shifts the mixture") {
   CHECK(regular.p == regular.p_chi_squared);
 }
 
+TEST_CASE("the note of a variance function's edge stays beside random effects") {
+  const data::Table table = lines(0.5);
+  FittedModel smaller = fitted(table, {}, "");
+  smaller.specification.variance = parse_variance_function("power(x)");
+  const auto note = [&](const char* random, Covariance covariance) {
+    FittedModel larger = fitted(table, {}, random, "none", covariance);
+    larger.specification.variance = parse_variance_function("constant-plus-power(x)");
+    ++larger.parameter_count;  // the constant
+    return likelihood_ratio_test(larger, smaller).note;
+  };
+  const auto edge = Contains("at the end of its range");
+  CHECK_THAT(note("a | plot", Covariance::kGeneral), edge);
+  CHECK_THAT(note("a + b | plot", Covariance::kGeneral), edge && Contains("; several correlated"));
+  CHECK_THAT(note("a + b | plot", Covariance::kDiagonal), edge && Contains("; weights as if"));
+}
+
 TEST_CASE("a larger model that fits exactly has p = 0, one that is not more likely p = 1") {
   const data::Table table = lines(0.5);
   const FittedModel smaller = fitted(table, {}, "");

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "inference/coefficients_at_bounds.hpp"
 #include "inference/grouping_agreement.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "silvafit/data/table.hpp"
@@ -31,10 +32,37 @@ CoefficientState state_of(const FittedModel& fit, const std::string& name) {
   return {.is_estimated = !std::isnan(fit.covariance(place, place)), .value = fit.estimate[place]};
 }
 
-/// Whether a fit says which of its coefficients are estimated: at least one always is.
+/// Whether a fit says which of its coefficients are estimated: one has a variance at least, or all
+/// are at their bounds. Without any variance, others may be held, or their variances not be known.
 bool tells_estimated(const FittedModel& fit) {
-  return fit.covariance.rows() == std::ssize(fit.coefficient_names) &&
-         !fit.covariance.diagonal().array().isNaN().all();
+  if (fit.covariance.rows() != std::ssize(fit.coefficient_names)) return false;
+  return !fit.covariance.diagonal().array().isNaN().all() ||
+         std::ranges::all_of(fit.coefficient_names,
+                             [&](const std::string& name) { return is_at_bound(fit, name); });
+}
+
+/// Whether the effects have one variance, and there are several for it to join.
+bool has_joint_variance(const RandomEffects& random) {
+  return random.covariance == Covariance::kIdentity && random.coefficients.size() > 1;
+}
+
+/// The factor that is most like one of a simpler variance function, of those that may contain it:
+/// the same stratum counts before the same kind. The end if there is none.
+std::vector<VarianceFactor>::const_iterator most_alike(const std::vector<VarianceFactor>& factors,
+                                                       const VarianceFactor& simpler) {
+  auto best = factors.end();
+  int best_score = -1;
+  for (auto factor = factors.begin(); factor != factors.end(); ++factor) {
+    const bool is_same_kind = factor->kind == simpler.kind;
+    const bool is_power_within =
+        simpler.kind == Kind::kPower && factor->kind == Kind::kConstantPlusPower;
+    if (!(is_same_kind || is_power_within) || factor->column != simpler.column) continue;
+    const int score = (factor->stratum == simpler.stratum ? 2 : 0) + (is_same_kind ? 1 : 0);
+    if (score <= best_score) continue;
+    best = factor;
+    best_score = score;
+  }
+  return best;
 }
 
 bool has_parameter(const ModelSpecification& specification, const std::string& name) {
@@ -100,6 +128,7 @@ class Comparer {
     const CoefficientState small = state_of(smaller_fit_, name);
     if (large.is_estimated) {
       if (!small.is_estimated) ++nesting_.regular;
+      nesting_.has_bounded = nesting_.has_bounded || is_at_bound(smaller_fit_, name);
       return;
     }
     const auto& known = larger_fit_.coefficient_names;
@@ -166,10 +195,12 @@ class Comparer {
         return;
       }
     }
-    const bool is_identity = large.covariance == Covariance::kIdentity;
-    const bool was_identity = small != nullptr && small->covariance == Covariance::kIdentity;
+    const bool is_identity = has_joint_variance(large);
+    const bool was_identity = small != nullptr && has_joint_variance(*small);
     if (is_identity && !was_identity && small != nullptr) {
-      fail("one variance for all random effects is no generalization of several");
+      fail(known.size() == 1
+               ? "one variance for all random effects is no generalization of one"
+               : "one variance for all random effects is no generalization of several");
       return;
     }
     if (is_identity || (was_identity && known.size() != large.coefficients.size())) {
@@ -192,7 +223,6 @@ class Comparer {
         const bool was_free =
             is_pair_of_old && !was_identity && block_of(*small, name) == block_of(*small, other);
         if (is_pair_of_old && !was_free) ++nesting_.regular;
-        if (i < j && !(is_old(name) && is_old(other))) ++nesting_.new_covariances;
       }
       if (is_old(name)) continue;
       (covariances > 0 ? nesting_.correlated_effects : nesting_.independent_effects) += 1;
@@ -220,12 +250,7 @@ class Comparer {
   void compare_variance() {
     std::vector<VarianceFactor> left = larger_.variance.factors;
     for (const VarianceFactor& small : smaller_.variance.factors) {
-      const auto large = std::ranges::find_if(left, [&](const VarianceFactor& candidate) {
-        const bool is_power_within =
-            small.kind == Kind::kPower && candidate.kind == Kind::kConstantPlusPower;
-        return (candidate.kind == small.kind || is_power_within) &&
-               candidate.column == small.column;
-      });
+      const auto large = most_alike(left, small);
       if (large == left.end()) {
         fail(fmt::format("only the smaller model has the variance function {}", small.text()));
         return;

@@ -2,6 +2,7 @@
 #include "silvafit/fit/nesting.hpp"
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
+#include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/likelihood_ratio.hpp"
 
@@ -61,6 +63,7 @@ struct Case {
   const char* random = "";
   const char* variance = "none";
   std::map<std::string, double> fixed{};
+  std::map<std::string, Bounds> bounds{};
 };
 
 FittedModel fitted(const data::Table& table, const Case& of) {
@@ -69,6 +72,7 @@ FittedModel fitted(const data::Table& table, const Case& of) {
   model.variance = parse_variance_function(of.variance);
   FitModelOptions options;
   options.fixed = of.fixed;
+  options.bounds = of.bounds;
   const FittedModel fit = fit_model(model, table, options).fit;
   INFO(of.variance << ": " << fit.convergence.verdict);
   REQUIRE(fit.convergence.converged);
@@ -130,6 +134,30 @@ TEST_CASE("labels that may be of two stands prove nothing") {
   CHECK(nesting(nested, alone).is_nested);
   alone.group_labels = {"1/2", "2"};
   CHECK_FALSE(nesting(nested, alone).is_nested);
+}
+
+TEST_CASE("many nested groups are compared in time that grows as their number") {
+  const data::Table table = lines();
+  FittedModel nested = fitted(table, {.random = "a | stand/place"});
+  FittedModel alone = fitted(table, {.random = "a | place"});
+  nested.outer.labels.clear();
+  nested.group_labels.clear();
+  alone.group_labels.clear();
+  constexpr int kManyStands = 25000;
+  for (int plot = 0; plot < 4 * kManyStands; ++plot) {
+    const std::string stand = std::to_string(plot / 4);
+    if (plot % 4 == 0) nested.outer.labels.push_back(stand);
+    nested.group_labels.push_back(nested_label(stand, std::to_string(plot)));
+    alone.group_labels.push_back(std::to_string(plot));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  CHECK(nesting(nested, alone).is_nested);
+  nested.group_labels[1] = nested_label("0", "0");
+  CHECK_FALSE(nesting(nested, alone).is_nested);
+  nested.group_labels[1] = nested_label("elsewhere", "1");
+  CHECK_FALSE(nesting(nested, alone).is_nested);
+  // Tenths of a second; each plot against each stand would be 2.5e9 labels, minutes.
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(20));
 }
 
 TEST_CASE("a held coefficient is a special case of one that is estimated or held there") {
@@ -213,4 +241,62 @@ TEST_CASE("a held exponent is no special case of a constant variance, nor contai
       nesting(with("stratum(stand) * power(x)"), with("stratum(stand) * power(x, delta = 0.5)", {}))
           .is_nested);
   CHECK(nesting(held, with("stratum(stand) * power(x, delta = 0.5)", {})).is_nested);
+}
+
+TEST_CASE("a coefficient at a bound is a special case of one that is estimated") {
+  const data::Table table = lines();
+  const FittedModel free = fitted(table, {});
+  // The data have a = 10 and b = 2.
+  const FittedModel at_bound = fitted(table, {.bounds = {{"a", {.low = 12.0}}}});
+  const FittedModel held = fitted(table, {.fixed = {{"a", 12.0}}});
+  const NestedTest test = likelihood_ratio_test(free, at_bound);
+  CHECK(test.degrees_of_freedom == 1);
+  CHECK(test.statistic == Approx(likelihood_ratio_test(free, held).statistic).epsilon(1e-9));
+  CHECK_THAT(test.note, Contains("at its bound"));
+  CHECK(likelihood_ratio_test(free, held).note.empty());
+  // However many parameters they count, the free fit is the larger one.
+  CHECK(free.parameter_count == at_bound.parameter_count);
+  for (const auto& order : {std::vector{&free, &at_bound}, std::vector{&at_bound, &free}}) {
+    const Comparison comparison = compare(order);
+    CHECK(comparison.fits.back().fit == &free);
+    CHECK(comparison.pairs.front().test.has_value());
+  }
+  const FittedModel both = fitted(table, {.bounds = {{"a", {.low = 12.0}}, {"b", {.low = 3.0}}}});
+  REQUIRE(both.covariance.diagonal().array().isNaN().all());
+  CHECK(likelihood_ratio_test(free, both).degrees_of_freedom == 2);
+  CHECK_FALSE(nesting(both, free).is_nested);
+}
+
+TEST_CASE("the identity of one effect is that effect's variance") {
+  const data::Table table = lines();
+  const FittedModel both = fitted(table, {.random = "a + b | stand"});
+  FittedModel one = fitted(table, {.random = "a | stand"});
+  one.specification.random->covariance = Covariance::kIdentity;
+  const Nesting how = nesting(both, one);
+  CHECK(how.is_nested);
+  CHECK(how.correlated_effects == 1);
+  CHECK(nesting(one, fitted(table, {.random = "a | stand"})).is_nested);
+  FittedModel joint = both;
+  joint.specification.random->covariance = Covariance::kIdentity;
+  CHECK_THAT(nesting(joint, one).reason, Contains("no generalization of one"));
+  CHECK(nesting(both, joint).is_nested);
+}
+
+TEST_CASE("factors of a variance function are paired by their strata, in any order") {
+  const data::Table table = lines();
+  FittedModel larger = fitted(table, {});
+  FittedModel smaller = larger;
+  const auto is_nested = [&](const char* large, const char* small) {
+    larger.specification.variance = parse_variance_function(large);
+    smaller.specification.variance = parse_variance_function(small);
+    return nesting(larger, smaller).is_nested;
+  };
+  CHECK(is_nested("stratum(plot) * stratum(stand)", "stratum(stand)"));
+  CHECK(is_nested("stratum(plot) * stratum(stand)", "stratum(plot)"));
+  CHECK(is_nested("stratum(plot) * stratum(stand)", "stratum(stand) * stratum(plot)"));
+  CHECK(is_nested("power(x | stand) * power(x)", "power(x) * power(x | stand)"));
+  CHECK(is_nested("power(x | stand)", "power(x)"));
+  CHECK(is_nested("constant-plus-power(x) * power(x | stand)", "power(x | stand)"));
+  CHECK_FALSE(is_nested("stratum(plot)", "stratum(stand)"));
+  CHECK_FALSE(is_nested("power(x)", "power(x | stand)"));
 }

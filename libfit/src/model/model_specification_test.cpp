@@ -63,6 +63,11 @@ TEST_CASE("different nested groups have different labels") {
   CHECK(nested_label("A", "1") == "A/1");
   CHECK(nested_label("A", "1/1") == "A/1/1");
   CHECK(nested_label("A/1", "1") == "A%2F1/1");
+  for (const std::string outer : {"A", "A/1", ""}) {
+    const std::string label = nested_label(outer, "1/2");
+    CHECK(nested_parts(label).outer == outer_part(outer));
+    CHECK(nested_parts(label).inner == "1/2");
+  }
 }
 
 TEST_CASE("errors name what is not known and where") {

@@ -94,10 +94,20 @@ std::vector<RandomEffects> parse_random_effects(std::string_view text) {
   return groupings;
 }
 
-std::string nested_label(std::string_view outer, std::string_view inner) {
+std::string outer_part(std::string_view outer) {
   std::string label;
   for (const char byte : outer) label += byte == '/' ? std::string("%2F") : std::string(1, byte);
-  return label.append("/").append(inner);
+  return label;
+}
+
+std::string nested_label(std::string_view outer, std::string_view inner) {
+  return outer_part(outer).append("/").append(inner);
+}
+
+NestedParts nested_parts(std::string_view label) {
+  const std::size_t slash = label.find('/');
+  if (slash == std::string_view::npos) return {.inner = label};
+  return {.outer = label.substr(0, slash), .inner = label.substr(slash + 1)};
 }
 
 Covariance parse_covariance(std::string_view text) {

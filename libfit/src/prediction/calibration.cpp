@@ -47,7 +47,7 @@ void check(const FittedModel& fit, SeenGroups seen) {
   }
 }
 
-/// LabelNumbers the groups of a table in the order of their first appearance.
+/// Numbers the groups of a table in the order of their first appearance.
 void number_groups(const FittedModel& fit, const data::Table& table, Calibration& result) {
   const GroupLabels labels(fit.specification, table);
   const bool is_nested = fit.specification.outer_random.has_value();

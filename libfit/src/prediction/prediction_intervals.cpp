@@ -2,20 +2,17 @@
 #include "prediction/prediction_intervals.hpp"
 
 #include <algorithm>
-#include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <vector>
 
-#include "prediction/mixture_quantile.hpp"
 #include "prediction/prediction_freedom.hpp"
 #include "prediction/prediction_rules.hpp"
 #include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
-#include "prediction/smooth_mixture.hpp"
+#include "prediction/value_quantiles.hpp"
 #include "silvafit/base/parallel.hpp"
 
 namespace silvafit::fit {
@@ -27,11 +24,9 @@ using Eigen::VectorXd;
 using Open = CoefficientSets::Open;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// Rows at a time, so that the nodes of their quadrature stay in memory.
+// Rows at a time, so that what is kept of them stays in memory.
 constexpr std::size_t kChunk = 4096;
-// If the outer of three points move the mean by less, in standard deviations of the prediction,
-// three points do.
-constexpr double kSmallMove = 0.15;
+
 /// Some rows of the table.
 class Chunk {
  public:
@@ -234,7 +229,8 @@ class Chunk {
       const VectorXd slope = gradient_.row(row);
       const VectorXd direction = spread(row, known_covariance(row), false) * slope;
       const double error = std::sqrt(slope.dot(direction));
-      if (!(error > 0.0)) continue;
+      // Where the error is not known, neither are the ends.
+      if (error == 0.0) continue;
       const VectorXd step = t_quantile(row) / error * direction;
       low.row(row) -= step.transpose();
       high.row(row) += step.transpose();
@@ -253,10 +249,10 @@ class Chunk {
 
   /// Ends by quadrature over what is not known of the arguments.
   void prediction() {
-    std::vector<MatrixXd> roots(static_cast<std::size_t>(rows_));
     const MatrixXd open_inner = open_covariance(fit_, Open::kInner);
     const MatrixXd open_all = open_covariance(fit_, Open::kAll);
-    std::map<Index, std::vector<std::size_t>> rows_of_width;
+    std::vector<std::size_t> known;
+    std::vector<MatrixXd> roots;
     for (Index row = 0; row < rows_; ++row) {
       const Open open = open_of(row);
       MatrixXd covariance = known_covariance(row);
@@ -266,131 +262,38 @@ class Chunk {
       if (!of.allFinite() || !std::isfinite(center_[row]) || !std::isfinite(residual_sd_[row])) {
         continue;
       }
-      MatrixXd& root = roots[static_cast<std::size_t>(row)];
-      root = rotated_root(of, gradient_.row(row));
-      rows_of_width[root.cols()].push_back(static_cast<std::size_t>(row));
+      known.push_back(static_cast<std::size_t>(row));
+      roots.push_back(rotated_root(of, gradient_.row(row)));
     }
-    for (const auto& [width, rows] : rows_of_width) {
-      const std::vector<bool> is_bent = bent(rows, roots, width);
-      const std::vector<MainPoints> needed = main_points(rows, roots, width);
-      for (const MainPoints points : {MainPoints::kFew, MainPoints::kDense, MainPoints::kGapless}) {
-        for (const bool many : {false, true}) {
-          std::vector<std::size_t> chosen;
-          for (std::size_t k = 0; k < rows.size(); ++k) {
-            if (is_bent[k] == many && needed[k] == points) chosen.push_back(rows[k]);
-          }
-          if (chosen.empty()) continue;
-          integrate(chosen, roots, prediction_rule(width, points, many));
-        }
-      }
-    }
-  }
-
-  /// The points in the main direction that each of some rows needs.
-  std::vector<MainPoints> main_points(const std::vector<std::size_t>& rows,
-                                      const std::vector<MatrixXd>& roots,
-                                      Index width) const {
-    if (width < 1) return std::vector<MainPoints>(rows.size(), MainPoints::kFew);
-    const VectorXd found = steepness(rows, roots);
-    std::vector<MainPoints> result;
-    for (const double value : found) result.push_back(points_for(value));
-    return result;
-  }
-
-  /// (rows) largest change of the mean per standard deviation of the main direction, in residual
-  /// standard deviations; infinite where the mean is not finite everywhere.
-  VectorXd steepness(const std::vector<std::size_t>& rows,
-                     const std::vector<MatrixXd>& roots) const {
-    const data::Table part = part_.select(rows);
-    const RowMean mean(fit_.specification, part, uncertain_names(options_));
-    const MatrixXd center = arguments_(rows, Eigen::all);
-    constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
-    constexpr double kStep = 1.5;
-    VectorXd result = VectorXd::Zero(center.rows());
-    VectorXd last_mean;
-    VectorXd last_sd;
-    for (const double place : kPlaces) {
-      MatrixXd at = center;
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        at.row(static_cast<Index>(k)) += place * roots[rows[k]].col(0).transpose();
-      }
-      const VectorXd here = mean.mean(at);
-      const VectorXd sd = residual_sd_if_known(fit_, here, part);
-      for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
-        const double change =
-            std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
-        result[k] = std::max(
-            result[k], std::isfinite(change) ? change : std::numeric_limits<double>::infinity());
-      }
-      last_mean = here;
-      last_sd = sd;
-    }
-    return result;
-  }
-
-  /// Whether each of some rows needs many points in the directions in which its mean does not
-  /// change to first order.
-  std::vector<bool> bent(const std::vector<std::size_t>& rows,
-                         const std::vector<MatrixXd>& roots,
-                         Index width) const {
-    std::vector<bool> result(rows.size(), false);
-    if (width < 2) return result;
-    const RowMean mean(fit_.specification, part_.select(rows), uncertain_names(options_));
-    const MatrixXd center = arguments_(rows, Eigen::all);
-    for (Index direction = 1; direction < width; ++direction) {
-      for (const double side : {-std::sqrt(3.0), std::sqrt(3.0)}) {
-        MatrixXd at = center;
-        for (std::size_t k = 0; k < rows.size(); ++k) {
-          at.row(static_cast<Index>(k)) += side * roots[rows[k]].col(direction).transpose();
-        }
-        const VectorXd moved = mean.mean(at);
-        for (std::size_t k = 0; k < rows.size(); ++k) {
-          const auto row = static_cast<Index>(rows[k]);
-          const double move = std::abs(moved[static_cast<Index>(k)] - center_[row]);
-          if (!(move <= kSmallMove * result_.prediction_error[begin_ + row])) result[k] = true;
-        }
-      }
-    }
-    return result;
-  }
-
-  /// Finds the ends of some rows' intervals by a rule.
-  void integrate(const std::vector<std::size_t>& rows,
-                 const std::vector<MatrixXd>& roots,
-                 const PredictionRule& chosen) {
-    const QuadratureRule& rule = chosen.points;
-    const data::Table part = part_.select(rows);
-    const RowMean mean(fit_.specification, part, uncertain_names(options_));
-    const MatrixXd center = arguments_(rows, Eigen::all);
-    const auto count = static_cast<Index>(rows.size());
-    MatrixXd means(rule.weights.size(), count);
-    MatrixXd deviations(rule.weights.size(), count);
-    for (Index k = 0; k < rule.weights.size(); ++k) {
-      MatrixXd at = center;
-      for (Index i = 0; i < count; ++i) {
-        const MatrixXd& root = roots[rows[static_cast<std::size_t>(i)]];
-        at.row(i) += (root * rule.nodes.col(k)).transpose();
-      }
-      const VectorXd value = mean.mean(at);
-      means.row(k) = value;
-      deviations.row(k) = residual_sd_if_known(fit_, value, part);
-    }
-    for (Index i = 0; i < count && chosen.stride > 0; ++i) {
-      close_gaps(means.col(i), deviations.col(i), chosen.stride);
-    }
+    if (known.empty()) return;
+    const data::Table table = part_.select(known);
+    const std::vector<std::string> uncertain = uncertain_names(options_);
     const double tail = 0.5 - 0.5 * *options_.interval;
-    const double z = boost::math::quantile(boost::math::normal_distribution<double>(), 1.0 - tail);
-    for (Index i = 0; i < count; ++i) {
-      const auto row = static_cast<Index>(rows[static_cast<std::size_t>(i)]);
-      // Quantiles of known variances are widened as those of one normal distribution would be.
+    const VectorXd errors = result_.prediction_error.segment(begin_, rows_);
+    store_ends(known,
+               value_quantiles({.fit = fit_,
+                                .table = table,
+                                .uncertain = uncertain,
+                                .arguments = arguments_(known, Eigen::all),
+                                .value = center_(known),
+                                .gradient = gradient_(known, Eigen::all),
+                                .error = errors(known),
+                                .roots = std::move(roots)},
+                               tail));
+  }
+
+  /// Quantiles of known variances are widened as those of one normal distribution would be.
+  void store_ends(const std::vector<std::size_t>& rows, const MatrixXd& quantiles) {
+    const boost::math::normal_distribution<double> normal;
+    const double z = boost::math::quantile(normal, 0.5 + 0.5 * *options_.interval);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const auto row = static_cast<Index>(rows[k]);
       const double wider = t_quantile(row) / z;
-      const auto end = [&](double probability) {
-        const double quantile =
-            mixture_quantile(means.col(i), deviations.col(i), rule.weights, probability);
-        return center_[row] + wider * (quantile - center_[row]);
+      const auto end = [&](Index side) {
+        return center_[row] + wider * (quantiles(static_cast<Index>(k), side) - center_[row]);
       };
-      result_.lower[begin_ + row] = end(tail);
-      result_.upper[begin_ + row] = end(1.0 - tail);
+      result_.lower[begin_ + row] = end(0);
+      result_.upper[begin_ + row] = end(1);
     }
   }
 

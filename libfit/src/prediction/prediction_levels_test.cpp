@@ -287,6 +287,26 @@ TEST_CASE("confidence intervals stay within the range of the curve") {
   CHECK(prediction.upper[0] == Approx(20.0 / (1.0 + std::exp(0.3 - 2.0 * t))));
 }
 
+TEST_CASE("without a known error a mean has no interval, without any error one of no width") {
+  FittedModel fit = model("y ~ sqrt(a*x)", {"a"}, "a | plot");
+  fit.estimate = VectorXd::Constant(1, 4.0);
+  fit.covariance.setConstant(1.0);
+  fit.random_covariance = MatrixXd::Constant(1, 1, 0.5);
+  Table table;
+  table.set("x", std::vector<double>{0.0});
+  const PredictionOptions options{.interval = 0.95, .interval_kind = IntervalKind::kConfidence};
+  // The derivative x/(2 sqrt(a x)) is 0/0.
+  const Prediction unknown = predict(fit, table, Level::kPopulation, options);
+  CHECK(unknown.value[0] == 0.0);
+  CHECK(std::isnan(unknown.mean_error[0]));
+  CHECK(std::isnan(unknown.lower[0]));
+  CHECK(std::isnan(unknown.upper[0]));
+  fit.specification.formula = silvafit::data::parse_formula("y ~ 2 + a*x");
+  const Prediction exact = predict(fit, table, Level::kPopulation, options);
+  CHECK(exact.lower[0] == 2.0);
+  CHECK(exact.upper[0] == 2.0);
+}
+
 TEST_CASE("groups of which nothing is known are what the option says") {
   const FittedModel fit = curve();
   Table table;

@@ -3,10 +3,14 @@
 
 #include <Eigen/QR>
 #include <array>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <utility>
 #include <vector>
 
 #include "model/covariance_factor.hpp"
 #include "prediction/smooth_mixture.hpp"
+#include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -21,11 +25,43 @@ constexpr int kMainPoints = 15;
 constexpr int kFewPoints = 3;
 // Many points, by the number of directions: a product of many would take too long.
 constexpr std::array kManyPoints{1, 1, 11, 7, 5};
+// Other directions whose points are a product, and the points that more of them share.
+constexpr Index kProduct = 3;
+constexpr int kSharedPoints = 500;
 // How much the mean may change, in residual standard deviations per standard deviation of the main
 // direction, before the main points show as steps of the distribution function, and before dense
 // points do.
 constexpr double kSteepForFew = 0.5;
 constexpr double kSteepForDense = 4.0;
+
+/// Points of equal weight, in each variable the middles of parts of equal probability, dealt at
+/// random (a Latin hypercube): the error does not grow with the number of variables.
+/// Source: McKay, Beckman and Conover 1979, Technometrics 21, 239-245.
+QuadratureRule shared_rule(Index width) {
+  QuadratureRule rule{.nodes = MatrixXd(width, kSharedPoints),
+                      .weights = VectorXd::Constant(kSharedPoints, 1.0 / kSharedPoints)};
+  VectorXd scores(kSharedPoints);
+  const boost::math::normal_distribution<double> normal;
+  for (int k = 0; k < kSharedPoints; ++k) {
+    scores[k] = boost::math::quantile(normal, (k + 0.5) / kSharedPoints);
+  }
+  scores /= std::sqrt(scores.squaredNorm() / kSharedPoints);  // variance 1 in spite of the middles
+  Random random(1);
+  for (Index j = 0; j < width; ++j) {
+    for (std::size_t k = kSharedPoints; k > 1; --k) {
+      std::swap(scores[static_cast<Index>(k - 1)], scores[static_cast<Index>(random.below(k))]);
+    }
+    rule.nodes.row(j) = scores;
+  }
+  return rule;
+}
+
+/// \param width   directions beside the main one
+/// \param points  a direction, where they are a product
+QuadratureRule rule_of_others(Index width, int points) {
+  if (width == 0) return {.nodes = MatrixXd(0, 1), .weights = VectorXd::Ones(1)};
+  return width <= kProduct ? gauss_hermite(points, width) : shared_rule(width);
+}
 
 }  // namespace
 
@@ -37,9 +73,8 @@ MainPoints points_for(double steepness) {
 PredictionRule prediction_rule(Index width, MainPoints main, bool many) {
   const auto at = static_cast<std::size_t>(width);
   const int points = many && at < kManyPoints.size() ? kManyPoints[at] : kFewPoints;
-  const QuadratureRule nothing{.nodes = MatrixXd(0, 1), .weights = VectorXd::Ones(1)};
-  if (width == 0) return {.points = nothing};
-  const QuadratureRule others = width == 1 ? nothing : gauss_hermite(points, width - 1);
+  if (width == 0) return {.points = rule_of_others(0, points)};
+  const QuadratureRule others = rule_of_others(width - 1, points);
   switch (main) {
     case MainPoints::kFew:
       return {.points = product_rule(gauss_hermite(kMainPoints, 1), others)};

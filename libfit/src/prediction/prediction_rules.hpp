@@ -21,6 +21,8 @@ struct PredictionRule {
 ///   residual standard deviations
 MainPoints points_for(double steepness);
 
+/// Points are a product of rules of one variable in the main direction and up to three others; more
+/// others share 500 points, however many they are.
 /// \param width  directions, of which the first is the main one
 /// \param many   whether the others need many points
 PredictionRule prediction_rule(Eigen::Index width, MainPoints main, bool many);

@@ -68,6 +68,12 @@ VectorXd residual_sd_if_known(const FittedModel& fit,
   return VectorXd::Constant(fitted.size(), std::numeric_limits<double>::quiet_NaN());
 }
 
+bool residual_follows_mean(const FittedModel& fit) {
+  return std::ranges::any_of(fit.variance.factors, [](const VarianceFactorEstimate& estimate) {
+    return estimate.factor.column.empty() && estimate.factor.kind != VarianceFactor::Kind::kStratum;
+  });
+}
+
 std::vector<std::string> residual_sd_gaps(const FittedModel& fit, const data::Table& table) {
   std::vector<std::string> gaps(table.rows());
   for (const VarianceFactorEstimate& estimate : fit.variance.factors) {

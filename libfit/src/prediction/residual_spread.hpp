@@ -18,6 +18,9 @@ Eigen::VectorXd residual_sd_if_known(const FittedModel& fit,
                                      const Eigen::Ref<const Eigen::VectorXd>& fitted,
                                      const data::Table& table);
 
+/// Whether the residual standard deviation changes with the fitted value.
+bool residual_follows_mean(const FittedModel& fit);
+
 /// (N) what a row lacks: "missing noise" without a value, "unknown species" in a stratum that the
 /// fit has not seen; empty where the residual standard deviation is known.
 std::vector<std::string> residual_sd_gaps(const FittedModel& fit, const data::Table& table);

@@ -40,12 +40,13 @@ QuadratureRule spaced_rule(double variance) {
 }  // namespace
 
 QuadratureRule product_rule(const QuadratureRule& first, const QuadratureRule& others) {
+  const Index own = first.nodes.rows();
   const Index rest = others.nodes.rows();
   const Index count = first.weights.size() * others.weights.size();
-  QuadratureRule rule{.nodes = MatrixXd(rest + 1, count), .weights = VectorXd(count)};
+  QuadratureRule rule{.nodes = MatrixXd(own + rest, count), .weights = VectorXd(count)};
   for (Index i = 0, k = 0; i < first.weights.size(); ++i) {
     for (Index j = 0; j < others.weights.size(); ++j, ++k) {
-      rule.nodes(0, k) = first.nodes(0, i);
+      rule.nodes.col(k).head(own) = first.nodes.col(i);
       rule.nodes.col(k).tail(rest) = others.nodes.col(j);
       rule.weights[k] = first.weights[i] * others.weights[j];
     }

@@ -32,7 +32,7 @@ void close_gaps(Eigen::Ref<Eigen::VectorXd> means,
                 Eigen::Ref<Eigen::VectorXd> deviations,
                 Eigen::Index stride);
 
-/// The product of a rule of one variable and one of others.
+/// The product of two rules, of some variables and of others.
 QuadratureRule product_rule(const QuadratureRule& first, const QuadratureRule& others);
 
 }  // namespace silvafit::fit

@@ -164,8 +164,8 @@ void CaseDraw::relabel(const std::vector<std::size_t>& drawn, Resampled& result)
     for (std::size_t i = 0; i < members_[drawn[k]].size(); ++i) column.append(label);
     for (const std::size_t g : inner_groups_[drawn[k]]) {
       inner.push_back(static_cast<Index>(g));
-      const std::string& known = fit_.group_labels[g];
-      start.group_labels.push_back(is_nested ? label + known.substr(known.find('/')) : label);
+      const NestedParts known = nested_parts(fit_.group_labels[g]);
+      start.group_labels.push_back(is_nested ? nested_label(label, known.inner) : label);
     }
     if (!is_nested) continue;
     outer.push_back(static_cast<Index>(drawn[k]));

@@ -12,28 +12,29 @@ namespace silvafit::fit {
 struct Nesting {
   bool is_nested = false;
   std::string reason{};  ///< why there is no test, in words
-  /// Number of regular parameters that the larger model estimates more: coefficients, covariances
-  /// of effects that both have, parameters of the variance function.
+  /// Number of coefficients, and of variances and covariances of effects that both have, that the
+  /// larger model estimates more. Parameters of the variance function are not counted.
   int regular = 0;
   /// Random effects that only the larger model has, and whose covariances with others (of old and
   /// of new ones) are free.
   int correlated_effects = 0;
-  int new_covariances = 0;
   /// Random effects that only the larger model has, independent of all others.
   int independent_effects = 0;
   /// The smaller model has a parameter of the variance function at the end of its range.
   bool has_other_edge = false;
+  /// A coefficient that the larger model estimates is at a bound in the smaller.
+  bool has_bounded = false;
 };
 
 /// Whether `smaller` is a special case of `larger`, by their structure: the same formula,
 /// sub-models with fewer covariates, fewer random effects or a simpler covariance, a simpler
 /// variance function.
 ///
-/// A coefficient that is held (it has no variance) is a special case of one that is estimated or
-/// held at the same value; one that a model does not have counts as held at 0. Random effects by a
-/// column are compared only where the labels of the groups show that both fits have the same
-/// groups. A variance function is left out of the smaller model only if the larger one's can be
-/// constant.
+/// A coefficient that is held or at a bound (it has no variance) is a special case of one that is
+/// estimated or held at the same value; one that a model does not have counts as held at 0. Random
+/// effects by a column are compared only where the labels of the groups show that both fits have
+/// the same groups. A variance function is left out of the smaller model only if the larger one's
+/// can be constant.
 Nesting nesting(const FittedModel& larger, const FittedModel& smaller);
 
 }  // namespace silvafit::fit

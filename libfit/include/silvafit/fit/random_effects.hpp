@@ -37,6 +37,17 @@ std::vector<RandomEffects> parse_random_effects(std::string_view text);
 /// `%2F`, so that different groups have different labels: `A` with `1/1` is not `A/1` with `1`.
 std::string nested_label(std::string_view outer, std::string_view inner);
 
+/// The labels in a nested one.
+struct NestedParts {
+  std::string_view outer{};  ///< as outer_part() writes it; empty where there is no slash
+  std::string_view inner{};
+};
+
+/// Cuts a label as nested_label() writes it; the parts are views of it.
+NestedParts nested_parts(std::string_view label);
+/// The label of a coarser group as nested labels have it, with `%2F` for a slash.
+std::string outer_part(std::string_view outer);
+
 /// Reads general, diagonal or identity; blocks are made in the text of random effects.
 Covariance parse_covariance(std::string_view text);
 std::string covariance_text(Covariance covariance);

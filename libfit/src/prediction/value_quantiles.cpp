@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "prediction/value_quantiles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "prediction/bent_directions.hpp"
+#include "prediction/mixture_quantile.hpp"
+#include "prediction/prediction_rules.hpp"
+#include "prediction/residual_spread.hpp"
+#include "prediction/row_mean.hpp"
+#include "prediction/smooth_mixture.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Rows = std::vector<std::size_t>;
+
+// If the outer of three points move the mean by less, in standard deviations of the prediction,
+// three points do.
+constexpr double kSmallMove = 0.15;
+// Changes of the mean that are taken for rounding, in standard deviations of the prediction: far
+// below what the rules leave, and above what derivatives of large terms that cancel are off by.
+constexpr double kStraight = 1e-7;
+// Numbers at a time that a step may keep: 8 MB.
+constexpr std::size_t kNumbersAtOnce = std::size_t{1} << 20U;
+
+/// Some rows of the table with their means.
+class Part {
+ public:
+  Part(const UnknownValues& all, const Rows& rows)
+      : fit_(all.fit),
+        table_(all.table.select(rows)),
+        mean_(all.fit.specification, table_, all.uncertain),
+        center_(all.arguments(rows, Eigen::all)) {}
+
+  const RowMean& mean() const { return mean_; }
+  const MatrixXd& center() const { return center_; }
+
+  /// (n) means away from the center, and the standard deviations of the values there.
+  /// \param move  of a row (by its place here): the change of its arguments
+  template <typename Move>
+  VectorXd mean_at(const Move& move) const {
+    MatrixXd at = center_;
+    for (Index k = 0; k < at.rows(); ++k)
+      at.row(k) += move(static_cast<std::size_t>(k)).transpose();
+    return mean_.mean(at);
+  }
+  /// \param straight  (n) standard deviations of what is straight
+  VectorXd deviation(const VectorXd& mean, const VectorXd& straight) const {
+    const VectorXd residual = residual_sd_if_known(fit_, mean, table_);
+    return (residual.array().square() + straight.array().square()).sqrt();
+  }
+
+ private:
+  const FittedModel& fit_;
+  data::Table table_;
+  RowMean mean_;
+  MatrixXd center_;
+};
+
+/// Calls a function with successive parts of some rows, of each of which it keeps some numbers.
+template <typename Function>
+void by_parts(const Rows& rows, std::size_t numbers_a_row, const Function& function) {
+  const std::size_t size = std::max<std::size_t>(1, kNumbersAtOnce / (numbers_a_row + 1));
+  for (std::size_t begin = 0; begin < rows.size(); begin += size) {
+    const std::size_t end = std::min(rows.size(), begin + size);
+    function(Rows(rows.begin() + static_cast<std::ptrdiff_t>(begin),
+                  rows.begin() + static_cast<std::ptrdiff_t>(end)));
+  }
+}
+
+/// How the rows of one number of directions are integrated.
+class Quadrature {
+ public:
+  explicit Quadrature(const UnknownValues& all)
+      : all_(all), directions_(all.roots.size()), result_(all.roots.size(), 2) {
+    result_.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+
+  MatrixXd run(double tail) {
+    find_directions();
+    std::map<Index, Rows> rows_of_width;
+    for (std::size_t row = 0; row < directions_.size(); ++row) {
+      rows_of_width[directions_[row].root.cols()].push_back(row);
+    }
+    for (const auto& [width, rows] : rows_of_width) {
+      const std::vector<bool> is_bent = bent(rows, width);
+      const std::vector<MainPoints> needed = main_points(rows, width);
+      for (const MainPoints points : {MainPoints::kFew, MainPoints::kDense, MainPoints::kGapless}) {
+        for (const bool many : {false, true}) {
+          Rows chosen;
+          for (std::size_t k = 0; k < rows.size(); ++k) {
+            if (is_bent[k] == many && needed[k] == points) chosen.push_back(rows[k]);
+          }
+          if (chosen.empty()) continue;
+          const PredictionRule rule = prediction_rule(width, points, many);
+          // Means and deviations.
+          const auto numbers = 2 * static_cast<std::size_t>(rule.points.weights.size());
+          by_parts(chosen, numbers, [&](const Rows& some) { integrate(some, rule, tail); });
+        }
+      }
+    }
+    return result_;
+  }
+
+ private:
+  const MatrixXd& root(std::size_t row) const { return directions_[row].root; }
+
+  VectorXd straight(const Rows& rows) const {
+    VectorXd result(static_cast<Index>(rows.size()));
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      result[static_cast<Index>(k)] = directions_[rows[k]].straight;
+    }
+    return result;
+  }
+
+  void find_directions() {
+    Rows rows;
+    Index width = 0;
+    for (std::size_t row = 0; row < all_.roots.size(); ++row) {
+      rows.push_back(row);
+      width = std::max(width, all_.roots[row].cols());
+    }
+    const bool split = !residual_follows_mean(all_.fit);
+    const auto numbers = static_cast<std::size_t>(width * bend_places(width));
+    by_parts(rows, numbers, [&](const Rows& some) {
+      const Part part(all_, some);
+      std::vector<MatrixXd> roots;
+      for (const std::size_t row : some) roots.push_back(all_.roots[row]);
+      std::vector<BentDirections> found = bent_directions(part.mean(),
+                                                          part.center(),
+                                                          all_.gradient(some, Eigen::all),
+                                                          roots,
+                                                          kStraight * all_.error(some),
+                                                          split);
+      for (std::size_t k = 0; k < some.size(); ++k) directions_[some[k]] = std::move(found[k]);
+    });
+  }
+
+  /// The points in the main direction that each of some rows needs.
+  std::vector<MainPoints> main_points(const Rows& rows, Index width) const {
+    if (width < 1) return std::vector<MainPoints>(rows.size(), MainPoints::kFew);
+    std::vector<MainPoints> result;
+    for (const double value : steepness(rows)) result.push_back(points_for(value));
+    return result;
+  }
+
+  /// (rows) largest change of the mean per standard deviation of the main direction, in standard
+  /// deviations of what has no points; infinite where the mean is not finite everywhere.
+  VectorXd steepness(const Rows& rows) const {
+    const Part part(all_, rows);
+    const VectorXd spread = straight(rows);
+    constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
+    constexpr double kStep = 1.5;
+    VectorXd result = VectorXd::Zero(spread.size());
+    VectorXd last_mean;
+    VectorXd last_sd;
+    for (const double place : kPlaces) {
+      const VectorXd here =
+          part.mean_at([&](std::size_t k) { return VectorXd(place * root(rows[k]).col(0)); });
+      const VectorXd sd = part.deviation(here, spread);
+      for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
+        const double change =
+            std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
+        result[k] = std::max(
+            result[k], std::isfinite(change) ? change : std::numeric_limits<double>::infinity());
+      }
+      last_mean = here;
+      last_sd = sd;
+    }
+    return result;
+  }
+
+  /// Whether each of some rows needs many points in the directions in which its mean does not
+  /// change to first order.
+  std::vector<bool> bent(const Rows& rows, Index width) const {
+    std::vector<bool> result(rows.size(), false);
+    if (width < 2) return result;
+    const Part part(all_, rows);
+    for (Index direction = 1; direction < width; ++direction) {
+      for (const double side : {-std::sqrt(3.0), std::sqrt(3.0)}) {
+        const VectorXd moved = part.mean_at(
+            [&](std::size_t k) { return VectorXd(side * root(rows[k]).col(direction)); });
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+          const auto row = static_cast<Index>(rows[k]);
+          const double move = std::abs(moved[static_cast<Index>(k)] - all_.value[row]);
+          if (!(move <= kSmallMove * all_.error[row])) result[k] = true;
+        }
+      }
+    }
+    return result;
+  }
+
+  void integrate(const Rows& rows, const PredictionRule& chosen, double tail) {
+    const QuadratureRule& rule = chosen.points;
+    const Part part(all_, rows);
+    const VectorXd spread = straight(rows);
+    const auto count = static_cast<Index>(rows.size());
+    MatrixXd means(rule.weights.size(), count);
+    MatrixXd deviations(rule.weights.size(), count);
+    for (Index k = 0; k < rule.weights.size(); ++k) {
+      const VectorXd mean =
+          part.mean_at([&](std::size_t i) { return VectorXd(root(rows[i]) * rule.nodes.col(k)); });
+      means.row(k) = mean;
+      deviations.row(k) = part.deviation(mean, spread);
+    }
+    for (Index i = 0; i < count; ++i) {
+      if (chosen.stride > 0) close_gaps(means.col(i), deviations.col(i), chosen.stride);
+      const auto row = static_cast<Index>(rows[static_cast<std::size_t>(i)]);
+      const auto quantile = [&](double probability) {
+        return mixture_quantile(means.col(i), deviations.col(i), rule.weights, probability);
+      };
+      result_(row, 0) = quantile(tail);
+      result_(row, 1) = quantile(1.0 - tail);
+    }
+  }
+
+  const UnknownValues& all_;
+  std::vector<BentDirections> directions_;
+  MatrixXd result_;
+};
+
+}  // namespace
+
+MatrixXd value_quantiles(const UnknownValues& rows, double tail) {
+  return Quadrature(rows).run(tail);
+}
+
+}  // namespace silvafit::fit
