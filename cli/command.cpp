@@ -80,6 +80,15 @@ std::filesystem::path data_directory() {
   return directory;
 }
 
+std::filesystem::path bundled_page(const std::string& name) {
+  std::filesystem::path page = data_directory() / "viewer" / name;
+  if (std::filesystem::exists(page)) return page;
+  throw InputError(
+      "the page to fill is not here, since silvafit was built without the viewer; build it with "
+      "-DSILVAFIT_BUILD_VIEWER=ON, which needs npm, and install it again",
+      {.file = page.string()});
+}
+
 std::string command_line() {
   const std::string words = read_file("/proc/self/cmdline");
   std::string line;

@@ -66,6 +66,10 @@ class Progress {
 /// folder.
 std::filesystem::path data_directory();
 
+/// A page that the viewer's build leaves in the data directory, such as report.html.
+/// \throws InputError if this silvafit was built without it; it says what to do
+std::filesystem::path bundled_page(const std::string& name);
+
 /// The command line as it was given, words with blanks quoted.
 std::string command_line();
 

@@ -5,9 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <limits>
 
 #include "near_names.hpp"
+#include "outline.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -48,6 +53,52 @@ std::vector<std::string> option_names(const CLI::App& command) {
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
   return names;
+}
+
+/// What is wrong with the text of a count; empty if nothing is.
+std::string wrong_count(const std::string& text) {
+  if (text.empty() || text.find_first_not_of("0123456789") != std::string::npos) {
+    return fmt::format("'{}' is no whole number of 0 or more", text);
+  }
+  std::uint64_t count = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), count);
+  return read.ec == std::errc() ? std::string() : fmt::format("{} is too large", text);
+}
+
+/// What is wrong with a value of an option that cannot be read; empty if nothing is.
+std::string wrong_value(const CLI::Option& option, const std::string& value) {
+  const std::vector<std::string> choices = choices_of(option);
+  if (!choices.empty()) {
+    if (std::ranges::find(choices, value) != choices.end()) return {};
+    return fmt::format(
+        "'{}' is none of {}{}", value, fmt::join(choices, ", "), suggestion(value, choices, ""));
+  }
+  if (option.get_items_expected_max() == 0) return "takes no value";
+  double number = 0.0;
+  if (!data::parse_number(data::trimmed(value), number)) {
+    return fmt::format("'{}' is no number", value);
+  }
+  return {};
+}
+
+/// The option that an error of reading is about.
+const CLI::Option* option_of(const CLI::App& command, const std::string& message) {
+  const CLI::Option* found = nullptr;
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();
+    // The longest name, since one may be the beginning of another.
+    const bool is_longer = found == nullptr || name.size() > found->get_name().size();
+    if (is_longer && !name.empty() && message.find(name) != std::string::npos) found = option;
+  }
+  return found;
+}
+
+/// `--threads`, or what stands for an argument in --help: `INVENTORY.csv`.
+std::string shown_name(const CLI::Option& option) {
+  const bool is_argument = option.get_positional();
+  return is_argument && option.get_type_name().find("TEXT") == std::string::npos
+             ? option.get_type_name()
+             : option.get_name();
 }
 
 }  // namespace
@@ -95,6 +146,47 @@ std::string unexpected_words(const CLI::App& program) {
   return fmt::format("'{}' is one word too many for {}; text with blanks goes in quotes",
                      words.empty() ? "" : words.front(),
                      words_of(command));
+}
+
+void require_whole_numbers(CLI::App& program) {
+  for (CLI::Option* option : program.get_options()) {
+    if (!option->get_type_name().starts_with("UINT")) continue;
+    option->check(wrong_count);
+  }
+  for (CLI::App* command : program.get_subcommands([](CLI::App*) { return true; })) {
+    require_whole_numbers(*command);
+  }
+}
+
+std::string unreadable_words(const CLI::App& program, const CLI::ParseError& error) {
+  const CLI::App& command = read_command(program);
+  const std::string message = error.what();
+  const CLI::Option* option = option_of(command, message);
+  const auto is = [&error](CLI::ExitCodes code) {
+    return error.get_exit_code() == static_cast<int>(code);
+  };
+  const std::string help = fmt::format("{} --help lists the options", words_of(command));
+  if (option == nullptr) return fmt::format("{}; {}", message, help);
+  const std::string name = shown_name(*option);
+  if (is(CLI::ExitCodes::RequiredError)) return fmt::format("{} is needed; {}", name, help);
+  if (is(CLI::ExitCodes::ArgumentMismatch) && option->results().empty()) {
+    return fmt::format("{}: needs a value; {}", name, help);
+  }
+  // What was found by a check of ours is said already.
+  const bool has_choices = !choices_of(*option).empty();
+  const bool is_unsaid = is(CLI::ExitCodes::ConversionError) || has_choices;
+  for (const std::string& value : option->results()) {
+    const std::string wrong = is_unsaid ? wrong_value(*option, value) : std::string();
+    if (!wrong.empty()) return fmt::format("{}: {}", name, wrong);
+  }
+  if (is(CLI::ExitCodes::ConversionError)) {
+    return fmt::format("{}: {} is too large", name, fmt::join(option->results(), ","));
+  }
+  // A range without an upper end is told with the largest number that there is.
+  if (message.ends_with(std::to_string(std::numeric_limits<double>::max()))) {
+    return fmt::format("{}: '{}' is not above 0", name, fmt::join(option->results(), ","));
+  }
+  return message;
 }
 
 }  // namespace silvafit::cli

@@ -218,8 +218,7 @@ void write_page(const CompareArguments& arguments,
   if (std::set<std::string>(names.begin(), names.end()).size() < names.size()) {
     names = arguments.files;
   }
-  study::write_comparison_page(
-      libraries, names, data_directory() / "viewer" / "report.html", arguments.html);
+  study::write_comparison_page(libraries, names, bundled_page("report.html"), arguments.html);
 }
 
 void run(const CompareArguments& arguments) {

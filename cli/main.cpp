@@ -42,6 +42,7 @@ int run(int argc, char** argv) {
   add_completion_command(program);
   add_manual_command(program);
   add_version_to_commands(program);
+  require_whole_numbers(program);
 
   try {
     require_command(program, {argv + 1, argv + argc});
@@ -51,7 +52,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ExtrasError& error) {
     return report("", UsageError(unexpected_words(program)), kBadUsage);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? kDone : kBadUsage;
+    if (error.get_exit_code() == 0) return program.exit(error);
+    return report("", UsageError(unreadable_words(program, error)), kBadUsage);
   } catch (const NoConvergedFit& error) {
     return report("", error, kNoConvergedFit);
   } catch (const UsageError& error) {

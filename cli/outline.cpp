@@ -66,6 +66,11 @@ void add_all(const CommandOutline& command, std::vector<const CommandOutline*>& 
 
 }  // namespace
 
+std::vector<std::string> choices_of(const CLI::Option& option) {
+  std::string type = option.get_type_name();
+  return choices_in(type);
+}
+
 CommandOutline outline(const CLI::App& program) { return outline_below(program, {}); }
 
 std::string joined(const std::vector<std::string>& words, const std::string& between) {

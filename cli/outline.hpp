@@ -30,6 +30,9 @@ struct CommandOutline {
   std::string example{};  ///< lines as they are typed
 };
 
+/// The only values that an option takes; empty if there is no list of them.
+std::vector<std::string> choices_of(const CLI::Option& option);
+
 /// The outline of the program; hidden commands are left out.
 CommandOutline outline(const CLI::App& program);
 

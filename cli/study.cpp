@@ -317,7 +317,8 @@ void initialise(const Arguments& arguments) {
                   arguments.inventory.path));
 }
 
-void run_whole_study(Arguments& arguments) {
+/// \param page  that becomes the report
+void run_whole_study(Arguments& arguments, const std::filesystem::path& page) {
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   study::StudyRecord record = make_record(arguments);
@@ -335,7 +336,7 @@ void run_whole_study(Arguments& arguments) {
   for (const std::string& note : record.study.notes) say(arguments.common, "note: " + note);
   record.decisions = decisions_of(arguments, record);
   const std::filesystem::path folder = arguments.out;
-  study::write_study(record, catalogue, data_directory() / "viewer" / "report.html", folder);
+  study::write_study(record, catalogue, page, folder);
 
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   if (arguments.common.json) {
@@ -370,8 +371,10 @@ void run(const CLI::App& command, Arguments& arguments) {
                               "excluded.csv",
                               "report.html",
                               "run.json"}));
-  require_writable_folder(arguments.out);  // before the time that the fits take
-  run_whole_study(arguments);
+  // Before the time that the fits take.
+  const std::filesystem::path page = bundled_page("report.html");
+  const ResultFolder folder(arguments.out);
+  run_whole_study(arguments, page);
 }
 
 }  // namespace

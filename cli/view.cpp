@@ -213,11 +213,11 @@ void run(ViewArguments& arguments) {
   std::sort(options.levels.begin(), options.levels.end());
   options.levels.erase(std::unique(options.levels.begin(), options.levels.end()),
                        options.levels.end());
-  const fs::path data = data_directory();
-  const auto catalogue = tree::PresetCatalogue::load(data / "models");
+  const fs::path empty_page = bundled_page("scene.html");
+  const auto catalogue = tree::PresetCatalogue::load(data_directory() / "models");
   const study::View view = view_of_file(arguments, catalogue);
   const fs::path page = page_path(arguments);
-  study::write_report_page(data / "viewer" / "scene.html", view.data, options.title, page);
+  study::write_report_page(empty_page, view.data, options.title, page);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report(arguments, view, page, seconds.count());
   if (arguments.does_not_open || arguments.common.json || !has_desktop()) return;

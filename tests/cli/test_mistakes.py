@@ -67,6 +67,48 @@ class Commands(ProgramTest):
                     self.assertIn("\nExample:\n  silvafit", self.run_program(*words, "--help").stdout)
 
 
+class Values(ProgramTest):
+    """Values that an option cannot have: status 2, and a line as of all other mistakes."""
+
+    def setUp(self):
+        super().setUp()
+        shutil.copy(EXAMPLE, self.folder / "trees.csv")
+
+    def refused(self, message, *arguments):
+        with self.subTest(arguments):
+            error = self.run_program(*arguments, status=2).stderr
+            self.assertEqual(error.splitlines()[0], f"silvafit: {message}")
+            self.assertEqual(len(error.splitlines()), 1, error)
+
+    def test_counts_are_digits_and_no_numbers_below_0(self):
+        indices = ("indices", "trees.csv", "--out", "i.csv")
+        for option in ("--seed", "--threads", "--neighbors"):
+            for value in ("-1", "1.5", "x", "0x10"):
+                self.refused(f"{option}: '{value}' is no whole number of 0 or more", *indices, option, value)
+        self.refused("--minimum-trees: '-5' is no whole number of 0 or more",
+                     "study", "trees.csv", "--out", "o", "--minimum-trees", "-5")
+        for option, value in (("--seed", 2**64), ("--threads", 2**40)):
+            self.refused(f"{option}: {value} is too large", *indices, option, str(value))
+        self.run_program(*indices, "--seed", str(2**64 - 1), "--threads", "1", "--quiet")
+
+    def test_numbers_are_numbers(self):
+        stand = ("stand", "trees.csv")
+        self.refused("--quadrat: 'wide' is no number", *stand, "--quadrat", "wide")
+        self.refused("--layers: 'x' is no number", *stand, "--layers", "10,x")
+        self.refused("--dominant-trees: '-3' is not above 0", *stand, "--dominant-trees", "-3")
+
+    def test_choices_are_listed_and_the_nearest_is_named(self):
+        self.refused("shell: 'tcsh' is none of bash, zsh, fish", "completion", "tcsh")
+        self.refused("shell: 'bahs' is none of bash, zsh, fish; did you mean bash?", "completion", "bahs")
+        self.refused("--edge: 'soft' is none of buffer, hanisch, torus, none", "indices", "trees.csv", "--edge", "soft")
+
+    def test_what_is_left_out_is_named(self):
+        self.refused("INVENTORY.csv is needed; silvafit study --help lists the options", "study")
+        self.refused("--seed: needs a value; silvafit indices --help lists the options", "indices", "trees.csv", "--seed")
+        self.refused("--window excludes --circle",
+                     "indices", "trees.csv", "--window", "a.csv", "--circle", "0,0,1")
+
+
 class Columns(ProgramTest):
     """What a file lacks is bad input wherever its name stands: status 3, the file, and the columns there are."""
 
