@@ -137,6 +137,7 @@ ordered_json cross_validation_json(const fit::CrossValidation& result) {
           {"predicted", result.predicted_count},
           {"population", statistics_json(result.statistics)},
           {"mean_log_density", number_or_null(result.log_density)},
+          {"with_density", result.density_count},
           {"calibrated", std::move(calibrated)},
           {"failed", std::move(failed)}};
 }
@@ -216,6 +217,10 @@ void print_cross_validation(const fit::CrossValidation& result, const std::strin
         "population, the same rows", result.uncalibrated_statistics, result.calibrated_count);
   }
   fmt::print("mean log predictive density {}\n", significant(result.log_density));
+  if (result.density_count < result.predicted_count) {
+    fmt::print("of {} of these rows; the variance of the others was not known without their fold\n",
+               result.density_count);
+  }
   for (const fit::FailedFold& fold : result.failed) {
     fmt::print(
         "a fold failed ({} {}): {}\n", result.group, fmt::join(fold.groups, ", "), fold.verdict);

@@ -17,8 +17,8 @@ struct QuadratureRule {
 /// below 1e-30, which count where f grows as fast.
 /// \param points      K >= 1 a variable, up to 100
 /// \param dimensions  q >= 1
-/// Source: Golub and Welsch 1969, Mathematics of Computation 23, 221-230, for the nodes; weights are
-/// Christoffel numbers.
+/// Source: Golub and Welsch 1969, Mathematics of Computation 23, 221-230, for the nodes; weights
+/// are Christoffel numbers.
 QuadratureRule gauss_hermite(int points, Eigen::Index dimensions);
 
 }  // namespace silvafit::fit

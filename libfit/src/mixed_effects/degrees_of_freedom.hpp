@@ -11,8 +11,8 @@ namespace silvafit::fit {
 
 struct FixedFreedom {
   Eigen::VectorXd of_tests{};  ///< (p) denominator degrees of freedom of each coefficient
-  /// How many coefficients, but for an intercept, are estimated between the groups of each grouping,
-  /// the coarsest first.
+  /// How many coefficients, but for an intercept, are estimated between the groups of each
+  /// grouping, the coarsest first.
   std::vector<int> coefficients_between{};
 };
 

@@ -39,8 +39,8 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
                                  const PredictionOptions& options,
                                  bool with_covariances);
 
-/// (p x p) the covariance of the fixed effects. Coefficients without one count as known if they were
-/// held or published; what was estimated without being told from others stays NaN.
+/// (p x p) the covariance of the fixed effects. Coefficients without one count as known if they
+/// were held or published; what was estimated without being told from others stays NaN.
 Eigen::MatrixXd fixed_covariance(const FittedModel& fit);
 
 /// (p x p) the covariance of a grouping's random effects among all coefficients.

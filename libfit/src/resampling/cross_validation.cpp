@@ -193,6 +193,7 @@ void summarize(CrossValidation& result, const VectorXd& log_density) {
   result.statistics =
       statistics_of(result.observed, result.predicted, result.predicted, result.predicted_count);
   const auto is_known = log_density.array().isFinite();
+  result.density_count = static_cast<std::size_t>(is_known.count());
   result.log_density = is_known.any() ? is_known.select(log_density.array(), 0.0).sum() /
                                             static_cast<double>(is_known.count())
                                       : kNaN;

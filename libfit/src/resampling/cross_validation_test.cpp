@@ -50,6 +50,28 @@ FittedModel height_fit(const data::Table& table, const char* random) {
 
 }  // namespace
 
+TEST_CASE("rows whose variance the other folds do not tell have no density, and are counted") {
+  data::Table table = line();
+  data::TextColumn part;
+  data::TextColumn kind;
+  for (int i = 0; i < 20; ++i) {
+    part.append(std::to_string(i / 5));
+    // One kind is in the first part only.
+    kind.append(i < 5 ? "rare" : (i % 2 == 0 ? "even" : "odd"));
+  }
+  table.set("part", part);
+  table.set("kind", kind);
+  ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+  model.variance = parse_variance_function("stratum(kind)");
+  const FittedModel fit = fit_model(model, table).fit;
+  REQUIRE(fit.convergence.converged);
+  const CrossValidation result = cross_validate(fit, table, {.folds = 0, .group = "part"});
+  CHECK(result.failed.empty());
+  CHECK(result.predicted_count == 20);
+  CHECK(result.density_count == 15);
+  CHECK(std::isfinite(result.log_density));
+}
+
 TEST_CASE("leaving out one observation of a linear model has the closed form of PRESS") {
   // y_i - prediction without i is e_i / (1 - h_i), h the diagonal of the hat matrix.
   const data::Table table = line();

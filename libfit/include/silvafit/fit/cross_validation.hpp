@@ -56,6 +56,9 @@ struct CrossValidation {
   /// Mean of log p(y) of those, each alone: normal with mean f(beta) and variance Z Psi Z' +
   /// sigma^2 g^2, Z the slopes at b = 0.
   double log_density = 0.0;
+  /// Observations with a density: not those in a stratum of the variance function that the data
+  /// they were predicted from lack.
+  std::size_t density_count = 0;
   std::size_t measured = 0;               ///< trees of each group that were measured
   Eigen::VectorXd calibrated{};           ///< (N) f(beta + b); NaN for the measured ones themselves
   std::size_t calibrated_count = 0;       ///< observations with a calibrated prediction
