@@ -208,6 +208,15 @@ void run(const IndicesArguments& arguments) {
       say(arguments.common, "note: " + outcome.notes[i]);
     }
   }
+  const stand::UnitSummary all = outcome.summaries.all();
+  if (all.core_trees < all.trees) {
+    say(arguments.common,
+        fmt::format("note: {} of {} trees are core trees; {} are near the edge or have no "
+                    "structural unit",
+                    all.core_trees,
+                    all.trees,
+                    all.trees - all.core_trees));
+  }
   if (!arguments.excluded.empty()) stand::write_excluded(outcome.excluded, arguments.excluded);
   table.finish();
   outcome.seconds.all = seconds_since(start);

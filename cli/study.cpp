@@ -14,63 +14,19 @@
 #include <vector>
 
 #include "command.hpp"
-#include "inventory_options.hpp"
 #include "name_list.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/structure_columns.hpp"
-#include "silvafit/study/study_configuration.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"
+#include "study_arguments.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 using nlohmann::ordered_json;
-
-struct Arguments {
-  InventoryArguments inventory{};
-  UnitArguments units{};
-  study::StudyOptions study{};
-  std::string out{};
-  std::string criterion = "level";
-  std::string configuration{};
-  std::string initial{};  ///< file that a configuration to start from is written to
-  CommonOptions common{};
-};
-
-/// One criterion for all levels, which then decides alone.
-void apply_criterion(const std::string& text, study::StudyOptions& options) {
-  if (text == "level") return;
-  const study::Criterion all = study::parse_criterion(text);
-  options.criteria = {.base = all, .covariates = all, .random = all, .variance = all};
-  options.needs_tests = false;
-}
-
-/// Takes what a study.json says, but for what the command line says itself.
-void apply_configuration(const CLI::App& command, Arguments& arguments) {
-  if (arguments.configuration.empty()) return;
-  const auto catalogue = study::Catalogue::load(data_directory() / "models");
-  const study::StudyConfiguration file =
-      study::read_study_configuration(arguments.configuration, &catalogue);
-  const auto is_given = [&](const char* option) { return command.count(option) > 0; };
-  study::StudyOptions options = file.study;
-  if (is_given("--species")) options.species = arguments.study.species;
-  if (is_given("--responses")) options.responses = arguments.study.responses;
-  if (is_given("--covariates")) options.covariates = arguments.study.covariates;
-  if (is_given("--group")) options.group = arguments.study.group;
-  if (is_given("--minimum-trees")) options.minimum_trees = arguments.study.minimum_trees;
-  arguments.study = std::move(options);
-  auto& columns = arguments.inventory.columns;
-  if (!is_given("--columns")) columns = file.columns;
-  UnitArguments& units = arguments.units;
-  if (file.window && !is_given("--window")) units.window = *file.window;
-  if (file.edge && !is_given("--edge")) units.edge = *file.edge;
-  if (file.buffer_m && !is_given("--buffer")) units.buffer_m = *file.buffer_m;
-  if (file.per && !is_given("--per")) units.per = *file.per;
-  if (file.neighbors && !is_given("--neighbors")) units.neighbors = *file.neighbors;
-}
 
 using Decisions = std::vector<std::pair<std::string, std::string>>;
 
@@ -142,7 +98,7 @@ void add_level_decisions(const study::StudyRecord& record, Decisions& decisions)
                   test));
 }
 
-Decisions decisions_of(const Arguments& arguments, const study::StudyRecord& record) {
+Decisions decisions_of(const StudyArguments& arguments, const study::StudyRecord& record) {
   Decisions decisions;
   if (record.units) {
     const std::string window =
@@ -177,12 +133,24 @@ std::string chosen_terms(const std::vector<study::Candidate>& candidates, const 
 
 std::string or_dash(const std::string& text) { return text.empty() ? "-" : text; }
 
+/// The base model by its id, or by its formula where it is one's own.
+std::string base_model(const study::ResponseStudy& result) {
+  if (!result.ols) return "-";
+  const fit::FittedModel& fit = result.ols->fit;
+  return fit.model.empty() ? fit.specification.formula.text : fit.model;
+}
+
 void print_table(const study::Study& study) {
-  fmt::print("{:<10} {:<4} {:>5}  {:<4}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
+  std::size_t width = 4;
+  for (const study::ResponseStudy& result : study.results) {
+    width = std::max(width, base_model(result).size());
+  }
+  fmt::print("{:<10} {:<4} {:>5}  {:<{}}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
              "species",
              "",
              "trees",
              "base",
+             width,
              "covariates",
              "random effects",
              "variance",
@@ -192,11 +160,12 @@ void print_table(const study::Study& study) {
   for (const study::ResponseStudy& result : study.results) {
     const double ols = result.ols ? result.ols->fit.population.r2 : NAN;
     const double nlme = result.nlme ? result.nlme->fit.conditional.r2 : NAN;
-    fmt::print("{:<10} {:<4} {:>5}  {:<4}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
+    fmt::print("{:<10} {:<4} {:>5}  {:<{}}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
                result.species,
                result.response,
                result.rows.size(),
-               result.ols ? result.ols->fit.model : "-",
+               base_model(result),
+               width,
                or_dash(chosen_terms(result.covariates, "; ")),
                or_dash(chosen_terms(result.random, " + ")),
                result.nlme ? result.nlme->fit.variance.function().text() : "-",
@@ -220,6 +189,7 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
          {"response", result.response},
          {"n", result.rows.size()},
          {"model", text_or_null(result.ols ? result.ols->fit.model : "")},
+         {"formula", text_or_null(result.ols ? result.ols->fit.specification.formula.text : "")},
          {"covariates", chosen_terms(result.covariates, "; ")},
          {"random", chosen_terms(result.random, " + ")},
          {"variance", result.nlme ? result.nlme->fit.variance.function().text() : ""},
@@ -233,7 +203,7 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
 
 /// Columns of the file that a study reads besides those of an inventory: covariates, the group, and
 /// what own formulas name. Names that are no column are parameters there.
-std::vector<std::string> other_columns(const Arguments& arguments) {
+std::vector<std::string> other_columns(const StudyArguments& arguments) {
   constexpr std::size_t kMostCovariates = 8;
   if (arguments.study.covariates.size() > kMostCovariates) {
     throw UsageError(fmt::format("{} covariates have too many subsets; {} are the most",
@@ -265,7 +235,7 @@ bool has_own_candidates(const study::StudyOptions& options) {
 }
 
 /// The further indices among the covariates, and those asked for besides.
-stand::StructuralUnitOptions options_of_units(const Arguments& arguments) {
+stand::StructuralUnitOptions options_of_units(const StudyArguments& arguments) {
   stand::StructuralUnitOptions options = unit_options(arguments.units, arguments.common);
   for (const std::string& name : arguments.study.covariates) {
     if (const auto further = stand::further_index_named(name)) options.further.push_back(*further);
@@ -273,8 +243,10 @@ stand::StructuralUnitOptions options_of_units(const Arguments& arguments) {
   return options;
 }
 
-study::StudyRecord make_record(const Arguments& arguments) {
-  study::StudyRecord record{.version = version(), .command = command_line()};
+study::StudyRecord make_record(const StudyArguments& arguments) {
+  study::StudyRecord record{.version = version(),
+                            .command = command_line(),
+                            .settings = settings_of(arguments, arguments.out)};
   record.inventory = read_inventory(
       arguments.inventory,
       {.keep = other_columns(arguments), .keep_all = has_own_candidates(arguments.study)},
@@ -301,7 +273,7 @@ study::StudyRecord make_record(const Arguments& arguments) {
 }
 
 /// `--init`: a configuration to start from.
-void initialise(const Arguments& arguments) {
+void initialise(const StudyArguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   const stand::CheckedInventory inventory =
       read_inventory(arguments.inventory, {.keep_all = true}, arguments.common);
@@ -310,7 +282,10 @@ void initialise(const Arguments& arguments) {
                      {.file = arguments.initial});
   }
   write_file(arguments.initial,
-             study::study_configuration_for(stand::to_table(inventory.inventory), catalogue));
+             study::study_configuration_for(
+                 stand::to_table(inventory.inventory),
+                 catalogue,
+                 settings_of(arguments, std::filesystem::path(arguments.initial).parent_path())));
   say(arguments.common,
       fmt::format("Edit {0}, then: silvafit study {1} --config {0} --out DIR",
                   arguments.initial,
@@ -318,7 +293,7 @@ void initialise(const Arguments& arguments) {
 }
 
 /// \param page  that becomes the report
-void run_whole_study(Arguments& arguments, const std::filesystem::path& page) {
+void run_whole_study(StudyArguments& arguments, const std::filesystem::path& page) {
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   study::StudyRecord record = make_record(arguments);
@@ -356,11 +331,13 @@ void run_whole_study(Arguments& arguments, const std::filesystem::path& page) {
                                                      : "no model converged; the report says why");
 }
 
-void run(const CLI::App& command, Arguments& arguments) {
-  if (!arguments.initial.empty()) return initialise(arguments);
-  if (arguments.out.empty()) throw UsageError("--out DIR is needed: the folder for the results");
-  apply_configuration(command, arguments);
-  apply_criterion(arguments.criterion, arguments.study);
+void run(const CLI::App& command, StudyArguments& arguments) {
+  const bool needs_folder = arguments.initial.empty();
+  if (needs_folder && arguments.out.empty()) {
+    throw UsageError("--out DIR is needed: the folder for the results");
+  }
+  apply_settings(command, arguments);
+  if (!needs_folder) return initialise(arguments);
   refuse_same_files({{"INVENTORY.csv", arguments.inventory.path},
                      {"--window", arguments.units.window},
                      {"--config", arguments.configuration}},
@@ -380,7 +357,7 @@ void run(const CLI::App& command, Arguments& arguments) {
 }  // namespace
 
 void add_study_command(CLI::App& program) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<StudyArguments>();
   CLI::App* command = program.add_subcommand(
       "study", "The whole way: indices, models in three levels, library, predictions, report");
   add_inventory_options(*command, arguments->inventory);

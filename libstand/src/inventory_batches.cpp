@@ -31,7 +31,14 @@ bool InventoryReader::fill_batch(std::size_t trees) {
 
 void InventoryReader::check_not_finished(const InventoryRow& row) const {
   if (finished_.empty() || !finished_.contains(row.labels[kPlot])) return;
-  throw InputError("the plot comes again after others; to read plot by plot, sort the file by plot",
+  std::string what =
+      "the plot comes again after others; to read plot by plot, sort the file by plot";
+  if (plan_.stand_field) {
+    what +=
+        " or, if it is another plot in another stand, give plots labels that are unique in the "
+        "file";
+  }
+  throw InputError(what,
                    {.file = result_.inventory.file, .line = row.line, .plot = row.labels[kPlot]});
 }
 
@@ -55,6 +62,7 @@ std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
   result_.inventory.file = batch.inventory.file;
   kept_rows_.clear();
   times_ = {};
+  shared_labels_ = {};
   has_cw_from_radii_ = false;
   is_first_batch_ = false;
   return batch;

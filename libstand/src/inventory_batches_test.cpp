@@ -139,3 +139,52 @@ TEST_CASE("batches refuse what they cannot read") {
   InventoryBatches single(one.path(), {.trust_units = true}, 1);
   CHECK(single.next()->inventory.size() == 2);
 }
+
+TEST_CASE("plots of one label in several stands are told of, whole or plot by plot") {
+  const auto csv = [](const std::string& column, const std::string& second) {
+    std::string text = "plot," + column + ",tree,dbh\n";
+    int tree = 0;
+    for (const std::string& plot : {std::string("1"), std::string("2")}) {
+      for (const std::string& stand : {std::string("N"), second}) {
+        for (int i = 0; i < 2; ++i) text += fmt::format("{},{},{},20\n", plot, stand, ++tree);
+      }
+    }
+    return text;
+  };
+  const std::string note =
+      "2 plot labels come under several values of the column STAND (1 under N and S), and all "
+      "trees of one label are taken for one plot: give plots labels that are unique in the file, "
+      "such as N-1";
+  const ScratchFile shared(csv("STAND", "S"));
+  CHECK(read_inventory(shared.path()).notes.size() == 2);  // the other: there are no species
+  CHECK(read_inventory(shared.path()).notes.back() == note);
+  // A batch has one plot and tells of that one.
+  InventoryBatches batches(shared.path(), {}, 4);
+  const auto first = batches.next();
+  REQUIRE(first);
+  CHECK_THAT(first->notes.back(),
+             Contains("1 plot label comes under") && Contains("1 under N and S"));
+  const auto second = batches.next();
+  REQUIRE(second);
+  CHECK_THAT(second->notes.back(), Contains("2 under N and S"));
+  // One stand, another column, an empty field, or the column being the plots themselves.
+  const auto count = [](const std::string& text, const InventoryOptions& options) {
+    const ScratchFile file(text);
+    return read_inventory(file.path(), options).notes.size();
+  };
+  CHECK(count(csv("stand", "N"), {}) == 1);
+  CHECK(count(csv("layer", "S"), {}) == 1);
+  CHECK(count(csv("stand", ""), {}) == 1);
+  CHECK(count(csv("stand", "S"), {.columns = {{"plot", "stand"}}}) == 1);
+}
+
+TEST_CASE("a plot that comes again may be one of another stand") {
+  const ScratchFile file("plot,stand,tree,dbh\n1,N,1,20\n2,N,2,20\n1,S,3,20\n");
+  InventoryBatches batches(file.path(), {}, 1);
+  const auto read_all = [&batches] {
+    while (batches.next()) {
+    }
+  };
+  CHECK_THROWS_WITH(read_all(),
+                    Contains("another plot in another stand") && Contains("unique in the file"));
+}

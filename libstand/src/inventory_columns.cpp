@@ -94,6 +94,7 @@ class Planner {
   Source guessed(const KnownColumn& column);
   Source mapped(const ColumnMapping& mapping) const;
   std::optional<std::size_t> time_field() const;
+  std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
   void require(const Source& source, const KnownColumn& column) const;
   void require_needed(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
@@ -147,6 +148,15 @@ std::optional<std::size_t> Planner::time_field() const {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (lower(header_[i]) == name) return i;
     }
+  }
+  return std::nullopt;
+}
+
+/// Of the column stand, unless it is one of our labels.
+std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
+  for (std::size_t i = 0; i < header_.size(); ++i) {
+    const auto holds = [i](const Source& source) { return source.field == i; };
+    if (lower(header_[i]) == "stand" && std::ranges::none_of(plan.labels, holds)) return i;
   }
   return std::nullopt;
 }
@@ -242,6 +252,7 @@ ColumnPlan Planner::plan() {
   }
   for (std::size_t i = 0; i < kMeasureCount; ++i) plan.measures[i] = source_of(kMeasures[i]);
   plan.time_field = time_field();
+  plan.stand_field = stand_field(plan);
   require_needed(plan);
   collect_expression_fields(plan);
   collect_others(plan);

@@ -68,6 +68,8 @@ struct ColumnPlan {
   std::array<Source, kLabelCount> labels{};
   std::array<Source, kMeasureCount> measures{};
   std::optional<std::size_t> time_field{};  ///< of the column that says when a row was measured
+  /// Of a column of stands, which plots may be numbered within.
+  std::optional<std::size_t> stand_field{};
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions
   std::vector<ColumnMapping> others{};               ///< kept beside ours
   std::vector<std::string> notes{};

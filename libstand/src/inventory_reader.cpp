@@ -52,6 +52,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     if (source.field) row.labels[i] = data::trimmed(fields[*source.field]);
   }
   if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
+  if (plan_.stand_field) row.stand = data::trimmed(fields[*plan_.stand_field]);
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
     row.measures[i] =
@@ -178,6 +179,9 @@ void InventoryReader::append(const InventoryRow& row) {
   if (plan_.time_field) {
     is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
   }
+  if (plan_.stand_field && !is_missing(row.stand)) {
+    shared_labels_.add(row.labels[kPlot], row.stand);
+  }
   const bool has_radii = std::ranges::all_of(
       kRadii, [this](Measure radius) { return plan_.measures[radius].exists(); });
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
@@ -237,6 +241,10 @@ void InventoryReader::add_notes() {
   if (!plan_.labels[kSpecies].exists()) {
     notes.push_back(fmt::format("there is no column species: all trees are of one species, '{}'",
                                 kOnlySpecies));
+  }
+  if (plan_.stand_field && plan_.labels[kPlot].exists()) {
+    std::string note = shared_labels_.note(csv_.header()[*plan_.stand_field]);
+    if (!note.empty()) notes.push_back(std::move(note));
   }
   if (has_cw_from_radii_) {
     notes.emplace_back("cw is taken from the four crown radii where it is not given");

@@ -15,6 +15,7 @@
 
 #include "inventory_checks.hpp"
 #include "inventory_columns.hpp"
+#include "inventory_shared_labels.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/inventory.hpp"
@@ -25,7 +26,8 @@ namespace silvafit::stand {
 struct InventoryRow {
   std::size_t line = 0;
   std::array<std::string, kLabelCount> labels{};
-  std::string time{};  ///< as written; empty if there is no such column
+  std::string time{};   ///< as written; empty if there is no such column
+  std::string stand{};  ///< likewise
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers and are none
 };
@@ -84,6 +86,7 @@ class InventoryReader {
   std::size_t row_count_ = 0;
   std::vector<std::size_t> kept_rows_{};  ///< position in the file of each tree, from 0
   data::TextColumn times_{};              ///< of each tree, if there is a column of times
+  SharedPlotLabels shared_labels_{};      ///< of this batch
   std::size_t crown_base_above_top_ = 0;
   bool has_cw_from_radii_ = false;
 };

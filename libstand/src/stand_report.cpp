@@ -2,6 +2,7 @@
 #include "silvafit/stand/stand_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,6 +33,7 @@ class ReportMaker {
   void add_structure();
   std::string outside_text(bool are_neighbors) const;
   void add_species(const std::vector<SampledArea>& areas);
+  void note_single_plots();
 
   const Inventory& inventory_;
   const StandReportOptions& options_;
@@ -166,6 +168,24 @@ void ReportMaker::add_species(const std::vector<SampledArea>& areas) {
   report_.species = species_table(inventory_, areas, options);
 }
 
+/// Why standard errors are missing where a stratum has one plot.
+void ReportMaker::note_single_plots() {
+  std::vector<std::string> names;
+  for (const StratumFigures& stratum : report_.strata) {
+    if (!stratum.name.empty() && stratum.plots == 1) names.push_back(stratum.name);
+  }
+  if (names.empty()) return;
+  const bool is_one = names.size() == 1;
+  const bool has_total = std::isfinite(report_.strata.back().stems.standard_error);
+  report_.notes.push_back(
+      fmt::format("the {} {} {} one plot, and a variance needs two: {} no standard error{}",
+                  is_one ? "stratum" : "strata",
+                  fmt::join(names, ", "),
+                  is_one ? "has" : "have each",
+                  is_one ? "it has" : "they have",
+                  has_total ? "" : ", and neither have all strata together"));
+}
+
 StandReport ReportMaker::run() {
   std::vector<SampledArea> areas = find_areas();
   note_trees_left_out(areas);
@@ -178,6 +198,7 @@ StandReport ReportMaker::run() {
   add_structure();
   add_species(areas);
   report_.strata = stratum_figures(inventory_, areas, strata, options_.stratum_areas_ha);
+  note_single_plots();
   std::vector<std::size_t> trees;
   double area_m2 = 0.0;
   for (const SampledArea& area : areas) {

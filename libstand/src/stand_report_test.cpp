@@ -363,3 +363,32 @@ TEST_CASE("the simulated inventory has the densities of the paper's Table 1", "[
   // in_core of fir_mixed_indices.csv
   CHECK(report.unit_means->core_trees == 4445);
 }
+
+TEST_CASE("a stratum of one plot has no standard error, and a note says why") {
+  Inventory stand = stand_of({{.dbh_cm = 10}, {.dbh_cm = 20}, {.dbh_cm = 30}});
+  stand.plot = {};
+  silvafit::data::TextColumn strata;
+  for (const char* plot : {"1", "2", "3"}) stand.plot.append(plot);
+  for (const char* stratum : {"A", "A", "B"}) strata.append(stratum);
+  stand.other = silvafit::data::Table(3);
+  stand.other.set("zone", strata);
+  StandReportOptions options{.plot_area_m2 = 100.0, .stratum = "zone"};
+  const auto notes_on_plots = [&] {
+    std::string found;
+    for (const std::string& note : stand_report(stand, options).notes) {
+      if (note.find("one plot") != std::string::npos) found += note;
+    }
+    return found;
+  };
+  // Without the strata's areas all plots are one sample, which has a variance.
+  CHECK(notes_on_plots() ==
+        "the stratum B has one plot, and a variance needs two: it has no standard error");
+  options.stratum_areas_ha = {{"A", 3.0}, {"B", 2.0}};
+  CHECK_THAT(notes_on_plots(), Catch::Matchers::EndsWith(", and neither have all strata together"));
+  options.stratum_areas_ha.clear();
+  options.stratum = "plot";
+  CHECK_THAT(notes_on_plots(),
+             Catch::Matchers::StartsWith("the strata 1, 2, 3 have each one plot"));
+  options.stratum.clear();
+  CHECK(notes_on_plots().empty());
+}

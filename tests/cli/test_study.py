@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Studies: what is checked before the fits, what is left behind, and settings that come back as they were given."""
 
+import csv
+import json
 import os
 import subprocess
 import unittest
@@ -56,6 +58,105 @@ class FolderOfResults(ProgramTest):
         self.assertEqual(list((self.folder / "old").iterdir()), [])
         self.run_program("study", "bare.csv", "--out", "old", status=3)
         self.assertTrue((self.folder / "old").is_dir())
+
+
+def german_csv():
+    """The stand under other names and in other units, with a column that may be a covariate."""
+    lines = ["Parzelle;BHD [mm];H\u00f6he (dm);Art;Neigung"]
+    for row in stand_csv().splitlines()[1:]:
+        plot, tree, species, dbh, h, _ = row.split(",")
+        lines.append(f"{plot};{float(dbh) * 10:.0f};{str(round(float(h) * 10, 1)).replace('.', ',')};{species};{tree}")
+    return "\n".join(lines) + "\n"
+
+
+COLUMNS = "plot=Parzelle,species=Art,dbh=`BHD [mm]`/10,h=`H\u00f6he (dm)`/10"
+OPTIONS = ("--columns", COLUMNS, "--edge", "none", "--buffer", "2.5", "--minimum-trees", "50", "--species", "SM",
+           "--responses", "h", "--covariates", "Neigung", "--criterion", "aicc", "--alpha", "70,SM=60",
+           "--dominance", "h", "--neighbors", "3", "--trust-units")
+SETTINGS = {"species": ["SM"], "minimum_trees": 50, "responses": ["h"], "covariates": ["Neigung"], "group": "plot",
+            "criteria": dict.fromkeys(("base", "covariates", "random", "variance"), "aicc"), "tests": "shown",
+            "columns": dict(part.split("=") for part in COLUMNS.split(",")), "window": None, "edge": "none",
+            "buffer": 2.5, "alpha": ["70", "SM=60"], "dominance": "h", "neighbors": 3, "trust_units": True}
+
+
+class Settings(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("de.csv", german_csv())
+
+    def text(self, name):
+        return (self.folder / name).read_text(encoding="utf-8")
+
+    def options(self, folder):
+        return json.loads(self.text(f"{folder}/run.json"))["options"]
+
+    def test_a_file_to_start_from_says_what_the_options_say_and_runs_as_it_is(self):
+        self.run_program("study", "de.csv", "--init", "study.json", *OPTIONS)
+        lines = [line.split("  //")[0] for line in self.text("study.json").splitlines()
+                 if not line.strip().startswith("//")]
+        written = json.loads("\n".join(lines))
+        self.assertEqual({key: written[key] for key in SETTINGS}, SETTINGS)
+        # Of the columns that are left, one may be a covariate; what dbh and h are made from may not.
+        self.assertIn("// columns of the file: Neigung\n", self.text("study.json"))
+        self.run_program("study", "de.csv", "--config", "study.json", "--out", "out")
+        options = self.options("out")
+        self.assertEqual({key: options[key] for key in SETTINGS}, SETTINGS)
+
+    def test_a_run_can_be_repeated_by_what_it_recorded(self):
+        self.run_program("study", "de.csv", "--init", "study.json", *OPTIONS)
+        self.run_program("study", "de.csv", "--config", "study.json", "--out", "first")
+        self.write("study.json", "{}")
+        self.run_program("study", "de.csv", "--config", "first/run.json", "--out", "second")
+        self.assertEqual(self.options("second"), self.options("first"))
+        self.assertEqual(self.text("second/library.json"), self.text("first/library.json"))
+        # Options of the command line come before the record.
+        self.run_program("study", "de.csv", "--config", "first/run.json", "--criterion", "bic", "--out", "third")
+        self.assertEqual(self.options("third")["criteria"]["base"], "bic")
+        self.assertEqual(self.options("third")["columns"], SETTINGS["columns"])
+
+    def test_a_window_is_recorded_as_seen_from_the_folder(self):
+        trees = Path(__file__).parents[2] / "examples" / "fir-mixed"
+        (self.folder / "areas").mkdir()
+        self.write("areas/w.geojson", (trees / "window.geojson").read_text(encoding="utf-8"))
+        study = ("study", str(trees / "inventory.csv"), "--species", "SM", "--responses", "h", "--quiet")
+        self.run_program(*study, "--per", "stand", "--window", "areas/w.geojson", "--out", "deep/first")
+        self.assertEqual(self.options("deep/first")["window"], "../../areas/w.geojson")
+        self.run_program(*study, "--config", "deep/first/run.json", "--out", "second")
+        self.assertEqual(self.text("second/indices.csv"), self.text("deep/first/indices.csv"))
+        self.assertEqual(self.options("second")["window"], "../areas/w.geojson")
+        error = self.run_program(*study, "--config", "other.json", "--out", "third", status=3).stderr
+        self.assertIn("other.json", error)
+
+    def test_a_circle_and_a_window_exclude_each_other(self):
+        self.write("both.json", '{"window": "w.geojson", "circle": "0,0,9"}')
+        error = self.run_program("study", "de.csv", "--config", "both.json", "--out", "o", status=3).stderr
+        self.assertIn("both.json: circle: a circle and a window exclude each other", error)
+
+
+class CoreTrees(ProgramTest):
+    def test_are_counted_where_not_all_trees_are_core(self):
+        # On a grid of 1 m, 3 by 3 trees of 7 by 7 are 2 m and more from the hull.
+        rows = [f"1,{7 * x + y},SM,{x},{y},20" for x in range(7) for y in range(7)]
+        self.write("grid.csv", "\n".join(["plot,tree,species,x,y,dbh", *rows]) + "\n")
+        indices = ("indices", "grid.csv", "--out", "i.csv")
+        note = "9 of 49 trees are core trees; 40 are near the edge or have no structural unit"
+        self.assertIn(f"note: {note}\n", self.run_program(*indices, "--buffer", "2").stderr)
+        self.assertNotIn("core trees", self.run_program(*indices, "--edge", "none").stderr)
+
+
+class OwnFormulas(ProgramTest):
+    def test_are_shown_as_the_base_model(self):
+        formula = "h ~ 1.3 + top*(1 - exp(-rate*dbh))"
+        self.write("trees.csv", stand_csv())
+        self.write("study.json", json.dumps({"responses": ["h"], "covariates": [], "candidates": {"h": [formula]}}))
+        study = ("study", "trees.csv", "--config", "study.json", "--out", "out")
+        row = next(line for line in self.run_program(*study).stdout.splitlines() if line.startswith("SM"))
+        self.assertIn(f"  120  {formula}  ", row)
+        result = self.run_json(*study)["results"][0]
+        self.assertIsNone(result["model"])
+        self.assertEqual(result["formula"], formula)
+        with open(self.folder / "out" / "tables" / "candidates.csv", encoding="utf-8") as table:
+            self.assertEqual([row["model"] for row in csv.DictReader(table)], ["own"])
 
 
 if __name__ == "__main__":

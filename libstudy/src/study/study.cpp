@@ -282,6 +282,7 @@ Study run_study(const data::Table& table,
   study.options.responses = without_repeats(options.responses);
   note_what_is_left_out(table, study);
   std::vector<std::string> small;
+  bool lacks_core = false;
   std::vector<Work> works;
   for (const std::string& species : species_of(table, study.options)) {
     for (const std::string& response : study.options.responses) {
@@ -290,14 +291,19 @@ Study run_study(const data::Table& table,
       if (trees >= options.minimum_trees) {
         works.push_back(std::move(work));
       } else if (has_numbers(table, response)) {
-        small.push_back(fmt::format("{} {} ({})", species, response, trees));
+        small.push_back(fmt::format("{} {} ({})", species, response, tree_counts(work)));
+        lacks_core = lacks_core || work.core < work.measured;
       }
     }
   }
   if (!small.empty()) {
-    study.notes.push_back(fmt::format("Too few trees for models (fewer than {}): {}.",
-                                      options.minimum_trees,
-                                      fmt::join(small, ", ")));
+    study.notes.push_back(
+        fmt::format("Too few trees for models (fewer than {}): {}.{}",
+                    options.minimum_trees,
+                    fmt::join(small, ", "),
+                    lacks_core ? " Trees near the edge are not core and do not count: a smaller "
+                                 "buffer or another edge correction leaves more."
+                               : ""));
   }
   run_base(works, study, progress);
   run_covariates(works, study, progress);

@@ -97,7 +97,7 @@ TEST_CASE("the configuration to start from reads back as a study's defaults") {
   CHECK_THAT(text, Contains("SM (240)"));
   CHECK_THAT(text, Contains("\"M4\",  // Meyer: h ~ 1.3 + a*(1 - exp(-b*dbh))"));
   const StudyConfiguration configuration = read(text);
-  CHECK(configuration.mentioned.size() == 20);
+  CHECK(configuration.mentioned.size() == 28);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
   CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has nothing else

@@ -16,6 +16,7 @@
 #include "silvafit/study/report_data.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/scenes.hpp"
+#include "study/study_settings.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -68,32 +69,15 @@ void add_predictions(const ModelLibrary& library,
 }
 
 std::string run_json(const StudyRecord& record, const ModelLibrary& library) {
-  const StudyOptions& options = record.study.options;
+  StudyConfiguration settings = record.settings;
+  settings.study = record.study.options;
   ordered_json run{
       {"schema", "silvafit-run/1"},
       {"silvafit", record.version},
       {"command", record.command},
       {"input",
        {{"file", record.inventory.inventory.file}, {"fingerprint", library.inventory.fingerprint}}},
-      {"options",
-       {{"species", options.species},
-        {"responses", options.responses},
-        {"covariates", options.covariates},
-        {"candidates", options.candidates},
-        {"covariate_parameters", options.covariate_parameters},
-        {"group", options.group},
-        {"variance_functions", options.variance_functions},
-        {"criteria",
-         {{"base", criterion_text(options.criteria.base)},
-          {"covariates", criterion_text(options.criteria.covariates)},
-          {"random", criterion_text(options.criteria.random)},
-          {"variance", criterion_text(options.criteria.variance)}}},
-        {"choice", options.parsimonious ? "parsimonious" : "best"},
-        {"equally_good", options.equally_good},
-        {"tests", options.needs_tests ? "required" : "shown"},
-        {"significance", options.significance},
-        {"minimum_trees", options.minimum_trees},
-        {"maximum_random_effects", options.maximum_random_effects}}},
+      {"options", settings_json(settings)},
       {"decisions", ordered_json::object()},
       {"fits", record.study.fit_count()},
       {"stages", ordered_json::array()}};

@@ -99,9 +99,10 @@ FormattedTable candidates_table(const Study& study, const Catalogue& catalogue) 
       const std::string& id = candidate.fit.model;
       const std::string name = id.empty() ? std::string() : catalogue.find(id).name;
       const std::string& formula = candidate.fit.specification.formula.text;
-      table.rows.push_back(joined(joined(joined(subject(result), {id, name, formula}),
-                                         statistics(candidate.fit.population)),
-                                  criteria(candidate)));
+      table.rows.push_back(
+          joined(joined(joined(subject(result), {id.empty() ? "own" : id, name, formula}),
+                        statistics(candidate.fit.population)),
+                 criteria(candidate)));
     }
   }
   return table;

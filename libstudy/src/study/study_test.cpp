@@ -197,3 +197,26 @@ TEST_CASE("progress counts every fit of every stage once") {
                                 });
   CHECK(calls == study.fit_count());
 }
+
+TEST_CASE("species with too few core trees are told with how many were measured") {
+  data::Table table = test::stand({.plots = 2, .trees = 40});
+  std::vector<double> core(table.rows(), 0.0);
+  for (std::size_t row = 0; row < 10; ++row) core[row] = 1.0;
+  StudyOptions options{.responses = {"h"}};
+  options.minimum_trees = 20;
+  table.set("core", core);
+  const std::vector<std::string> notes = run_study(table, test::catalogue(), options).notes;
+  CHECK_THAT(notes,
+             Catch::Matchers::VectorContains(
+                 std::string("Too few trees for models (fewer than 20): SM h (10 core trees of 80 "
+                             "measured). Trees near "
+                             "the edge are not core and do not count: a smaller buffer or another "
+                             "edge correction leaves "
+                             "more.")));
+  // Where all are core, their number says it.
+  options.minimum_trees = 100;
+  table.set("core", std::vector<double>(table.rows(), 1.0));
+  CHECK_THAT(run_study(table, test::catalogue(), options).notes,
+             Catch::Matchers::VectorContains(
+                 std::string("Too few trees for models (fewer than 100): SM h (80).")));
+}

@@ -53,12 +53,17 @@ std::vector<std::size_t> rows_of_species(const data::Table& table, const std::st
   const data::TextColumn column = table.labels("species");
   const std::uint32_t code = column.code_of(species);
   if (code == data::TextColumn::kMissingCode) return rows;
-  std::span<const double> core;
-  if (has_numbers(table, "core")) core = table.numbers("core");
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const bool counts = core.empty() || core[row] == 1.0;
-    if (counts && column.code(row) == code) rows.push_back(row);
+    if (column.code(row) == code) rows.push_back(row);
   }
+  return rows;
+}
+
+/// Those of the rows that count, which are all where there are no structural units.
+std::vector<std::size_t> core_rows(const data::Table& table, std::vector<std::size_t> rows) {
+  if (!has_numbers(table, "core")) return rows;
+  const std::span<const double> core = table.numbers("core");
+  std::erase_if(rows, [core](std::size_t row) { return core[row] != 1.0; });
   return rows;
 }
 
@@ -144,6 +149,15 @@ std::vector<std::string> variance_columns(const StudyOptions& options) {
 
 }  // namespace
 
+std::string tree_counts(const Work& work) {
+  const std::size_t used = work.result.rows.size();
+  if (used == work.measured) return std::to_string(used);
+  const std::string core = counted(work.core, "core tree", "core trees");
+  const std::string of_measured = fmt::format("{} of {} measured", core, work.measured);
+  return used == work.core ? of_measured
+                           : fmt::format("{} with structural unit; {}", used, of_measured);
+}
+
 Work prepared(const data::Table& table,
               const Catalogue& catalogue,
               const StudyOptions& options,
@@ -159,7 +173,10 @@ Work prepared(const data::Table& table,
                            [&](const std::string& name) { return has_numbers(table, name); })) {
     return work;
   }
-  const auto rows = complete_rows(table, rows_of_species(table, species), columns);
+  const auto measured = complete_rows(table, rows_of_species(table, species), columns);
+  const auto rows = core_rows(table, measured);
+  work.measured = measured.size();
+  work.core = rows.size();
   work.covariates = varying_columns(table, options.covariates, rows, work.result.notes);
   columns.insert(columns.end(), work.covariates.begin(), work.covariates.end());
   work.result.rows = complete_rows(table, rows, columns);

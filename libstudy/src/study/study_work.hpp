@@ -17,7 +17,12 @@ struct Work {
   data::Table table{};
   std::vector<BaseCandidate> candidates{};
   std::vector<std::string> covariates{};
+  std::size_t measured = 0;  ///< trees with all that the candidates need
+  std::size_t core = 0;      ///< those of them that are core; all where the table does not say
 };
+
+/// How many trees there are, for messages: "10", or "10 core trees of 80 measured".
+std::string tree_counts(const Work& work);
 
 /// Whether the table has the column, with numbers.
 bool has_numbers(const data::Table& table, const std::string& name);

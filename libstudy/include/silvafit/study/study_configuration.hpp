@@ -24,9 +24,18 @@ struct StudyConfiguration {
   std::optional<double> buffer_m{};
   std::optional<std::string> per{};  ///< plot or stand
   std::optional<std::size_t> neighbors{};
+  std::optional<bool> trust_units{};
+  std::optional<std::string> circle{};              ///< `x,y,radius` of every plot
+  std::optional<std::vector<std::string>> alpha{};  ///< limit angles: `72`, `SM=60`
+  std::optional<std::string> dominance{};           ///< dbh, h or cw
+  std::optional<std::string> crowding{};            ///< mean or facing
+  std::optional<std::vector<std::string>> further{};
+  std::optional<double> competition_radius_m{};
+  std::optional<std::string> open_grown{};  ///< an expression of dbh
 };
 
-/// Reads a study.json; docs/study.md lists its keys. Comments (`//`) are allowed.
+/// Reads a study.json; docs/study.md lists its keys. Comments (`//`) are allowed. The run.json of a
+/// study serves as well: its options are settings.
 /// \param catalogue  has the models that candidates may name; null: they are not looked up
 /// \throws InputError that names file and key where a key is unknown or a value cannot be used
 StudyConfiguration read_study_configuration(const std::filesystem::path& path,
@@ -34,7 +43,10 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
 
 /// A study.json with every key, explained by comments, for the inventory at hand: its species, the
 /// candidates of the responses that it has, and the columns that can serve as covariates.
-/// \param table  an inventory with our column names
-std::string study_configuration_for(const data::Table& table, const Catalogue& catalogue);
+/// \param table     an inventory with our column names
+/// \param settings  that the file is to hold
+std::string study_configuration_for(const data::Table& table,
+                                    const Catalogue& catalogue,
+                                    const StudyConfiguration& settings = {});
 
 }  // namespace silvafit::study

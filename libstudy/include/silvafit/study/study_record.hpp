@@ -11,6 +11,7 @@
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/study.hpp"
+#include "silvafit/study/study_configuration.hpp"
 
 namespace silvafit::study {
 
@@ -18,6 +19,9 @@ namespace silvafit::study {
 struct StudyRecord {
   std::string version{};  ///< of the program
   std::string command{};  ///< the command line as it was given
+  /// Where columns and structural units come from; what of models is in `study.options`. A window
+  /// is relative to the folder that the study is written to.
+  StudyConfiguration settings{};
   /// Decisions before fitting, for reading: window, edge correction, ...
   std::vector<std::pair<std::string, std::string>> decisions{};
   stand::CheckedInventory inventory{};
