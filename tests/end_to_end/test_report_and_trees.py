@@ -42,7 +42,7 @@ class ReportAndTrees(unittest.TestCase):
         # SD has 109 trees, 96 of them inside the buffer: too few.
         self.assertEqual(len(results), 7 * 3)
         self.assertNotIn("SD", {species for species, _ in results})
-        self.assertTrue(any("SD h (96 core trees of 109 measured)" in note for note in self.folder.report["notes"]))
+        self.assertTrue(any("SD h, hcb, cw (96 core trees of 109 measured)" in note for note in self.folder.report["notes"]))
         for species in MAIN_SPECIES:
             for response in ("h", "hcb", "cw"):
                 self.assertTrue(results[(species, response)]["converged"], (species, response))

@@ -234,6 +234,45 @@ void note_what_is_left_out(const data::Table& table, Study& study) {
   }
 }
 
+/// Species and responses with too few trees for models.
+class SmallParts {
+ public:
+  void add(const Work& work) {
+    const std::string& species = work.result.species;
+    const std::string counts = tree_counts(work);
+    if (parts_.empty() || parts_.back().species != species || parts_.back().counts != counts) {
+      parts_.push_back({.species = species, .counts = counts});
+    }
+    parts_.back().responses.push_back(work.result.response);
+    lacks_core_ = lacks_core_ || work.core < work.measured;
+  }
+
+  void note(std::size_t minimum_trees, Study& study) const {
+    if (parts_.empty()) return;
+    std::vector<std::string> texts;
+    for (const Part& part : parts_) {
+      texts.push_back(
+          fmt::format("{} {} ({})", part.species, fmt::join(part.responses, ", "), part.counts));
+    }
+    study.notes.push_back(
+        fmt::format("Too few trees for models (fewer than {}): {}.{}",
+                    minimum_trees,
+                    fmt::join(texts, "; "),
+                    lacks_core_ ? " Trees near the edge are not core and do not count: a smaller "
+                                  "buffer or another edge correction leaves more."
+                                : ""));
+  }
+
+ private:
+  struct Part {
+    std::string species{};
+    std::string counts{};
+    std::vector<std::string> responses{};
+  };
+  std::vector<Part> parts_{};
+  bool lacks_core_ = false;
+};
+
 }  // namespace
 
 bool ResponseStudy::converged() const {
@@ -281,8 +320,7 @@ Study run_study(const data::Table& table,
   study.options.species = without_repeats(options.species);
   study.options.responses = without_repeats(options.responses);
   note_what_is_left_out(table, study);
-  std::vector<std::string> small;
-  bool lacks_core = false;
+  SmallParts small;
   std::vector<Work> works;
   for (const std::string& species : species_of(table, study.options)) {
     for (const std::string& response : study.options.responses) {
@@ -291,20 +329,11 @@ Study run_study(const data::Table& table,
       if (trees >= options.minimum_trees) {
         works.push_back(std::move(work));
       } else if (has_numbers(table, response)) {
-        small.push_back(fmt::format("{} {} ({})", species, response, tree_counts(work)));
-        lacks_core = lacks_core || work.core < work.measured;
+        small.add(work);
       }
     }
   }
-  if (!small.empty()) {
-    study.notes.push_back(
-        fmt::format("Too few trees for models (fewer than {}): {}.{}",
-                    options.minimum_trees,
-                    fmt::join(small, ", "),
-                    lacks_core ? " Trees near the edge are not core and do not count: a smaller "
-                                 "buffer or another edge correction leaves more."
-                               : ""));
-  }
+  small.note(options.minimum_trees, study);
   run_base(works, study, progress);
   run_covariates(works, study, progress);
   run_random_effects(works, study, progress);
