@@ -49,15 +49,11 @@ MatrixXd inverse_reliability(const MatrixXd& reliability) {
   return of.vectors * inverse.asDiagonal() * of.vectors.transpose();
 }
 
-/// The coarser group of a finer one, whose label is `outer/inner`; -1 if it is not known.
-Index outer_of(const std::string& label, const LabelNumbers& outer) {
-  Index result = -1;
-  // The coarser label may have a slash itself, so that all of them are tried.
-  for (std::size_t at = label.find('/'); at != std::string::npos; at = label.find('/', at + 1)) {
-    const auto found = outer.find(label.substr(0, at));
-    if (found != outer.end()) result = found->second;
-  }
-  return result;
+/// The coarser groups by what nested labels call them.
+LabelNumbers outer_parts(const std::vector<std::string>& labels) {
+  std::vector<std::string> parts;
+  for (const std::string& label : labels) parts.push_back(outer_part(label));
+  return numbered(parts);
 }
 
 /// What is left open of the effects of the finer groups if those of the coarser ones are known, as
@@ -65,12 +61,14 @@ Index outer_of(const std::string& label, const LabelNumbers& outer) {
 EffectUncertainty within_outer(const FittedModel& fit) {
   EffectUncertainty result = fit.uncertainty;
   if (!result.is_known() || !fit.outer_uncertainty.is_known()) return result;
-  const LabelNumbers outer = numbered(fit.outer.labels);
+  const LabelNumbers outer = outer_parts(fit.outer.labels);
   const auto q = static_cast<Index>(fit.random_names.size());
   const auto s = static_cast<Index>(fit.outer.names.size());
   for (Index g = 0; g < result.covariances.cols(); ++g) {
-    const Index c = outer_of(fit.group_labels[static_cast<std::size_t>(g)], outer);
-    if (c < 0 || result.cross_covariances.cols() <= g) continue;
+    const std::string& label = fit.group_labels[static_cast<std::size_t>(g)];
+    const auto found = outer.find(std::string(nested_parts(label).outer));
+    if (found == outer.end() || result.cross_covariances.cols() <= g) continue;
+    const Index c = found->second;
     const MatrixXd cross = result.cross_covariance(g, q, s);
     const MatrixXd slopes = regression_on(cross, fit.outer_uncertainty.covariance(c, s));
     result.covariances.col(g) -= (slopes * cross.transpose()).reshaped();

@@ -61,7 +61,7 @@ Table layout(const Layout& of, Random& random) {
       // Neither balanced nor in order, but the same in all trees of a plot.
       const double site = static_cast<double>((7 * p + 3) % 11);
       for (int t = 0; t < of.trees; ++t) {
-        stand.append(fmt::format("S{}", s));
+        stand.append(fmt::format("S/{}", s));  // nested labels write the slash as %2F
         plot.append(fmt::format("P{}.{}", s, p));
         x.push_back(site);
         y.push_back(20.0 + of.slope * site + of_stand + of_plot + random.normal(0.0, of.sd_tree));
