@@ -185,6 +185,21 @@ std::vector<stand::NamedWindow> given_windows(const UnitArguments& arguments) {
   return {};
 }
 
+UnitArguments unit_arguments(const study::UnitSettings& settings) {
+  UnitArguments arguments;
+  const auto take = [](const auto& said, auto& value) {
+    if (said) value = *said;
+  };
+  take(settings.per, arguments.per);
+  take(settings.neighbors, arguments.neighbors);
+  take(settings.alpha, arguments.alpha);
+  take(settings.dominance, arguments.dominance);
+  take(settings.crowding, arguments.crowding);
+  take(settings.competition_radius_m, arguments.competition_radius_m);
+  take(settings.open_grown, arguments.open_grown);
+  return arguments;
+}
+
 stand::StructuralUnitOptions unit_options(const UnitArguments& arguments,
                                           const CommonOptions& common) {
   static const std::map<std::string, stand::EdgeCorrection> kEdges{

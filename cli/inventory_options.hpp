@@ -9,6 +9,7 @@
 #include "command.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::cli {
 
@@ -57,6 +58,9 @@ stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
 
 /// The windows that were given, from their file or as a circle.
 std::vector<stand::NamedWindow> given_windows(const UnitArguments& arguments);
+
+/// The arguments that say what a study's settings do.
+UnitArguments unit_arguments(const study::UnitSettings& settings);
 
 /// The options of structural_units, with the windows read from their file.
 stand::StructuralUnitOptions unit_options(const UnitArguments& arguments,

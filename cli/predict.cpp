@@ -15,6 +15,7 @@
 
 #include "command.hpp"
 #include "csv_with_columns.hpp"
+#include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
@@ -182,6 +183,13 @@ void add_note_on_species(const study::ModelLibrary& library,
                               fmt::join(known, ", ")));
 }
 
+/// How indices are computed: as in the study that the library is from.
+stand::StructuralUnitOptions units_of(const study::ModelLibrary& library,
+                                      const CommonOptions& common) {
+  const auto settings = library.inventory.units.value_or(study::UnitSettings{});
+  return unit_options(unit_arguments(settings), common);
+}
+
 void run(PredictArguments arguments) {
   sort_files(arguments);
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
@@ -190,7 +198,8 @@ void run(PredictArguments arguments) {
   const data::Table table = read_model_table(arguments.data,
                                              {.entries = arguments.columns,
                                               .names = study::text_columns(library),
-                                              .wanted = study::columns_read(library)},
+                                              .wanted = study::columns_read(library),
+                                              .units = units_of(library, arguments.common)},
                                              arguments.common);
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   study::PredictedResponses predictions = study::predict_responses(

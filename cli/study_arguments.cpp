@@ -33,14 +33,14 @@ void apply_units(const CLI::App& command,
   }
   take("--edge", file.edge, units.edge);
   take("--buffer", file.buffer_m, units.buffer_m);
-  take("--per", file.per, units.per);
-  take("--neighbors", file.neighbors, units.neighbors);
-  take("--alpha", file.alpha, units.alpha);
-  take("--dominance", file.dominance, units.dominance);
-  take("--crowding", file.crowding, units.crowding);
+  take("--per", file.units.per, units.per);
+  take("--neighbors", file.units.neighbors, units.neighbors);
+  take("--alpha", file.units.alpha, units.alpha);
+  take("--dominance", file.units.dominance, units.dominance);
+  take("--crowding", file.units.crowding, units.crowding);
   take("--further", file.further, units.further);
-  take("--competition-radius", file.competition_radius_m, units.competition_radius_m);
-  take("--open-grown", file.open_grown, units.open_grown);
+  take("--competition-radius", file.units.competition_radius_m, units.competition_radius_m);
+  take("--open-grown", file.units.open_grown, units.open_grown);
 }
 
 void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
@@ -81,16 +81,16 @@ study::StudyConfiguration settings_of(const StudyArguments& arguments,
                                      .window = seen_from(folder, units.window),
                                      .edge = units.edge,
                                      .buffer_m = units.buffer_m,
-                                     .per = units.per,
-                                     .neighbors = units.neighbors,
                                      .trust_units = arguments.inventory.trust_units,
                                      .circle = units.circle,
-                                     .alpha = units.alpha,
-                                     .dominance = units.dominance,
-                                     .crowding = units.crowding,
                                      .further = units.further,
-                                     .competition_radius_m = units.competition_radius_m,
-                                     .open_grown = units.open_grown};
+                                     .units = {.per = units.per,
+                                               .neighbors = units.neighbors,
+                                               .alpha = units.alpha,
+                                               .dominance = units.dominance,
+                                               .crowding = units.crowding,
+                                               .competition_radius_m = units.competition_radius_m,
+                                               .open_grown = units.open_grown}};
   const std::string columns = fmt::format("{}", fmt::join(arguments.inventory.columns, ","));
   for (const stand::ColumnMapping& mapping : stand::parse_column_mappings(columns)) {
     settings.columns.push_back(mapping.name + "=" + mapping.source);

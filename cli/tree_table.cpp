@@ -99,7 +99,7 @@ data::Table read_model_table(const std::filesystem::path& file,
   const auto is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); };
   data::Table table =
       read_table(file, columns.names, stand::parse_column_mappings(entries), is_wanted, common);
-  for (const std::string& note : study::add_columns(entries, table)) {
+  for (const std::string& note : study::add_columns(entries, table, columns.units)) {
     say(common, "note: " + note);
   }
   return table;

@@ -9,6 +9,7 @@
 
 #include "command.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/structural_units.hpp"
 
 namespace silvafit::cli {
 
@@ -32,6 +33,7 @@ struct ModelColumns {
   std::vector<std::string> entries{};  ///< of --columns
   std::vector<std::string> names{};    ///< columns that keep their spelling ("07"), as models say
   std::vector<std::string> wanted{};   ///< looked for under their usual spellings, too
+  stand::StructuralUnitOptions units{};  ///< of indices that entries ask for: C=C
 };
 
 /// A CSV file for models, with the columns that --columns names, and with wanted ones of ours that

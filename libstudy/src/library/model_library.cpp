@@ -10,6 +10,7 @@
 
 #include "library/json_values.hpp"
 #include "library/published_library.hpp"
+#include "library/unit_settings_json.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
@@ -80,6 +81,9 @@ ModelLibrary read_models(const JsonReader& json) {
   if (const auto commonest = inventory.find("commonest_dbh")) {
     library.inventory.commonest_dbh_cm = commonest->numbers_by_name();
   }
+  if (const auto units = inventory.find("structural_units")) {
+    library.inventory.units = read_unit_settings(*units);
+  }
   for (const JsonReader& model : json.at("models").items()) {
     library.models.push_back(read_model(model));
   }
@@ -92,6 +96,15 @@ bool has_schema(const JsonReader& json, std::string_view beginning) {
 
 bool is_plain_fit(const JsonReader& json) {
   return json.has("fits") || has_schema(json, "silvafit-fit/");
+}
+
+ordered_json inventory_json(const LibraryInventory& inventory) {
+  ordered_json json{{"file", text_or_null(inventory.file)},
+                    {"fingerprint", text_or_null(inventory.fingerprint)},
+                    {"trees", inventory.trees},
+                    {"commonest_dbh", inventory.commonest_dbh_cm}};
+  if (inventory.units) json["structural_units"] = unit_settings_json(*inventory.units);
+  return json;
 }
 
 }  // namespace
@@ -107,11 +120,7 @@ std::string to_json(const ModelLibrary& library) {
   }
   const ordered_json result{{"schema", kSchema},
                             {"silvafit", SILVAFIT_VERSION},
-                            {"inventory",
-                             {{"file", text_or_null(library.inventory.file)},
-                              {"fingerprint", text_or_null(library.inventory.fingerprint)},
-                              {"trees", library.inventory.trees},
-                              {"commonest_dbh", library.inventory.commonest_dbh_cm}}},
+                            {"inventory", inventory_json(library.inventory)},
                             {"models", std::move(models)}};
   return json_text(result, 1) + "\n";
 }

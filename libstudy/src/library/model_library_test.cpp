@@ -47,6 +47,29 @@ TEST_CASE("a library comes back from its file, and as the same bytes") {
   CHECK(read.models[0].fit.covariance == written.models[0].fit.covariance);
 }
 
+TEST_CASE("a library keeps how the structural indices of its study were computed") {
+  ModelLibrary written = library();
+  written.inventory.units = {.per = "stand",
+                             .neighbors = 6,
+                             .alpha = std::vector<std::string>{"60", "SM=72"},
+                             .dominance = "h",
+                             .crowding = "facing",
+                             .competition_radius_m = 7.5,
+                             .open_grown = "0.7 + 0.16*dbh"};
+  const test::ScratchFile file(to_json(written), ".json");
+  const auto units = read_library(file.path()).inventory.units;
+  REQUIRE(units.has_value());
+  CHECK(units->per == "stand");
+  CHECK(units->neighbors == 6U);
+  CHECK(units->alpha == std::vector<std::string>{"60", "SM=72"});
+  CHECK(units->dominance == "h");
+  CHECK(units->crowding == "facing");
+  CHECK(units->competition_radius_m == 7.5);
+  CHECK(units->open_grown == "0.7 + 0.16*dbh");
+  const test::ScratchFile without(to_json(library()), ".json");
+  CHECK(!read_library(without.path()).inventory.units);
+}
+
 TEST_CASE("one fit or several are libraries for any species") {
   const test::ScratchFile one(fit::to_json(line()), ".json");
   CHECK(read_library(one.path()).models.size() == 1);

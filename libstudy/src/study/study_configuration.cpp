@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/study_configuration.hpp"
 
+#include "library/unit_settings_json.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/json_reader.hpp"
@@ -109,35 +110,12 @@ void read_inventory_keys(const JsonReader& json,
     configuration.edge = value->text();
   }
   if (const auto value = json.find("buffer")) configuration.buffer_m = value->not_negative();
-  if (const auto value = json.find("per")) {
-    value->one_of({"plot", "stand"});
-    configuration.per = value->text();
-  }
-  if (const auto value = json.find("neighbors")) configuration.neighbors = value->count();
   if (const auto value = json.find("trust_units")) configuration.trust_units = value->boolean();
   if (const auto value = json.find("circle"); value && !value->is_null()) {
     configuration.circle = value->text();
     if (configuration.window) value->fail("a circle and a window exclude each other");
   }
-}
-
-void read_unit_keys(const JsonReader& json, StudyConfiguration& configuration) {
-  if (const auto list = json.find("alpha")) configuration.alpha = list->texts();
-  if (const auto value = json.find("dominance")) {
-    value->one_of({"dbh", "h", "cw"});
-    configuration.dominance = value->text();
-  }
-  if (const auto value = json.find("crowding")) {
-    value->one_of({"mean", "facing"});
-    configuration.crowding = value->text();
-  }
   if (const auto list = json.find("further")) configuration.further = list->texts();
-  if (const auto value = json.find("competition_radius")) {
-    configuration.competition_radius_m = value->not_negative();
-  }
-  if (const auto value = json.find("open_grown"); value && !value->is_null()) {
-    configuration.open_grown = value->text();
-  }
 }
 
 /// The settings of a document: all of a study.json, a part of a run.json.
@@ -186,7 +164,7 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
   read_search(json, catalogue, configuration.study);
   read_choice(json, configuration.study);
   read_inventory_keys(json, path.parent_path(), configuration);
-  read_unit_keys(json, configuration);
+  configuration.units = read_unit_settings(json);
   return configuration;
 }
 

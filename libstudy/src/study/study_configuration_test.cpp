@@ -68,8 +68,8 @@ TEST_CASE("a configuration may say everything, with comments") {
   CHECK_THAT(*configuration.window, Catch::Matchers::EndsWith("/plots.geojson"));
   CHECK(configuration.edge == "hanisch");
   CHECK(configuration.buffer_m == 3.0);
-  CHECK(configuration.per == "stand");
-  CHECK(configuration.neighbors == 6U);
+  CHECK(configuration.units.per == "stand");
+  CHECK(configuration.units.neighbors == 6U);
 }
 
 TEST_CASE("one criterion may be for all levels, without tests") {

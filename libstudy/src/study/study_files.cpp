@@ -124,6 +124,7 @@ ModelLibrary library_of(const StudyRecord& record) {
                                      .fingerprint = fingerprint(read_file(file)),
                                      .trees = record.inventory.inventory.size()}};
   library.inventory.commonest_dbh_cm = commonest_diameters(record);
+  if (record.units) library.inventory.units = record.settings.units;
   for (const ResponseStudy& result : record.study.results) {
     add_model(result, result.ols, "ols", library);
     add_model(result, result.with_covariates, "covariates", library);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "study/study_settings.hpp"
 
+#include "library/unit_settings_json.hpp"
+
 namespace silvafit::study {
 namespace {
 
@@ -50,14 +52,8 @@ ordered_json settings_json(const StudyConfiguration& settings) {
   json["circle"] = text_or_null(settings.circle);
   json["edge"] = settings.edge.value_or("buffer");
   json["buffer"] = settings.buffer_m.value_or(5.0);
-  json["per"] = settings.per.value_or("plot");
-  json["neighbors"] = settings.neighbors.value_or(4);
-  json["alpha"] = settings.alpha.value_or(std::vector<std::string>{});
-  json["dominance"] = settings.dominance.value_or("dbh");
-  json["crowding"] = settings.crowding.value_or("mean");
   json["further"] = settings.further.value_or(std::vector<std::string>{});
-  json["competition_radius"] = settings.competition_radius_m.value_or(0.0);
-  json["open_grown"] = text_or_null(settings.open_grown);
+  json.update(unit_settings_json(settings.units));
   return json;
 }
 

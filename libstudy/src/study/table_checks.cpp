@@ -95,8 +95,8 @@ std::string origin_of(const std::string& name,
   std::vector<std::string> mappings;
   for (const std::string& index : computable) mappings.push_back(index + "=" + index);
   return fmt::format(
-      ". The indices of a study are in its predictions.csv; with the nearest trees of each plot, "
-      "without a window, they can be computed here: --columns {}",
+      ". The indices of a study are in its predictions.csv; without a window they can be computed "
+      "here: --columns {}",
       fmt::join(mappings, ","));
 }
 
@@ -123,13 +123,15 @@ data::Table rows_where(std::string_view condition, const data::Table& table) {
   return table.select(rows);
 }
 
-std::vector<std::string> add_columns(std::string_view text, data::Table& table) {
+std::vector<std::string> add_columns(std::string_view text,
+                                     data::Table& table,
+                                     const stand::StructuralUnitOptions& options) {
   std::vector<std::string> notes;
   std::vector<std::string> computed;
   for (const stand::ColumnMapping& mapping : stand::parse_column_mappings(text)) {
     if (!table.has(mapping.source)) {
       const std::vector<std::string> names = structure_names_in({mapping.source}, table);
-      for (std::string& note : add_structure_columns(names, table)) {
+      for (std::string& note : add_structure_columns(names, table, options)) {
         if (std::ranges::find(notes, note) == notes.end()) notes.push_back(std::move(note));
       }
       computed.insert(computed.end(), names.begin(), names.end());
@@ -147,9 +149,10 @@ std::vector<std::string> add_columns(std::string_view text, data::Table& table) 
   }
   if (!computed.empty()) {
     notes.push_back(
-        fmt::format("{}: computed from the {} nearest trees of each plot, without a window",
+        fmt::format("{}: computed from the {} nearest trees of {}, without a window",
                     fmt::join(computed, ", "),
-                    stand::StructuralUnitOptions{}.neighbors));
+                    options.neighbors,
+                    options.scope == stand::SearchScope::kStand ? "the stand" : "each plot"));
   }
   return notes;
 }

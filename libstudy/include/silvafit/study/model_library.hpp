@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
 
@@ -18,6 +20,7 @@ struct LibraryInventory {
   std::string fingerprint{};  ///< of the bytes of the file, e.g. "sha256:..."; may be empty
   std::size_t trees = 0;
   std::map<std::string, double> commonest_dbh_cm{};  ///< by species; see commonest_dbh_cm()
+  std::optional<UnitSettings> units{};  ///< what its structural indices, if any, were computed with
 };
 
 /// One fit and what it is for.

@@ -11,6 +11,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/study.hpp"
+#include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
 
@@ -22,16 +23,10 @@ struct StudyConfiguration {
   std::optional<std::string> window{};   ///< file, relative to that of the configuration
   std::optional<std::string> edge{};     ///< buffer, hanisch, torus or none
   std::optional<double> buffer_m{};
-  std::optional<std::string> per{};  ///< plot or stand
-  std::optional<std::size_t> neighbors{};
   std::optional<bool> trust_units{};
-  std::optional<std::string> circle{};              ///< `x,y,radius` of every plot
-  std::optional<std::vector<std::string>> alpha{};  ///< limit angles: `72`, `SM=60`
-  std::optional<std::string> dominance{};           ///< dbh, h or cw
-  std::optional<std::string> crowding{};            ///< mean or facing
+  std::optional<std::string> circle{};  ///< `x,y,radius` of every plot
   std::optional<std::vector<std::string>> further{};
-  std::optional<double> competition_radius_m{};
-  std::optional<std::string> open_grown{};  ///< an expression of dbh
+  UnitSettings units{};
 };
 
 /// Reads a study.json; docs/study.md lists its keys. Comments (`//`) are allowed. The run.json of a

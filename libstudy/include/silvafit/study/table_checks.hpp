@@ -9,6 +9,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/catalogue.hpp"
 
 namespace silvafit::study {
@@ -24,11 +25,14 @@ Place place_of(const data::Table& table, std::size_t row, std::string_view colum
 data::Table rows_where(std::string_view condition, const data::Table& table);
 
 /// Adds columns under names of the user's choice. Structural indices that a source names and the
-/// table lacks are computed by add_structure_columns with its default options: `C=C`.
-/// \param text  `NAME=SOURCE,...`, a source being a column or an expression of columns
-/// \return      notes for people: which indices were computed, and how
+/// table lacks are computed by add_structure_columns: `C=C`.
+/// \param text     `NAME=SOURCE,...`, a source being a column or an expression of columns
+/// \param options  of structural indices
+/// \return         notes for people: which indices were computed, and how
 /// \throws UsageError if the text cannot be read; else as rows_where
-std::vector<std::string> add_columns(std::string_view text, data::Table& table);
+std::vector<std::string> add_columns(std::string_view text,
+                                     data::Table& table,
+                                     const stand::StructuralUnitOptions& options = {});
 
 /// Makes sure that columns which an expression reads as numbers hold numbers.
 /// \param variables  of an expression; those that compare a column with text may have text
