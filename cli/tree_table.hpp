@@ -30,9 +30,9 @@ data::Table read_tree_table(const std::filesystem::path& file,
 
 /// What models read of a file.
 struct ModelColumns {
-  std::vector<std::string> entries{};  ///< of --columns
-  std::vector<std::string> names{};    ///< columns that keep their spelling ("07"), as models say
-  std::vector<std::string> wanted{};   ///< looked for under their usual spellings, too
+  std::vector<std::string> entries{};    ///< of --columns
+  std::vector<std::string> names{};      ///< columns that keep their spelling ("07"), as models say
+  std::vector<std::string> wanted{};     ///< looked for under their usual spellings, too
   stand::StructuralUnitOptions units{};  ///< of indices that entries ask for: C=C
 };
 

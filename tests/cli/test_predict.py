@@ -6,9 +6,11 @@ import io
 import json
 import math
 import unittest
+from pathlib import Path
 
 from silvafit_program import ProgramTest, stand_csv
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 MEYER = "h ~ 1.3 + a*(1 - exp(-b*dbh))"
 NEW = ('plot,tree,note,dbh,species\n'
        '01,1,"as, is",10.50,SM\n'
@@ -288,6 +290,31 @@ class Libraries(ProgramTest):
         self.library["schema"] = "silvafit-library/2"
         error = self.predict("species,dbh\nSM,20\n", status=3)
         self.assertIn("library.json: schema: silvafit-library/2 is from a newer silvafit", error)
+
+    def test_indices_are_computed_as_in_the_study(self):
+        trees = str(EXAMPLES / "fir-mixed" / "inventory.csv")
+        self.run_program("study", trees, "--species", "SM,BHN", "--responses", "cw", "--per", "stand", "--neighbors", "6",
+                         "--dominance", "h", "--alpha", "60", "--quiet", "--out", "study")
+        indices = "W=W,M=M,U=U,C=C"
+
+        def crown_widths(library):
+            done = self.run_program("predict", library, trees, "--columns", indices)
+            self.assertIn("from the 6 nearest trees of the stand" if library.startswith("study/") else
+                          "from the 4 nearest trees of each plot", done.stderr)
+            return {(row["plot"], row["tree"]): row["cw_pred"] for row in csv.DictReader(io.StringIO(done.stdout))
+                    if row["species"] in ("SM", "BHN")}
+
+        with open(self.folder / "study" / "predictions.csv", newline="", encoding="utf-8") as file:
+            expected = {(row["plot"], row["tree"]): row["cw_population"] for row in csv.DictReader(file) if row["cw_population"]}
+        self.assertGreater(len(expected), 2000)
+        predicted = crown_widths("study/library.json")
+        self.assertEqual({tree: predicted[tree] for tree in expected}, expected)
+        # The settings matter: a library that does not say them gives other crown widths.
+        library = json.loads((self.folder / "study" / "library.json").read_text(encoding="utf-8"))
+        del library["inventory"]["structural_units"]
+        self.write("silent.json", json.dumps(library))
+        others = crown_widths("silent.json")
+        self.assertGreater(sum(others[tree] != value for tree, value in expected.items()), 1000)
 
     def test_published_models_say_what_calibration_lacks(self):
         self.write("new.csv", "plot,species,dbh,h,C,M,U\nA,SM,20,15,0.5,0.5,0.5\n")
