@@ -211,6 +211,19 @@ class Predictions(ProgramTest):
         self.assertEqual(self.predict("--standard-errors")[0]["flag"],
                          "no h standard error: missing species")
 
+    def test_labels_that_the_fit_has_not_seen_are_flagged(self):
+        trees = ["dbh,h,zone,species"]
+        for i in range(60):
+            zone, species = 1 + i % 2, ("fir", "oak", "elm")[i % 3]
+            trees.append(f"{10 + i % 20},{3 + zone + 0.8 * (10 + i % 20) + math.sin(7 * i * i)},{zone},{species}")
+        self.write("trees.csv", "\n".join(trees) + "\n")
+        self.write("fit.json", self.run_program("fit", "trees.csv", "--formula", "h ~ a + b*dbh", "--json", "--parameter",
+                                                'a ~ 1 + species == "oak" + zone == "2"').stdout)
+        self.write("new.csv", "dbh,zone,species\n20,1,fir\n20,01,elm\n20,1,ash\n20,3,oak\n20,1,\n")
+        rows = self.predict()
+        self.assertEqual([row["flag"] for row in rows], ["", "", "unknown species", "unknown zone", "missing species"])
+        self.assertEqual(rows[2]["h_pred"], rows[0]["h_pred"])
+
     def test_input_columns_stay_as_they_were(self):
         self.fit()
         self.run_program("predict", "fit.json", "new.csv", "--out", "out.csv")

@@ -312,6 +312,11 @@ FittedModel from_json(const JsonReader& json) {
   if (json.has("r2_conditional"))
     fit.r2_conditional = json.at("r2_conditional").number_or_missing();
   fit.ranges = read_ranges(json.at("ranges"));
+  if (json.has("levels")) {
+    for (const auto& [column, labels] : json.at("levels").members()) {
+      fit.levels.push_back({.column = column, .labels = labels.texts()});
+    }
+  }
   if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number_or_missing();
   return fit;

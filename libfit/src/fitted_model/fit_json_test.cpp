@@ -130,43 +130,29 @@ TEST_CASE("the keys are those of the contract, in its order") {
   const ordered_json json = ordered_json::parse(to_json(mixed_fit("power")));
   std::vector<std::string> keys;
   for (const auto& item : json.items()) keys.push_back(item.key());
-  const std::vector<std::string> expected{"schema",
-                                          "silvafit",
-                                          "model",
-                                          "formula",
-                                          "parameters",
-                                          "method",
-                                          "reml",
-                                          "n",
-                                          "excluded",
-                                          "response_fingerprint",
-                                          "groups",
-                                          "converged",
-                                          "verdict",
-                                          "evidence",
-                                          "fixed",
-                                          "fixed_covariance",
-                                          "random",
-                                          "variance",
-                                          "sigma",
-                                          "log_likelihood",
-                                          "k",
-                                          "aic",
-                                          "aicc",
-                                          "bic",
-                                          "bic_groups",
-                                          "statistics",
-                                          "r2_marginal",
-                                          "r2_conditional",
-                                          "ranges",
-                                          "seconds",
-                                          "coefficients_between"};
+  const std::vector<std::string> expected{"schema",      "silvafit",
+                                          "model",       "formula",
+                                          "parameters",  "method",
+                                          "reml",        "n",
+                                          "excluded",    "response_fingerprint",
+                                          "groups",      "converged",
+                                          "verdict",     "evidence",
+                                          "fixed",       "fixed_covariance",
+                                          "random",      "variance",
+                                          "sigma",       "log_likelihood",
+                                          "k",           "aic",
+                                          "aicc",        "bic",
+                                          "bic_groups",  "statistics",
+                                          "r2_marginal", "r2_conditional",
+                                          "ranges",      "seconds",
+                                          "levels",      "coefficients_between"};
   CHECK(keys == expected);
   CHECK(json["parameters"]["b"] == "1 + C");
   CHECK(json["groups"]["plot"] == 8);
   CHECK(json["random"]["eblup"].begin().key() == "8");
   CHECK(json["variance"]["of"] == "fitted");
   CHECK(json["variance"]["constant"].is_null());
+  CHECK(json["levels"] == ordered_json{{"species", {"BHN", "SM"}}});
 }
 
 TEST_CASE("without random effects their keys are null") {

@@ -218,6 +218,12 @@ ordered_json ranges(const FittedModel& fit) {
   return result;
 }
 
+ordered_json levels(const FittedModel& fit) {
+  ordered_json result = ordered_json::object();
+  for (const ColumnLevels& levels : fit.levels) result[levels.column] = levels.labels;
+  return result;
+}
+
 ordered_json text_or_null(const std::string& text) {
   return text.empty() ? ordered_json(nullptr) : ordered_json(text);
 }
@@ -290,6 +296,7 @@ ordered_json json_of(const FittedModel& model) {
       {"r2_conditional", number(fit.r2_conditional)},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
+  if (!fit.levels.empty()) result["levels"] = levels(fit);
   if (!fit.coefficients_between.empty()) result["coefficients_between"] = fit.coefficients_between;
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);

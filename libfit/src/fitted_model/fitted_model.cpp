@@ -86,6 +86,9 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
   fit.response_fingerprint = response_fingerprint(model.response());
   fit.coefficient_names = model.coefficient_names();
   fit.ranges = ranges_of(model);
+  for (const auto& [column, labels] : model.levels()) {
+    fit.levels.push_back({.column = column, .labels = {labels.begin(), labels.end()}});
+  }
   fit.variance = VarianceEstimate::missing(model.specification().variance);
   if (model.specification().random) {
     fit.random_names = model.specification().random->coefficients;

@@ -76,6 +76,7 @@ NonlinearModel::NonlinearModel(ModelSpecification specification, const data::Tab
     : specification_(std::move(specification)), names_(specification_.coefficient_names()) {
   choose_rows(table);
   load_columns(table);
+  load_levels(table);
   load_covariates(table);
   load_strata(table);
   compile();
@@ -163,6 +164,16 @@ void NonlinearModel::load_columns(const data::Table& table) {
         gathered(data::variable_values(variables_[k], table), rows_);
   }
   response_ = columns_.col(0);
+}
+
+void NonlinearModel::load_levels(const data::Table& table) {
+  for (const std::string& variable : specification_.predictors()) {
+    data::TextMatch match;
+    if (!data::is_text_match(variable, match) || levels_.contains(match.column)) continue;
+    const data::TextColumn labels = table.labels(match.column);
+    std::set<std::string>& levels = levels_[match.column];
+    for (const std::size_t row : rows_) levels.emplace(labels[row]);
+  }
 }
 
 void NonlinearModel::load_covariates(const data::Table& table) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "prediction/fitted_labels.hpp"
 #include "prediction/impute_models.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
@@ -85,16 +86,30 @@ std::vector<Part> parts_of(const data::Table& table, const ImputeOptions& option
   return parts;
 }
 
-/// Why the model has no value for a row, or what is doubtful of it.
-std::string flag_of(const fit::FittedModel& fit, const data::Table& table, std::size_t row) {
+/// (N) why the model has no value for a row, or what is doubtful of it.
+std::vector<std::string> flags_of(const fit::FittedModel& fit, const data::Table& table) {
+  std::vector<std::string> flags(table.rows());
+  const auto say = [&flags](std::size_t row, const std::string& text) {
+    if (flags[row].empty()) flags[row] = text;
+  };
   for (const fit::ColumnRange& range : fit.ranges) {
-    const double value = table.numbers(range.column)[row];
-    if (std::isnan(value)) return range.column + " is missing";
-    if (value < range.low || value > range.high) {
-      return range.column + " is outside the fitted range";
+    const std::span<const double> values = table.numbers(range.column);
+    for (std::size_t row = 0; row < flags.size(); ++row) {
+      if (std::isnan(values[row])) say(row, range.column + " is missing");
+      if (values[row] < range.low || values[row] > range.high) {
+        say(row, range.column + " is outside the fitted range");
+      }
     }
   }
-  return {};
+  for (const fit::ColumnLevels& levels : fit.levels) {
+    const data::TextColumn labels = table.labels(levels.column);
+    const std::vector<bool> is_unknown = has_unknown_label(levels, table);
+    for (std::size_t row = 0; row < flags.size(); ++row) {
+      if (labels.is_missing(row)) say(row, levels.column + " is missing");
+      if (is_unknown[row]) say(row, levels.column + " is unknown to the fit");
+    }
+  }
+  return flags;
 }
 
 /// What measured trees say of the groups of some rows.
@@ -172,6 +187,7 @@ class Filling {
   /// \param stream  of random numbers, one a part
   void fill(const Part& part, const fit::FittedModel& fit, std::uint64_t stream) {
     const data::Table rows = table_.select(part.rows);
+    const std::vector<std::string> flags = flags_of(fit, rows);
     Random random(options_.seed, stream);
     std::optional<Groups> groups;
     if (fit.has_random_effects()) groups.emplace(fit, rows);
@@ -183,7 +199,7 @@ class Filling {
       // Drawn for all trees, so that one more measurement does not change the others.
       const double noise = options_.add_residual ? random.normal() : 0.0;
       if (is_measured(result_.value[row])) continue;
-      result_.flag[row] = flag_of(fit, rows, i);
+      result_.flag[row] = flags[i];
       const auto at = static_cast<Index>(i);
       const double value =
           prediction.value[at] + (options_.add_residual ? noise * prediction.residual_sd[at] : 0.0);

@@ -163,6 +163,26 @@ TEST_CASE("heights are imputed with the effects of their plot, measured ones are
   CHECK(result.count(ImputeSource::kMissing) == 1);
 }
 
+TEST_CASE("a label without a measured tree is flagged") {
+  data::Table table;
+  std::vector<double> dbh;
+  std::vector<double> h;
+  data::TextColumn soil;
+  for (int i = 0; i < 60; ++i) {
+    dbh.push_back(10.0 + i % 20);
+    h.push_back(i == 7 || i == 8 ? NAN : 3.0 + 0.8 * dbh.back() + std::sin(7.0 * i * i));
+    soil.append(i == 7 ? "bog" : (i % 3 == 0 ? "clay" : "sand"));
+  }
+  table.set("dbh", dbh);
+  table.set("h", h);
+  table.set("soil", soil);
+  const Imputation result =
+      impute(table, catalogue(), {.formula = R"(h ~ a + d*(soil == "clay") + b*dbh)"});
+  CHECK(result.flag[7] == "soil is unknown to the fit");
+  CHECK(result.flag[8].empty());
+  CHECK(std::isfinite(result.value[7]));
+}
+
 TEST_CASE("species with enough trees have models of their own, the others share one") {
   const data::Table table = inventory();
   const Imputation result = impute(table, catalogue(), {.by = "species", .minimum_trees = 50});

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "prediction/fitted_labels.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
@@ -266,8 +267,9 @@ class Predictor {
       if (outer) unify_spelling(outer->group, fit.outer.labels, part);
       unify_spelling(fit.specification.random->group, inner_labels(fit), part);
     }
-    unify_names(fit, part);
+    unify_spelling(fit, part);
     flag_columns(fit, part, rows);
+    flag_levels(fit, part, rows);
     const fit::Prediction prediction = fit::predict(fit,
                                                     part,
                                                     options_.level,
@@ -377,43 +379,6 @@ class Predictor {
     }
   }
 
-  /// Strata, and what the model compares with text, as the fit spells them.
-  static void unify_names(const fit::FittedModel& fit, data::Table& part) {
-    for (const fit::VarianceFactorEstimate& factor : fit.variance.factors) {
-      const std::string& column = factor.factor.stratum;
-      if (part.has(column)) unify_spelling(column, factor.strata, part);
-    }
-    std::map<std::string, Names> known;
-    for (const std::string& variable : fit.specification.predictors()) {
-      data::TextMatch match;
-      if (data::is_text_match(variable, match)) known[match.column].push_back(match.value);
-    }
-    for (const auto& [column, values] : known) {
-      if (part.has(column) && !part.is_numeric(column)) unify_spelling(column, values, part);
-    }
-  }
-
-  /// "07" is the group that a fit knows as "7", where that was read as a number.
-  static void unify_spelling(const std::string& group,
-                             const Names& known_labels,
-                             data::Table& part) {
-    const std::set<std::string_view> known(known_labels.begin(), known_labels.end());
-    const data::TextColumn labels = part.labels(group);
-    data::TextColumn unified;
-    for (std::size_t row = 0; row < labels.size(); ++row) {
-      double number = 0.0;
-      if (labels.is_missing(row)) {
-        unified.append_missing();
-      } else if (!known.contains(labels[row]) && data::parse_number(labels[row], number) &&
-                 known.contains(data::shortest(number))) {
-        unified.append(data::shortest(number));
-      } else {
-        unified.append(labels[row]);
-      }
-    }
-    part.set(group, std::move(unified));
-  }
-
   void flag_columns(const fit::FittedModel& fit,
                     const data::Table& part,
                     const std::vector<std::size_t>& rows) {
@@ -433,6 +398,18 @@ class Predictor {
         if (filled != filled_.end() && filled->second[rows[i]]) {
           flag(rows[i], column + " predicted");
         }
+      }
+    }
+  }
+
+  /// A label that the fit has not seen counts as one that differs from all that the model names.
+  void flag_levels(const fit::FittedModel& fit,
+                   const data::Table& part,
+                   const std::vector<std::size_t>& rows) {
+    for (const fit::ColumnLevels& levels : fit.levels) {
+      const std::vector<bool> is_unknown = has_unknown_label(levels, part);
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (is_unknown[i]) flag(rows[i], "unknown " + levels.column);
       }
     }
   }

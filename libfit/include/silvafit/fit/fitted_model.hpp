@@ -47,6 +47,13 @@ struct ColumnRange {
   double high = 0.0;
 };
 
+/// What a column that the mean compares with text, such as `species == "SM"`, says in the rows of a
+/// fit.
+struct ColumnLevels {
+  std::string column{};
+  std::vector<std::string> labels{};  ///< in alphabetical order
+};
+
 /// Everything that is kept of a fit. Values are NaN where a failed fit has none.
 ///
 /// p coefficients, q random effects, G groups, N observations.
@@ -81,7 +88,8 @@ struct FittedModel {
   /// the residual standard deviation itself.
   VarianceEstimate variance{};
   double sigma = 0.0;
-  std::vector<ColumnRange> ranges{};  ///< of the numeric columns that the mean uses
+  std::vector<ColumnRange> ranges{};   ///< of the numeric columns that the mean uses
+  std::vector<ColumnLevels> levels{};  ///< not known in older files
 
   double log_likelihood = 0.0;
   int parameter_count = 0;      ///< 0 where a fit failed

@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,6 +58,9 @@ class NonlinearModel {
   /// (N) the table's row of each observation.
   const std::vector<std::size_t>& rows() const { return rows_; }
   std::size_t excluded() const { return excluded_; }
+  /// Labels of each column that the mean compares with text, in alphabetical order; of part() those
+  /// of the whole.
+  const std::map<std::string, std::set<std::string>>& levels() const { return levels_; }
 
   Eigen::Index group_count() const { return static_cast<Eigen::Index>(group_labels_.size()); }
   const std::vector<std::string>& group_labels() const { return group_labels_; }
@@ -127,6 +132,7 @@ class NonlinearModel {
   void choose_rows(const data::Table& table);
   void sort_by_group(const data::Table& table, const std::vector<bool>& complete);
   void load_columns(const data::Table& table);
+  void load_levels(const data::Table& table);
   void load_covariates(const data::Table& table);
   void load_strata(const data::Table& table);
   void compile();
@@ -145,6 +151,7 @@ class NonlinearModel {
   std::vector<std::size_t> rows_;
   std::vector<std::size_t> lines_;  ///< (N) of the file, 0 where unknown
   std::size_t excluded_ = 0;
+  std::map<std::string, std::set<std::string>> levels_;
   std::vector<std::string> group_labels_;
   std::vector<Eigen::Index> group_begin_;
   std::vector<std::string> outer_labels_;
