@@ -8,6 +8,7 @@
 
 #include "command.hpp"
 #include "outline.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -224,17 +225,26 @@ std::string fish_completion(const CommandOutline& program) {
 
 void add_completion_command(CLI::App& program) {
   const auto shell = std::make_shared<std::string>();
+  const auto common = std::make_shared<CommonOptions>();
   CLI::App& command = *program.add_subcommand("completion", "Print the completion of a shell");
   command.add_option("shell", *shell, "The shell")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+  add_common_options(command, *common);
   add_example(command, "silvafit completion bash");
-  command.callback([&program, shell] {
+  command.callback([&program, shell, common] {
     const CommandOutline whole = outline(program);
     const std::string text = *shell == "bash"  ? bash_completion(whole)
                              : *shell == "zsh" ? zsh_completion(whole)
                                                : fish_completion(whole);
-    fmt::print("{}", text);
+    if (common->json) {
+      print_json_value({{"schema", "silvafit-completion/1"},
+                        {"silvafit", version()},
+                        {"shell", *shell},
+                        {"script", text}});
+    } else {
+      fmt::print("{}", text);
+    }
   });
 }
 

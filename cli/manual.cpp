@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "command.hpp"
 #include "outline.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -158,19 +160,28 @@ std::string page(const CommandOutline& program, const CommandOutline& command) {
 
 void add_manual_command(CLI::App& program) {
   const auto folder = std::make_shared<std::string>();
+  const auto common = std::make_shared<CommonOptions>();
   CLI::App& command = *program.add_subcommand("manual", "Write the manual pages");
   command.add_option("--out", *folder, "Folder for silvafit.1, silvafit-fit.1 and so on")
       ->type_name("DIR")
       ->required();
+  add_common_options(command, *common);
   add_example(command, "silvafit manual --out man/man1");
-  command.callback([&program, folder] {
+  command.callback([&program, folder, common] {
     const CommandOutline whole = outline(program);
     require_writable_folder(*folder);
+    std::vector<std::string> files;
     const auto write = [&](const CommandOutline& one) {
-      write_file(std::filesystem::path(*folder) / (page_name(one) + ".1"), page(whole, one));
+      files.push_back(page_name(one) + ".1");
+      write_file(std::filesystem::path(*folder) / files.back(), page(whole, one));
     };
     write(whole);
     for (const CommandOutline& below : whole.commands) write(below);
+    if (!common->json) return;
+    print_json_value({{"schema", "silvafit-manual/1"},
+                      {"silvafit", version()},
+                      {"out", *folder},
+                      {"files", files}});
   });
 }
 

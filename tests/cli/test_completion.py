@@ -100,6 +100,11 @@ class Completion(ProgramTest):
             wanted = [name for name in options_of(command) if name.startswith("--")]
             self.assertEqual(sorted(words), sorted(wanted), command)
 
+    def test_as_json_the_script_is_a_text(self):
+        result = self.run_json("completion", "bash")
+        self.assertEqual(result["shell"], "bash")
+        self.assertEqual(result["script"], self.run_program("completion", "bash").stdout)
+
     def test_an_unknown_shell_is_wrong_usage(self):
         self.run_program("completion", "tcsh", status=2)
 

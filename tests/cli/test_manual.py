@@ -31,6 +31,10 @@ class Manual(ProgramTest):
         wanted = {"-".join(("silvafit", *words[:1])) for words in all_commands()}
         self.assertEqual(set(self.pages), wanted)
 
+    def test_as_json_the_pages_are_named(self):
+        result = self.run_json("manual", "--out", "man1")
+        self.assertEqual(set(result["files"]), {path.name for path in self.pages.values()})
+
     def test_man_shows_every_option_and_example(self):
         if not shutil.which("man"):
             self.skipTest("man is not installed")
