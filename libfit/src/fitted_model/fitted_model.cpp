@@ -266,14 +266,28 @@ std::optional<Integration> integration_of(Method method) {
   }
 }
 
-MarginalOptions marginal_options(const FitModelOptions& options) {
-  return {.quadrature_points = options.quadrature_points,
+/// The coefficients that the options name, where they name all.
+std::vector<VectorXd> given_starts(const NonlinearModel& model, const FitModelOptions& options) {
+  VectorXd start(model.coefficient_count());
+  for (Index j = 0; j < start.size(); ++j) {
+    const auto found = options.start.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
+    if (found == options.start.end()) return {};
+    start[j] = found->second;
+  }
+  return {start};
+}
+
+MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOptions& options) {
+  return {.starts = given_starts(model, options),
+          .quadrature_points = options.quadrature_points,
           .threads = options.threads,
           .trace = options.trace};
 }
 
-MixedEffectsOptions alternation_options(const FitModelOptions& options) {
-  return {.maximum_iterations = options.maximum_iterations,
+MixedEffectsOptions alternation_options(const NonlinearModel& model,
+                                        const FitModelOptions& options) {
+  return {.starts = given_starts(model, options),
+          .maximum_iterations = options.maximum_iterations,
           .reml = options.reml,
           .trace = options.trace};
 }
@@ -283,9 +297,9 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           Method method,
                           const FitModelOptions& options) {
   if (const auto integration = integration_of(method)) {
-    return fit_marginal(model, start, *integration, marginal_options(options));
+    return fit_marginal(model, start, *integration, marginal_options(model, options));
   }
-  return fit_lindstrom_bates(model, start, alternation_options(options));
+  return fit_lindstrom_bates(model, start, alternation_options(model, options));
 }
 
 /// The fit that an earlier one leads to; nothing if there is none, or its way does not converge.
@@ -296,9 +310,9 @@ std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
   const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
   if (!start) return std::nullopt;
   if (const auto integration = integration_of(method)) {
-    return refit_marginal(model, *start, *integration, marginal_options(options));
+    return refit_marginal(model, *start, *integration, marginal_options(model, options));
   }
-  return refit_lindstrom_bates(model, *start, alternation_options(options));
+  return refit_lindstrom_bates(model, *start, alternation_options(model, options));
 }
 
 /// Start values are for coefficients of the whole model; those that are held need none. What the

@@ -14,6 +14,7 @@
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "mixed_effects/strata_start.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -203,12 +204,38 @@ class Ladder {
   std::map<std::string, Known> known_;
 };
 
+/// Whether coefficients lead to about the same curve as the pooled fit, so that nothing new can be
+/// expected from there.
+bool lies_by(const NonlinearModel& model, const VectorXd& pooled, const VectorXd& other) {
+  NonlinearModel::Workspace workspace;
+  const auto squares = [&](const VectorXd& coefficients) {
+    VectorXd mean;
+    model.evaluate(coefficients, mean, nullptr, workspace);
+    return (model.response() - mean).squaredNorm();
+  };
+  constexpr double kMuchWorse = 2.0;
+  return squares(other) <= kMuchWorse * squares(pooled);
+}
+
 }  // namespace
 
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const VectorXd& start,
                                             const MixedEffectsOptions& options) {
-  return Ladder(model, start, options).climb(model.specification().variance, kTolerance);
+  const VarianceFunction& variance = model.specification().variance;
+  LindstromBatesSearch best = Ladder(model, start, options).climb(variance, kTolerance);
+  const bool is_doubtful = !best.outcome.converged || is_doubtful_start(model, start);
+  std::vector<VectorXd> others = options.starts;
+  if (!is_doubtful)
+    std::erase_if(others, [&](const VectorXd& other) { return lies_by(model, start, other); });
+  if (is_doubtful) {
+    if (const auto typical = start_of_strata(model, start)) others.push_back(*typical);
+  }
+  for (const VectorXd& other : others) {
+    LindstromBatesSearch found = Ladder(model, other, options).climb(variance, kTolerance);
+    if (is_better(found.outcome, best.outcome)) best = std::move(found);
+  }
+  return best;
 }
 
 std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,

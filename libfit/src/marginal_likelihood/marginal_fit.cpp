@@ -398,7 +398,7 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              Integration integration,
                              const MarginalOptions& options) {
   check(model, integration, options);
-  const MixedEffectsFit linearized = fit_lindstrom_bates(model, start);
+  const MixedEffectsFit linearized = fit_lindstrom_bates(model, start, {.starts = options.starts});
   MarginalSearch search(model, integration, options, linearized);
   const bool is_first_order = !needs_curvature(integration);
   // Where the data cannot tell parameters apart, the linear model is at a maximum all the same.

@@ -14,6 +14,8 @@
 namespace silvafit::fit {
 
 struct MixedEffectsOptions {
+  /// (p) further coefficients to start from; the fit with the highest likelihood is taken.
+  std::vector<Eigen::VectorXd> starts{};
   int maximum_iterations = 200;  ///< alternations of the two steps
   /// Restricted maximum likelihood instead of maximum likelihood: of the model that is linear
   /// around the estimates (R nlme's REML).
@@ -76,6 +78,8 @@ enum class Integration {
 };
 
 struct MarginalOptions {
+  /// (p) further coefficients to start from, as in MixedEffectsOptions.
+  std::vector<Eigen::VectorXd> starts{};
   int quadrature_points = 7;  ///< a random effect
   unsigned threads = 1;
   /// Called with one line for each value of the likelihood, if given.
