@@ -30,6 +30,7 @@ struct LindstromBatesOutcome {
   std::shared_ptr<const Linearization> at{};  ///< the model around the state
   double log_likelihood = 0.0;
   double decrement = 0.0;  ///< squared distance that theta would still move, in standard errors
+  double curve_decrement = 0.0;  ///< the same of the coefficients
   int iterations = 0;
   bool converged = false;
   bool is_valid = false;  ///< false where no finite point was reached

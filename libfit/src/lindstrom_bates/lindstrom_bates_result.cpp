@@ -110,7 +110,8 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
     fit.residual_sd = VectorXd::Constant(model_.observations(), sigma);
   }
   fit.convergence.converged = outcome.converged;
-  fit.convergence.gradient = outcome.decrement;
+  fit.convergence.gradient =
+      outcome.converged ? outcome.decrement : std::max(outcome.decrement, outcome.curve_decrement);
   fit.convergence.iterations = outcome.iterations;
   fit.floored_variances = variance_.floored(at.mean);
   return fit;

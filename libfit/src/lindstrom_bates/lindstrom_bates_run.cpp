@@ -118,6 +118,7 @@ class LindstromBates::Run {
     outcome_.converged = outcome_.decrement <= engine_.tolerance_ &&
                          (how_ == Alternation::kCareful ||
                           curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding));
+    outcome_.curve_decrement = curve_decrement_;
     if (!engine_.options_.trace) return;
     engine_.options_.trace(fmt::format(
         "variance {}: alternation {}, log-likelihood {:.6f}, variance components off by {:.1e} and "

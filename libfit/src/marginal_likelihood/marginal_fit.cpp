@@ -10,6 +10,7 @@
 #include "fitted_model/refit.hpp"
 #include "marginal_likelihood/marginal_coordinates.hpp"
 #include "marginal_likelihood/marginal_likelihood.hpp"
+#include "marginal_likelihood/mode_objectives.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
@@ -86,6 +87,7 @@ class MarginalSearch {
                  const MixedEffectsFit& linearized)
       : model_(model),
         options_(options),
+        integration_(integration),
         variance_(model.specification().variance, VarianceData::of(model)),
         likelihood_(model,
                     variance_,
@@ -131,6 +133,13 @@ class MarginalSearch {
 
   bool has_optimum() const { return std::isfinite(best_.value); }
   bool has_converged() const { return has_optimum() && best_.decrement <= kConvergedDecrement; }
+
+  /// Whether the units of the search are not those of a fit.
+  bool is_out_of_scale(const MixedEffectsFit& fit) const {
+    constexpr double kUnsuitable = 4.0;
+    const Eigen::ArrayXd ratio = units(fit).array() / coordinates_.layout().unit().array();
+    return ratio.maxCoeff() > kUnsuitable || ratio.minCoeff() < 1.0 / kUnsuitable;
+  }
 
   /// Whether the search kept running into points where the likelihood does not hold.
   bool has_met_wall() const {
@@ -232,9 +241,36 @@ class MarginalSearch {
       if (!(other.value < optimum.value - kSameLikelihood)) break;
       optimum = std::move(other);
     }
+    constexpr int kCorrections = 3;
+    for (int k = 0; k < kCorrections && std::isfinite(optimum.value); ++k) {
+      if (!finds_higher_modes(optimum)) break;
+      optimum = searched(optimum.x);
+    }
     const bool is_same = optimum.value < best_.value + kSameLikelihood;
     const bool is_surer = is_same && optimum.decrement < best_.decrement;
     if (optimum.value < best_.value - kSameLikelihood || is_surer) best_ = std::move(optimum);
+  }
+
+  /// Looks elsewhere for modes, which a search follows from one point to the next and may have
+  /// lost, and begins with the highest ones from now on.
+  bool finds_higher_modes(const Optimum& optimum) {
+    // The first-order method has modes of another density.
+    if (integration_ == Integration::kFirstOrder) return false;
+    const MarginalPoint point = coordinates_.point(optimum.x);
+    const auto objectives = [&](const Modes& modes) {
+      return mode_objectives(model_, variance_, likelihood_.places(), point, modes);
+    };
+    Modes highest{.outer = optimum.outer_modes, .inner = optimum.inner_modes};
+    VectorXd lowest = objectives(highest);
+    bool is_better = false;
+    for (Modes& start : other_starts(highest)) {
+      likelihood_.set_modes(std::move(start.outer), std::move(start.inner));
+      if (!std::isfinite(value_at(optimum.x, nullptr))) continue;
+      const Modes found{.outer = likelihood_.outer_modes(), .inner = likelihood_.inner_modes()};
+      if (take_lower(model_, found, objectives(found), highest, lowest)) is_better = true;
+    }
+    likelihood_.set_modes(highest.outer, highest.inner);
+    return is_better;
   }
 
   Optimum searched(const VectorXd& start) {
@@ -339,6 +375,7 @@ class MarginalSearch {
 
   const NonlinearModel& model_;
   const MarginalOptions& options_;
+  Integration integration_;
   VarianceModel variance_;
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
@@ -353,6 +390,22 @@ class MarginalSearch {
 
 namespace {
 
+/// The result, measured in units that suit it: where the search began far away, steps in those of
+/// its start tell nothing of the curvature at its end.
+MixedEffectsFit result_of(MarginalSearch& search,
+                          const NonlinearModel& model,
+                          Integration integration,
+                          const MarginalOptions& options) {
+  MixedEffectsFit fit = search.result();
+  if (!search.is_out_of_scale(fit)) return fit;
+  MarginalSearch anew(model, integration, options, fit);
+  anew.try_fit(fit);
+  if (!anew.has_optimum()) return fit;
+  MixedEffectsFit again = anew.result();
+  const bool is_as_good = again.log_likelihood > fit.log_likelihood - kSameLikelihood;
+  return is_as_good && (anew.has_converged() || !search.has_converged()) ? again : fit;
+}
+
 /// What is left where the likelihood with curvature has no valid point near that without it.
 MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit fit) {
   describe(model, fit);
@@ -362,7 +415,7 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
       "Not converged: where the first-order method (focei) ends, whose values are shown, the "
       "random "
       "effects of a group have no clear mode, so that this method's likelihood does not hold "
-      "there. Use focei, or fewer random effects.";
+      "there. Use focei or agq, or fewer random effects.";
   return fit;
 }
 
@@ -387,7 +440,7 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
   search.be_impatient();
   search.try_fit(start);
   if (!search.has_converged()) return std::nullopt;
-  MixedEffectsFit fit = search.result();
+  MixedEffectsFit fit = result_of(search, model, integration, options);
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
   return fit;
@@ -418,13 +471,14 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
   if (!search.has_optimum()) {
     return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearized);
   }
-  MixedEffectsFit fit = search.result();
+  MixedEffectsFit fit = result_of(search, model, integration, options);
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
-  if (!search.has_converged() && search.has_met_wall()) {
+  if (!fit.convergence.converged && !search.has_converged() && search.has_met_wall()) {
     fit.convergence.verdict =
         "Not converged: the likelihood rises towards points where the random effects of a group "
-        "have no clear mode, and where it does not hold. Use focei, or fewer random effects.";
+        "have no clear mode, and where it does not hold. Use focei or agq, or fewer random "
+        "effects.";
   }
   return fit;
 }

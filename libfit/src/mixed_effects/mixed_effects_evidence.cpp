@@ -113,15 +113,54 @@ bool is_pure_power(const VarianceFactorEstimate& factor, const VectorXd& values)
   return false;
 }
 
+/// (N) what a factor of the variance is a function of.
+VectorXd variable_of(const NonlinearModel& model,
+                     const MixedEffectsFit& fit,
+                     const VarianceFactorEstimate& factor) {
+  const std::string& column = factor.factor.column;
+  return column.empty() ? fit.fitted_conditional : model.column(column);
+}
+
+bool has_constant(const VarianceEstimate& variance) {
+  return std::ranges::any_of(variance.factors, [](const VarianceFactorEstimate& factor) {
+    return factor.factor.kind == VarianceFactor::Kind::kConstantPlusPower;
+  });
+}
+
+/// For how many observations the power is more than a share of the constant.
+Index count_with_power(const VarianceFactorEstimate& factor, const VectorXd& v, double share) {
+  const Eigen::ArrayXd power = v.array().abs().max(1e-300).pow(factor.delta[0]);
+  return (power > share * factor.constant[0]).count();
+}
+
+bool has_one_constant(const VarianceFactorEstimate& factor) {
+  return factor.constant.size() == 1 && !factor.factor.constant;
+}
+
+/// How many observations the power of a constant plus a power counts for, if but a few; else none.
+Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v) {
+  if (!has_one_constant(factor) || std::isinf(factor.constant[0])) return 0;
+  constexpr double kCounts = 0.1;
+  constexpr double kFew = 0.1;
+  const Index count = count_with_power(factor, v, kCounts);
+  return static_cast<double>(count) < kFew * static_cast<double>(v.size()) ? count : 0;
+}
+
+/// Whether a constant leaves nothing of the power at any observation.
+bool is_constant(const VarianceFactorEstimate& factor, const VectorXd& v) {
+  constexpr double kNothing = 1e-8;
+  return factor.constant.array().isInf().any() ||
+         (has_one_constant(factor) && count_with_power(factor, v, kNothing) == 0);
+}
+
 void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
   std::vector<std::string>& boundary = fit.convergence.boundary;
   boundary = boundary_of(model, fit);
-  const VarianceData data = VarianceData::of(model);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     if (factor.factor.constant || factor.constant.size() == 0) continue;
-    if (factor.constant.array().isInf().any()) boundary.emplace_back("the variance is constant");
-    const std::string& column = factor.factor.column;
-    if (is_pure_power(factor, column.empty() ? fit.fitted_conditional : data.columns.at(column))) {
+    const VectorXd v = variable_of(model, fit, factor);
+    if (is_constant(factor, v)) boundary.emplace_back("the variance is constant");
+    if (is_pure_power(factor, v)) {
       boundary.emplace_back("the constant of the variance function = 0");
     }
   }
@@ -215,7 +254,7 @@ std::string failure(const NonlinearModel& model, const MixedEffectsFit& fit, Rou
                                ? fmt::format(" by {:.2g} standard errors", distance(fit))
                                : std::string();
     return fmt::format(
-        "Not converged after {}: the variance components still move{}. {}",
+        "Not converged after {}: the estimates still move{}. {}",
         counted(fit.convergence.iterations, "alternation", "alternations"),
         by,
         advice(model,
@@ -345,11 +384,20 @@ std::string verdict_of(const NonlinearModel& model, const MixedEffectsFit& fit, 
     verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
                            fmt::join(convergence.boundary, "; "));
   }
-  if (fit.floored_variances > 0) {
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    const Index few = few_with_power(factor, variable_of(model, fit, factor));
+    if (few == 0) continue;
     verdict += fmt::format(
-        " {} fitted values are too near zero for a power variance and were floored; "
-        "constant-plus-power may suit better.",
-        fit.floored_variances);
+        " The power of the variance counts for {} alone: with an exponent of {:.3g} it is a "
+        "constant for all others.",
+        counted(few, "observation", "observations"),
+        factor.delta[0]);
+  }
+  if (fit.floored_variances > 0) {
+    verdict +=
+        fmt::format(" {} near zero for a power variance and floored{}.",
+                    counted(fit.floored_variances, "value is too", "values are too"),
+                    has_constant(fit.variance) ? "" : "; constant-plus-power may suit better");
   }
   return verdict;
 }

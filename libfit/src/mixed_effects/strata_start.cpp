@@ -94,17 +94,17 @@ bool is_doubtful_start(const NonlinearModel& model, const VectorXd& pooled) {
   model.evaluate(pooled, mean, &jacobian, workspace);
   const Index freedom = model.observations() - pooled.size();
   if (!jacobian.allFinite() || freedom <= 0) return true;
-  const double variance =
-      (model.response() - mean).squaredNorm() / static_cast<double>(freedom);
+  const double variance = (model.response() - mean).squaredNorm() / static_cast<double>(freedom);
   const VectorXd sizes = jacobian.colwise().norm();
   if (!(sizes.minCoeff() > 0.0)) return true;
   const Eigen::MatrixXd scaled = jacobian * sizes.cwiseInverse().asDiagonal();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(scaled);
   if (solver.rank() < pooled.size()) return true;
-  const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).llt().solve(
-      Eigen::MatrixXd::Identity(pooled.size(), pooled.size()));
-  const VectorXd errors =
-      (variance * inverse.diagonal()).cwiseSqrt().cwiseQuotient(sizes);
+  const Eigen::MatrixXd inverse =
+      (scaled.transpose() * scaled)
+          .llt()
+          .solve(Eigen::MatrixXd::Identity(pooled.size(), pooled.size()));
+  const VectorXd errors = (variance * inverse.diagonal()).cwiseSqrt().cwiseQuotient(sizes);
   // Coefficients of covariates are often near zero, and do no harm there.
   constexpr double kFewErrors = 2.0;
   for (Index j = 0; j < pooled.size(); ++j) {
@@ -117,8 +117,7 @@ bool is_doubtful_start(const NonlinearModel& model, const VectorXd& pooled) {
 std::optional<VectorXd> start_of_strata(const NonlinearModel& model, const VectorXd& pooled) {
   const Index p = model.coefficient_count();
   const Index each = std::max<Index>(8, 2 * p + 2);
-  const Index count =
-      std::min({kMostStrata, model.group_count(), model.observations() / each});
+  const Index count = std::min({kMostStrata, model.group_count(), model.observations() / each});
   if (count < kFewestStrata) return std::nullopt;
   const std::vector<Rows> strata = strata_of(model, pooled, count);
   std::vector<std::vector<double>> values(static_cast<std::size_t>(p));

@@ -22,8 +22,9 @@ using Kind = VarianceFactor::Kind;
 constexpr double kSmallestShare = 1e-4;
 // Between a constant variance and one that grows in proportion.
 constexpr double kStartExponent = 0.5;
-// Below this share of the power, a constant variance cannot be told from constant-plus-power.
-constexpr double kNoPower = 1e-12;
+// Below this share of the power at any observation, a constant variance cannot be told from
+// constant-plus-power.
+constexpr double kNoPower = 1e-10;
 // Names of log|v| and 1/v of the fitted value v; no column can have them, since they have blanks.
 constexpr const char* kLogarithm = "log of the fitted value";
 constexpr const char* kInverse = "inverse of the fitted value";
@@ -122,9 +123,12 @@ Expression VarianceModel::differentiated(Expression expression, int order) const
                                filled("ifelse(abs(v) > f, 1/v, 0)", {{"f", floor}, {"v", v}}));
 }
 
+const VectorXd& VarianceModel::values_of(const VarianceFactor& factor) const {
+  return factor.column.empty() ? data_.response : data_.columns.find(factor.column)->second;
+}
+
 double VarianceModel::typical(const VarianceFactor& factor) const {
-  const VectorXd& values =
-      factor.column.empty() ? data_.response : data_.columns.find(factor.column)->second;
+  const VectorXd& values = values_of(factor);
   if (factor.kind != Kind::kExponential) return geometric_mean(values);
   const double mean = values.cwiseAbs().mean();
   return mean > 0.0 ? mean : 1.0;
@@ -295,6 +299,16 @@ int VarianceModel::find(std::size_t factor, std::string_view what) const {
   return found == quantities_.end() ? -1 : static_cast<int>(found - quantities_.begin());
 }
 
+bool VarianceModel::is_without_power(std::size_t index, const VectorXd& parameters) const {
+  const double angle = values(find(index, "constant"), parameters)[0];
+  const double delta = values(find(index, "delta"), parameters)[0];
+  const ArrayXd shares =
+      (values_of(function_.factors[index]).array().abs() / typical_[index]).max(kSmallestShare);
+  const double growth =
+      std::max(std::pow(shares.maxCoeff(), delta), std::pow(shares.minCoeff(), delta));
+  return std::pow(std::cos(angle), 2) * growth < kNoPower;
+}
+
 VarianceFactorEstimate VarianceModel::factor_estimate(std::size_t index,
                                                       const VectorXd& parameters) const {
   const VarianceFactor& factor = function_.factors[index];
@@ -318,10 +332,10 @@ VarianceFactorEstimate VarianceModel::factor_estimate(std::size_t index,
   } else {
     const double angle = values(constant, parameters)[0];
     const double odds = std::pow(std::tan(angle), 2);
-    const bool is_constant = std::pow(std::cos(angle), 2) < kNoPower;
     result.constant.setConstant(1,
-                                is_constant ? std::numeric_limits<double>::infinity()
-                                            : odds * std::pow(typical_[index], result.delta[0]));
+                                is_without_power(index, parameters)
+                                    ? std::numeric_limits<double>::infinity()
+                                    : odds * std::pow(typical_[index], result.delta[0]));
   }
   return result;
 }
@@ -369,7 +383,7 @@ double VarianceModel::sigma_factor(const VectorXd& parameters) const {
     if (factor.kind == Kind::kConstantPlusPower) {
       // An infinite constant stands for the factor 1, so that sigma is the residual scale itself.
       const double share = std::pow(std::cos(values(find(k, "constant"), parameters)[0]), 2);
-      result *= share < kNoPower ? std::pow(typical_[k], delta) : share;
+      result *= is_without_power(k, parameters) ? std::pow(typical_[k], delta) : share;
     }
   }
   return result;

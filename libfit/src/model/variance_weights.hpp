@@ -97,7 +97,11 @@ class VarianceModel {
                             std::string_view what,
                             double start,
                             double at_constant);
+  /// (N) what a factor is a function of; of the fitted value, the response in its place.
+  const Eigen::VectorXd& values_of(const VarianceFactor& factor) const;
   double typical(const VarianceFactor& factor) const;
+  /// Whether a constant has outgrown the power at every observation.
+  bool is_without_power(std::size_t factor, const Eigen::VectorXd& parameters) const;
   int strata_index(const VarianceFactor& factor) const;
   /// The number of a quantity of a factor, by its kind; -1 if it is held or there is none.
   int find(std::size_t factor, std::string_view what) const;
