@@ -175,9 +175,11 @@ class Grower {
         tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
     std::vector<tree::SceneWriter::Model> models;
     std::vector<std::size_t> triangles;
-    for (const tree::SharedModel& model : result_.shared.models) {
+    for (std::size_t m = 0; m < result_.shared.models.size(); ++m) {
+      const tree::SharedModel& model = result_.shared.models[m];
       const tree::SceneTree grown =
           tree::grow_tree(model.morphology, *model.builder, options(level));
+      tree::measure_stems(m, grown.mesh, morphologies_, result_.shared);
       models.push_back(writer->add_model(model.morphology.tree,
                                          tree::parts_of(grown.mesh, model.builder->name())));
       triangles.push_back(grown.measured.triangles);

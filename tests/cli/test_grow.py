@@ -59,6 +59,35 @@ def section_area(corners):
     return abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, following))) / 2
 
 
+def values_of(gltf, binary, number):
+    """The numbers of an accessor that is not packed."""
+    accessor = gltf["accessors"][number]
+    view = gltf["bufferViews"][accessor["bufferView"]]
+    at = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+    each = {"SCALAR": 1, "VEC3": 3}[accessor["type"]]
+    kind = {5126: "f", 5125: "I", 5123: "H"}[accessor["componentType"]]
+    return struct.unpack_from(f"<{each * accessor['count']}{kind}", binary, at)
+
+
+def stem_area(gltf, binary, mesh, height):
+    """Area of the stem's section at a height: the triangles' cuts with the plane (Green)."""
+    stem = next(p for p in mesh["primitives"] if p["extras"]["part"] == "stem")
+    floats = values_of(gltf, binary, stem["attributes"]["POSITION"])
+    corners = list(zip(floats[0::3], floats[1::3], floats[2::3]))
+    indices = values_of(gltf, binary, stem["indices"])
+    doubled = 0.0
+    for triangle in zip(indices[0::3], indices[1::3], indices[2::3]):
+        ends = {}
+        for k in range(3):
+            a, b = corners[triangle[k]], corners[triangle[(k + 1) % 3]]
+            if (a[1] < height) != (b[1] < height):
+                part = (height - a[1]) / (b[1] - a[1])
+                ends[a[1] < height] = (a[0] + part * (b[0] - a[0]), a[2] + part * (b[2] - a[2]))
+        if ends:
+            doubled += ends[False][0] * ends[True][1] - ends[False][1] * ends[True][0]
+    return abs(doubled) / 2
+
+
 class Grow(ProgramTest):
     def measure(self, mesh_parts):
         stem = mesh_parts["stem"]
@@ -378,6 +407,25 @@ class Grow(ProgramTest):
         self.assertLess(packed["scenes"][0]["bytes"], result["scenes"][0]["bytes"] / 3)
         self.assertEqual(sorted(read_glb(self.folder / "p.glb")[0]["extensionsRequired"]),
                          ["EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_mesh_quantization"])
+
+    def test_the_error_of_shared_stems_is_that_of_the_written_mesh(self):
+        rows = [f"1,{i},SM,{3 * (i % 10)},{3 * (i // 10)},0,{10 + 3 * (i % 17)},{8 + 2 * (i % 11)},"
+                f"{2 + i % 4},{2 + 0.1 * (i % 23)}" for i in range(100)]
+        self.write("in.csv", "plot,tree,species,x,y,z,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
+        result = self.run_json("grow", "in.csv", "--scene", "s.glb", "--share", "--models", "6",
+                               "--lod", "3")
+        gltf, binary = read_glb(self.folder / "s.glb")
+        worst = 0.0
+        for i, tree in enumerate(result["trees"]):
+            node = gltf["nodes"][i]
+            east, up, south = node.get("scale", [1, 1, 1])
+            area = east * south * stem_area(gltf, binary, gltf["meshes"][node["mesh"]], 1.3 / up)
+            off = abs(200 * math.sqrt(area / math.pi) - (10 + 3 * (i % 17)))
+            # Scales and coordinates in the file are floats.
+            self.assertAlmostEqual(tree["error_cm"]["dbh"], off, delta=0.001)
+            worst = max(worst, off)
+        self.assertGreater(worst, 1)
+        self.assertAlmostEqual(result["shared"]["worst_error_cm"]["dbh"], worst, delta=0.001)
 
     def test_times_become_scenes_of_their_own(self):
         self.write("in.csv", GROWTH)

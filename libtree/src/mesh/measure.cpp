@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <span>
+#include <vector>
 
+#include "mesh/stem_sections.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/mesh.hpp"
 
@@ -25,39 +30,51 @@ Vertex vertex_of(const MeshPart& part, std::size_t index) {
   return {at[0], at[1], at[2]};
 }
 
-Vertex crossing(const Vertex& below, const Vertex& above) {
-  const double part = (kBreastHeight - below.y) / (above.y - below.y);
-  return {
-      below.x + part * (above.x - below.x), kBreastHeight, below.z + part * (above.z - below.z)};
+Vertex crossing(const Vertex& below, const Vertex& above, double height) {
+  const double part = (height - below.y) / (above.y - below.y);
+  return {below.x + part * (above.x - below.x), height, below.z + part * (above.z - below.z)};
 }
 
-/// Twice the signed area that one triangle's cut through the plane adds to the section (Green).
-double doubled_area(const std::array<Vertex, 3>& corners) {
+/// Twice the signed area that one triangle's cut through the plane at a height adds to the section
+/// (Green).
+double doubled_area(const std::array<Vertex, 3>& corners, double height) {
   std::array<Vertex, 2> ends{};  // where the outline enters and leaves the part below the plane
   int cuts = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vertex& from = corners[i];
     const Vertex& to = corners[(i + 1) % 3];
-    const bool from_below = from.y < kBreastHeight;
-    const bool to_below = to.y < kBreastHeight;
+    const bool from_below = from.y < height;
+    const bool to_below = to.y < height;
     if (from_below == to_below) continue;
-    ends[from_below ? 1 : 0] = from_below ? crossing(from, to) : crossing(to, from);
+    ends[from_below ? 1 : 0] = from_below ? crossing(from, to, height) : crossing(to, from, height);
     ++cuts;
   }
   return cuts == 2 ? ends[0].x * ends[1].z - ends[0].z * ends[1].x : 0.0;
 }
 
-double section_area_m2(const Mesh& mesh) {
-  double doubled = 0.0;
+/// Areas of the stem's sections at rising heights.
+std::vector<double> section_areas_m2(const Mesh& mesh, std::span<const double> heights) {
+  std::vector<double> doubled(heights.size(), 0.0);
   for (const MeshPart& part : mesh.parts) {
     if (part.kind != PartKind::kStem) continue;
     for (std::size_t i = 0; i < part.indices.size(); i += 3) {
-      doubled += doubled_area({vertex_of(part, part.indices[i]),
-                               vertex_of(part, part.indices[i + 1]),
-                               vertex_of(part, part.indices[i + 2])});
+      const std::array<Vertex, 3> corners{vertex_of(part, part.indices[i]),
+                                          vertex_of(part, part.indices[i + 1]),
+                                          vertex_of(part, part.indices[i + 2])};
+      const auto [low, high] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+      const auto first = std::lower_bound(heights.begin(), heights.end(), low);
+      for (auto at = first; at != heights.end() && *at <= high; ++at) {
+        doubled[static_cast<std::size_t>(at - heights.begin())] += doubled_area(corners, *at);
+      }
     }
   }
-  return 0.5 * std::abs(doubled);
+  for (double& area : doubled) area = 0.5 * std::abs(area);
+  return doubled;
+}
+
+double diameter_cm(double area_m2) {
+  constexpr double kCentimetersPerMeter = 100.0;
+  return kCentimetersPerMeter * 2.0 * std::sqrt(area_m2 / std::numbers::pi);
 }
 
 /// The farthest vertices in the four directions.
@@ -95,15 +112,29 @@ Measurements measure(const Mesh& mesh) {
       reach.add(v);
     }
   }
-  const double area = section_area_m2(mesh);
+  const double area = section_areas_m2(mesh, std::array{kBreastHeight}).front();
   if (!(area > 0.0)) throw GeometryError("the mesh has no stem at 1.3 m");
   if (measured.hcb_m == kInfinity) throw GeometryError("the mesh has no crown");
-  constexpr double kCentimetersPerMeter = 100.0;
-  measured.dbh_cm = kCentimetersPerMeter * 2.0 * std::sqrt(area / std::numbers::pi);
+  measured.dbh_cm = diameter_cm(area);
   measured.radii = reach.radii();
   measured.vertices = mesh.vertex_count();
   measured.triangles = mesh.triangle_count();
   return measured;
+}
+
+std::vector<double> stem_diameters_cm(const Mesh& mesh, std::span<const double> heights_m) {
+  std::vector<std::size_t> order(heights_m.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return heights_m[a] < heights_m[b];
+  });
+  std::vector<double> rising;
+  rising.reserve(order.size());
+  for (const std::size_t i : order) rising.push_back(heights_m[i]);
+  const std::vector<double> areas = section_areas_m2(mesh, rising);
+  std::vector<double> diameters(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) diameters[order[k]] = diameter_cm(areas[k]);
+  return diameters;
 }
 
 }  // namespace silvafit::tree

@@ -10,6 +10,7 @@
 #include <queue>
 #include <utility>
 
+#include "mesh/stem_sections.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -145,7 +146,7 @@ Morphology model_of(const Shape& middle, const std::string& name) {
   return model;
 }
 
-SharedTree shared(const TreeShape& tree, const SharedModel& model, std::size_t index) {
+SharedTree shared_tree(const TreeShape& tree, const SharedModel& model, std::size_t index) {
   const Morphology& like = model.morphology;
   const CrownRadii& own = tree.radii;
   const CrownRadii& theirs = *like.radii;
@@ -154,17 +155,9 @@ SharedTree shared(const TreeShape& tree, const SharedModel& model, std::size_t i
   result.stretch_east = (own.east_m + own.west_m) / (theirs.east_m + theirs.west_m);
   result.stretch_north = (own.south_m + own.north_m) / (theirs.south_m + theirs.north_m);
   constexpr double kPerMeter = 100.0;
-  constexpr double kBreastHeight = 1.3;
   ShapeError& error = result.error;
   error.hcb_cm = kPerMeter * std::abs(result.stretch_up * like.hcb_m - tree.hcb_m);
   error.hc_cm = kPerMeter * std::abs(result.stretch_up * *like.hc_m - tree.hc_m);
-  // What stands at 1.3 m was elsewhere on the model's stem; of its section's area the square root
-  // of both stretches is the factor of the diameter.
-  const double on_model = std::min(kBreastHeight / result.stretch_up, like.h_m);
-  const double diameter =
-      model.builder->preset().taper.diameter_cm(on_model, like.h_m, like.dbh_cm) *
-      std::sqrt(result.stretch_east * result.stretch_north);
-  error.dbh_cm = std::abs(diameter - tree.dbh_cm);
   error.radius_cm =
       kPerMeter * std::max(std::abs(result.stretch_east * theirs.east_m - own.east_m),
                            std::abs(result.stretch_north * theirs.south_m - own.south_m));
@@ -191,17 +184,37 @@ SharedModels share_models(std::span<const Morphology> trees,
   result.trees.resize(trees.size());
   for (const auto& [name, members] : by_preset) {
     std::size_t number = 0;
-    for (const ShapeClass& one : divider.divide(members, per_preset)) {
+    for (ShapeClass& one : divider.divide(members, per_preset)) {
       SharedModel model{.morphology = model_of(one.middle, fmt::format("{}-{}", name, ++number)),
                         .builder = builders[one.trees.front()],
-                        .trees = one.trees.size()};
-      for (const std::size_t i : one.trees) {
-        result.trees[i] = shared(shapes[i], model, result.models.size());
+                        .trees = std::move(one.trees)};
+      for (const std::size_t i : model.trees) {
+        result.trees[i] = shared_tree(shapes[i], model, result.models.size());
       }
       result.models.push_back(std::move(model));
     }
   }
   return result;
+}
+
+void measure_stems(std::size_t model,
+                   const Mesh& mesh,
+                   std::span<const Morphology> trees,
+                   SharedModels& shared) {
+  constexpr double kBreastHeight = 1.3;
+  const std::vector<std::size_t>& members = shared.models[model].trees;
+  std::vector<double> heights;
+  heights.reserve(members.size());
+  for (const std::size_t i : members) {
+    heights.push_back(kBreastHeight / shared.trees[i].stretch_up);
+  }
+  const std::vector<double> diameters = stem_diameters_cm(mesh, heights);
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    SharedTree& tree = shared.trees[members[k]];
+    // Stretching multiplies the section's area by both factors.
+    const double diameter = diameters[k] * std::sqrt(tree.stretch_east * tree.stretch_north);
+    tree.error.dbh_cm = std::max(tree.error.dbh_cm, std::abs(diameter - trees[members[k]].dbh_cm));
+  }
 }
 
 }  // namespace silvafit::tree

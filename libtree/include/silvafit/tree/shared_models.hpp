@@ -17,7 +17,7 @@ namespace silvafit::tree {
 struct ShapeError {
   double hcb_cm = 0.0;     ///< height to crown base
   double hc_cm = 0.0;      ///< height of the widest crown
-  double dbh_cm = 0.0;     ///< diameter of the stretched stem at 1.3 m above the ground
+  double dbh_cm = 0.0;     ///< at 1.3 m above the ground, by the area of the mesh's section there
   double radius_cm = 0.0;  ///< largest of the four crown radii
 };
 
@@ -33,7 +33,7 @@ struct SharedTree {
 struct SharedModel {
   Morphology morphology{};  ///< in the middle of the trees that share it
   const Builder* builder = nullptr;
-  std::size_t trees = 0;
+  std::vector<std::size_t> trees{};  ///< those that share it
 };
 
 struct SharedModels {
@@ -46,11 +46,21 @@ struct SharedModels {
 /// many classes as asked for or all trees of each are alike. Trees differ by what stretching does
 /// not mend (crown base, widest height, stem thickness, skewness of the crown, in cm) and, with
 /// less weight, by how much they would be stretched.
+/// What DBH is off is known only of meshes: see measure_stems().
 /// \param builders    one a tree
 /// \param per_preset  classes of a preset at most
 /// \throws UsageError if the sizes differ or `per_preset` is 0; DomainError as complete()
 SharedModels share_models(std::span<const Morphology> trees,
                           std::span<const Builder* const> builders,
                           std::size_t per_preset);
+
+/// Cuts a model's mesh where it stands at 1.3 m above the ground once it is stretched to each of
+/// its trees, and notes how far the section's diameter is from the tree's DBH. Where a model is
+/// measured at several levels of detail, the largest error stays.
+/// \param trees  as given to share_models()
+void measure_stems(std::size_t model,
+                   const Mesh& mesh,
+                   std::span<const Morphology> trees,
+                   SharedModels& shared);
 
 }  // namespace silvafit::tree
