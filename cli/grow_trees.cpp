@@ -177,8 +177,10 @@ class Grower {
     std::vector<std::size_t> triangles;
     for (std::size_t m = 0; m < result_.shared.models.size(); ++m) {
       const tree::SharedModel& model = result_.shared.models[m];
-      const tree::SceneTree grown =
-          tree::grow_tree(model.morphology, *model.builder, options(level));
+      tree::GrowOptions of_model = options(level);
+      // Stretching brings other sections to breast height than the one that every level keeps.
+      of_model.mesh.stem_tolerance_m = tree::level_of_detail(0).stem_tolerance_m;
+      const tree::SceneTree grown = tree::grow_tree(model.morphology, *model.builder, of_model);
       tree::measure_stems(m, grown.mesh, morphologies_, result_.shared);
       models.push_back(writer->add_model(model.morphology.tree,
                                          tree::parts_of(grown.mesh, model.builder->name())));

@@ -209,7 +209,9 @@ void add_render_command(CLI::App& program) {
                          ->capture_default_str();
   CLI::Option* date =
       command
-          .add_option("--date", arguments->date, "The sun of a moment at --place, instead of --sun")
+          .add_option("--date",
+                      arguments->date,
+                      "The sun of a moment at --place, instead of --sun; UTC without an offset")
           ->type_name("2023-06-21T15:00+08:00")
           ->excludes(sun);
   command.add_option("--place", arguments->place, "North and east [degrees]")

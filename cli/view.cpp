@@ -83,6 +83,13 @@ void check(const ViewArguments& arguments) {
   if (!arguments.trees.empty() && !is_scene) {
     throw UsageError("--trees is the table of a GLB scene; a folder or CSV has its own");
   }
+  const std::string ending = fs::path(arguments.out).extension().string();
+  const bool is_page =
+      ending == ".html" || ending == ".htm" || ending == ".HTML" || ending == ".HTM";
+  if (!arguments.out.empty() && !is_page) {
+    throw UsageError("--out names the page, so it must end in .html or .htm, not as " +
+                     arguments.out);
+  }
   const bool has_choice = !arguments.options.plots.empty() || !arguments.columns.empty();
   if (is_scene && arguments.trees.empty() && has_choice) {
     throw UsageError("--plot and --columns are about a table: add --trees FILE.csv");

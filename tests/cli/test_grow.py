@@ -427,6 +427,48 @@ class Grow(ProgramTest):
         self.assertGreater(worst, 1)
         self.assertAlmostEqual(result["shared"]["worst_error_cm"]["dbh"], worst, delta=0.001)
 
+    def test_animations_that_files_cannot_hold_are_refused(self):
+        animate = ("--by", "year", "--animate", "--scene", "a.glb")
+        self.write("in.csv", GROWTH)
+        done = self.run_program("grow", "in.csv", *animate, "--seconds", "1e39", status=2)
+        self.assertIn("fewer --seconds", done.stderr)
+        for first, second, third in (("0", "1e39", "2e39"), ("0", "1000000000", "1000000001"),
+                                     # Unix seconds, a year apart
+                                     ("1609459200", "1640995200", "1672531200")):
+            table = GROWTH
+            for year, time in (("2021", first), ("2022", second), ("2023", third)):
+                table = table.replace(year + ",", time + ",")
+            self.write("far.csv", table)
+            self.run_program("grow", "far.csv", *animate, status=2)
+            self.assertFalse((self.folder / "a.glb").exists())
+
+    def test_crown_measurements_that_are_not_used_are_said(self):
+        self.write("in.csv", "plot,tree,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n\n"
+                             "1,1,10,8,2,,2,2,2,\n1,2,10,8,2,4,1,,,\n1,3,10,8,2,10,1,1,1,1\n"
+                             "1,4,10,8,2,2.1,1,1,1,1\n")
+        result = self.run_json("grow", "in.csv", "--out", "d")
+        self.assertIn("not all there", result["left_out"][0]["reason"])
+        notes = [{note["about"]: note["text"] for note in tree["notes"]} for tree in result["trees"]]
+        self.assertIn("not all four", notes[0]["radii"])
+        self.assertIn("10 m not used: the four crown radii make 2 m", notes[1]["cw"])
+        self.assertNotIn("cw", notes[2])
+
+    def test_the_ground_of_wide_scenes_stays_at_the_feet(self):
+        rows = "".join(f"1,{i},{x},0,{z},10,8,2,3\n"
+                       for i, (x, z) in enumerate(((0, 0), (5000, 100.13), (10000, 200.41))))
+        self.write("in.csv", "plot,tree,x,y,z,dbh,h,hcb,cw\n" + rows)
+        self.run_program("grow", "in.csv", "--scene", "s.glb", "--quantize")
+        gltf, binary = read_glb(self.folder / "s.glb")
+        node = next(node for node in gltf["nodes"] if node["name"] == "ground")
+        ground = gltf["meshes"][node["mesh"]]["primitives"][0]["attributes"]["POSITION"]
+        self.assertEqual(gltf["accessors"][ground]["componentType"], 5126)
+        floats = values_of(gltf, binary, ground)
+        up = node.get("scale", [1, 1, 1])[1]
+        heights = [up * y + node.get("translation", [0, 0, 0])[1] for y in floats[1::3]]
+        origin = gltf["scenes"][0].get("extras", {}).get("origin", {}).get("z", 0)
+        for foot in (0, 100.13, 200.41):
+            self.assertLess(min(abs(height + origin - foot) for height in heights), 0.001)
+
     def test_times_become_scenes_of_their_own(self):
         self.write("in.csv", GROWTH)
         result = self.run_json("grow", "in.csv", "--by", "year", "--scene", "stand.glb")

@@ -104,6 +104,19 @@ class Pages(ViewTest):
         self.assertAlmostEqual(data["trees"]["h"][0], 18.5, delta=0.01)
         self.assertIsNone(data["models"])
 
+    def test_trees_that_the_scene_does_not_show_are_not_listed(self):
+        self.write("years.csv", "year,plot,tree,x,y,dbh,h,hcb,cw\n2021,1,1,0,0,10,8,2,3\n"
+                                "2021,1,2,5,0,10,8,2,3\n2022,1,1,0,0,11,9,2,3\n")
+        self.run_program("grow", "years.csv", "--by", "year", "--animate", "--scene", "years.glb")
+        # The second is gone at the last time.
+        self.view("years.glb")
+        self.assertEqual(self.data("years.html")["trees"]["tree"], ["1"])
+
+    def test_the_page_is_called_one(self):
+        done = self.run_program("view", "trees.csv", "--no-open", "--out", "trees.glb", status=2)
+        self.assertIn(".html", done.stderr)
+        self.assertFalse((self.folder / "trees.glb").exists())
+
     def test_instances_get_measurements_from_their_table(self):
         self.run_program("grow", "trees.csv", "--scene", "stand.glb", "--share", "--instancing",
                          "--compress", "--quiet")

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -107,6 +108,52 @@ const tree::Preset& preset_named(const std::string& name,
   return preset_or_fallback(species, catalogue);
 }
 
+/// Which nodes show something: those of the scene with a mesh at or below them, unless a scale of 0
+/// hides it, as it does the stages of an animated tree that are over.
+class ShownNodes {
+ public:
+  explicit ShownNodes(const json& description)
+      : nodes_(description.value("nodes", json::array())), shown_(nodes_.size(), false) {
+    const json scenes = description.value("scenes", json::array());
+    const auto scene = description.value("scene", std::size_t{0});
+    if (scene >= scenes.size()) return;
+    for (const json& root : scenes[scene].value("nodes", json::array())) {
+      visit(root.get<std::size_t>());
+    }
+  }
+
+  bool operator[](std::size_t node) const { return shown_[node]; }
+
+ private:
+  static bool is_hidden(const json& node) {
+    const auto scale = node.find("scale");
+    return scale != node.end() && std::all_of(scale->begin(), scale->end(), [](const json& factor) {
+             return factor.get<double>() == 0.0;
+           });
+  }
+
+  /// Parents before their children, and then back: nesting may be deep.
+  void visit(std::size_t root) {
+    std::vector<std::pair<std::size_t, std::size_t>> reached;  // nodes, and the places of parents
+    if (!is_hidden(nodes_[root])) reached.emplace_back(root, 0);
+    for (std::size_t k = 0; k < reached.size(); ++k) {
+      const json& node = nodes_[reached[k].first];
+      for (const json& child : node.value("children", json::array())) {
+        const auto index = child.get<std::size_t>();
+        if (!is_hidden(nodes_[index])) reached.emplace_back(index, k);
+      }
+    }
+    for (std::size_t k = reached.size(); k-- > 0;) {
+      const auto [node, parent] = reached[k];
+      if (nodes_[node].contains("mesh")) shown_[node] = true;
+      if (shown_[node]) shown_[reached[parent].first] = true;
+    }
+  }
+
+  json nodes_;
+  std::vector<bool> shown_;
+};
+
 /// Trees whose measurements stand beside them.
 ViewStand stand_of_extras(const json& description,
                           const tree::Position& origin,
@@ -115,7 +162,9 @@ ViewStand stand_of_extras(const json& description,
   ViewVariant variant{.name = "scene", .title = "As in the file"};
   std::size_t without = 0;
   const json& nodes = description.value("nodes", json::array());
+  const ShownNodes shown(description);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!shown[i]) continue;
     const json& extras = nodes[i].value("extras", json::object());
     if (!extras.is_object() || !extras.contains("tree") || !extras.contains("h")) continue;
     const auto text = [&](const char* name) {

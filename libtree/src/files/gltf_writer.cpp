@@ -2,6 +2,7 @@
 // Binary glTF and glTF with its buffer beside it.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -35,6 +36,8 @@ std::string word(std::size_t value) {
   return bytes;
 }
 
+bool is_ground(const ModelPart& part) { return part.part == "ground"; }
+
 class GltfWriter final : public SceneWriter {
  public:
   GltfWriter(std::filesystem::path path, bool binary, const SceneOptions& options)
@@ -55,7 +58,9 @@ class GltfWriter final : public SceneWriter {
       if (!part.mesh->indices.empty()) meshes.push_back(part.mesh);
     }
     if (meshes.empty()) throw GeometryError("the model " + name + " has no triangles");
-    pack_options.step_m = options_.quantize ? quantization_step_m(meshes) : 1.0;
+    // The ground is as wide as the stand: steps of its width would be too coarse for its heights.
+    const bool has_steps = options_.quantize && std::none_of(parts.begin(), parts.end(), is_ground);
+    if (has_steps) pack_options.step_m = quantization_step_m(meshes);
     std::string primitives;
     for (const ModelPart& part : parts) {
       if (part.mesh->indices.empty()) continue;
@@ -64,7 +69,8 @@ class GltfWriter final : public SceneWriter {
     }
     const std::size_t mesh = meshes_.add(
         fmt::format("{{\"name\":{},\"primitives\":[{}]}}", json_quoted(name), primitives));
-    models_.push_back({mesh, pack_options.step_m, options_.instancing ? name : std::string(), {}});
+    const double scale = has_steps ? pack_options.step_m : 1.0;
+    models_.push_back({mesh, scale, options_.instancing ? name : std::string(), {}});
     return models_.size() - 1;
   }
 

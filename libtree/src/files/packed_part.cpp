@@ -100,7 +100,9 @@ PackedPart plain(const MeshPart& part) {
 
 PackedPart quantized(const MeshPart& part, double step_m) {
   PackedPart packed;
-  packed.attributes.push_back(positions_in_steps(part.positions, step_m));
+  packed.attributes.push_back(step_m > 0.0
+                                  ? positions_in_steps(part.positions, step_m)
+                                  : copied("POSITION", ComponentType::kFloat, 3, part.positions));
   packed.attributes.push_back(directions_in_bytes(part.normals));
   if (!part.uvs.empty()) {
     const bool fits = std::all_of(

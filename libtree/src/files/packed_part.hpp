@@ -43,7 +43,7 @@ struct PackedPart {
 struct PackOptions {
   bool quantize = false;
   bool compress = false;
-  double step_m = 0.0;  ///< of quantized positions
+  double step_m = 0.0;  ///< of quantized positions; 0 leaves positions as floats
 };
 
 /// The step with which the farthest coordinate of a model's parts is just within 16 bits, signed.

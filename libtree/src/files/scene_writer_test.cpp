@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <numbers>
 #include <sstream>
 
 #include "silvafit/base/atomic_file.hpp"
@@ -411,8 +412,39 @@ TEST_CASE("shared trees have their height and crown width, and the stated error 
   const SharedModels exact = share_models(trees, builders, trees.size());
   for (const SharedTree& tree : exact.trees) {
     CHECK(tree.error.hcb_cm < 1e-6);
-    CHECK(tree.error.dbh_cm < 1e-6);
     CHECK(tree.error.radius_cm < 1e-6);
   }
   CHECK_THROWS_AS(share_models(trees, builders, 0), UsageError);
+}
+
+TEST_CASE("the error of a shared stem is that of the stretched mesh") {
+  // A model and a tree 1.3 times as high and 1.2 times as wide: its section at 1.3 m was the
+  // model's at 1 m. The model's stem here is a square tower that narrows from 60 cm at the ground
+  // to 20 cm at 2 m, so 40 cm wide at 1 m, whatever any taper equation says.
+  Mesh tower;
+  MeshPart stem{.kind = PartKind::kStem};
+  for (const auto& [y, half] : {std::pair{0.0F, 0.3F}, {2.0F, 0.1F}, {10.0F, 0.0F}}) {
+    for (const auto& [x, z] :
+         {std::pair{1.0F, 1.0F}, {-1.0F, 1.0F}, {-1.0F, -1.0F}, {1.0F, -1.0F}}) {
+      stem.positions.insert(stem.positions.end(), {x * half, y, z * half});
+    }
+  }
+  for (const std::uint32_t ring : {0U, 4U}) {
+    for (std::uint32_t side = 0; side < 4; ++side) {
+      const std::uint32_t a = ring + side, b = ring + (side + 1) % 4;
+      stem.indices.insert(stem.indices.end(), {a, b, b + 4, a, b + 4, a + 4});
+    }
+  }
+  tower.parts = {stem};
+  const Morphology like{.plot = "p", .tree = "1", .dbh_cm = 34.0, .h_m = 10.0};
+  Morphology tree = like;
+  tree.dbh_cm = 50.0;
+  SharedModels shared{
+      .models = {{.morphology = like, .trees = {0, 1}}},
+      .trees = {SharedTree{}, {.stretch_east = 1.5, .stretch_up = 1.3, .stretch_north = 0.96}}};
+  measure_stems(0, tower, std::vector{like, tree}, shared);
+  // 60 - 20 * 1.3 = 34 cm wide at 1.3 m; a square's area as a circle's. To the floats' rounding.
+  const double of_square = 2.0 / std::sqrt(std::numbers::pi);
+  CHECK(shared.trees[0].error.dbh_cm == Approx(34.0 * of_square - 34.0).margin(1e-4));
+  CHECK(shared.trees[1].error.dbh_cm == Approx(40.0 * 1.2 * of_square - 50.0).margin(1e-4));
 }

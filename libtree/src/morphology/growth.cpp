@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/growth.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -106,6 +110,31 @@ std::array<double, 3> growth_between(const Morphology& from, const Morphology& t
   return {b.east_west / a.east_west, b.up / a.up, b.north_south / a.north_south};
 }
 
+/// Files keep the times of keyframes in single precision; there, too, each must be later than the
+/// one before.
+void check_times(const std::vector<Keyframe>& keyframes, const std::string& moment) {
+  double before = -1.0;
+  for (const Keyframe& keyframe : keyframes) {
+    // Converting a number beyond the range of floats is undefined.
+    if (!(keyframe.time_s <= double{std::numeric_limits<float>::max()})) {
+      throw UsageError(fmt::format(
+          "the animation would last {:.3g} s, which files have no number for; use fewer "
+          "--seconds",
+          keyframe.time_s));
+    }
+    const double stored = static_cast<float>(keyframe.time_s);
+    if (!(stored > before)) {
+      throw UsageError(fmt::format(
+          "at time {} the animation has moments that lie too close together for the numbers of its "
+          "file ({:.9g} s from its start, in single precision); give times in larger units, such "
+          "as years, leave out times that lie far away, or use more --seconds",
+          moment,
+          keyframe.time_s));
+    }
+    before = stored;
+  }
+}
+
 }  // namespace
 
 Moments read_moments(const data::Table& table,
@@ -183,6 +212,8 @@ std::vector<AnimatedModel> animated(const GrowingTree& tree,
       model.size.push_back({there, kWhole});
     }
     model.at_rest = is_last && stays;
+    check_times(model.shown, model.name);
+    check_times(model.size, model.name);
     animated_models.push_back(std::move(model));
   }
   return animated_models;

@@ -138,6 +138,10 @@ TEST_CASE("keyframes show one stage at a time, growing into the next") {
   }
   CHECK_THROWS_AS(animated(trees[0], all.moments, numbered(trees[0]), {.seconds_per_unit = 0.0}),
                   UsageError);
+  // Without a time to grow up it takes all the time since the last measurement.
+  const auto slow = animated(trees[3], all.moments, numbered(trees[3]), {});
+  CHECK(slow[0].size[0].time_s == 1.0);
+  CHECK(slow[0].size[1].time_s == 2.0);
 }
 
 TEST_CASE("an animated scene at rest shows the last moment") {
@@ -188,4 +192,42 @@ TEST_CASE("formats without animations say so") {
   const test::ScratchFile file("", ".obj");
   const auto writer = open_scene(file.path(), SceneFormat::kObj, {});
   CHECK_THROWS_AS(writer->animate("t", {}, {}, ""), UsageError);
+}
+
+TEST_CASE("a tree that comes after several years grows up in all of them") {
+  const Moments all = read_moments(table_of("year,plot,tree,x,y,dbh,h,hcb,cw\n"
+                                            "2010,1,1,0,0,10,10,4,2\n"
+                                            "2015,1,1,0,0,11,11,4,2\n"
+                                            "2015,1,2,5,0,10,10,4,2\n"),
+                                   "year",
+                                   {});
+  const std::vector<GrowingTree> trees = growing_trees(all.moments);
+  const auto late = animated(trees[1], all.moments, numbered(trees[1]), {});
+  CHECK(shown_at(late[0], 0.1) == 1.0);
+  REQUIRE(late[0].size.size() == 2);
+  CHECK(late[0].size[0].time_s == 0.0);
+  CHECK(late[0].size[1].time_s == 5.0);
+}
+
+TEST_CASE("times that single precision cannot hold are refused") {
+  const auto animate = [](const std::string& second, const std::string& third, const Pace& pace) {
+    const std::string tree = ",1,1,0,0,10,";
+    const Moments all =
+        read_moments(table_of("t,plot,tree,x,y,dbh,h,hcb,cw\n0" + tree + "10,4,2\n" + second +
+                              tree + "11,4,2\n" + third + tree + "12,4,2\n"),
+                     "t",
+                     {});
+    const std::vector<GrowingTree> trees = growing_trees(all.moments);
+    return animated(trees[0], all.moments, numbered(trees[0]), pace);
+  };
+  CHECK_NOTHROW(animate("1", "2", {}));
+  // Floats are whole numbers up to 2^24 = 16777216, and even ones from there on.
+  CHECK_NOTHROW(animate("16777213", "16777214", {}));
+  CHECK_THROWS_AS(animate("16777215", "16777217", {}), UsageError);
+  CHECK_THROWS_AS(animate("1000000000", "1000000001", {}), UsageError);
+  // Floats end at 3.4e38, and below 1e-45 all are 0.
+  CHECK_THROWS_AS(animate("1", "2", {.seconds_per_unit = 1e39}), UsageError);
+  CHECK_THROWS_AS(animate("1", "2", {.seconds_per_unit = 1e-50}), UsageError);
+  CHECK_THROWS_AS(animate("1e39", "2e39", {}), UsageError);
+  CHECK_THROWS_AS(animate("1e308", "1.5e308", {.seconds_per_unit = 100.0}), UsageError);
 }

@@ -20,6 +20,8 @@ constexpr double kThinnest = 0.01;  // cm
 constexpr double kNarrowest = 0.001;
 /// Farther than any projection's coordinates; beyond, not even a millimeter is left of a double.
 constexpr double kFarthest = 1e9;
+/// Farther apart, the crown width and that of the radii are not one crown's, rounded to decimeters.
+constexpr double kLikeWidths = 0.1;
 constexpr double kMostBent = 60.0;
 constexpr double kSteepestBranch = 70.0;
 constexpr double kMostInternodes = 200.0;
@@ -82,7 +84,8 @@ void validate_crown(const Morphology& m, const Checker& check) {
     check.within(m.radii->south_m, kNarrowest, kWidest, "cr_s", "m");
     check.within(m.radii->north_m, kNarrowest, kWidest, "cr_n", "m");
   } else {
-    check.require(m.cw_m.has_value(), "cw", "is missing, and so are the four crown radii");
+    check.require(
+        m.cw_m.has_value(), "cw", "is missing, and the four crown radii are not all there");
     check.within(*m.cw_m, 2.0 * kNarrowest, 2.0 * kWidest, "cw", "m");
   }
 }
@@ -144,10 +147,19 @@ TreeShape complete(const Morphology& morphology, double relative_hc, const std::
   }
   if (morphology.radii) {
     shape.radii = *morphology.radii;
+    const double width = shape.radii.width_m();
+    if (morphology.cw_m && std::abs(*morphology.cw_m - width) > kLikeWidths * width) {
+      shape.notes.push_back(
+          {"cw",
+           fmt::format("crown width {} m not used: the four crown radii make {:.4g} m",
+                       *morphology.cw_m,
+                       width)});
+    }
   } else {
     const double radius = 0.5 * *morphology.cw_m;
     shape.radii = {radius, radius, radius, radius};
-    shape.notes.push_back({"radii", "crown radii not measured: half the crown width all round"});
+    shape.notes.push_back(
+        {"radii", "not all four crown radii measured: half the crown width all round"});
   }
   return shape;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -53,13 +54,15 @@ std::vector<GrowingTree> growing_trees(std::span<const Moment> moments);
 struct Pace {
   double seconds_per_unit = 1.0;  ///< of the moments' times; > 0
   /// How long before its first moment a tree that comes later grows up, in units; at most back to
-  /// the moment before.
-  double growing_up = 1.0;
+  /// the moment before, which it takes unless told otherwise.
+  double growing_up = std::numeric_limits<double>::infinity();
 };
 
 /// Keyframes of a tree's stages: each is there from its moment to the next stage's, while its
 /// height and widths grow evenly to those of the next; a new tree grows up before its first moment.
 /// One more unit follows the last moment. \param models  of the stages, in their order
+/// \throws UsageError if the pace is not above 0, or if files, which keep times in single
+/// precision, could not tell the keyframes' times apart or would have no number for them
 std::vector<AnimatedModel> animated(const GrowingTree& tree,
                                     std::span<const Moment> moments,
                                     std::span<const SceneWriter::Model> models,
