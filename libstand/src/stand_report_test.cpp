@@ -195,9 +195,15 @@ TEST_CASE("importance values are the mean of three shares, in all and by layer")
 TEST_CASE("trees on the window's own border are in its last quadrats") {
   // Four quadrats of 10 m: A in the south-west and the south-east one, B in the south-east and the
   // north-east one, both within and on the border of the window.
-  for (const Point corner : {Point{0.0, 0.0}, Point{512345.678, 6123456.789}}) {
-    const auto tree = [corner](double x, double y, const char* species) {
-      return Tree{.x = corner.x + x, .y = corner.y + y, .species = species};
+  struct Case {
+    Point corner{};
+    double scale = 1.0;
+  };
+  for (const auto& [corner, scale] : {Case{{0.0, 0.0}, 1.0},
+                                      Case{{512345.678, 6123456.789}, 1.0},
+                                      Case{{9512345.678, 19123456.789}, 0.03}}) {
+    const auto tree = [at = corner, by = scale](double x, double y, const char* species) {
+      return Tree{.x = at.x + by * x, .y = at.y + by * y, .species = species};
     };
     const Inventory stand = stand_of({tree(5, 5, "A"),
                                       tree(15, 5, "A"),
@@ -207,11 +213,11 @@ TEST_CASE("trees on the window's own border are in its last quadrats") {
                                       tree(20, 19, "B"),
                                       tree(19, 20, "B"),
                                       tree(20, 20, "B")});
-    const auto frequency_of = [&](double quadrat_m, double width_m) {
-      const Window window = Window::rectangle(corner, {corner.x + width_m, corner.y + 20.0});
+    const auto frequency_of = [&, at = corner, by = scale](double quadrat_m, double width_m) {
+      const Window window = Window::rectangle(at, {at.x + by * width_m, at.y + by * 20.0});
       const std::vector<SampledArea> areas{
           {.area_m2 = window.area_m2(), .window = window, .trees = all_rows(stand)}};
-      const auto rows = species_table(stand, areas, {.quadrat_m = quadrat_m});
+      const auto rows = species_table(stand, areas, {.quadrat_m = by * quadrat_m});
       return row_of(rows, "A").all.relative_frequency;
     };
     CHECK(frequency_of(10.0, 20.0) == Approx(50.0).epsilon(1e-14));

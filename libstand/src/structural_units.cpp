@@ -309,7 +309,8 @@ void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, 
     search.nearest(i, options_.neighbors, neighbors, scratch);
     compute_tree(tree, neighbors);
     // Where a stem stands at the same place there is no value, and perhaps a crowd of them.
-    const bool is_alone = neighbors.empty() || neighbors[0].distance_m > 0.0;
+    const bool is_alone =
+        neighbors.empty() || !is_at_same_place(inventory_, tree, neighbors[0].distance_m);
     if (!has_radius || !is_alone) continue;
     search.within(i, options_.competition_radius_m, neighbors);
     (*hegyi_)[tree] = UnitIndices(inventory_, options_, tree).hegyi(neighbors);
@@ -389,7 +390,7 @@ void Calculator::note_competition_radius() {
       if (units_.core[tree] == 0) continue;
       const Window& window = *windows_.window_of(inventory_, tree);
       const double room_m = window.distance_to_boundary_m({inventory_.x[tree], inventory_.y[tree]});
-      if (room_m < options_.competition_radius_m) ++cut;
+      if (room_m < options_.competition_radius_m - window.rounding_m()) ++cut;
     }
   }
   if (cut == 0) return;
@@ -412,7 +413,7 @@ void Calculator::add_notes() {
     } else if (units_.nearest[first + options_.neighbors - 1] == kNoTree) {
       ++alone;
     } else {
-      if (units_.distance_m[first] == 0.0) ++coincident;
+      if (is_at_same_place(inventory_, tree, units_.distance_m[first])) ++coincident;
       if (!units_.C.empty() && std::isnan(units_.C[tree])) ++without_crown;
     }
   }
