@@ -178,15 +178,13 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
                             CheckedInventory& checked,
-                            std::vector<std::size_t>& positions) {
+                            std::vector<std::size_t>& positions,
+                            RepeatedNumbers& numbers) {
   Inventory& inventory = checked.inventory;
   const std::vector<RepeatedTree> repeated = repeated_trees(inventory, times);
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
   data::TextColumn ids;
-  std::size_t renamed = 0;
-  std::size_t stems = 0;
-  std::string first_renamed;
   auto next = repeated.begin();
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     const bool is_repeated = next != repeated.end() && next->row == row;
@@ -197,27 +195,34 @@ void resolve_repeated_trees(const std::string& tree_column,
     kept.push_back(row);
     ids.append(is_repeated ? std::string_view(next->new_id) : inventory.tree[row]);
     if (!is_repeated) continue;
-    if (next->is_same_place) ++stems;
-    if (renamed++ == 0) first_renamed = describe(inventory.place(row), "now " + next->new_id);
+    if (next->is_same_place) ++numbers.stems;
+    if (numbers.renamed++ == 0) {
+      numbers.first_renamed = describe(inventory.place(row), "now " + next->new_id);
+    }
     ++next;
   }
   keep_rows(kept, inventory, positions);
   inventory.tree = std::move(ids);
   std::ranges::stable_sort(checked.excluded, {}, &ExcludedRow::line);
+}
+
+std::vector<std::string> RepeatedNumbers::notes() const {
+  std::vector<std::string> notes;
   if (renamed > 0) {
-    checked.notes.push_back(fmt::format(
+    notes.push_back(fmt::format(
         "{} the number of another tree of the same plot and got a new one, the first: {}",
         counted(renamed, "tree has", "trees have"),
         first_renamed));
   }
   if (stems > 0) {
-    checked.notes.push_back(fmt::format(
+    notes.push_back(fmt::format(
         "{} at the place of the other tree and differ{} from it in dbh, as stems of one stool do; "
         "if they are later measurements of a tree, name the column of the time: --columns "
         "year=COLUMN",
         counted(stems, "of these stands", "of these stand"),
         stems == 1 ? "s" : ""));
   }
+  return notes;
 }
 
 }  // namespace silvafit::stand

@@ -28,14 +28,25 @@ struct RepeatedTree {
 /// known
 std::vector<RepeatedTree> repeated_trees(const Inventory& inventory, const data::TextColumn& times);
 
+/// Trees with the number of another one, of an inventory or of its parts one after another.
+struct RepeatedNumbers {
+  std::size_t renamed = 0;      ///< got a new number
+  std::size_t stems = 0;        ///< of these, at the place of the other tree
+  std::string first_renamed{};  ///< where it is, and its new number
+
+  std::vector<std::string> notes() const;
+};
+
 /// Excludes rows that tell of a tree once more, and gives other trees ids of their own.
 /// \param tree_column  what the file calls the tree's id
 /// \param times        as of repeated_trees
-/// \param checked      gets the exclusions, in the order of lines, and a note of new ids
+/// \param checked      gets the exclusions, in the order of lines
 /// \param positions    for each tree its row of the file; loses those of excluded rows
+/// \param numbers      gets the trees with new ids
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
                             CheckedInventory& checked,
-                            std::vector<std::size_t>& positions);
+                            std::vector<std::size_t>& positions,
+                            RepeatedNumbers& numbers);
 
 }  // namespace silvafit::stand

@@ -72,6 +72,29 @@ class Indices(ProgramTest):
         self.assertEqual(self.indices("--window", "window.wkt"), expected)
         self.assertEqual(self.indices("--window", "window.csv"), expected)
 
+    def test_read_plot_by_plot_the_same_is_said(self):
+        lines = inventory(plots=("1", "2", "3"), trees=9).splitlines()
+        # Plot 2 is outside of its window, and some rows cannot be used.
+        moved = [line if not line.startswith("2,") else
+                 ",".join([*line.split(",")[:3], "500", *line.split(",")[4:]]) for line in lines]
+        moved += [f"3,{tree},SM,1,{tree},-1,10,2" for tree in range(20, 27)]
+        self.write("inventory.csv", "\n".join(moved) + "\n")
+        for options in ((), ("--circle", "15,15,21", "--further", "Hegyi",
+                             "--competition-radius", "6")):
+            whole = self.run_program("indices", "inventory.csv", "--trust-units", *options)
+            parts = self.run_program("indices", "inventory.csv", "--trust-units", "--stream",
+                                     *options)
+            self.assertEqual(parts.stdout, whole.stdout)
+            self.assertEqual(parts.stderr, whole.stderr)
+            self.assertIn("and 2 more", whole.stderr)
+            self.assertIn("are core trees", whole.stderr)
+        self.write("inventory.csv", "\n".join(line for line in moved[:1] + moved[10:19]) + "\n")
+        for options in ([], ["--stream"]):
+            done = self.run_program("indices", "inventory.csv", "--trust-units", "--circle",
+                                    "15,15,21", "--out", "out.csv", *options, status=3)
+            self.assertIn("all trees stand outside the window", done.stderr)
+            self.assertFalse((self.folder / "out.csv").exists())
+
     def test_every_plot_may_be_a_circle(self):
         self.write("inventory.csv", inventory(plots=("1", "2")))
         self.write("circles.csv", "plot,x,y,radius\n*,15,15,12\n")
