@@ -237,6 +237,16 @@ void InventoryReader::count_findings() {
   odd_values_.add(inventory);
 }
 
+void InventoryReader::find_plots_left_out() {
+  Inventory& inventory = result_.inventory;
+  std::unordered_set<std::string_view> seen;
+  for (const ExcludedRow& row : result_.excluded) {
+    if (is_missing(row.plot) || !seen.insert(row.plot).second) continue;
+    if (inventory.plot.code_of(row.plot) != data::TextColumn::kMissingCode) continue;
+    inventory.plots_left_out.push_back(row.plot);
+  }
+}
+
 std::vector<std::string> InventoryReader::notes() const {
   std::vector<std::string> notes = plan_.notes;
   for (std::string& note : repeated_numbers_.notes()) notes.push_back(std::move(note));
@@ -277,6 +287,7 @@ CheckedInventory InventoryReader::read() {
   resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty();
+  find_plots_left_out();
   read_other_columns();
   count_findings();
   result_.notes = notes();

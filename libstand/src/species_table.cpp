@@ -121,7 +121,10 @@ void TableMaker::check() const {
   const bool has_windows =
       std::ranges::all_of(areas_, [](const SampledArea& area) { return area.window.has_value(); });
   if (options_.quadrat_m > 0.0 && !has_windows) {
-    throw UsageError("quadrats need the positions of the trees", {.column = "--quadrat"});
+    throw UsageError(
+        "quadrats lie in a window, and --plot-area gives none: give the plots' --window or "
+        "--circle in its place, or leave --quadrat out, so that plots are the quadrats",
+        {.column = "--quadrat"});
   }
 }
 

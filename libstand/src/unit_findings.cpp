@@ -20,14 +20,13 @@ void append(const std::vector<std::string>& names, std::vector<std::string>& to)
 
 void refuse_all_outside(const UnitFindings& findings, const std::string& file) {
   if (findings.outside == 0 || findings.outside < findings.placed) return;
-  throw InputError(
-      fmt::format("all trees stand outside the window; they are between x {} and {}, "
-                  "y {} and {} m: is the window in the same coordinates?",
-                  findings.low.x,
-                  findings.high.x,
-                  findings.low.y,
-                  findings.high.y),
-      {.file = file});
+  throw InputError(fmt::format("all trees stand outside the window; they are between x {} and {}, "
+                               "y {} and {} m: is the window in the same coordinates?",
+                               findings.low.x,
+                               findings.high.x,
+                               findings.low.y,
+                               findings.high.y),
+                   {.file = file});
 }
 
 void note_trees(const UnitFindings& findings,

@@ -161,6 +161,24 @@ class Stand(ProgramTest):
         done = self.run_program("stand", "inventory.csv", "--stratum-area", "A=10", status=2)
         self.assertIn("--stratum", done.stderr)
 
+    def test_plots_without_a_stratum_are_told_from_all_plots(self):
+        strata = {"1": "A", "2": "all", "3": ""}
+        text = inventory(plots=tuple(strata), strata={"1": "A", "2": "all", "3": " "})
+        self.write("inventory.csv", text)
+        options = ("stand", "inventory.csv", "--plot-area", "900", "--stratum", "stratum")
+        result = self.run_json(*options)
+        self.assertEqual([(one["stratum"], one["kind"], one["plots"]) for one in result["strata"]],
+                         [("A", "stratum", 1), ("all", "stratum", 1), (None, "none", 1),
+                          (None, "all", 3)])
+        done = self.run_program(*options, "--out", "tables")
+        self.assertIn("\n(none)  ", done.stdout)
+        self.assertIn("plot 3 has no stratum", done.stderr)
+        rows = rows_of((self.folder / "tables" / "strata.csv").read_text(encoding="utf-8"))
+        self.assertEqual([(row["stratum"], row["kind"]) for row in rows],
+                         [("A", "stratum"), ("all", "stratum"), ("", "none"), ("all", "all")])
+        result = self.run_json(*options, "--stratum-area", "A=10,all=5")
+        self.assertEqual(result["strata"][-1]["area_ha"], 15)
+
     def test_tables_are_written_to_a_folder(self):
         self.write("inventory.csv", inventory())
         done = self.run_program("stand", "inventory.csv", "--circle", "15,15,21", "--out", "tables")

@@ -41,6 +41,9 @@ struct Inventory {
   std::vector<double> cr_s_m{};
   std::vector<double> cr_n_m{};
 
+  /// Plots of the file none of whose rows could be used, so that what stands there is not known.
+  std::vector<std::string> plots_left_out{};
+
   /// Other columns that were asked for.
   data::Table other{};
 

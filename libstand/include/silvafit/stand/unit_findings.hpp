@@ -13,12 +13,12 @@ namespace silvafit::stand {
 
 /// Counts of trees and names of plots, of an inventory or of a part of one (whole plots).
 struct UnitFindings {
-  std::vector<std::string> on_windows{};            ///< what was assumed of them, as notes
-  std::vector<std::string> plots_without_window{};  ///< their trees are on one line
+  std::vector<std::string> on_windows{};             ///< what was assumed of them, as notes
+  std::vector<std::string> plots_without_window{};   ///< their trees are on one line
   std::vector<std::string> plots_without_density{};  ///< likewise, so that BAL and CCF are missing
-  std::size_t plots_in_window_of_stand = 0;         ///< that have none of their own
-  std::size_t placed = 0;                           ///< trees with a position and a window
-  std::size_t outside = 0;                          ///< of these, outside of their window
+  std::size_t plots_in_window_of_stand = 0;          ///< that have none of their own
+  std::size_t placed = 0;                            ///< trees with a position and a window
+  std::size_t outside = 0;                           ///< of these, outside of their window
   Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   Point high{-low.x, -low.y};                ///< the placed trees are between low and high
   std::vector<std::string> plots_outside{};  ///< all of whose trees are outside
