@@ -61,19 +61,6 @@ char separator_of(std::string_view text) {
   return other;
 }
 
-/// Makes the decimal comma of a number a point: 12,5 and 1,5E-05, not 1.234,5 or 1,2,3.
-void use_decimal_point(std::span<char> field) {
-  constexpr std::string_view kOfNumbers = "0123456789,eE+- ";
-  const std::string_view text(field.data(), field.size());
-  const std::size_t comma = text.find(',');
-  if (comma == std::string_view::npos || text.find(',', comma + 1) != std::string_view::npos)
-    return;
-  if (text.find_first_not_of(kOfNumbers) != std::string_view::npos) return;
-  field[comma] = '.';
-  double ignored = 0.0;
-  if (!parse_number(text, ignored)) field[comma] = ',';
-}
-
 /// Turns doubled quotes into single ones in place; returns the new length.
 std::size_t undouble_quotes(char* text, std::size_t length) {
   std::size_t kept = 0;
@@ -305,6 +292,15 @@ const std::vector<std::string>& CsvReader::header() const { return state_->heade
 
 std::size_t CsvReader::line() const { return state_->line; }
 
+bool CsvReader::has_decimal_commas() const { return state_->separator != ','; }
+
+bool CsvReader::parse_number(std::string_view field, double& value) const {
+  if (data::parse_number(field, value)) return true;
+  if (!has_decimal_commas()) return false;
+  const std::string with_point = with_decimal_point(field);
+  return !with_point.empty() && data::parse_number(with_point, value);
+}
+
 bool CsvReader::next(std::vector<std::string_view>& fields) {
   State& state = *state_;
   fields.clear();
@@ -319,7 +315,6 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
   for (const FieldSpan& span : state.spans) {
     std::size_t length = span.end - span.begin;
     if (span.has_doubled_quotes) length = undouble_quotes(record + span.begin, length);
-    if (state.separator != ',') use_decimal_point({record + span.begin, length});
     fields.emplace_back(record + span.begin, length);
   }
   return true;

@@ -28,7 +28,7 @@ double InventoryReader::number_in(std::string_view field,
                                   InventoryRow& row) const {
   const std::string_view text = data::trimmed(field);
   double value = 0.0;
-  if (data::parse_number(text, value)) return value;
+  if (csv_.parse_number(text, value)) return value;
   if (is_missing(text)) return data::kMissing;
   const bool has_comma = text.find(',') != std::string_view::npos;
   const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;

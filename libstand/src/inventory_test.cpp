@@ -251,6 +251,17 @@ TEST_CASE("a tree whose position was surveyed again is counted once") {
                                  "7 tree: the same tree is on line 6, measured at another time"});
 }
 
+TEST_CASE("labels of a file with decimal commas keep their commas") {
+  const CheckedInventory checked =
+      read_text("plot;tree;species;x;y;dbh\n1,2;3,1;A;0,5;1;12,5\n1.2;\"3,1\";A;2,5;1;13,5\n");
+  const Inventory& inventory = checked.inventory;
+  CHECK(inventory.plot.levels() == std::vector<std::string>{"1,2", "1.2"});
+  CHECK(inventory.tree[0] == "3,1");
+  CHECK(inventory.tree[1] == "3,1");
+  CHECK(inventory.x == std::vector<double>{0.5, 2.5});
+  CHECK(inventory.dbh_cm == std::vector<double>{12.5, 13.5});
+}
+
 TEST_CASE("columns are named by mappings, expressions included") {
   const CheckedInventory checked = read_text(
       "Plot,Nr.,sp,xk,yk,D (cm),unit,height,age\n"

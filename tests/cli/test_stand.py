@@ -104,6 +104,13 @@ class Indices(ProgramTest):
             distance = math.hypot(float(tree["x"]) - 15, float(tree["y"]) - 15)
             self.assertEqual(row["core"] == "1", distance <= 7)
 
+    def test_labels_with_commas_are_kept_in_files_with_decimal_commas(self):
+        self.write("inventory.csv", "plot;tree;species;x;y;dbh\n"
+                   "1,2;1;A;0,5;1;20,5\n1.2;1;A;0,5;3;21,5\n1,2;2;A;2,5;1;20,5\n")
+        rows = self.indices("--neighbors", "1", "--edge", "none")
+        self.assertEqual([(row["plot"], row["nn1"], row["d1"]) for row in rows],
+                         [("1,2", "2", "2"), ("1.2", "", ""), ("1,2", "1", "2")])
+
     def test_without_a_window_the_hull_is_said(self):
         done = self.run_program("indices", "inventory.csv")
         self.assertIn("no window is given: the convex hull", done.stderr)
