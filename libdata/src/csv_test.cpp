@@ -144,6 +144,19 @@ TEST_CASE("a table of a file with decimal commas has numbers, and labels as they
   CHECK(table.text("mixed").levels() == std::vector<std::string>{"1,5", "x", "2,5"});
 }
 
+TEST_CASE("a line may say what separates, and other formats are named") {
+  using Rows = std::vector<std::vector<std::string>>;
+  for (const char* line : {"sep=;\r\n", "\xEF\xBB\xBFSEP=;\n", "\"sep=;\"\r"}) {
+    CHECK(read_text(std::string(line) + "a;b, c\n1;2,5\n") == Rows{{"a", "b, c"}, {"1", "2,5"}});
+  }
+  CHECK(read_text("sep=,\na,b\n1,2\n") == Rows{{"a", "b"}, {"1", "2"}});
+  CHECK(error_of("sep=;\na;b\n1\n") == "line 3: fields found: 1, columns in the header: 2");
+  CHECK(read_text("sep=1,b\n1,2\n") == Rows{{"sep=1", "b"}, {"1", "2"}});
+  CHECK_THAT(error_of("\x1F\x8B\x08 rest"), Contains("gunzip"));
+  CHECK_THAT(error_of("PK\x03\x04 rest"), Contains("workbook"));
+  CHECK_THAT(error_of(std::string("p\0l\0o\0t\0", 8)), Contains("UTF-16"));
+}
+
 TEST_CASE("overlong forms, surrogates and cut sequences are not UTF-8") {
   for (const char* bytes :
        {"\xC0\xAF", "\xE0\x80\x80", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xE6\x9D"}) {

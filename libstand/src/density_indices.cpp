@@ -78,7 +78,7 @@ std::vector<double> crown_competition(const Inventory& inventory,
   for (const SampledArea& area : areas) {
     std::vector<double> crowns_m2;
     for (const std::size_t tree : area.trees) {
-      if (!(widths_m[tree] >= 0.0)) {
+      if (!(widths_m[tree] >= 0.0) || std::isinf(widths_m[tree])) {
         throw UsageError(fmt::format("the crown width of an open-grown tree is {} m for dbh {} cm",
                                      widths_m[tree],
                                      inventory.dbh_cm[tree]),

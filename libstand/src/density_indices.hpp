@@ -19,7 +19,8 @@ std::vector<double> basal_area_of_larger(const Inventory& inventory,
 
 /// Per tree, the crown competition factor of its area [%]; NaN for trees of none.
 /// \param open_grown_crown  crown width [m] as an expression of the inventory's columns
-/// \throws UsageError if it is empty, names what the inventory lacks, or is below 0 somewhere
+/// \throws UsageError if it is empty, names what the inventory lacks, or is below 0 or not finite
+/// somewhere
 std::vector<double> crown_competition(const Inventory& inventory,
                                       const std::vector<SampledArea>& areas,
                                       std::string_view open_grown_crown);

@@ -289,3 +289,10 @@ TEST_CASE("asking for BAL or CCF changes no core tree, and says by which area th
   CHECK(structural_units(stand, options).further[0].values[2] ==
         Approx(M_PI / 4.0 * 0.13 / 0.2).epsilon(1e-14));
 }
+
+TEST_CASE("an open-grown crown without limit is refused") {
+  StructuralUnitOptions options = with({FurtherIndex::kCrownCompetition}, 1);
+  options.open_grown_crown = "1/0";
+  CHECK_THROWS_WITH(structural_units(stand_of(corner()), options),
+                    Contains("--open-grown") && Contains("is inf m"));
+}

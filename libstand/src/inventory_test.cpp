@@ -262,6 +262,15 @@ TEST_CASE("labels of a file with decimal commas keep their commas") {
   CHECK(inventory.dbh_cm == std::vector<double>{12.5, 13.5});
 }
 
+TEST_CASE("places that stand for missing ones are none") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,x,y,z,dbh\n1,1,A,-9999,1,5,10\n1,2,A,-998,-10000,5,10\n"
+      "1,3,A,1,-99999,5,10\n1,4,A,1,1,-9999,10\n");
+  CHECK(checked.inventory.x == std::vector<double>{-998});
+  CHECK(checked.excluded_tree_count == 3);
+  CHECK_THAT(problems(checked).at(0), Contains("2 x: -9999 stands for a value that was not"));
+}
+
 TEST_CASE("columns are named by mappings, expressions included") {
   const CheckedInventory checked = read_text(
       "Plot,Nr.,sp,xk,yk,D (cm),unit,height,age\n"

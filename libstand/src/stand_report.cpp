@@ -37,6 +37,7 @@ class ReportMaker {
   std::string outside_text(bool are_neighbors) const;
   void add_species(const std::vector<SampledArea>& areas);
   void note_single_plots();
+  void note_dominant_height();
 
   const Inventory& inventory_;
   const StandReportOptions& options_;
@@ -247,6 +248,25 @@ void ReportMaker::note_single_plots() {
                   has_total ? "" : ", and neither have all strata together"));
 }
 
+/// Where only some trees were measured, the tallest may not be among them.
+void ReportMaker::note_dominant_height() {
+  std::vector<std::string> names;
+  for (const AreaReport& area : report_.areas) {
+    const StandFigures& figures = area.figures;
+    const bool lacks = figures.dominant_trees_without_height > 0;
+    if (!lacks || !std::isfinite(figures.dominant_height_m)) continue;
+    names.push_back(fmt::format("{} ({} of {})",
+                                area.area.name.empty() ? "stand" : area.area.name,
+                                figures.dominant_trees_without_height,
+                                figures.dominant_trees));
+  }
+  if (names.empty()) return;
+  report_.notes.push_back(
+      fmt::format("some of the thickest trees have no height, and dominant height is the mean of "
+                  "the others: {}; silvafit impute fills in heights",
+                  data::list_of(names)));
+}
+
 StandReport ReportMaker::run() {
   std::vector<SampledArea> areas = find_areas();
   note_trees_left_out(areas);
@@ -285,6 +305,7 @@ StandReport ReportMaker::run() {
     }
     one.area = std::move(area);
   }
+  note_dominant_height();
   return std::move(report_);
 }
 

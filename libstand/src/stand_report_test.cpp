@@ -486,3 +486,21 @@ TEST_CASE("a plot area stands in place of a window, and quadrats need one") {
   CHECK_THROWS_WITH(stand_report(stand, options),
                     Contains("give --plot-area, or --window or --circle"));
 }
+
+TEST_CASE("thickest trees without a height are said, by plot") {
+  // 100 a hectare are two on 200 m2.
+  Inventory stand = stand_of({{.dbh_cm = 40, .h_m = NAN},
+                              {.dbh_cm = 30, .h_m = 20},
+                              {.dbh_cm = 20, .h_m = 15},
+                              {.dbh_cm = 20, .plot = "2", .h_m = 15}});
+  const StandReport report = stand_report(stand, {.plot_area_m2 = 200.0});
+  const StandFigures& first = report.areas[0].figures;
+  CHECK(first.dominant_height_m == 20.0);
+  CHECK(first.dominant_trees == 2);
+  CHECK(first.dominant_trees_without_height == 1);
+  CHECK_THAT(notes_in(report), Contains("mean of the others: 1 (1 of 2); silvafit impute"));
+  stand.h_m[0] = 22.0;
+  CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
+  stand.h_m.clear();
+  CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
+}

@@ -20,11 +20,13 @@ namespace {
 constexpr double kSquareMetersPerHectare = 1e4;
 constexpr double kMostClasses = 1e4;
 
-/// Mean height of the thickest trees.
-double dominant_height(const Inventory& inventory,
-                       std::span<const std::size_t> trees,
-                       double wanted) {
-  if (inventory.h_m.empty() || trees.empty()) return data::kMissing;
+/// Sets the mean height of the thickest trees.
+void set_dominant_height(const Inventory& inventory,
+                         std::span<const std::size_t> trees,
+                         double wanted,
+                         StandFigures& figures) {
+  figures.dominant_height_m = data::kMissing;
+  if (inventory.h_m.empty() || trees.empty()) return;
   std::vector<std::size_t> order(trees.begin(), trees.end());
   // Missing heights last among equals.
   const auto height = [&inventory](std::size_t tree) {
@@ -40,8 +42,15 @@ double dominant_height(const Inventory& inventory,
                              std::pair(inventory.dbh_cm[right], height(right));
                     });
   Moments heights;
-  for (std::size_t i = 0; i < count; ++i) heights.add(inventory.h_m[order[i]]);
-  return heights.mean();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (std::isnan(inventory.h_m[order[i]])) {
+      ++figures.dominant_trees_without_height;
+    } else {
+      heights.add(inventory.h_m[order[i]]);
+    }
+  }
+  figures.dominant_trees = count;
+  figures.dominant_height_m = heights.mean();
 }
 
 /// What was counted on each plot of a stratum.
@@ -220,8 +229,7 @@ StandFigures stand_figures(const Inventory& inventory,
   figures.sd_height_m = heights.standard_deviation();
   figures.lorey_height_m =
       basal_with_height_m2 > 0.0 ? basal_times_height / basal_with_height_m2 : data::kMissing;
-  figures.dominant_height_m =
-      dominant_height(inventory, trees, dominant_trees_per_ha * figures.area_ha);
+  set_dominant_height(inventory, trees, dominant_trees_per_ha * figures.area_ha, figures);
   const bool has_crowns =
       trees.empty() ? !inventory.cw_m.empty() : figures.trees_without_crown_width < trees.size();
   figures.crown_cover_percent = has_crowns ? 100.0 * crowns_m2 / area_m2 : data::kMissing;

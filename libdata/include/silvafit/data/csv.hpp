@@ -21,7 +21,7 @@ class CsvReader {
   /// Opens the file and reads its header.
   ///
   /// Fields are separated as the header's are: by commas, or by semicolons or tabs if there is no
-  /// comma.
+  /// comma; or by what a line `sep=;` before the header says.
   /// \throws InputError if the file cannot be read, is empty, or names a column twice
   explicit CsvReader(const std::filesystem::path& path);
   ~CsvReader();

@@ -47,6 +47,8 @@ struct StandFigures {
   /// Sum of crown areas (circles of cw) over the area; of the trees with a crown width.
   double crown_cover_percent = 0.0;
   std::size_t trees_without_crown_width = 0;
+  std::size_t dominant_trees = 0;                 ///< the thickest, which dominant height is of
+  std::size_t dominant_trees_without_height = 0;  ///< of these
 };
 
 /// Dominant height is the mean height of the thickest trees, so many a hectare (at least one tree;
