@@ -68,6 +68,7 @@ ordered_json strata_json(const stand::StandReport& report) {
   ordered_json list = ordered_json::array();
   for (const stand::StratumFigures& stratum : report.strata) {
     list.push_back({{"stratum", text_or_null(stratum.name)},
+                    {"kind", kind_of(stratum)},
                     {"plots", stratum.plots},
                     {"trees", stratum.trees},
                     {"sampled_ha", number_or_null(stratum.sampled_ha)},
