@@ -170,10 +170,7 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
         return column.is_missing(row) ? "none" : fmt::format("'{}'", column[row]);
       };
       throw InputError(
-          fmt::format("a plot is in one stratum, and this one's trees are in {} and {}",
-                      name_of(first),
-                      name_of(tree)),
-          place);
+          fmt::format("the plot is in the strata {} and {}", name_of(first), name_of(tree)), place);
     }
     strata.emplace_back(column.is_missing(first) ? std::string_view() : column[first]);
     if (strata.back().empty()) without_stratum.push_back(area.name);

@@ -221,6 +221,14 @@ class Covariates(ProgramTest):
         given = self.run_json(*arguments)
         self.assertEqual(computed["fixed"], given["fixed"])
 
+    def test_a_response_is_no_covariate_of_itself_and_a_measure_no_group(self):
+        self.write("inventory.csv", inventory(plots=("1", "2", "3")))
+        study = ("study", "inventory.csv", "--out", "study", "--responses", "h", "--edge", "none")
+        done = self.run_program(*study, "--covariates", "M,h", status=2)
+        self.assertIn("'h' is a response and cannot be its own covariate", done.stderr)
+        done = self.run_program(*study, "--group", "dbh", status=2)
+        self.assertIn("read 'dbh' as a number", done.stderr)
+
     def test_a_study_takes_further_indices(self):
         self.write("inventory.csv", inventory(plots=("1", "2", "3", "4", "5"), trees=120))
         self.run_program("study", "inventory.csv", "--out", "study", "--responses", "h",
