@@ -6,12 +6,41 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/stand/inventory.hpp"
 #include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
 
+/// Of each field of a file, whether it gets a decimal point.
+std::vector<char> columns_of_numbers(const std::string& file) {
+  data::CsvReader reader(file);
+  if (!reader.has_decimal_commas()) return {};
+  const std::vector<std::string>& header = reader.header();
+  const auto is_label = [](const std::string& name) {
+    return name == "plot" || name == "tree" || name == "species";
+  };
+  std::vector<char> is_number(header.size(), 1);
+  const auto keep = [&](const std::string& name) {
+    const auto found = std::ranges::find(header, name);
+    if (found != header.end()) is_number[static_cast<std::size_t>(found - header.begin())] = 0;
+  };
+  for (const char* name : {"plot", "tree", "species"}) keep(name);
+  for (const auto& usual : stand::usual_columns(header, is_label, file)) keep(usual.source);
+  std::vector<std::string_view> fields;
+  while (reader.next(fields)) {
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      double ignored = 0.0;
+      const bool fits =
+          data::is_missing_field(fields[i]) || reader.parse_number(fields[i], ignored);
+      if (!fits) is_number[i] = 0;
+    }
+  }
+  return is_number;
+}
+
 void write_rows(const std::string& in, const AddedColumns& columns, std::ostream& stream) {
+  const std::vector<char> is_number = columns_of_numbers(in);
   data::CsvReader reader(in);
   const auto& header = reader.header();
   const auto replaced = std::ranges::find(header, columns.replaced) - header.begin();
@@ -31,7 +60,12 @@ void write_rows(const std::string& in, const AddedColumns& columns, std::ostream
       own = columns.replacement(row);
       if (!own.empty()) fields[static_cast<std::size_t>(replaced)] = own;
     }
-    for (const std::string_view field : fields) write(field);
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const bool may_have_comma = !is_number.empty() && is_number[i] != 0;
+      const std::string number =
+          may_have_comma ? data::with_decimal_point(fields[i]) : std::string();
+      write(number.empty() ? fields[i] : std::string_view(number));
+    }
     for (const std::string& field : columns.fields(row)) write(field);
     stream << '\n';
   }

@@ -61,16 +61,9 @@ struct Outcome {
   double alpha0_deg = 0.0;
   std::vector<stand::FurtherIndex> further{};
   Seconds seconds{};
-
-  void add_notes(const std::vector<std::string>& more);
+  /// Parts of the inventory, whose notes are made in the end.
+  stand::UnitFindings findings{};
 };
-
-/// The same note of another batch is no news.
-void Outcome::add_notes(const std::vector<std::string>& more) {
-  for (const std::string& note : more) {
-    if (std::ranges::find(notes, note) == notes.end()) notes.push_back(note);
-  }
-}
 
 ordered_json result_json(const IndicesArguments& arguments, const Outcome& outcome) {
   ordered_json species = ordered_json::object();
@@ -135,11 +128,10 @@ void take(const stand::CheckedInventory& checked,
           Outcome& outcome) {
   outcome.excluded_trees += checked.excluded_tree_count;
   outcome.excluded.insert(outcome.excluded.end(), checked.excluded.begin(), checked.excluded.end());
-  outcome.add_notes(checked.notes);
   const auto start = std::chrono::steady_clock::now();
   const stand::StructuralUnits units = stand::structural_units(checked.inventory, options);
   outcome.seconds.units += seconds_since(start);
-  outcome.add_notes(units.notes);
+  outcome.findings.add(units.findings);
   outcome.alpha0_deg = units.alpha0_deg;
   outcome.summaries.add(checked.inventory, units);
   table.write(checked.inventory, units);
@@ -169,15 +161,21 @@ void take_batches(const IndicesArguments& arguments,
   for (const auto& summary : outcome.summaries.by_species()) species.push_back(summary.species);
   std::erase(species, "");
   stand::check_species_of_angles(options, species, arguments.inventory.path);
+  outcome.notes = batches.notes();
+  for (const std::string& note : outcome.notes) say(arguments.common, "note: " + note);
+  const std::string excluded = stand::describe_excluded(
+      outcome.excluded, outcome.excluded_trees, trees, arguments.inventory.path);
+  if (!excluded.empty()) say(arguments.common, "note: " + excluded);
 }
 
-void say_all(const IndicesArguments& arguments, const Outcome& outcome) {
-  constexpr std::size_t kMostNotes = 20;
-  for (std::size_t i = 0; i < std::min(kMostNotes, outcome.notes.size()); ++i) {
-    say(arguments.common, "note: " + outcome.notes[i]);
-  }
-  if (outcome.notes.size() > kMostNotes) {
-    say(arguments.common, fmt::format("note: and {} more", outcome.notes.size() - kMostNotes));
+/// The notes on the units, which are those of all parts.
+void say_findings(const IndicesArguments& arguments,
+                  const stand::StructuralUnitOptions& options,
+                  Outcome& outcome) {
+  const auto notes = stand::notes_of(outcome.findings, options, arguments.inventory.path);
+  for (const std::string& note : notes) {
+    say(arguments.common, "note: " + note);
+    outcome.notes.push_back(note);
   }
 }
 
@@ -194,20 +192,13 @@ void run(const IndicesArguments& arguments) {
   outcome.further.erase(repeated.begin(), repeated.end());
   if (arguments.stream) {
     take_batches(arguments, options, table, outcome);
-    say_all(arguments, outcome);
-    if (outcome.excluded_trees > 0) {
-      say(arguments.common,
-          "note: " + counted(outcome.excluded_trees, "row", "rows") + " left out");
-    }
   } else {
     const stand::CheckedInventory checked =
         read_inventory(arguments.inventory, {.needs_coordinates = true}, arguments.common);
-    const std::size_t said = checked.notes.size();
+    outcome.notes = checked.notes;
     take(checked, options, table, outcome);
-    for (std::size_t i = said; i < outcome.notes.size(); ++i) {
-      say(arguments.common, "note: " + outcome.notes[i]);
-    }
   }
+  say_findings(arguments, options, outcome);
   const stand::UnitSummary all = outcome.summaries.all();
   if (all.core_trees < all.trees) {
     say(arguments.common,

@@ -58,6 +58,9 @@ void run(const SimulateOptions& options) {
   if (!options.truth.empty()) {
     write_file(options.truth, study::truth_json(design, stand, options.common.seed));
   }
+  for (const std::string& note : study::notes_on_limits(design, stand)) {
+    say(options.common, "note: " + note);
+  }
   if (stand.crowding_unsettled > 0) {
     say(options.common,
         fmt::format("crown width and C did not come to agree for {} of {} trees; where crowding "

@@ -115,7 +115,7 @@ void add_figure_options(CLI::App& command, StandArguments& arguments) {
       ->capture_default_str();
   command
       .add_option(
-          "--plot-area", report.plot_area_m2, "Area of every plot in m2, where no window is given")
+          "--plot-area", report.plot_area_m2, "Area of every plot in m2, in place of a window")
       ->type_name("M2");
   command.add_option("--stratum", report.stratum, "Column that holds the stratum of each plot")
       ->type_name("COLUMN");

@@ -23,7 +23,9 @@ ordered_json figures_json(const stand::StandFigures& figures) {
           {"lorey_height_m", number_or_null(figures.lorey_height_m)},
           {"dominant_height_m", number_or_null(figures.dominant_height_m)},
           {"crown_cover_percent", number_or_null(figures.crown_cover_percent)},
-          {"trees_without_crown_width", figures.trees_without_crown_width}};
+          {"trees_without_crown_width", figures.trees_without_crown_width},
+          {"dominant_trees", figures.dominant_trees},
+          {"dominant_trees_without_height", figures.dominant_trees_without_height}};
 }
 
 ordered_json clark_evans_json(const std::optional<stand::ClarkEvans>& result) {
@@ -68,6 +70,7 @@ ordered_json strata_json(const stand::StandReport& report) {
   ordered_json list = ordered_json::array();
   for (const stand::StratumFigures& stratum : report.strata) {
     list.push_back({{"stratum", text_or_null(stratum.name)},
+                    {"kind", kind_of(stratum)},
                     {"plots", stratum.plots},
                     {"trees", stratum.trees},
                     {"sampled_ha", number_or_null(stratum.sampled_ha)},

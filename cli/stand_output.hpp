@@ -9,6 +9,9 @@
 
 namespace silvafit::cli {
 
+/// Of what a row of strata is: "stratum", "none" (plots without one) or "all".
+std::string_view kind_of(const stand::StratumFigures& stratum);
+
 /// Tables on standard output.
 void print_stand(const stand::StandReport& report);
 

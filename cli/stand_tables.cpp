@@ -95,7 +95,7 @@ void print_strata(const stand::StandReport& report) {
   TextTable table(header);
   for (const stand::StratumFigures& stratum : report.strata) {
     std::vector<std::string> row{
-        name_or(stratum.name, "all"),
+        stratum.kind == stand::StratumFigures::Kind::kAll ? "all" : name_or(stratum.name, "(none)"),
         std::to_string(stratum.plots),
         std::to_string(stratum.trees),
         with_error(stratum.stems.per_ha, stratum.stems.standard_error),
@@ -257,7 +257,9 @@ void write_areas(const stand::StandReport& report, const std::filesystem::path& 
 void write_strata(const stand::StandReport& report, const std::filesystem::path& path) {
   using Stratum = stand::StratumFigures;
   Columns<Stratum> columns(report.strata);
-  columns.text("stratum", [](const Stratum& stratum) { return name_or(stratum.name, "all"); });
+  columns.text("stratum", [](const Stratum& stratum) {
+    return stratum.kind == Stratum::Kind::kAll ? "all" : stratum.name;
+  });
   columns.number("plots",
                  [](const Stratum& stratum) { return static_cast<double>(stratum.plots); });
   columns.number("trees",
@@ -276,6 +278,8 @@ void write_strata(const stand::StandReport& report, const std::filesystem::path&
   };
   add("stems", &Stratum::stems);
   add("basal_area_m2", &Stratum::basal_area_m2);
+  // A stratum may be called "all".
+  columns.text("kind", [](const Stratum& stratum) { return std::string(kind_of(stratum)); });
   columns.write(path);
 }
 
@@ -340,6 +344,12 @@ void write_classes(const stand::StandReport& report, const std::filesystem::path
 }
 
 }  // namespace
+
+std::string_view kind_of(const stand::StratumFigures& stratum) {
+  using Kind = stand::StratumFigures::Kind;
+  if (stratum.kind == Kind::kAll) return "all";
+  return stratum.kind == Kind::kWithout ? "none" : "stratum";
+}
 
 void print_stand(const stand::StandReport& report) {
   print_areas(report);

@@ -40,6 +40,19 @@ bool parse_number(std::string_view field, double& value) {
   return true;
 }
 
+std::string with_decimal_point(std::string_view field) {
+  constexpr std::string_view kOfNumbers = "0123456789,eE+- \t";
+  const std::size_t comma = field.find(',');
+  if (comma == std::string_view::npos || field.find(',', comma + 1) != std::string_view::npos) {
+    return {};
+  }
+  if (field.find_first_not_of(kOfNumbers) != std::string_view::npos) return {};
+  std::string text(field);
+  text[comma] = '.';
+  double ignored = 0.0;
+  return parse_number(text, ignored) ? text : std::string();
+}
+
 std::string csv_field(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
   std::string quoted = "\"";

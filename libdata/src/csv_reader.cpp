@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <span>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <unordered_map>
@@ -61,17 +61,9 @@ char separator_of(std::string_view text) {
   return other;
 }
 
-/// Makes the decimal comma of a number a point: 12,5 and 1,5E-05, not 1.234,5 or 1,2,3.
-void use_decimal_point(std::span<char> field) {
-  constexpr std::string_view kOfNumbers = "0123456789,eE+- ";
-  const std::string_view text(field.data(), field.size());
-  const std::size_t comma = text.find(',');
-  if (comma == std::string_view::npos || text.find(',', comma + 1) != std::string_view::npos)
-    return;
-  if (text.find_first_not_of(kOfNumbers) != std::string_view::npos) return;
-  field[comma] = '.';
-  double ignored = 0.0;
-  if (!parse_number(text, ignored)) field[comma] = ',';
+std::string_view trimmed_of_quotes(std::string_view text) {
+  const bool is_quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
+  return is_quoted ? text.substr(1, text.size() - 2) : text;
 }
 
 /// Turns doubled quotes into single ones in place; returns the new length.
@@ -94,11 +86,12 @@ struct CsvReader::State {
   std::size_t end = 0;    // of what has been read
   bool at_end_of_file = false;
 
-  char separator = ',';            // of fields
-  std::vector<FieldSpan> spans{};  // of the record found, relative to its first byte
-  std::size_t record_length = 0;   // with its line end
-  bool has_quotes = false;         // somewhere in the record
-  std::size_t line = 0;            // of the record found
+  char separator = ',';                  // of fields
+  std::optional<char> separator_said{};  // by a line before the header
+  std::vector<FieldSpan> spans{};        // of the record found, relative to its first byte
+  std::size_t record_length = 0;         // with its line end
+  bool has_quotes = false;               // somewhere in the record
+  std::size_t line = 0;                  // of the record found
   std::size_t next_line = 1;
   std::vector<std::string> header{};
 
@@ -114,6 +107,8 @@ struct CsvReader::State {
 
   void open();
   void skip_byte_order_mark();
+  void refuse_other_formats() const;
+  void take_separator_line();
   void read_more();
   bool scan_record();
   bool scan_quoted(std::size_t& position);
@@ -136,6 +131,34 @@ void CsvReader::State::open() {
     throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)), {.file = file});
   read_more();
   skip_byte_order_mark();
+  refuse_other_formats();
+  take_separator_line();
+}
+
+void CsvReader::State::refuse_other_formats() const {
+  const std::string_view start(buffer.data() + begin, std::min<std::size_t>(end - begin, 64));
+  if (start.starts_with("\x1F\x8B")) {
+    fail(1, "the file is compressed (gzip); unpack it first, as by gunzip");
+  }
+  if (start.starts_with("PK\x03\x04")) {
+    fail(1, "the file is a workbook of a spreadsheet, or a ZIP archive; save it as CSV in UTF-8");
+  }
+  if (start.find('\0') != std::string_view::npos) {
+    fail(1, "there are zero bytes in it, as UTF-16 has; save it as CSV in UTF-8");
+  }
+}
+
+/// `sep=;`, which Excel writes and hides, comes before the header and says what separates.
+void CsvReader::State::take_separator_line() {
+  const std::string_view text(buffer.data() + begin, end - begin);
+  const std::string_view line_text = text.substr(0, text.find_first_of("\r\n"));
+  std::string_view content = trimmed_of_quotes(line_text);
+  if (content.size() != 5 || !(content.starts_with("sep=") || content.starts_with("SEP="))) return;
+  separator_said = content.back();
+  begin += line_text.size();
+  if (begin < end && buffer[begin] == '\r') ++begin;
+  if (begin < end && buffer[begin] == '\n') ++begin;
+  ++next_line;
 }
 
 void CsvReader::State::skip_byte_order_mark() {
@@ -269,7 +292,7 @@ bool CsvReader::State::find_record() {
 }
 
 void CsvReader::State::read_header() {
-  separator = separator_of({buffer.data() + begin, end - begin});
+  separator = separator_said ? *separator_said : separator_of({buffer.data() + begin, end - begin});
   if (!find_record())
     throw InputError("the file is empty; a header line is needed", {.file = file});
   std::unordered_map<std::string, std::size_t> first_with_name;
@@ -305,6 +328,15 @@ const std::vector<std::string>& CsvReader::header() const { return state_->heade
 
 std::size_t CsvReader::line() const { return state_->line; }
 
+bool CsvReader::has_decimal_commas() const { return state_->separator != ','; }
+
+bool CsvReader::parse_number(std::string_view field, double& value) const {
+  if (data::parse_number(field, value)) return true;
+  if (!has_decimal_commas()) return false;
+  const std::string with_point = with_decimal_point(field);
+  return !with_point.empty() && data::parse_number(with_point, value);
+}
+
 bool CsvReader::next(std::vector<std::string_view>& fields) {
   State& state = *state_;
   fields.clear();
@@ -319,7 +351,6 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
   for (const FieldSpan& span : state.spans) {
     std::size_t length = span.end - span.begin;
     if (span.has_doubled_quotes) length = undouble_quotes(record + span.begin, length);
-    if (state.separator != ',') use_decimal_point({record + span.begin, length});
     fields.emplace_back(record + span.begin, length);
   }
   return true;

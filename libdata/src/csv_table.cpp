@@ -24,18 +24,18 @@ struct ColumnBuilder {
   std::vector<double> numbers{};
   TextColumn text{};
 
-  void append(std::string_view value);
+  void append(std::string_view value, const CsvReader& reader);
   void become_text();
 };
 
-void ColumnBuilder::append(std::string_view value) {
+void ColumnBuilder::append(std::string_view value, const CsvReader& reader) {
   if (needs_second_pass) return;
   if (is_missing_field(value)) {
     is_text ? text.append_missing() : numbers.push_back(kMissing);
     return;
   }
   double number = 0.0;
-  if (!is_text && parse_number(value, number)) {
+  if (!is_text && reader.parse_number(value, number)) {
     has_numbers = true;
     numbers.push_back(number);
     return;
@@ -75,7 +75,7 @@ std::vector<std::uint32_t> read_columns(CsvReader& reader, std::vector<ColumnBui
   std::vector<std::string_view> fields;
   while (reader.next(fields)) {
     lines.push_back(static_cast<std::uint32_t>(reader.line()));
-    for (ColumnBuilder& column : columns) column.append(fields[column.field]);
+    for (ColumnBuilder& column : columns) column.append(fields[column.field], reader);
   }
   return lines;
 }
@@ -95,7 +95,7 @@ void read_again_as_text(const std::filesystem::path& path, std::vector<ColumnBui
   CsvReader reader(path);
   std::vector<std::string_view> fields;
   while (reader.next(fields)) {
-    for (ColumnBuilder* column : again) column->append(fields[column->field]);
+    for (ColumnBuilder* column : again) column->append(fields[column->field], reader);
   }
 }
 

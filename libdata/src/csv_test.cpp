@@ -103,18 +103,58 @@ TEST_CASE("what is no CSV is refused with its line") {
   CHECK_THAT(error_of("\xFF\xFE\x61"), Contains("UTF-16"));
 }
 
-TEST_CASE("semicolons and tabs come with decimal commas") {
+TEST_CASE("semicolons and tabs come with decimal commas, and text keeps its spelling") {
   using Rows = std::vector<std::vector<std::string>>;
   CHECK(read_text("plot;dbh;note\r\n07;12,5;a, b\r\n08;-,5;\"x;y\"\r\n") ==
-        Rows{{"plot", "dbh", "note"}, {"07", "12.5", "a, b"}, {"08", "-.5", "x;y"}});
+        Rows{{"plot", "dbh", "note"}, {"07", "12,5", "a, b"}, {"08", "-,5", "x;y"}});
   CHECK(read_text("\n\"Plot; old\";\"BHD\"\n1;1,5E-05\n") ==
-        Rows{{"Plot; old", "BHD"}, {"1", "1.5E-05"}});
-  CHECK(read_text("plot\tdbh\n1\t12,5\n") == Rows{{"plot", "dbh"}, {"1", "12.5"}});
-  // No numbers of such files: thousands, lists.
-  CHECK(read_text("a;b\n1.234,5;1,2,3\n") == Rows{{"a", "b"}, {"1.234,5", "1,2,3"}});
+        Rows{{"Plot; old", "BHD"}, {"1", "1,5E-05"}});
   // A comma in the header says that commas separate.
   CHECK(read_text("a;b,c\n1;2,5\n") == Rows{{"a;b", "c"}, {"1;2", "5"}});
   CHECK_THAT(error_of("plot;dbh\n1,2\n"), Contains("fields found: 1, columns in the header: 2"));
+
+  const ScratchFile semicolons("a;b\n1;2\n");
+  const ScratchFile tabs("a\tb\n1\t2\n");
+  const ScratchFile commas("a,b\n1,2\n");
+  double value = 0.0;
+  for (const ScratchFile* file : {&semicolons, &tabs}) {
+    const CsvReader reader(file->path());
+    CHECK(reader.has_decimal_commas());
+    CHECK((reader.parse_number("12,5", value) && value == 12.5));
+    CHECK((reader.parse_number(" -,5 ", value) && value == -0.5));
+    CHECK((reader.parse_number("1,5E-05", value) && value == 1.5e-5));
+    CHECK((reader.parse_number("12.5", value) && value == 12.5));
+    // No numbers of such files: thousands, lists.
+    CHECK_FALSE(reader.parse_number("1.234,5", value));
+    CHECK_FALSE(reader.parse_number("1,2,3", value));
+    CHECK_FALSE(reader.parse_number("a,5", value));
+  }
+  CHECK_FALSE(CsvReader(commas.path()).parse_number("12,5", value));
+}
+
+TEST_CASE("a table of a file with decimal commas has numbers, and labels as they are written") {
+  const ScratchFile file(
+      "plot;dbh;note;mixed\n1,2;12,5;\"3,1\";1,5\n1.2;13;NA;x\n\"1,2\";;4,0;2,5\n");
+  const Table table = read_csv_table(file.path(), {.text_columns = {"plot"}});
+  CHECK(table.text("plot").levels() == std::vector<std::string>{"1,2", "1.2"});
+  REQUIRE(table.is_numeric("dbh"));
+  CHECK(table.numbers("dbh")[0] == 12.5);
+  REQUIRE(table.is_numeric("note"));
+  CHECK(table.numbers("note")[0] == 3.1);
+  CHECK(table.text("mixed").levels() == std::vector<std::string>{"1,5", "x", "2,5"});
+}
+
+TEST_CASE("a line may say what separates, and other formats are named") {
+  using Rows = std::vector<std::vector<std::string>>;
+  for (const char* line : {"sep=;\r\n", "\xEF\xBB\xBFSEP=;\n", "\"sep=;\"\r"}) {
+    CHECK(read_text(std::string(line) + "a;b, c\n1;2,5\n") == Rows{{"a", "b, c"}, {"1", "2,5"}});
+  }
+  CHECK(read_text("sep=,\na,b\n1,2\n") == Rows{{"a", "b"}, {"1", "2"}});
+  CHECK(error_of("sep=;\na;b\n1\n") == "line 3: fields found: 1, columns in the header: 2");
+  CHECK(read_text("sep=1,b\n1,2\n") == Rows{{"sep=1", "b"}, {"1", "2"}});
+  CHECK_THAT(error_of("\x1F\x8B\x08 rest"), Contains("gunzip"));
+  CHECK_THAT(error_of("PK\x03\x04 rest"), Contains("workbook"));
+  CHECK_THAT(error_of(std::string("p\0l\0o\0t\0", 8)), Contains("UTF-16"));
 }
 
 TEST_CASE("overlong forms, surrogates and cut sequences are not UTF-8") {

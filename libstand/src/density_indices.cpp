@@ -19,18 +19,6 @@ namespace {
 constexpr double kSquareMetersPerHectare = 1e4;
 constexpr char kOption[] = "--open-grown";
 
-/// Rows of the trees inside each domain.
-std::vector<std::vector<std::size_t>> trees_by_domain(const Inventory& inventory,
-                                                      const PlotWindows& windows,
-                                                      const std::vector<char>& inside) {
-  std::vector<std::vector<std::size_t>> trees(windows.domains.size());
-  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    if (inside[tree] == 0) continue;
-    trees[*windows.domain_of_plot[inventory.plot.code(tree)]].push_back(tree);
-  }
-  return trees;
-}
-
 data::Expression parsed(std::string_view text, const data::Table& table) {
   if (text.empty()) {
     throw UsageError(
@@ -57,13 +45,11 @@ double basal_area_m2(double dbh_cm) {
 }
 
 std::vector<double> basal_area_of_larger(const Inventory& inventory,
-                                         const PlotWindows& windows,
-                                         const std::vector<char>& inside) {
+                                         const std::vector<SampledArea>& areas) {
   std::vector<double> result(inventory.size(), data::kMissing);
-  auto by_domain = trees_by_domain(inventory, windows, inside);
-  for (std::size_t domain = 0; domain < by_domain.size(); ++domain) {
-    std::vector<std::size_t>& trees = by_domain[domain];
-    const double hectares = windows.domains[domain].window.area_m2() / kSquareMetersPerHectare;
+  for (const SampledArea& area : areas) {
+    std::vector<std::size_t> trees = area.trees;
+    const double hectares = area.area_m2 / kSquareMetersPerHectare;
     std::ranges::sort(trees, [&inventory](std::size_t left, std::size_t right) {
       return inventory.dbh_cm[left] > inventory.dbh_cm[right];
     });
@@ -84,17 +70,15 @@ std::vector<double> basal_area_of_larger(const Inventory& inventory,
 }
 
 std::vector<double> crown_competition(const Inventory& inventory,
-                                      const PlotWindows& windows,
-                                      const std::vector<char>& inside,
+                                      const std::vector<SampledArea>& areas,
                                       std::string_view open_grown_crown) {
   const data::Table table = to_table(inventory);
   const std::vector<double> widths_m = data::evaluate(parsed(open_grown_crown, table), table);
   std::vector<double> result(inventory.size(), data::kMissing);
-  const auto by_domain = trees_by_domain(inventory, windows, inside);
-  for (std::size_t domain = 0; domain < by_domain.size(); ++domain) {
+  for (const SampledArea& area : areas) {
     std::vector<double> crowns_m2;
-    for (const std::size_t tree : by_domain[domain]) {
-      if (!(widths_m[tree] >= 0.0)) {
+    for (const std::size_t tree : area.trees) {
+      if (!(widths_m[tree] >= 0.0) || std::isinf(widths_m[tree])) {
         throw UsageError(fmt::format("the crown width of an open-grown tree is {} m for dbh {} cm",
                                      widths_m[tree],
                                      inventory.dbh_cm[tree]),
@@ -105,9 +89,7 @@ std::vector<double> crown_competition(const Inventory& inventory,
     // Summed by size, so that the order of the rows does not show in the last digits.
     std::ranges::sort(crowns_m2);
     const double sum_m2 = std::accumulate(crowns_m2.begin(), crowns_m2.end(), 0.0);
-    for (const std::size_t tree : by_domain[domain]) {
-      result[tree] = 100.0 * sum_m2 / windows.domains[domain].window.area_m2();
-    }
+    for (const std::size_t tree : area.trees) result[tree] = 100.0 * sum_m2 / area.area_m2;
   }
   return result;
 }

@@ -5,25 +5,24 @@
 #include <string_view>
 #include <vector>
 
-#include "silvafit/stand/plot_windows.hpp"
+#include "silvafit/stand/stand_summary.hpp"
 
 namespace silvafit::stand {
 
 /// Basal area of a stem [m2].
 double basal_area_m2(double dbh_cm);
 
-/// Per tree, the basal area of the trees inside the same domain with larger dbh [m2/ha]; equal ones
-/// do not count. NaN for trees outside.
+/// Per tree, the basal area of the trees of the same area with larger dbh [m2/ha]; equal ones do
+/// not count. NaN for trees of no area.
 std::vector<double> basal_area_of_larger(const Inventory& inventory,
-                                         const PlotWindows& windows,
-                                         const std::vector<char>& inside);
+                                         const std::vector<SampledArea>& areas);
 
-/// Per tree, the crown competition factor of its domain [%].
+/// Per tree, the crown competition factor of its area [%]; NaN for trees of none.
 /// \param open_grown_crown  crown width [m] as an expression of the inventory's columns
-/// \throws UsageError if it is empty, names what the inventory lacks, or is below 0 somewhere
+/// \throws UsageError if it is empty, names what the inventory lacks, or is below 0 or not finite
+/// somewhere
 std::vector<double> crown_competition(const Inventory& inventory,
-                                      const PlotWindows& windows,
-                                      const std::vector<char>& inside,
+                                      const std::vector<SampledArea>& areas,
                                       std::string_view open_grown_crown);
 
 }  // namespace silvafit::stand

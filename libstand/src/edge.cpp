@@ -5,13 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "eroded_areas.hpp"
-#include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/base/text.hpp"
-#include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -114,32 +111,17 @@ void EdgeWorker::weight_domain(std::size_t domain, const std::vector<std::size_t
 }
 
 void EdgeWorker::report_outside() {
-  std::size_t outside = 0;
-  std::size_t placed = 0;
-  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  Point high{-low.x, -low.y};
+  UnitFindings& findings = units_.findings;
   for (std::size_t tree = 0; tree < inside_.size(); ++tree) {
     const Point point = position_of(inventory_, tree);
     if (std::isnan(point.x) || std::isnan(point.y)) continue;
     if (windows_.window_of(inventory_, tree) == nullptr) continue;
-    ++placed;
-    if (inside_[tree] == 0) ++outside;
-    low = {std::min(low.x, point.x), std::min(low.y, point.y)};
-    high = {std::max(high.x, point.x), std::max(high.y, point.y)};
+    ++findings.placed;
+    if (inside_[tree] == 0) ++findings.outside;
+    findings.low = {std::min(findings.low.x, point.x), std::min(findings.low.y, point.y)};
+    findings.high = {std::max(findings.high.x, point.x), std::max(findings.high.y, point.y)};
   }
-  if (outside == 0) return;
-  if (outside == placed) {
-    throw InputError(
-        fmt::format("all trees stand outside the window; they are between x {} and {}, "
-                    "y {} and {} m: is the window in the same coordinates?",
-                    low.x,
-                    high.x,
-                    low.y,
-                    high.y),
-        {.file = inventory_.file});
-  }
-  units_.notes.push_back(outside_note(outside, options_.edge));
-  report_plots_outside();
+  if (findings.outside > 0) report_plots_outside();
 }
 
 /// A plot without any tree inside has a window that is wrong, or hardly a tree.
@@ -152,14 +134,10 @@ void EdgeWorker::report_plots_outside() {
     if (!domain || std::isnan(point.x) || std::isnan(point.y)) continue;
     ++(inside_[tree] == 0 ? outside : inside)[*domain];
   }
-  std::vector<std::string> names;
   for (std::size_t i = 0; i < windows_.domains.size(); ++i) {
-    if (inside[i] == 0 && outside[i] > 0) names.push_back(windows_.domains[i].name);
+    if (inside[i] > 0 || outside[i] == 0) continue;
+    units_.findings.plots_outside.push_back(windows_.domains[i].name);
   }
-  if (names.empty()) return;
-  units_.notes.push_back(
-      fmt::format("all trees stand outside the window of plot {}: is it in the same coordinates?",
-                  data::list_of(names)));
 }
 
 }  // namespace

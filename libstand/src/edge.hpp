@@ -10,9 +10,8 @@
 
 namespace silvafit::stand {
 
-/// Sets core and weight, and adds notes. Neighbors must have been found.
+/// Sets core and weight, and adds findings. Neighbors must have been found.
 /// \param inside  (N) whether each tree is inside its window
-/// \throws InputError if all trees are outside
 void correct_edge(const Inventory& inventory,
                   const PlotWindows& windows,
                   const std::vector<char>& inside,

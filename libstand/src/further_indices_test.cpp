@@ -251,3 +251,48 @@ TEST_CASE("turning, moving and shuffling a stand changes no further index") {
     }
   }
 }
+
+TEST_CASE("asking for BAL or CCF changes no core tree, and says by which area they count") {
+  // Plot 1 has an area of 6 m2, plot 2 none.
+  std::vector<Tree> trees = corner();
+  trees.push_back({.x = 50, .species = "B", .plot = "2"});
+  trees.push_back({.x = 51, .plot = "2"});
+  const Inventory stand = stand_of(trees);
+  const StructuralUnits plain = structural_units(stand, with({}, 1));
+  CHECK(plain.core == std::vector<char>(5, 1));
+  CHECK(plain.notes.empty());
+  StructuralUnitOptions options =
+      with({FurtherIndex::kBasalAreaLarger, FurtherIndex::kCrownCompetition}, 1);
+  options.open_grown_crown = "dbh / 10";
+  const StructuralUnits units = structural_units(stand, options);
+  CHECK(units.core == plain.core);
+  CHECK(summarize_all(stand, units).M == summarize_all(stand, plain).M);
+  CHECK(summarize_all(stand, units).M == Approx(2.0 / 5.0));
+  // The thinnest tree of plot 1: those of 20 and 30 cm on 6 m2.
+  CHECK(units.further[0].values[2] == Approx(M_PI / 4.0 * (0.04 + 0.09) / 6e-4).epsilon(1e-14));
+  CHECK(units.further[1].values[0] ==
+        Approx(100.0 * M_PI / 4.0 * (4 + 9 + 1) / 6.0).epsilon(1e-14));
+  CHECK(std::isnan(units.further[0].values[3]));
+  REQUIRE(units.notes.size() == 2);
+  CHECK_THAT(units.notes[0],
+             Contains("BAL and CCF are too large") && Contains("convex hull of the trees of each"));
+  CHECK_THAT(units.notes[1], Contains("missing in: 2"));
+
+  // Where every plot's area is known there is nothing to assume.
+  options.plot_area_m2 = 500.0;
+  const StructuralUnits known = structural_units(stand, options);
+  CHECK(known.notes.empty());
+  CHECK(known.further[0].values[2] == Approx(M_PI / 4.0 * 0.13 / 0.05).epsilon(1e-14));
+  CHECK(known.further[1].values[3] == Approx(100.0 * M_PI / 4.0 * 8 / 500.0).epsilon(1e-14));
+  // A window that is given counts first.
+  options.windows = {{kEveryPlot, Window::rectangle({-10, -10}, {90, 10})}};
+  CHECK(structural_units(stand, options).further[0].values[2] ==
+        Approx(M_PI / 4.0 * 0.13 / 0.2).epsilon(1e-14));
+}
+
+TEST_CASE("an open-grown crown without limit is refused") {
+  StructuralUnitOptions options = with({FurtherIndex::kCrownCompetition}, 1);
+  options.open_grown_crown = "1/0";
+  CHECK_THROWS_WITH(structural_units(stand_of(corner()), options),
+                    Contains("--open-grown") && Contains("is inf m"));
+}

@@ -21,22 +21,31 @@ Place Inventory::place(std::size_t row) const {
 }
 
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown) {
-  if (checked.excluded.empty()) return {};
+  return describe_excluded(checked.excluded,
+                           checked.excluded_tree_count,
+                           checked.inventory.size(),
+                           checked.inventory.file,
+                           most_shown);
+}
+
+std::string describe_excluded(const std::vector<ExcludedRow>& excluded,
+                              std::size_t left_out,
+                              std::size_t kept,
+                              const std::string& file,
+                              std::size_t most_shown) {
+  if (excluded.empty()) return {};
   std::string text = fmt::format("{} of {} rows left out, {}",
-                                 checked.excluded_tree_count,
-                                 checked.excluded_tree_count + checked.inventory.size(),
-                                 counted(checked.excluded.size(), "problem", "problems"));
-  for (std::size_t i = 0; i < std::min(most_shown, checked.excluded.size()); ++i) {
-    const ExcludedRow& row = checked.excluded[i];
-    const Place place{.file = checked.inventory.file,
-                      .line = row.line,
-                      .column = row.column,
-                      .plot = row.plot,
-                      .tree = row.tree};
+                                 left_out,
+                                 left_out + kept,
+                                 counted(excluded.size(), "problem", "problems"));
+  for (std::size_t i = 0; i < std::min(most_shown, excluded.size()); ++i) {
+    const ExcludedRow& row = excluded[i];
+    const Place place{
+        .file = file, .line = row.line, .column = row.column, .plot = row.plot, .tree = row.tree};
     text += "\n  " + describe(place, row.reason);
   }
-  if (checked.excluded.size() > most_shown) {
-    text += fmt::format("\n  and {} more", checked.excluded.size() - most_shown);
+  if (excluded.size() > most_shown) {
+    text += fmt::format("\n  and {} more", excluded.size() - most_shown);
   }
   return text;
 }

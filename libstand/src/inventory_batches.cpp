@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "inventory_reader.hpp"
-#include "inventory_repeats.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::stand {
@@ -52,18 +51,16 @@ std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
   if (is_empty && is_first_batch_) refuse_empty();
   if (is_empty && result_.excluded.empty()) return std::nullopt;
   finish_plots();
-  resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_);
+  resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
   if (is_first_batch_ && !options_.trust_units) {
     check_units(result_.inventory, plan_, crown_base_above_top_);
   }
-  add_notes();
+  count_findings();
   CheckedInventory batch = std::move(result_);
   result_ = {};
   result_.inventory.file = batch.inventory.file;
   kept_rows_.clear();
   times_ = {};
-  shared_labels_ = {};
-  has_cw_from_radii_ = false;
   is_first_batch_ = false;
   return batch;
 }
@@ -90,5 +87,7 @@ InventoryBatches& InventoryBatches::operator=(InventoryBatches&&) noexcept = def
 std::optional<CheckedInventory> InventoryBatches::next() {
   return state_->reader.read_batch(state_->trees);
 }
+
+std::vector<std::string> InventoryBatches::notes() const { return state_->reader.notes(); }
 
 }  // namespace silvafit::stand

@@ -81,6 +81,83 @@ TEST_CASE("read plot by plot an inventory has the same units as read at once") {
   }
 }
 
+TEST_CASE("what is said of batches is what is said of the whole") {
+  // Plot 1 is outside of its window, 2 on one line, 3 has radii, odd and repeated trees; some rows
+  // cannot be used.
+  const ScratchFile file(
+      "plot,tree,species,x,y,dbh,h,cr_e,cr_w,cr_s,cr_n\n"
+      "1,1,A,90,1,10,5,,,,\n1,2,,91,1,10,5,,,,\n1,3,A,92,5,-1,5,,,,\n"
+      "2,1,A,1,1,10,5,,,,\n2,2,A,2,1,10,5,,,,\n2,3,A,3,1,10,1,,,,\n"
+      "3,1,A,1,1,10,150,2,2,2,2\n3,1,,8,8,12,130,2,2,2,2\n3,3,A,8,8,1200,20,,,,\n"
+      "3,4,A,1,8,10,20,2,2,2,2\n",
+      ".csv");
+  const InventoryOptions reading{.needs_coordinates = true, .trust_units = true};
+  const CheckedInventory whole = read_inventory(file.path(), reading);
+  const NamedWindow square{kEveryPlot, Window::rectangle({0, 0}, {10, 10})};
+  for (const bool is_hull : {false, true}) {
+    for (const EdgeCorrection edge : {EdgeCorrection::kBuffer, EdgeCorrection::kNone}) {
+      StructuralUnitOptions options{
+          .neighbors = 1,
+          .edge = edge,
+          .buffer_m = 0.0,
+          .further = {FurtherIndex::kHegyi, FurtherIndex::kBasalAreaLarger},
+          .competition_radius_m = 3.0};
+      if (!is_hull) options.windows = {square};
+      const StructuralUnits at_once = structural_units(whole.inventory, options);
+      CHECK(at_once.notes.size() >= 4);
+      options.is_part = true;
+      InventoryBatches batches(file.path(), reading, 1);
+      UnitFindings findings;
+      std::vector<ExcludedRow> excluded;
+      std::size_t kept = 0;
+      std::size_t left_out = 0;
+      while (const auto batch = batches.next()) {
+        const StructuralUnits part = structural_units(batch->inventory, options);
+        CHECK(part.notes.empty());
+        findings.add(part.findings);
+        excluded.insert(excluded.end(), batch->excluded.begin(), batch->excluded.end());
+        kept += batch->inventory.size();
+        left_out += batch->excluded_tree_count;
+      }
+      CHECK(batches.notes() == whole.notes);
+      CHECK(notes_of(findings, options, file.path()) == at_once.notes);
+      CHECK(describe_excluded(excluded, left_out, kept, file.path()) == describe_excluded(whole));
+    }
+  }
+}
+
+TEST_CASE("that all trees are outside is an error of all batches, not of one") {
+  const ScratchFile file(std::string(kHeader) + "1,1,A,90,1,10,1\n2,1,A,1,1,10,1\n", ".csv");
+  const InventoryOptions reading{.needs_coordinates = true, .trust_units = true};
+  const auto findings_in = [&](double side_m) {
+    const StructuralUnitOptions options{
+        .neighbors = 1,
+        .is_part = true,
+        .windows = {{kEveryPlot, Window::rectangle({0, 0}, {side_m, side_m})}}};
+    InventoryBatches batches(file.path(), reading, 1);
+    UnitFindings findings;
+    while (const auto batch = batches.next()) {
+      findings.add(structural_units(batch->inventory, options).findings);
+    }
+    return notes_of(findings, options, "trees.csv");
+  };
+  CHECK(findings_in(10.0).at(0) == "1 tree stands outside the window: used as neighbors only");
+  CHECK_THROWS_WITH(findings_in(0.5),
+                    Contains("trees.csv") && Contains("between x 1 and 90, y 1 and 1 m"));
+}
+
+TEST_CASE("one window for plots of several batches is refused as for those of one") {
+  const ScratchFile file(std::string(kHeader) + "1,1,A,2,1,10,1\n2,1,A,1,1,10,1\n", ".csv");
+  StructuralUnitOptions options{.is_part = true,
+                                .windows = {{std::nullopt, Window::rectangle({0, 0}, {9, 9})}}};
+  InventoryBatches batches(file.path(), {.needs_coordinates = true, .trust_units = true}, 1);
+  UnitFindings findings;
+  while (const auto batch = batches.next()) {
+    findings.add(structural_units(batch->inventory, options).findings);
+  }
+  CHECK_THROWS_WITH(notes_of(findings, options, ""), Contains("one window is given for 2 plots"));
+}
+
 TEST_CASE("a plot that comes again after its batch is an error with its line") {
   const ScratchFile file(std::string(kHeader) + "1,1,A,1,1,10,1\n2,1,A,1,1,10,1\n1,2,A,1,2,10,1\n",
                          ".csv");
@@ -158,15 +235,11 @@ TEST_CASE("plots of one label in several stands are told of, whole or plot by pl
   const ScratchFile shared(csv("STAND", "S"));
   CHECK(read_inventory(shared.path()).notes.size() == 2);  // the other: there are no species
   CHECK(read_inventory(shared.path()).notes.back() == note);
-  // A batch has one plot and tells of that one.
+  // Batches have one plot each; after the last the notes are the same.
   InventoryBatches batches(shared.path(), {}, 4);
-  const auto first = batches.next();
-  REQUIRE(first);
-  CHECK_THAT(first->notes.back(),
-             Contains("1 plot label comes under") && Contains("1 under N and S"));
-  const auto second = batches.next();
-  REQUIRE(second);
-  CHECK_THAT(second->notes.back(), Contains("2 under N and S"));
+  while (batches.next()) {
+  }
+  CHECK(batches.notes() == read_inventory(shared.path()).notes);
   // One stand, another column, an empty field, or the column being the plots themselves.
   const auto count = [](const std::string& text, const InventoryOptions& options) {
     const ScratchFile file(text);

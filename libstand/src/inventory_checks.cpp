@@ -17,6 +17,7 @@ class RowChecker {
   explicit RowChecker(const Measures& row) : row_(row) {}
 
   void check_finite();
+  void check_position();
   void check_required(bool needs_coordinates);
   void check_stem();
   void check_crown(bool is_cw_from_radii);
@@ -34,6 +35,16 @@ class RowChecker {
 void RowChecker::check_finite() {
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     if (std::isinf(row_[i])) add(i, "the value is not finite");
+  }
+}
+
+/// Measures below 0 are refused anyway; places may have negative coordinates, but not these.
+void RowChecker::check_position() {
+  for (const Measure measure : {kX, kY, kZ}) {
+    const double value = row_[measure];
+    if (value != -9999.0 && value != -99999.0) continue;
+    add(measure,
+        fmt::format("{} stands for a value that was not measured; leave the field empty", value));
   }
 }
 
@@ -78,6 +89,7 @@ std::vector<Problem> problems_of(const Measures& row,
                                  bool is_cw_from_radii) {
   RowChecker checker(row);
   checker.check_finite();
+  checker.check_position();
   checker.check_required(needs_coordinates);
   checker.check_stem();
   checker.check_crown(is_cw_from_radii);

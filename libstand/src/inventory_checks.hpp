@@ -34,7 +34,18 @@ void check_units(const Inventory& inventory,
                  const ColumnPlan& plan,
                  std::size_t crown_base_above_top);
 
-/// Notes on single values beyond what trees reach.
-std::vector<std::string> notes_on_odd_values(const Inventory& inventory);
+/// Single values beyond what trees reach, of an inventory or of its parts one after another.
+class OddValues {
+ public:
+  void add(const Inventory& inventory);
+  std::vector<std::string> notes() const;
+
+ private:
+  struct Beyond {
+    std::string first{};  ///< where and what
+    std::size_t count = 0;
+  };
+  std::array<Beyond, 3> beyond_{};  ///< dbh, h, cw
+};
 
 }  // namespace silvafit::stand

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "inventory_repeats.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/program.hpp"
@@ -29,7 +28,7 @@ double InventoryReader::number_in(std::string_view field,
                                   InventoryRow& row) const {
   const std::string_view text = data::trimmed(field);
   double value = 0.0;
-  if (data::parse_number(text, value)) return value;
+  if (csv_.parse_number(text, value)) return value;
   if (is_missing(text)) return data::kMissing;
   const bool has_comma = text.find(',') != std::string_view::npos;
   const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
@@ -229,8 +228,28 @@ void InventoryReader::read_other_columns() {
   }
 }
 
-void InventoryReader::add_notes() {
-  std::vector<std::string>& notes = result_.notes;
+/// What is counted of the trees that are kept, in the whole file or batch by batch.
+void InventoryReader::count_findings() {
+  const Inventory& inventory = result_.inventory;
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    if (inventory.species.is_missing(i)) ++without_species_;
+  }
+  odd_values_.add(inventory);
+}
+
+void InventoryReader::find_plots_left_out() {
+  Inventory& inventory = result_.inventory;
+  std::unordered_set<std::string_view> seen;
+  for (const ExcludedRow& row : result_.excluded) {
+    if (is_missing(row.plot) || !seen.insert(row.plot).second) continue;
+    if (inventory.plot.code_of(row.plot) != data::TextColumn::kMissingCode) continue;
+    inventory.plots_left_out.push_back(row.plot);
+  }
+}
+
+std::vector<std::string> InventoryReader::notes() const {
+  std::vector<std::string> notes = plan_.notes;
+  for (std::string& note : repeated_numbers_.notes()) notes.push_back(std::move(note));
   if (!plan_.labels[kPlot].exists()) {
     notes.push_back(
         fmt::format("there is no column plot: all trees are of one plot, '{}'", kOnlyPlot));
@@ -249,14 +268,10 @@ void InventoryReader::add_notes() {
   if (has_cw_from_radii_) {
     notes.emplace_back("cw is taken from the four crown radii where it is not given");
   }
-  const Inventory& inventory = result_.inventory;
-  std::size_t without_species = 0;
-  for (std::size_t i = 0; i < inventory.size(); ++i) {
-    if (inventory.species.is_missing(i)) ++without_species;
-  }
-  if (without_species > 0)
-    notes.push_back(counted(without_species, "tree has no species", "trees have no species"));
-  for (std::string& note : notes_on_odd_values(inventory)) notes.push_back(std::move(note));
+  if (without_species_ > 0)
+    notes.push_back(counted(without_species_, "tree has no species", "trees have no species"));
+  for (std::string& note : odd_values_.notes()) notes.push_back(std::move(note));
+  return notes;
 }
 
 void InventoryReader::refuse_empty() const {
@@ -269,11 +284,13 @@ CheckedInventory InventoryReader::read() {
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
-  resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_);
+  resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty();
+  find_plots_left_out();
   read_other_columns();
-  add_notes();
+  count_findings();
+  result_.notes = notes();
   return std::move(result_);
 }
 

@@ -15,6 +15,7 @@
 
 #include "inventory_checks.hpp"
 #include "inventory_columns.hpp"
+#include "inventory_repeats.hpp"
 #include "inventory_shared_labels.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
@@ -40,7 +41,6 @@ class InventoryReader {
         options_(std::move(options)),
         plan_(plan_columns(csv_.header(), options_, path.string())) {
     result_.inventory.file = path.string();
-    result_.notes = plan_.notes;
   }
 
   /// The whole file.
@@ -49,6 +49,8 @@ class InventoryReader {
   std::optional<CheckedInventory> read_batch(std::size_t trees);
   /// Whether columns are asked for that read_batch leaves out.
   bool wants_other_columns() const { return !plan_.others.empty(); }
+  /// What there is to say of all that was read so far.
+  std::vector<std::string> notes() const;
 
  private:
   static constexpr std::size_t kBlockRows = 4096;
@@ -69,7 +71,8 @@ class InventoryReader {
   void append(const InventoryRow& row);
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
   void read_other_columns();
-  void add_notes();
+  void count_findings();
+  void find_plots_left_out();
   [[noreturn]] void refuse_empty() const;
 
   data::CsvReader csv_;
@@ -86,7 +89,10 @@ class InventoryReader {
   std::size_t row_count_ = 0;
   std::vector<std::size_t> kept_rows_{};  ///< position in the file of each tree, from 0
   data::TextColumn times_{};              ///< of each tree, if there is a column of times
-  SharedPlotLabels shared_labels_{};      ///< of this batch
+  SharedPlotLabels shared_labels_{};
+  RepeatedNumbers repeated_numbers_{};
+  OddValues odd_values_{};
+  std::size_t without_species_ = 0;
   std::size_t crown_base_above_top_ = 0;
   bool has_cw_from_radii_ = false;
 };

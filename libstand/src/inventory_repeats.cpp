@@ -8,35 +8,33 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "inventory_columns.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/stand/window.hpp"
 
 namespace silvafit::stand {
 namespace {
 
-/// Where a tree of some id stands or, without a position, all its measures.
-std::vector<double> place_of(const Inventory& inventory, std::size_t row) {
-  const bool is_placed =
-      inventory.has_coordinates() && !std::isnan(inventory.x[row]) && !std::isnan(inventory.y[row]);
-  if (is_placed) return {inventory.x[row], inventory.y[row]};
-  std::vector<double> measures;
-  for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    const std::vector<double>& values = values_of(inventory, i);
-    // Missing values are alike, and NaN has no place in an order.
-    const bool is_missing = values.empty() || std::isnan(values[row]);
-    measures.push_back(is_missing ? -std::numeric_limits<double>::infinity() : values[row]);
-  }
-  return measures;
+/// A tree whose position was surveyed again is not found farther away: tape and compass err by
+/// decimeters, and trees rarely stand nearer to each other.
+constexpr double kResurveyMeters = 1.0;
+
+using Cell = std::pair<double, double>;
+
+Cell cell_of(Point point) {
+  return {std::floor(point.x / kResurveyMeters), std::floor(point.y / kResurveyMeters)};
 }
 
-/// The stems of one id at one place: the first row, and the first row of each dbh.
+/// The stems of one id at one place: the first row, and the first row of each dbh or, where the
+/// place is not known, of each set of measures.
 struct Stems {
   std::size_t first_row = 0;
-  std::map<double, std::size_t> row_of_dbh{};
+  std::map<std::vector<double>, std::size_t> row_of_measures{};
 };
 
 /// Compares rows of one id, one after another.
@@ -45,34 +43,110 @@ class SameId {
   SameId(const Inventory& inventory, const data::TextColumn& times)
       : inventory_(inventory), times_(times) {}
 
-  void begin() { places_.clear(); }
+  void begin();
   /// What a row is to the earlier ones; the first of all is called another tree, too.
   RepeatedTree add(std::size_t row);
 
  private:
-  bool is_other_time(std::size_t left, std::size_t right) const {
-    if (times_.size() == 0 || times_.is_missing(left) || times_.is_missing(right)) return false;
-    return times_.code(left) != times_.code(right);
+  bool is_time_known(std::size_t row) const {
+    return times_.size() != 0 && !times_.is_missing(row);
   }
+  bool is_other_time(std::size_t left, std::size_t right) const {
+    return is_time_known(left) && is_time_known(right) && times_.code(left) != times_.code(right);
+  }
+  std::optional<Point> position_of(std::size_t row) const;
+  std::vector<double> measures_of(std::size_t row) const;
+  std::optional<std::size_t> row_of_other_time(std::size_t row) const;
 
   const Inventory& inventory_;
   const data::TextColumn& times_;
-  std::map<std::vector<double>, Stems> places_{};
+  std::size_t first_row_ = kNoRow;
+  Stems unplaced_{};
+  std::map<std::pair<double, double>, Stems> places_{};
+  std::map<Cell, std::vector<std::size_t>> first_rows_near_{};
+
+  static constexpr std::size_t kNoRow = std::numeric_limits<std::size_t>::max();
 };
 
+void SameId::begin() {
+  first_row_ = kNoRow;
+  unplaced_ = {.first_row = kNoRow};
+  places_.clear();
+  first_rows_near_.clear();
+}
+
+std::optional<Point> SameId::position_of(std::size_t row) const {
+  if (!inventory_.has_coordinates()) return std::nullopt;
+  const Point point{inventory_.x[row], inventory_.y[row]};
+  if (std::isnan(point.x) || std::isnan(point.y)) return std::nullopt;
+  return point;
+}
+
+/// What tells stems of one place apart: their dbh or, without a position, all measures.
+std::vector<double> SameId::measures_of(std::size_t row) const {
+  if (position_of(row)) return {inventory_.dbh_cm[row]};
+  std::vector<double> measures;
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const std::vector<double>& values = values_of(inventory_, i);
+    // Missing values are alike, and NaN has no place in an order.
+    const bool is_missing = values.empty() || std::isnan(values[row]);
+    measures.push_back(is_missing ? -std::numeric_limits<double>::infinity() : values[row]);
+  }
+  return measures;
+}
+
+/// The nearest tree of another time that this one may be: not farther than a survey errs or, where
+/// one of the two has no position, the first.
+std::optional<std::size_t> SameId::row_of_other_time(std::size_t row) const {
+  const std::optional<Point> position = position_of(row);
+  if (!position || !position_of(first_row_)) {
+    return is_other_time(row, first_row_) ? std::optional(first_row_) : std::nullopt;
+  }
+  std::optional<std::size_t> nearest;
+  double nearest_m = kResurveyMeters;
+  const Cell center = cell_of(*position);
+  for (const double i : {-1.0, 0.0, 1.0}) {
+    for (const double j : {-1.0, 0.0, 1.0}) {
+      const auto near = first_rows_near_.find({center.first + i, center.second + j});
+      if (near == first_rows_near_.end()) continue;
+      for (const std::size_t other : near->second) {
+        const Point point = *position_of(other);
+        const double distance_m = std::hypot(point.x - position->x, point.y - position->y);
+        if (distance_m > nearest_m || !is_other_time(row, other)) continue;
+        nearest = other;
+        nearest_m = distance_m;
+      }
+    }
+  }
+  return nearest;
+}
+
 RepeatedTree SameId::add(std::size_t row) {
-  const auto [place, is_new] =
-      places_.try_emplace(place_of(inventory_, row), Stems{.first_row = row});
-  Stems& stems = place->second;
-  const double dbh_cm = inventory_.dbh_cm[row];
-  if (const auto same = stems.row_of_dbh.find(dbh_cm); same != stems.row_of_dbh.end()) {
+  const std::optional<Point> position = position_of(row);
+  Stems* stems = &unplaced_;
+  if (position) {
+    stems =
+        &places_.try_emplace({position->x, position->y}, Stems{.first_row = kNoRow}).first->second;
+  }
+  const std::vector<double> measures = measures_of(row);
+  if (const auto same = stems->row_of_measures.find(measures);
+      same != stems->row_of_measures.end()) {
     return {.row = row, .first_row = same->second, .is_same_tree = true};
   }
-  if (is_other_time(row, stems.first_row)) {
-    return {.row = row, .first_row = stems.first_row, .is_same_tree = true, .is_later = true};
+  if (first_row_ != kNoRow) {
+    if (const auto earlier = row_of_other_time(row)) {
+      return {.row = row, .first_row = *earlier, .is_same_tree = true, .is_later = true};
+    }
   }
-  stems.row_of_dbh.emplace(dbh_cm, row);
-  return {.row = row, .first_row = stems.first_row, .is_same_place = !is_new};
+  const bool is_new = stems->first_row == kNoRow;
+  RepeatedTree tree{.row = row, .first_row = is_new ? row : stems->first_row};
+  tree.is_same_place = position && !is_new;
+  tree.is_of_unknown_time = !position && !is_new && !is_time_known(row);
+  if (is_new) stems->first_row = row;
+  if (is_new && position) first_rows_near_[cell_of(*position)].push_back(row);
+  if (first_row_ == kNoRow) first_row_ = row;
+  stems->row_of_measures.emplace(measures, row);
+  return tree;
 }
 
 using PlotAndTree = std::pair<std::uint32_t, std::string>;
@@ -178,15 +252,13 @@ std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
 void resolve_repeated_trees(const std::string& tree_column,
                             const data::TextColumn& times,
                             CheckedInventory& checked,
-                            std::vector<std::size_t>& positions) {
+                            std::vector<std::size_t>& positions,
+                            RepeatedNumbers& numbers) {
   Inventory& inventory = checked.inventory;
   const std::vector<RepeatedTree> repeated = repeated_trees(inventory, times);
   if (repeated.empty()) return;
   std::vector<std::size_t> kept;
   data::TextColumn ids;
-  std::size_t renamed = 0;
-  std::size_t stems = 0;
-  std::string first_renamed;
   auto next = repeated.begin();
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     const bool is_repeated = next != repeated.end() && next->row == row;
@@ -197,27 +269,41 @@ void resolve_repeated_trees(const std::string& tree_column,
     kept.push_back(row);
     ids.append(is_repeated ? std::string_view(next->new_id) : inventory.tree[row]);
     if (!is_repeated) continue;
-    if (next->is_same_place) ++stems;
-    if (renamed++ == 0) first_renamed = describe(inventory.place(row), "now " + next->new_id);
+    if (next->is_same_place) ++numbers.stems;
+    if (next->is_of_unknown_time) ++numbers.unplaced;
+    if (numbers.renamed++ == 0) {
+      numbers.first_renamed = describe(inventory.place(row), "now " + next->new_id);
+    }
     ++next;
   }
   keep_rows(kept, inventory, positions);
   inventory.tree = std::move(ids);
   std::ranges::stable_sort(checked.excluded, {}, &ExcludedRow::line);
+}
+
+std::vector<std::string> RepeatedNumbers::notes() const {
+  std::vector<std::string> notes;
   if (renamed > 0) {
-    checked.notes.push_back(fmt::format(
+    notes.push_back(fmt::format(
         "{} the number of another tree of the same plot and got a new one, the first: {}",
         counted(renamed, "tree has", "trees have"),
         first_renamed));
   }
   if (stems > 0) {
-    checked.notes.push_back(fmt::format(
+    notes.push_back(fmt::format(
         "{} at the place of the other tree and differ{} from it in dbh, as stems of one stool do; "
         "if they are later measurements of a tree, name the column of the time: --columns "
         "year=COLUMN",
         counted(stems, "of these stands", "of these stand"),
         stems == 1 ? "s" : ""));
   }
+  if (unplaced > 0) {
+    notes.push_back(fmt::format(
+        "{} no position; if they are later measurements of a tree, name the column of the time: "
+        "--columns year=COLUMN",
+        counted(unplaced, "of these has", "of these have")));
+  }
+  return notes;
 }
 
 }  // namespace silvafit::stand

@@ -208,6 +208,69 @@ TEST_CASE("a tree that was measured again in another year is no other tree") {
   CHECK(has_note(unknown, "--columns year=COLUMN"));
 }
 
+TEST_CASE("a tree without a position that was measured again is counted once") {
+  const std::string rows =
+      ",plot,tree,dbh,h\n"
+      "2010,1,1,20,15\n"
+      "2010,1,2,30,18\n"
+      "2010,1,3,10,9\n"
+      "2015,1,1,22,16\n"
+      "2015,1,2,33,19\n"
+      "2015,1,3,11,10\n"
+      "2015,1,4,8,7\n";
+  const CheckedInventory checked = read_text("year" + rows);
+  CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 30, 10, 8});
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"5 tree: the same tree is on line 2, measured at another time",
+                                 "6 tree: the same tree is on line 3, measured at another time",
+                                 "7 tree: the same tree is on line 4, measured at another time"});
+  CHECK_FALSE(has_note(checked, "year=COLUMN"));
+  const CheckedInventory unknown = read_text("Jahr" + rows);
+  CHECK(unknown.inventory.size() == 7);
+  CHECK(has_note(unknown, "3 of these have no position; if they are later measurements"));
+  // Two trees of one number and one time are two.
+  const CheckedInventory one_time = read_text("plot,tree,dbh,year\n1,1,20,2010\n1,1,21,2010\n");
+  CHECK(one_time.inventory.size() == 2);
+  CHECK_FALSE(has_note(one_time, "year=COLUMN"));
+}
+
+TEST_CASE("a tree whose position was surveyed again is counted once") {
+  const CheckedInventory checked = read_text(
+      "year,plot,tree,x,y,dbh\n"
+      "2010,1,1,1,1,20\n"
+      "2015,1,1,1.02,0.99,22\n"  // surveyed again, across a line of whole meters
+      "2020,1,1,,,24\n"          // and then not at all
+      "2010,1,2,5,5,30\n"
+      "2010,1,2,5.5,5,30\n"  // of the same year: another tree with this number
+      "2015,1,2,5.4,5,31\n"  // that one again
+      "2015,1,2,7,5,32\n");  // elsewhere: a third one
+  CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 30, 30, 32});
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"3 tree: the same tree is on line 2, measured at another time",
+                                 "4 tree: the same tree is on line 2, measured at another time",
+                                 "7 tree: the same tree is on line 6, measured at another time"});
+}
+
+TEST_CASE("labels of a file with decimal commas keep their commas") {
+  const CheckedInventory checked =
+      read_text("plot;tree;species;x;y;dbh\n1,2;3,1;A;0,5;1;12,5\n1.2;\"3,1\";A;2,5;1;13,5\n");
+  const Inventory& inventory = checked.inventory;
+  CHECK(inventory.plot.levels() == std::vector<std::string>{"1,2", "1.2"});
+  CHECK(inventory.tree[0] == "3,1");
+  CHECK(inventory.tree[1] == "3,1");
+  CHECK(inventory.x == std::vector<double>{0.5, 2.5});
+  CHECK(inventory.dbh_cm == std::vector<double>{12.5, 13.5});
+}
+
+TEST_CASE("places that stand for missing ones are none") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,x,y,z,dbh\n1,1,A,-9999,1,5,10\n1,2,A,-998,-10000,5,10\n"
+      "1,3,A,1,-99999,5,10\n1,4,A,1,1,-9999,10\n");
+  CHECK(checked.inventory.x == std::vector<double>{-998});
+  CHECK(checked.excluded_tree_count == 3);
+  CHECK_THAT(problems(checked).at(0), Contains("2 x: -9999 stands for a value that was not"));
+}
+
 TEST_CASE("columns are named by mappings, expressions included") {
   const CheckedInventory checked = read_text(
       "Plot,Nr.,sp,xk,yk,D (cm),unit,height,age\n"

@@ -195,22 +195,13 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
   }
 }
 
-void note_beyond(const Inventory& inventory,
-                 std::size_t measure,
-                 double limit,
-                 std::string_view unit,
-                 std::vector<std::string>& notes) {
-  const std::vector<double>& values = values_of(inventory, measure);
-  const auto is_beyond = [limit](double value) { return value > limit; };
-  const auto first = std::ranges::find_if(values, is_beyond);
-  if (first == values.end()) return;
-  const auto count = std::ranges::count_if(values, is_beyond);
-  Place place = inventory.place(static_cast<std::size_t>(first - values.begin()));
-  place.column = known_measure(measure).name;
-  std::string message = fmt::format("{} {} is odd", *first, unit);
-  if (count > 1) message += fmt::format(", and {} more values above {} {}", count - 1, limit, unit);
-  notes.push_back(describe(place, message));
-}
+/// More than any tree has.
+struct Limit {
+  std::size_t measure = 0;
+  double most = 0.0;
+  std::string_view unit{};
+};
+constexpr std::array<Limit, 3> kLimits{{{kDbh, 1000.0, "cm"}, {kH, 120.0, "m"}, {kCw, 60.0, "m"}}};
 
 }  // namespace
 
@@ -223,11 +214,32 @@ void check_units(const Inventory& inventory,
   check_positions(inventory, plan);
 }
 
-std::vector<std::string> notes_on_odd_values(const Inventory& inventory) {
+void OddValues::add(const Inventory& inventory) {
+  for (std::size_t i = 0; i < kLimits.size(); ++i) {
+    const Limit& limit = kLimits[i];
+    const std::vector<double>& values = values_of(inventory, limit.measure);
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      if (!(values[row] > limit.most)) continue;
+      if (beyond_[i].count++ > 0) continue;
+      Place place = inventory.place(row);
+      place.column = known_measure(limit.measure).name;
+      beyond_[i].first = describe(place, fmt::format("{} {} is odd", values[row], limit.unit));
+    }
+  }
+}
+
+std::vector<std::string> OddValues::notes() const {
   std::vector<std::string> notes;
-  note_beyond(inventory, kDbh, 1000.0, "cm", notes);
-  note_beyond(inventory, kH, 120.0, "m", notes);
-  note_beyond(inventory, kCw, 60.0, "m", notes);
+  for (std::size_t i = 0; i < kLimits.size(); ++i) {
+    const std::size_t count = beyond_[i].count;
+    if (count == 0) continue;
+    std::string note = beyond_[i].first;
+    if (count > 1) {
+      note += fmt::format(
+          ", and {} more values above {} {}", count - 1, kLimits[i].most, kLimits[i].unit);
+    }
+    notes.push_back(std::move(note));
+  }
   return notes;
 }
 

@@ -22,7 +22,8 @@ struct Neighbor {
 };
 
 /// Distances that differ by less are ties: positions are known to a centimeter at best, and
-/// arithmetic with coordinates of millions of meters errs by some 1e-9 m.
+/// arithmetic with coordinates errs by less than half of this up to 2e7 m, the way from a pole to
+/// the other.
 inline constexpr double kSameDistanceMeters = 1e-7;
 
 /// A rectangle whose opposite sides are joined.

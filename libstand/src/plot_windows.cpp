@@ -70,24 +70,19 @@ void assume_plots(const Inventory& inventory, AssumedWindow assumed, PlotWindows
     if (!has_position(inventory, i)) continue;
     points[inventory.plot.code(i)].push_back({inventory.x[i], inventory.y[i]});
   }
-  std::vector<std::string> without_area;
   for (std::size_t i = 0; i < names.size(); ++i) {
+    if (points[i].empty()) continue;
     if (const std::optional<Window> window = window_around(points[i], assumed)) {
       result.domain_of_plot[i] = result.domains.size();
       result.domains.push_back({.name = names[i], .window = *window});
     } else {
-      without_area.push_back(names[i]);
+      result.plots_without_window.push_back(names[i]);
     }
   }
   result.notes.push_back(
       fmt::format("no window is given: the {} the trees of each plot is taken, which is smaller "
                   "than the plot",
                   shape_name(assumed)));
-  if (!without_area.empty()) {
-    result.notes.push_back(
-        fmt::format("trees on one line make no window, so there is no core tree in: {}",
-                    data::list_of(without_area)));
-  }
 }
 
 /// Finds the given window of each plot.
@@ -132,12 +127,8 @@ void Assignment::run(SearchScope scope, PlotWindows& result) {
     throw InputError(fmt::format("the windows have none for plot {}", data::list_of(missing)),
                      {.file = inventory_.file, .column = "plot"});
   }
-  if (scope == SearchScope::kPlot && in_stand.size() > 1) {
-    throw UsageError(fmt::format(
-        "neighbors are searched within each plot, but one window is given for {} plots; "
-        "use --per stand, or give each polygon its property 'plot' ('*' for every plot)",
-        in_stand.size()));
-  }
+  if (scope == SearchScope::kPlot) refuse_shared_window(in_stand.size());
+  result.plots_in_window_of_stand = in_stand.size();
   if (in_stand.empty()) return;
   const std::string name = in_stand.size() == 1 && names.size() == 1 ? names[0] : "";
   for (const std::size_t plot : in_stand) result.domain_of_plot[plot] = result.domains.size();
@@ -145,6 +136,14 @@ void Assignment::run(SearchScope scope, PlotWindows& result) {
 }
 
 }  // namespace
+
+void refuse_shared_window(std::size_t plots) {
+  if (plots <= 1) return;
+  throw UsageError(
+      fmt::format("neighbors are searched within each plot, but one window is given for {} plots; "
+                  "use --per stand, or give each polygon its property 'plot' ('*' for every plot)",
+                  plots));
+}
 
 const Window* PlotWindows::window_of(const Inventory& inventory, std::size_t tree) const {
   const std::optional<std::size_t> domain = domain_of_plot[inventory.plot.code(tree)];

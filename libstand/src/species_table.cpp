@@ -29,10 +29,11 @@ struct Member {
 
 /// Along one side of a window: the quadrat of a tree, from 0. A tree on a border belongs to the
 /// quadrat beyond it, in spite of rounding, but on the window's own border to the last.
-long long quadrat_of(double offset_m, double extent_m, double quadrat_m) {
+long long quadrat_of(double offset_m, double extent_m, double quadrat_m, double rounding_m) {
   constexpr double kRounding = 1e-9;
-  const double quadrats = std::ceil(extent_m / quadrat_m - kRounding);
-  const double own = std::floor(offset_m / quadrat_m + kRounding);
+  const double rounding = std::max(kRounding, rounding_m / quadrat_m);
+  const double quadrats = std::ceil(extent_m / quadrat_m - rounding);
+  const double own = std::floor(offset_m / quadrat_m + rounding);
   return static_cast<long long>(std::clamp(own, 0.0, std::max(0.0, quadrats - 1.0)));
 }
 
@@ -120,7 +121,10 @@ void TableMaker::check() const {
   const bool has_windows =
       std::ranges::all_of(areas_, [](const SampledArea& area) { return area.window.has_value(); });
   if (options_.quadrat_m > 0.0 && !has_windows) {
-    throw UsageError("quadrats need the positions of the trees", {.column = "--quadrat"});
+    throw UsageError(
+        "quadrats lie in a window, and --plot-area gives none: give the plots' --window or "
+        "--circle in its place, or leave --quadrat out, so that plots are the quadrats",
+        {.column = "--quadrat"});
   }
 }
 
@@ -135,12 +139,14 @@ void TableMaker::add_members() {
                         inventory_.h_m.empty() ? data::kMissing : inventory_.h_m[tree]),
                     .basal_area_m2 = basal_area_m2(inventory_.dbh_cm[tree])};
       if (options_.quadrat_m > 0.0) {
-        const Point low = areas_[area].window->low();
-        const Point high = areas_[area].window->high();
+        const Window& window = *areas_[area].window;
+        const Point low = window.low();
+        const Point high = window.high();
         const double side_m = options_.quadrat_m;
+        const double off_m = window.rounding_m();
         member.quadrat = {area,
-                          quadrat_of(inventory_.x[tree] - low.x, high.x - low.x, side_m),
-                          quadrat_of(inventory_.y[tree] - low.y, high.y - low.y, side_m)};
+                          quadrat_of(inventory_.x[tree] - low.x, high.x - low.x, side_m, off_m),
+                          quadrat_of(inventory_.y[tree] - low.y, high.y - low.y, side_m, off_m)};
       } else {
         member.quadrat = {member.plot, 0, 0};
       }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "edge.hpp"
@@ -27,6 +28,8 @@ class ReportMaker {
 
  private:
   std::vector<SampledArea> find_areas();
+  void note_plots_without_window(const PlotWindows& windows);
+  void note_plots_left_out();
   void note_trees_left_out(const std::vector<SampledArea>& areas);
   data::TextColumn stratum_column() const;
   std::vector<std::string> strata_of(std::vector<SampledArea>& areas);
@@ -34,17 +37,23 @@ class ReportMaker {
   std::string outside_text(bool are_neighbors) const;
   void add_species(const std::vector<SampledArea>& areas);
   void note_single_plots();
+  void note_dominant_height();
 
   const Inventory& inventory_;
   const StandReportOptions& options_;
   StandReport report_{};
-  std::size_t outside_ = 0;  ///< trees with a position that are in no area
+  std::size_t outside_ = 0;         ///< trees with a position that are outside of a window
+  std::size_t without_window_ = 0;  ///< trees with a position whose plot has no window
 };
 
 std::vector<SampledArea> ReportMaker::find_areas() {
   const bool has_window = !options_.units.windows.empty();
-  if (options_.plot_area_m2 && !has_window)
-    return sampled_areas(inventory_, *options_.plot_area_m2);
+  if (options_.plot_area_m2 && has_window) {
+    throw UsageError(
+        "the area of a plot is that of its window: give --plot-area, or --window or --circle",
+        {.column = "--plot-area"});
+  }
+  if (options_.plot_area_m2) return sampled_areas(inventory_, *options_.plot_area_m2);
   if (!inventory_.has_coordinates()) {
     throw UsageError(
         "the area is not known: the inventory has no positions; give the area of a plot in m2 "
@@ -58,7 +67,38 @@ std::vector<SampledArea> ReportMaker::find_areas() {
         "areas are those of convex hulls, which are smaller than the plots, so that figures per "
         "hectare are too large: give --window, --circle or --plot-area");
   }
+  if (!windows.plots_without_window.empty()) note_plots_without_window(windows);
   return sampled_areas(inventory_, windows, options_.units.windows);
+}
+
+/// Their trees are neither counted nor outside of a window.
+void ReportMaker::note_plots_without_window(const PlotWindows& windows) {
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    const bool has_position = !std::isnan(inventory_.x[tree]) && !std::isnan(inventory_.y[tree]);
+    if (has_position && windows.window_of(inventory_, tree) == nullptr) ++without_window_;
+  }
+  const std::vector<std::string>& names = windows.plots_without_window;
+  report_.notes.push_back(
+      fmt::format("{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, "
+                  "have no convex hull and so no area: give --window, --circle or --plot-area",
+                  counted(names.size(), "plot is", "plots are"),
+                  counted(without_window_, "tree", "trees"),
+                  data::list_of(names)));
+}
+
+/// What stands on them is not known, so that they are not plots without trees.
+void ReportMaker::note_plots_left_out() {
+  const std::vector<std::string>& names = inventory_.plots_left_out;
+  if (names.empty()) return;
+  report_.notes.push_back(
+      fmt::format("plot {} {} not counted: all {} rows were left out, and what stands there is not "
+                  "known. If nothing does, take {} rows out of the file and give {} window by the "
+                  "plot's name",
+                  data::list_of(names),
+                  names.size() == 1 ? "is" : "are",
+                  names.size() == 1 ? "its" : "their",
+                  names.size() == 1 ? "its" : "their",
+                  names.size() == 1 ? "its" : "their"));
 }
 
 void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
@@ -75,6 +115,7 @@ void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
                               !std::isnan(inventory_.y[tree]);
     ++(has_position ? outside_ : without_position);
   }
+  outside_ -= without_window_;
   if (without_position > 0) {
     report_.notes.push_back(counted(without_position,
                                     "tree without position is not counted",
@@ -111,6 +152,7 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
   std::vector<std::string> strata;
   if (options_.stratum.empty()) return strata;
   const data::TextColumn column = stratum_column();
+  std::vector<std::string> without_stratum;
   const auto left_out =
       std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
   if (left_out > 0) {
@@ -124,11 +166,24 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
       if (column.code(tree) == column.code(first)) continue;
       Place place = inventory_.place(tree);
       place.column = options_.stratum;
+      const auto name_of = [&column](std::size_t row) {
+        return column.is_missing(row) ? "none" : fmt::format("'{}'", column[row]);
+      };
       throw InputError(
-          fmt::format("the plot is in the strata '{}' and '{}'", column[first], column[tree]),
-          place);
+          fmt::format("the plot is in the strata {} and {}", name_of(first), name_of(tree)), place);
     }
-    strata.emplace_back(column[first]);
+    strata.emplace_back(column.is_missing(first) ? std::string_view() : column[first]);
+    if (strata.back().empty()) without_stratum.push_back(area.name);
+  }
+  if (!without_stratum.empty()) {
+    report_.notes.push_back(fmt::format(
+        "plot {} {} no stratum in the column {}: figures of {}, '(none)', are apart from "
+        "those of the strata{}",
+        data::list_of(without_stratum),
+        without_stratum.size() == 1 ? "has" : "have",
+        options_.stratum,
+        without_stratum.size() == 1 ? "its own" : "their own",
+        options_.stratum_areas_ha.empty() ? "" : " and not in those of all together"));
   }
   return strata;
 }
@@ -138,7 +193,9 @@ void ReportMaker::add_structure() {
     report_.notes.emplace_back("there are no positions, so no structural units");
     return;
   }
-  report_.units = structural_units(inventory_, options_.units);
+  StructuralUnitOptions options = options_.units;
+  options.plot_area_m2 = options_.plot_area_m2;
+  report_.units = structural_units(inventory_, options);
   for (const std::string& note : report_.units->notes) {
     if (note != outside_note(outside_, options_.units.edge)) {
       report_.notes.push_back(note);
@@ -172,7 +229,9 @@ void ReportMaker::add_species(const std::vector<SampledArea>& areas) {
 void ReportMaker::note_single_plots() {
   std::vector<std::string> names;
   for (const StratumFigures& stratum : report_.strata) {
-    if (!stratum.name.empty() && stratum.plots == 1) names.push_back(stratum.name);
+    if (stratum.kind == StratumFigures::Kind::kAll || stratum.plots != 1) continue;
+    const bool is_stratum = stratum.kind == StratumFigures::Kind::kStratum;
+    names.push_back(is_stratum ? stratum.name : "(none)");
   }
   if (names.empty()) return;
   const bool is_one = names.size() == 1;
@@ -186,9 +245,29 @@ void ReportMaker::note_single_plots() {
                   has_total ? "" : ", and neither have all strata together"));
 }
 
+/// Where only some trees were measured, the tallest may not be among them.
+void ReportMaker::note_dominant_height() {
+  std::vector<std::string> names;
+  for (const AreaReport& area : report_.areas) {
+    const StandFigures& figures = area.figures;
+    const bool lacks = figures.dominant_trees_without_height > 0;
+    if (!lacks || !std::isfinite(figures.dominant_height_m)) continue;
+    names.push_back(fmt::format("{} ({} of {})",
+                                area.area.name.empty() ? "stand" : area.area.name,
+                                figures.dominant_trees_without_height,
+                                figures.dominant_trees));
+  }
+  if (names.empty()) return;
+  report_.notes.push_back(
+      fmt::format("some of the thickest trees have no height, and dominant height is the mean of "
+                  "the others: {}; silvafit impute fills in heights",
+                  data::list_of(names)));
+}
+
 StandReport ReportMaker::run() {
   std::vector<SampledArea> areas = find_areas();
   note_trees_left_out(areas);
+  note_plots_left_out();
   const std::vector<std::string> strata = strata_of(areas);
   if (areas.empty())
     throw InputError(
@@ -223,6 +302,7 @@ StandReport ReportMaker::run() {
     }
     one.area = std::move(area);
   }
+  note_dominant_height();
   return std::move(report_);
 }
 

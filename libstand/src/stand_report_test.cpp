@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "reference.hpp"
+#include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "stand_test_support.hpp"
 
@@ -195,9 +196,15 @@ TEST_CASE("importance values are the mean of three shares, in all and by layer")
 TEST_CASE("trees on the window's own border are in its last quadrats") {
   // Four quadrats of 10 m: A in the south-west and the south-east one, B in the south-east and the
   // north-east one, both within and on the border of the window.
-  for (const Point corner : {Point{0.0, 0.0}, Point{512345.678, 6123456.789}}) {
-    const auto tree = [corner](double x, double y, const char* species) {
-      return Tree{.x = corner.x + x, .y = corner.y + y, .species = species};
+  struct Case {
+    Point corner{};
+    double scale = 1.0;
+  };
+  for (const auto& [corner, scale] : {Case{{0.0, 0.0}, 1.0},
+                                      Case{{512345.678, 6123456.789}, 1.0},
+                                      Case{{9512345.678, 19123456.789}, 0.03}}) {
+    const auto tree = [at = corner, by = scale](double x, double y, const char* species) {
+      return Tree{.x = at.x + by * x, .y = at.y + by * y, .species = species};
     };
     const Inventory stand = stand_of({tree(5, 5, "A"),
                                       tree(15, 5, "A"),
@@ -207,11 +214,11 @@ TEST_CASE("trees on the window's own border are in its last quadrats") {
                                       tree(20, 19, "B"),
                                       tree(19, 20, "B"),
                                       tree(20, 20, "B")});
-    const auto frequency_of = [&](double quadrat_m, double width_m) {
-      const Window window = Window::rectangle(corner, {corner.x + width_m, corner.y + 20.0});
+    const auto frequency_of = [&, at = corner, by = scale](double quadrat_m, double width_m) {
+      const Window window = Window::rectangle(at, {at.x + by * width_m, at.y + by * 20.0});
       const std::vector<SampledArea> areas{
           {.area_m2 = window.area_m2(), .window = window, .trees = all_rows(stand)}};
-      const auto rows = species_table(stand, areas, {.quadrat_m = quadrat_m});
+      const auto rows = species_table(stand, areas, {.quadrat_m = by * quadrat_m});
       return row_of(rows, "A").all.relative_frequency;
     };
     CHECK(frequency_of(10.0, 20.0) == Approx(50.0).epsilon(1e-14));
@@ -391,4 +398,109 @@ TEST_CASE("a stratum of one plot has no standard error, and a note says why") {
              Catch::Matchers::StartsWith("the strata 1, 2, 3 have each one plot"));
   options.stratum.clear();
   CHECK(notes_on_plots().empty());
+}
+
+namespace {
+
+std::string notes_in(const StandReport& report) {
+  std::string all;
+  for (const std::string& note : report.notes) all += note + "\n";
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("plots without a stratum are a row of their own, and are said") {
+  Inventory stand = stand_of({{.plot = "1"}, {.plot = "2"}, {.plot = "2"}, {.plot = "3"}});
+  silvafit::data::TextColumn strata;
+  for (const char* stratum : {"all", "B", "B"}) strata.append(stratum);
+  strata.append_missing();
+  stand.other = silvafit::data::Table(4);
+  stand.other.set("zone", strata);
+  StandReportOptions options{.plot_area_m2 = 100.0, .stratum = "zone"};
+  using Kind = StratumFigures::Kind;
+  const StandReport report = stand_report(stand, options);
+  REQUIRE(report.strata.size() == 4);
+  CHECK(report.strata[1].name == "all");
+  CHECK(report.strata[1].kind == Kind::kStratum);
+  CHECK(report.strata[2].kind == Kind::kWithout);
+  CHECK(report.strata[2].trees == 1);
+  CHECK(report.strata[3].kind == Kind::kAll);
+  // Four trees on three ares.
+  CHECK(report.strata[3].stems.per_ha == Approx(4.0 / 0.03).epsilon(1e-14));
+  CHECK_THAT(notes_in(report), Contains("plot 3 has no stratum in the column zone"));
+  CHECK_THAT(notes_in(report), Contains("the strata B, all, (none) have each one plot"));
+
+  // Weighted by areas: 200 stems per ha on 4 ha, 100 on 1 ha; plot 3 stands for no area.
+  options.stratum_areas_ha = {{"B", 4.0}, {"all", 1.0}};
+  const StandReport weighted = stand_report(stand, options);
+  CHECK(weighted.strata[3].plots == 2);
+  CHECK(weighted.strata[3].stems.total == Approx(900.0).epsilon(1e-14));
+  CHECK(std::isnan(weighted.strata[2].stems.total));
+  CHECK_THAT(notes_in(weighted), Contains("and not in those of all together"));
+}
+
+TEST_CASE("plots whose trees make no hull are named, and their trees are not outside") {
+  const Inventory stand = stand_of({{},
+                                    {.x = 10},
+                                    {.y = 10},
+                                    {.plot = "pair"},
+                                    {.x = 1, .plot = "pair"},
+                                    {.plot = "line"},
+                                    {.x = 1, .plot = "line"},
+                                    {.x = 2, .plot = "line"}});
+  const StandReport report = stand_report(stand, {.units = {.neighbors = 1}});
+  CHECK(report.areas.size() == 1);
+  CHECK(report.all.trees == 3);
+  CHECK_THAT(notes_in(report), Contains("2 plots are not counted, with 5 trees: plot pair, line"));
+  CHECK_THAT(notes_in(report), !Contains("outside"));
+}
+
+TEST_CASE("a plot whose rows were all left out is not a plot without trees") {
+  const silvafit::test::ScratchFile file(
+      "plot,tree,species,x,y,dbh\n1,1,A,1,1,10\n2,1,A,1,1,-1\n2,2,A,1,1,-1\n", ".csv");
+  const Inventory stand = read_inventory(file.path(), {.trust_units = true}).inventory;
+  CHECK(stand.plots_left_out == std::vector<std::string>{"2"});
+  const Window square = Window::rectangle({0, 0}, {10, 10});
+  const StandReportOptions by_window{
+      .units = {.neighbors = 1, .windows = {{"1", square}, {"2", square}}}};
+  const StandReportOptions by_area{.units = {.neighbors = 1}, .plot_area_m2 = 100.0};
+  for (const StandReportOptions& options : {by_window, by_area}) {
+    const StandReport report = stand_report(stand, options);
+    CHECK(report.all.stems_per_ha == Approx(100.0).epsilon(1e-14));
+    CHECK_THAT(notes_in(report), Contains("plot 2 is not counted: all its rows were left out"));
+    CHECK_THAT(notes_in(report), !Contains("no tree"));
+  }
+}
+
+TEST_CASE("a plot area stands in place of a window, and quadrats need one") {
+  const Inventory stand = stand_of({{}, {.x = 10}, {.y = 10, .dbh_cm = 30}});
+  StandReportOptions options{.units = {.neighbors = 1}, .plot_area_m2 = 500.0};
+  options.units.further = {FurtherIndex::kBasalAreaLarger};
+  const StandReport report = stand_report(stand, options);
+  CHECK(report.units->further[0].values[0] == Approx(basal_m2(30) / 0.05).epsilon(1e-14));
+  CHECK_THAT(notes_in(report), !Contains("BAL"));
+  options.species.quadrat_m = 5.0;
+  CHECK_THROWS_WITH(stand_report(stand, options), Contains("--plot-area gives none"));
+  options.units.windows = {{kEveryPlot, Window::circle({0, 0}, 12.0)}};
+  CHECK_THROWS_WITH(stand_report(stand, options),
+                    Contains("give --plot-area, or --window or --circle"));
+}
+
+TEST_CASE("thickest trees without a height are said, by plot") {
+  // 100 a hectare are two on 200 m2.
+  Inventory stand = stand_of({{.dbh_cm = 40, .h_m = NAN},
+                              {.dbh_cm = 30, .h_m = 20},
+                              {.dbh_cm = 20, .h_m = 15},
+                              {.dbh_cm = 20, .plot = "2", .h_m = 15}});
+  const StandReport report = stand_report(stand, {.plot_area_m2 = 200.0});
+  const StandFigures& first = report.areas[0].figures;
+  CHECK(first.dominant_height_m == 20.0);
+  CHECK(first.dominant_trees == 2);
+  CHECK(first.dominant_trees_without_height == 1);
+  CHECK_THAT(notes_in(report), Contains("mean of the others: 1 (1 of 2); silvafit impute"));
+  stand.h_m[0] = 22.0;
+  CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
+  stand.h_m.clear();
+  CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
 }

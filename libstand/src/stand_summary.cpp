@@ -20,11 +20,13 @@ namespace {
 constexpr double kSquareMetersPerHectare = 1e4;
 constexpr double kMostClasses = 1e4;
 
-/// Mean height of the thickest trees.
-double dominant_height(const Inventory& inventory,
-                       std::span<const std::size_t> trees,
-                       double wanted) {
-  if (inventory.h_m.empty() || trees.empty()) return data::kMissing;
+/// Sets the mean height of the thickest trees.
+void set_dominant_height(const Inventory& inventory,
+                         std::span<const std::size_t> trees,
+                         double wanted,
+                         StandFigures& figures) {
+  figures.dominant_height_m = data::kMissing;
+  if (inventory.h_m.empty() || trees.empty()) return;
   std::vector<std::size_t> order(trees.begin(), trees.end());
   // Missing heights last among equals.
   const auto height = [&inventory](std::size_t tree) {
@@ -40,8 +42,15 @@ double dominant_height(const Inventory& inventory,
                              std::pair(inventory.dbh_cm[right], height(right));
                     });
   Moments heights;
-  for (std::size_t i = 0; i < count; ++i) heights.add(inventory.h_m[order[i]]);
-  return heights.mean();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (std::isnan(inventory.h_m[order[i]])) {
+      ++figures.dominant_trees_without_height;
+    } else {
+      heights.add(inventory.h_m[order[i]]);
+    }
+  }
+  figures.dominant_trees = count;
+  figures.dominant_height_m = heights.mean();
 }
 
 /// What was counted on each plot of a stratum.
@@ -124,16 +133,19 @@ void check_stratum_areas(const std::set<std::string>& names,
   for (const auto& [name, area] : areas_ha) {
     if (!names.contains(name)) {
       throw UsageError(
-          fmt::format("there is no stratum '{}'; the strata are {}", name, fmt::join(names, ", ")));
+          fmt::format("there is no stratum '{}'; the strata are {}", name, fmt::join(names, ", ")),
+          {.column = "--stratum-area"});
     }
     if (!(area > 0.0) || std::isinf(area)) {
-      throw UsageError(fmt::format("the area of stratum '{}', {} ha, is not above 0", name, area));
+      throw UsageError(fmt::format("the area of stratum '{}', {} ha, is not above 0", name, area),
+                       {.column = "--stratum-area"});
     }
   }
   if (areas_ha.empty() || areas_ha.size() == names.size()) return;
   for (const std::string& name : names) {
     if (!areas_ha.contains(name)) {
-      throw UsageError(fmt::format("the area of stratum '{}' is not given", name));
+      throw UsageError(fmt::format("the area of stratum '{}' is not given", name),
+                       {.column = "--stratum-area"});
     }
   }
 }
@@ -156,6 +168,8 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory,
   for (const NamedWindow& window : given) {
     if (!window.plot || *window.plot == kEveryPlot) continue;
     if (inventory.plot.code_of(*window.plot) != data::TextColumn::kMissingCode) continue;
+    const auto& left_out = inventory.plots_left_out;
+    if (std::ranges::find(left_out, *window.plot) != left_out.end()) continue;
     areas.push_back(
         {.name = *window.plot, .area_m2 = window.window.area_m2(), .window = window.window});
   }
@@ -215,8 +229,7 @@ StandFigures stand_figures(const Inventory& inventory,
   figures.sd_height_m = heights.standard_deviation();
   figures.lorey_height_m =
       basal_with_height_m2 > 0.0 ? basal_times_height / basal_with_height_m2 : data::kMissing;
-  figures.dominant_height_m =
-      dominant_height(inventory, trees, dominant_trees_per_ha * figures.area_ha);
+  set_dominant_height(inventory, trees, dominant_trees_per_ha * figures.area_ha, figures);
   const bool has_crowns =
       trees.empty() ? !inventory.cw_m.empty() : figures.trees_without_crown_width < trees.size();
   figures.crown_cover_percent = has_crowns ? 100.0 * crowns_m2 / area_m2 : data::kMissing;
@@ -277,10 +290,13 @@ std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
                                             const std::vector<std::string>& stratum_of_area,
                                             const std::map<std::string, double>& stratum_areas_ha) {
   std::map<std::string, std::vector<std::size_t>> members;
+  std::vector<std::size_t> without;
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < areas.size(); ++i) {
-    all.push_back(i);
-    if (!stratum_of_area.empty()) members[stratum_of_area[i]].push_back(i);
+    const bool has_stratum = !stratum_of_area.empty() && !stratum_of_area[i].empty();
+    if (has_stratum) members[stratum_of_area[i]].push_back(i);
+    if (!has_stratum && !stratum_of_area.empty()) without.push_back(i);
+    if (has_stratum || stratum_areas_ha.empty()) all.push_back(i);
   }
   std::set<std::string> names;
   for (const auto& [name, plots] : members) names.insert(name);
@@ -295,11 +311,16 @@ std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
     add_total(stratum.basal_area_m2, stratum.area_ha);
   }
   StratumFigures total = figures_of_plots(inventory, areas, all, "");
+  total.kind = StratumFigures::Kind::kAll;
   if (!stratum_areas_ha.empty()) {
     total.area_ha = 0.0;
     for (const auto& [name, area] : stratum_areas_ha) total.area_ha += area;
     total.stems = stratified(result, &StratumFigures::stems);
     total.basal_area_m2 = stratified(result, &StratumFigures::basal_area_m2);
+  }
+  if (!without.empty()) {
+    StratumFigures& others = result.emplace_back(figures_of_plots(inventory, areas, without, ""));
+    others.kind = StratumFigures::Kind::kWithout;
   }
   result.push_back(std::move(total));
   return result;

@@ -18,7 +18,6 @@
 #include "overlapping_plots.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
-#include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
 #include "unit_indices.hpp"
 
@@ -129,14 +128,16 @@ class Calculator {
   void compute_trees(const NeighborSearch& search, std::size_t begin, std::size_t end);
   void compute_tree(std::size_t tree, std::span<const Neighbor> neighbors);
   void compute_all();
+  std::vector<SampledArea> areas();
+  void note_assumed_areas(const PlotWindows& assumed);
   void compute_density();
   std::vector<double>* further(FurtherIndex index);
   bool needs_area() const;
   bool is_placed(std::size_t tree) const {
     return !std::isnan(inventory_.x[tree]) && !std::isnan(inventory_.y[tree]);
   }
-  void note_competition_radius();
-  void add_notes();
+  void find_cut_competitors();
+  void count_trees();
 
   const Inventory& inventory_;
   const StructuralUnitOptions& options_;
@@ -165,8 +166,8 @@ bool Calculator::needs_area() const {
 }
 
 void Calculator::find_windows() {
-  if (options_.windows.empty() && options_.edge == EdgeCorrection::kNone && !needs_area()) {
-    // Nothing depends on an area.
+  if (options_.windows.empty() && options_.edge == EdgeCorrection::kNone) {
+    // Every tree is a core tree, whatever the area.
     for (std::size_t i = 0; i < inventory_.size(); ++i) inside_.push_back(is_placed(i) ? 1 : 0);
     windows_.domain_of_plot.resize(inventory_.plot.levels().size());
     return;
@@ -176,14 +177,17 @@ void Calculator::find_windows() {
                           options_.windows,
                           options_.scope,
                           is_torus ? AssumedWindow::kRectangle : AssumedWindow::kConvexHull);
-  units_.notes = windows_.notes;
+  UnitFindings& findings = units_.findings;
+  findings.on_windows = windows_.notes;
+  findings.plots_without_window = windows_.plots_without_window;
+  findings.plots_in_window_of_stand = windows_.plots_in_window_of_stand;
   inside_ = trees_inside(inventory_, windows_, options_.threads);
 }
 
 void Calculator::note_overlapping_plots() {
   if (options_.scope != SearchScope::kStand) return;
   std::string note = note_on_overlapping_plots(inventory_, windows_);
-  if (!note.empty()) units_.notes.push_back(std::move(note));
+  if (!note.empty()) units_.findings.on_windows.push_back(std::move(note));
 }
 
 void Calculator::set_limit_angles() {
@@ -309,7 +313,8 @@ void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, 
     search.nearest(i, options_.neighbors, neighbors, scratch);
     compute_tree(tree, neighbors);
     // Where a stem stands at the same place there is no value, and perhaps a crowd of them.
-    const bool is_alone = neighbors.empty() || neighbors[0].distance_m > 0.0;
+    const bool is_alone =
+        neighbors.empty() || !is_at_same_place(inventory_, tree, neighbors[0].distance_m);
     if (!has_radius || !is_alone) continue;
     search.within(i, options_.competition_radius_m, neighbors);
     (*hegyi_)[tree] = UnitIndices(inventory_, options_, tree).hegyi(neighbors);
@@ -372,59 +377,84 @@ void Calculator::compute_all() {
   compute_large_groups(std::move(large), all_positions);
 }
 
+/// The areas that BAL and CCF count by.
+std::vector<SampledArea> Calculator::areas() {
+  const bool is_given = !options_.windows.empty();
+  if (options_.plot_area_m2 && !is_given) {
+    return sampled_areas(inventory_, *options_.plot_area_m2);
+  }
+  if (is_given) return sampled_areas(inventory_, windows_, {});
+  const PlotWindows assumed = options_.edge == EdgeCorrection::kNone
+                                  ? plot_windows(inventory_, {}, options_.scope)
+                                  : windows_;
+  note_assumed_areas(assumed);
+  return sampled_areas(inventory_, assumed, {});
+}
+
+void Calculator::note_assumed_areas(const PlotWindows& assumed) {
+  const bool is_torus = options_.edge == EdgeCorrection::kTorus;
+  const bool is_per_plot = options_.scope == SearchScope::kPlot;
+  UnitFindings& findings = units_.findings;
+  std::vector<std::string_view> names;
+  for (const FurtherIndex index :
+       {FurtherIndex::kBasalAreaLarger, FurtherIndex::kCrownCompetition}) {
+    if (contains(options_.further, index)) names.push_back(name_of(index));
+  }
+  const std::string indices =
+      fmt::format("{} {}", fmt::join(names, " and "), names.size() == 1 ? "is" : "are");
+  findings.plots_without_density = assumed.plots_without_window;
+  if (assumed.domains.empty() && !is_per_plot) {
+    findings.on_windows.push_back(
+        fmt::format("trees on one line have no area, so that {} missing", indices));
+    return;
+  }
+  findings.on_windows.push_back(
+      fmt::format("{} too large, since the area that counts is the {} {}, which is smaller than "
+                  "the {}: give --window or --circle",
+                  indices,
+                  is_torus ? "rectangle around" : "convex hull of",
+                  is_per_plot ? "the trees of each plot" : "all trees",
+                  is_per_plot ? "plot" : "stand"));
+}
+
 void Calculator::compute_density() {
+  if (!needs_area()) return;
+  const std::vector<SampledArea> counted_areas = areas();
   if (auto* larger = further(FurtherIndex::kBasalAreaLarger)) {
-    *larger = basal_area_of_larger(inventory_, windows_, inside_);
+    *larger = basal_area_of_larger(inventory_, counted_areas);
   }
   if (auto* competition = further(FurtherIndex::kCrownCompetition)) {
-    *competition = crown_competition(inventory_, windows_, inside_, options_.open_grown_crown);
+    *competition = crown_competition(inventory_, counted_areas, options_.open_grown_crown);
   }
 }
 
-void Calculator::note_competition_radius() {
+void Calculator::find_cut_competitors() {
   if (hegyi_ == nullptr || options_.competition_radius_m == 0.0) return;
-  std::size_t cut = 0;
-  if (options_.edge != EdgeCorrection::kTorus && !windows_.domains.empty()) {
-    for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
-      if (units_.core[tree] == 0) continue;
-      const Window& window = *windows_.window_of(inventory_, tree);
-      const double room_m = window.distance_to_boundary_m({inventory_.x[tree], inventory_.y[tree]});
-      if (room_m < options_.competition_radius_m) ++cut;
-    }
+  if (options_.edge == EdgeCorrection::kTorus || windows_.domains.empty()) return;
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    if (units_.core[tree] == 0) continue;
+    const Window& window = *windows_.window_of(inventory_, tree);
+    const double room_m = window.distance_to_boundary_m({inventory_.x[tree], inventory_.y[tree]});
+    const bool is_cut = room_m < options_.competition_radius_m - window.rounding_m();
+    if (is_cut) ++units_.findings.with_cut_competitors;
   }
-  if (cut == 0) return;
-  units_.notes.push_back(
-      fmt::format("the competitors of {} core trees within {} m of them may stand outside the "
-                  "window, so that their Hegyi index is too small: a buffer of that width helps",
-                  cut,
-                  options_.competition_radius_m));
 }
 
-void Calculator::add_notes() {
-  std::size_t alone = 0;
-  std::size_t coincident = 0;
-  std::size_t without_crown = 0;
-  std::size_t without_position = 0;
+void Calculator::count_trees() {
+  UnitFindings& findings = units_.findings;
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     const std::size_t first = tree * options_.neighbors;
     if (!is_placed(tree)) {
-      ++without_position;
+      ++findings.without_position;
     } else if (units_.nearest[first + options_.neighbors - 1] == kNoTree) {
-      ++alone;
+      ++findings.with_few_neighbors;
     } else {
-      if (units_.distance_m[first] == 0.0) ++coincident;
-      if (!units_.C.empty() && std::isnan(units_.C[tree])) ++without_crown;
+      const bool is_coincident = is_at_same_place(inventory_, tree, units_.distance_m[first]);
+      if (is_coincident) ++findings.with_neighbor_at_place;
+      if (!units_.C.empty() && std::isnan(units_.C[tree])) ++findings.without_crown_width;
     }
   }
-  const auto note = [this](std::size_t count, std::string_view what) {
-    if (count == 0) return;
-    units_.notes.push_back(fmt::format("{} {}", counted(count, "tree has", "trees have"), what));
-  };
-  note(without_position, "no position and no structural unit");
-  note(alone, fmt::format("fewer than {} neighbors and no indices", options_.neighbors));
-  note(coincident, "a neighbor at the same place, which has no direction: W is missing");
-  note(without_crown, "no crown width or a neighbor without: C is missing");
-  if (units_.C.empty()) units_.notes.emplace_back("there are no crown widths: C is missing");
+  findings.has_no_crown_widths = units_.C.empty();
 }
 
 StructuralUnits Calculator::run() {
@@ -435,8 +465,11 @@ StructuralUnits Calculator::run() {
   compute_density();
   compute_all();
   correct_edge(inventory_, windows_, inside_, options_, units_);
-  note_competition_radius();
-  add_notes();
+  find_cut_competitors();
+  count_trees();
+  if (!options_.is_part) {
+    units_.notes = notes_of(units_.findings, options_, inventory_.file);
+  }
   units_.windows = std::move(windows_);
   return std::move(units_);
 }

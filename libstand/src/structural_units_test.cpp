@@ -108,6 +108,71 @@ TEST_CASE("a regular pentagon has angles of just 72 degrees, which are not small
   }
 }
 
+TEST_CASE("angles and crowns at the limit are so in a national grid too") {
+  struct Case {
+    double east, north;
+  };
+  silvafit::Random random(3);
+  std::vector<Case> corners{{0, 0}, {600000.35, 5500000.15}, {0, 9000000.15}, {-19999999.9, 0.05}};
+  for (int i = 0; i < 200; ++i) {
+    corners.push_back({random.uniform(-2e7, 2e7), random.uniform(-2e7, 2e7)});
+  }
+  for (const Case& corner : corners) {
+    CAPTURE(corner.east, corner.north);
+    // Around tree 1 the corners of a square: angles of just 90 degrees, the limit of n = 3. Its
+    // crown touches those of trees 2 to 4, 2.3 * sqrt(2) m away.
+    const double at = 2.3;
+    const double width = at * std::sqrt(2.0);
+    std::vector<Tree> trees{{.x = at, .y = at, .cw_m = width},
+                            {.cw_m = width},
+                            {.x = 4.6, .cw_m = width},
+                            {.y = 4.6, .cw_m = width}};
+    for (Tree& tree : trees) {
+      tree.x += corner.east;
+      tree.y += corner.north;
+    }
+    const StructuralUnits square = structural_units(stand_of(trees), without_edge(3));
+    CHECK(square.W[0] == 0.0);
+    CHECK(square.C[0] == 0.0);
+
+    // In a row to the north, crowns touch; a tree 1 mm nearer overlaps, and 1 mm of 2.3 m less
+    // than a right angle is smaller.
+    const StructuralUnits row = structural_units(
+        stand_of({{.x = corner.east, .y = corner.north, .cw_m = 2.3},
+                  {.x = corner.east, .y = corner.north + 2.3, .cw_m = 2.3},
+                  {.x = corner.east + 2.299, .y = corner.north + 0.001, .cw_m = 2.3}}),
+        {.neighbors = 2, .alpha0_deg = 90.0, .edge = EdgeCorrection::kNone});
+    CHECK(row.C[0] == 0.5);
+    CHECK(row.W[0] == 1.0);
+  }
+}
+
+TEST_CASE("a crown due north is neither to the east nor to the west, also in a national grid") {
+  const double same_x = std::nextafter(500000.3, 6e6);
+  Inventory stand = stand_of({{.x = same_x, .y = 5500000}, {.x = 500000.3, .y = 5500003}});
+  stand.cr_n_m = {2.0, NAN};
+  stand.cr_s_m = {NAN, 1.5};
+  stand.cr_e_m = {NAN, NAN};
+  stand.cr_w_m = {NAN, NAN};
+  StructuralUnitOptions options = without_edge(1);
+  options.reach = CrownReach::kFacingRadii;
+  const StructuralUnits units = structural_units(stand, options);
+  CHECK(units.C[0] == 1.0);
+  CHECK(units.C[1] == 1.0);
+}
+
+TEST_CASE("stems that only rounding parts stand at one place") {
+  const double x = std::nextafter(600000.3, 6e6);
+  const Inventory stand = stand_of(
+      {{.x = 600000.3, .y = 5500000}, {.x = x, .y = 5500000}, {.x = 600002, .y = 5500003}});
+  StructuralUnitOptions options = without_edge(2);
+  options.further = {FurtherIndex::kHegyi};
+  const StructuralUnits units = structural_units(stand, options);
+  CHECK(std::isnan(units.W[0]));
+  CHECK(std::isnan(units.further[0].values[0]));
+  CHECK(units.further[0].values[2] == Approx(2.0 / std::hypot(1.7, 3.0)).epsilon(1e-8));
+}
+
 TEST_CASE("clustered neighbors on one side have W of three quarters and more") {
   // All neighbors within 60 degrees: three small angles, and the rest of the circle taken <= 180.
   const Inventory stand =

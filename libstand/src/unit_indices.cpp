@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "coordinate_rounding.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
@@ -14,9 +15,16 @@ namespace {
 constexpr std::size_t kMostNeighbors = 64;
 constexpr double kPi = std::numbers::pi;
 // Equality is met in spite of rounding: at the limit angle a pair does not count (strictly
-// smaller), at the touching distance crowns do not overlap (strictly larger).
+// smaller), at the touching distance crowns do not overlap (strictly larger). This is what
+// arithmetic loses at least; where coordinates are large, their own rounding is more.
 constexpr double kSameAngleRadians = 1e-11;
 constexpr double kSameLengthMeters = 1e-9;
+
+/// How far rounding may move a neighbor as seen from a tree.
+double rounding_m(const Inventory& inventory, std::size_t tree, double distance_m) {
+  const double own_m = std::max(std::abs(inventory.x[tree]), std::abs(inventory.y[tree]));
+  return coordinate_rounding_m(own_m + distance_m);
+}
 
 double share(std::size_t count, std::size_t total) {
   return static_cast<double>(count) / static_cast<double>(total);
@@ -64,21 +72,34 @@ double shared_area_m2(double radius_m, double other_radius_m, double distance_m)
   return segment(large, to_chord) + segment(small, distance_m - to_chord);
 }
 
+bool is_at_same_place(const Inventory& inventory, std::size_t tree, double distance_m) {
+  return distance_m <= rounding_m(inventory, tree, distance_m);
+}
+
 double UnitIndices::uniform_angle(std::span<const Neighbor> neighbors, double alpha0_rad) const {
   const std::size_t n = neighbors.size();
   if (n < 2) return data::kMissing;
-  std::array<double, kMostNeighbors> azimuths{};
+  struct Direction {
+    double azimuth_rad = 0.0;
+    double rounding_rad = 0.0;
+  };
+  std::array<Direction, kMostNeighbors> directions{};
   for (std::size_t i = 0; i < n; ++i) {
+    const Neighbor& neighbor = neighbors[i];
     // A stem at the same place has no direction.
-    if (neighbors[i].east_m == 0.0 && neighbors[i].north_m == 0.0) return data::kMissing;
-    azimuths[i] = std::atan2(neighbors[i].east_m, neighbors[i].north_m);
+    if (is_at_same_place(inventory_, tree_, neighbor.distance_m)) return data::kMissing;
+    const double off_m = rounding_m(inventory_, tree_, neighbor.distance_m);
+    directions[i] = {std::atan2(neighbor.east_m, neighbor.north_m), off_m / neighbor.distance_m};
   }
-  std::sort(azimuths.begin(), azimuths.begin() + static_cast<std::ptrdiff_t>(n));
+  const std::span<Direction> known(directions.data(), n);
+  std::ranges::sort(known, {}, &Direction::azimuth_rad);
   std::size_t small = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double gap =
-        i + 1 < n ? azimuths[i + 1] - azimuths[i] : azimuths[0] + 2.0 * kPi - azimuths[n - 1];
-    if (std::min(gap, 2.0 * kPi - gap) < alpha0_rad - kSameAngleRadians) ++small;
+    const Direction& next = known[(i + 1) % n];
+    const double turn = i + 1 < n ? 0.0 : 2.0 * kPi;
+    const double gap = next.azimuth_rad + turn - known[i].azimuth_rad;
+    const double same = std::max(kSameAngleRadians, next.rounding_rad + known[i].rounding_rad);
+    if (std::min(gap, 2.0 * kPi - gap) < alpha0_rad - same) ++small;
   }
   return share(small, n);
 }
@@ -106,13 +127,15 @@ double UnitIndices::dominance(std::span<const Neighbor> neighbors) const {
 /// How far the two crowns reach towards each other, together.
 double UnitIndices::reach_m(const Neighbor& neighbor) const {
   // Without a direction there is no facing radius.
-  const bool has_direction = neighbor.east_m != 0.0 || neighbor.north_m != 0.0;
+  const bool has_direction = !is_at_same_place(inventory_, tree_, neighbor.distance_m);
   if (options_.reach == CrownReach::kMeanWidth || !has_direction) {
     return (inventory_.cw_m[tree_] + inventory_.cw_m[neighbor.tree]) / 2.0;
   }
   const double length = std::hypot(neighbor.east_m, neighbor.north_m);
-  const double east = neighbor.east_m / length;
-  const double north = neighbor.north_m / length;
+  // Due north is neither east nor west, whose radii may differ or be unknown.
+  const double off_m = rounding_m(inventory_, tree_, neighbor.distance_m);
+  const double east = std::abs(neighbor.east_m) <= off_m ? 0.0 : neighbor.east_m / length;
+  const double north = std::abs(neighbor.north_m) <= off_m ? 0.0 : neighbor.north_m / length;
   return radius_towards(inventory_, tree_, east, north) +
          radius_towards(inventory_, neighbor.tree, -east, -north);
 }
@@ -122,7 +145,9 @@ double UnitIndices::crowding(std::span<const Neighbor> neighbors) const {
   for (const Neighbor& neighbor : neighbors) {
     const double reach = reach_m(neighbor);
     if (std::isnan(reach)) return data::kMissing;
-    if (reach > neighbor.distance_m + kSameLengthMeters) ++overlapping;
+    const double same_m =
+        std::max(kSameLengthMeters, rounding_m(inventory_, tree_, neighbor.distance_m));
+    if (reach > neighbor.distance_m + same_m) ++overlapping;
   }
   return share(overlapping, neighbors.size());
 }
@@ -155,7 +180,7 @@ double UnitIndices::hegyi(std::span<const Neighbor> neighbors) const {
   double sum = 0.0;
   for (const Neighbor& neighbor : neighbors) {
     // Competition at distance 0 would be without limit.
-    if (neighbor.distance_m == 0.0) return data::kMissing;
+    if (is_at_same_place(inventory_, tree_, neighbor.distance_m)) return data::kMissing;
     sum += inventory_.dbh_cm[neighbor.tree] / inventory_.dbh_cm[tree_] / neighbor.distance_m;
   }
   return sum;

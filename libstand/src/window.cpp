@@ -17,6 +17,7 @@
 #include <limits>
 #include <numbers>
 
+#include "coordinate_rounding.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::stand {
@@ -202,11 +203,10 @@ void Window::Shape::complete() {
   is_rectangle = has_sides_of_box();
 }
 
-/// A coordinate computed from others, as x/10 is, may be off by some units in its last place.
 void Window::Shape::set_rounding() {
   const double farthest =
       std::max({std::abs(low.x), std::abs(low.y), std::abs(high.x), std::abs(high.y)});
-  rounding_m = std::max(kRoundingMeters, 4.0 * std::numeric_limits<double>::epsilon() * farthest);
+  rounding_m = std::max(kRoundingMeters, coordinate_rounding_m(farthest));
 }
 
 /// Whether every edge lies on a side of the bounding rectangle.

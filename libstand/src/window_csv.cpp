@@ -66,7 +66,7 @@ class CsvWindowReader {
 double CsvWindowReader::number(const std::vector<std::string_view>& fields,
                                std::size_t field) const {
   double value = 0.0;
-  if (data::parse_number(data::trimmed(fields[field]), value)) return value;
+  if (csv_.parse_number(fields[field], value)) return value;
   throw InputError(fmt::format("'{}' is no number", fields[field]),
                    {.file = file_, .line = csv_.line(), .column = header_[field]});
 }

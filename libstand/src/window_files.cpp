@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <string_view>
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -15,6 +16,13 @@ namespace {
 constexpr char kTwoWindows[] = "this plot has a window already, and a circle cannot be joined";
 
 }  // namespace
+
+std::string text_of(const std::filesystem::path& path) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  std::string text = read_file(path);
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
+  return text;
+}
 
 WindowCollector::Owner& WindowCollector::owner(const std::optional<std::string>& plot) {
   const auto [entry, is_new] = number_of_.try_emplace(plot, owners_.size());
@@ -55,9 +63,9 @@ std::vector<NamedWindow> read_windows(const std::filesystem::path& path) {
   if (ending == ".csv") return read_csv_windows(path);
   if (ending == ".wkt") return read_wkt_windows(path);
   // Whatever the ending: JSON begins with a brace, well-known text with a word.
-  const std::string text = read_file(path);
+  const std::string text = text_of(path);
   const auto first =
-      std::ranges::find_if(text, [](unsigned char c) { return c != 0xef && !std::isspace(c); });
+      std::ranges::find_if(text, [](unsigned char c) { return std::isspace(c) == 0; });
   const bool is_word = first != text.end() && std::isalpha(static_cast<unsigned char>(*first)) != 0;
   return is_word ? read_wkt_windows(path) : read_geojson_windows(path);
 }

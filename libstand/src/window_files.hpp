@@ -38,6 +38,9 @@ class WindowCollector {
   std::map<std::optional<std::string>, std::size_t> number_of_{};
 };
 
+/// The text of a file without its byte order mark.
+std::string text_of(const std::filesystem::path& path);
+
 /// Polygons of a POLYGON or MULTIPOLYGON in well-known text.
 /// \throws GeometryError if it is none, or not valid
 std::vector<Polygon> polygons_of_wkt(std::string_view text);

@@ -46,7 +46,7 @@ void GeoJsonReader::fail(const std::string& message) const {
 }
 
 json GeoJsonReader::parse() const {
-  const std::string text = read_file(file_);
+  const std::string text = text_of(file_);
   try {
     return json::parse(text);
   } catch (const json::parse_error& error) {

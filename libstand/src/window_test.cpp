@@ -361,3 +361,16 @@ TEST_CASE("what is no window is refused with the feature that is wrong") {
       Contains("feature 2: not a valid polygon: the boundary crosses"));
   CHECK_THROWS_WITH(read_windows("/no/such/window.geojson"), Contains("/no/such/window.geojson"));
 }
+
+TEST_CASE("a byte order mark before a window is no part of it") {
+  for (const char* text :
+       {"POLYGON((0 0, 2 0, 2 3, 0 3, 0 0))",
+        R"({"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 3], [0, 3], [0, 0]]]})"}) {
+    for (const char* ending : {".wkt", ".json", ".txt"}) {
+      const bool fits = (text[0] == 'P') == (std::string_view(ending) == ".wkt");
+      if (!fits && std::string_view(ending) != ".txt") continue;
+      const silvafit::test::ScratchFile file(std::string("\xEF\xBB\xBF") + text, ending);
+      CHECK(read_windows(file.path()).at(0).window.area_m2() == 6.0);
+    }
+  }
+}

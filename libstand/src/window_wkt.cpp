@@ -106,7 +106,7 @@ std::vector<Polygon> polygons_of_wkt(std::string_view text) {
 
 std::vector<NamedWindow> read_wkt_windows(const std::filesystem::path& path) {
   WindowCollector collector;
-  for (const Entry& entry : entries_of(read_file(path))) {
+  for (const Entry& entry : entries_of(text_of(path))) {
     try {
       collector.add(std::nullopt, polygons_of_wkt(entry.text));
     } catch (const GeometryError& error) {

@@ -53,6 +53,18 @@ class Impute(ProgramTest):
         self.assertIn("h: 34 measured, 65 imputed with their plot, 20 with the population's curve, "
                       "1 left empty", done.stderr)
 
+    def test_decimal_commas_become_points_but_not_those_of_labels(self):
+        lines = [next(csv.reader([line])) for line in self.text.splitlines()]
+        rows = [lines[0]] + [[line[0].replace("0", "0,"), *line[1:3],
+                              *(value.replace(".", ",") for value in line[3:])]
+                             for line in lines[1:]]
+        self.write("inventory.csv", "\n".join(";".join(row) for row in rows) + "\n")
+        done = self.run_program("impute", "inventory.csv", "--response", "h")
+        for old, new in zip(lines[1:], self.rows(done.stdout), strict=True):
+            self.assertEqual(new["plot"], old[0].replace("0", "0,"))
+            self.assertEqual(new["dbh"], old[3])
+            self.assertEqual(new["C"], old[5])
+
     def test_json_says_what_was_done(self):
         summary = self.run_json("impute", "inventory.csv", "--out", "filled.csv")
         self.assertEqual(summary["schema"], "silvafit-impute/1")

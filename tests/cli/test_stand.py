@@ -72,6 +72,29 @@ class Indices(ProgramTest):
         self.assertEqual(self.indices("--window", "window.wkt"), expected)
         self.assertEqual(self.indices("--window", "window.csv"), expected)
 
+    def test_read_plot_by_plot_the_same_is_said(self):
+        lines = inventory(plots=("1", "2", "3"), trees=9).splitlines()
+        # Plot 2 is outside of its window, and some rows cannot be used.
+        moved = [line if not line.startswith("2,") else
+                 ",".join([*line.split(",")[:3], "500", *line.split(",")[4:]]) for line in lines]
+        moved += [f"3,{tree},SM,1,{tree},-1,10,2" for tree in range(20, 27)]
+        self.write("inventory.csv", "\n".join(moved) + "\n")
+        for options in ((), ("--circle", "15,15,21", "--further", "Hegyi",
+                             "--competition-radius", "6")):
+            whole = self.run_program("indices", "inventory.csv", "--trust-units", *options)
+            parts = self.run_program("indices", "inventory.csv", "--trust-units", "--stream",
+                                     *options)
+            self.assertEqual(parts.stdout, whole.stdout)
+            self.assertEqual(parts.stderr, whole.stderr)
+            self.assertIn("and 2 more", whole.stderr)
+            self.assertIn("are core trees", whole.stderr)
+        self.write("inventory.csv", "\n".join(line for line in moved[:1] + moved[10:19]) + "\n")
+        for options in ([], ["--stream"]):
+            done = self.run_program("indices", "inventory.csv", "--trust-units", "--circle",
+                                    "15,15,21", "--out", "out.csv", *options, status=3)
+            self.assertIn("all trees stand outside the window", done.stderr)
+            self.assertFalse((self.folder / "out.csv").exists())
+
     def test_every_plot_may_be_a_circle(self):
         self.write("inventory.csv", inventory(plots=("1", "2")))
         self.write("circles.csv", "plot,x,y,radius\n*,15,15,12\n")
@@ -80,6 +103,13 @@ class Indices(ProgramTest):
         for row, tree in zip(by_option, rows_of(inventory(plots=("1", "2")))):
             distance = math.hypot(float(tree["x"]) - 15, float(tree["y"]) - 15)
             self.assertEqual(row["core"] == "1", distance <= 7)
+
+    def test_labels_with_commas_are_kept_in_files_with_decimal_commas(self):
+        self.write("inventory.csv", "plot;tree;species;x;y;dbh\n"
+                   "1,2;1;A;0,5;1;20,5\n1.2;1;A;0,5;3;21,5\n1,2;2;A;2,5;1;20,5\n")
+        rows = self.indices("--neighbors", "1", "--edge", "none")
+        self.assertEqual([(row["plot"], row["nn1"], row["d1"]) for row in rows],
+                         [("1,2", "2", "2"), ("1.2", "", ""), ("1,2", "1", "2")])
 
     def test_without_a_window_the_hull_is_said(self):
         done = self.run_program("indices", "inventory.csv")
@@ -138,6 +168,24 @@ class Stand(ProgramTest):
         done = self.run_program("stand", "inventory.csv", "--stratum-area", "A=10", status=2)
         self.assertIn("--stratum", done.stderr)
 
+    def test_plots_without_a_stratum_are_told_from_all_plots(self):
+        strata = {"1": "A", "2": "all", "3": ""}
+        text = inventory(plots=tuple(strata), strata={"1": "A", "2": "all", "3": " "})
+        self.write("inventory.csv", text)
+        options = ("stand", "inventory.csv", "--plot-area", "900", "--stratum", "stratum")
+        result = self.run_json(*options)
+        self.assertEqual([(one["stratum"], one["kind"], one["plots"]) for one in result["strata"]],
+                         [("A", "stratum", 1), ("all", "stratum", 1), (None, "none", 1),
+                          (None, "all", 3)])
+        done = self.run_program(*options, "--out", "tables")
+        self.assertIn("\n(none)  ", done.stdout)
+        self.assertIn("plot 3 has no stratum", done.stderr)
+        rows = rows_of((self.folder / "tables" / "strata.csv").read_text(encoding="utf-8"))
+        self.assertEqual([(row["stratum"], row["kind"]) for row in rows],
+                         [("A", "stratum"), ("all", "stratum"), ("", "none"), ("all", "all")])
+        result = self.run_json(*options, "--stratum-area", "A=10,all=5")
+        self.assertEqual(result["strata"][-1]["area_ha"], 15)
+
     def test_tables_are_written_to_a_folder(self):
         self.write("inventory.csv", inventory())
         done = self.run_program("stand", "inventory.csv", "--circle", "15,15,21", "--out", "tables")
@@ -172,6 +220,14 @@ class Covariates(ProgramTest):
         self.write("inventory.csv", "\n".join(joined) + "\n")
         given = self.run_json(*arguments)
         self.assertEqual(computed["fixed"], given["fixed"])
+
+    def test_a_response_is_no_covariate_of_itself_and_a_measure_no_group(self):
+        self.write("inventory.csv", inventory(plots=("1", "2", "3")))
+        study = ("study", "inventory.csv", "--out", "study", "--responses", "h", "--edge", "none")
+        done = self.run_program(*study, "--covariates", "M,h", status=2)
+        self.assertIn("'h' is a response and cannot be its own covariate", done.stderr)
+        done = self.run_program(*study, "--group", "dbh", status=2)
+        self.assertIn("read 'dbh' as a number", done.stderr)
 
     def test_a_study_takes_further_indices(self):
         self.write("inventory.csv", inventory(plots=("1", "2", "3", "4", "5"), trees=120))

@@ -81,6 +81,7 @@ class Comparer {
 
   Nesting run() {
     compare_formulas();
+    compare_columns();
     compare_parameters();
     compare_levels();
     compare_variance();
@@ -98,6 +99,23 @@ class Comparer {
       fail(fmt::format("the responses are {} and {}", larger_.formula.left, smaller_.formula.left));
     } else if (larger_.formula.right.text() != smaller_.formula.right.text()) {
       fail("the formulas differ, and whether one is a special case of the other is not known");
+    }
+  }
+
+  /// Fits to the same observations find the same range in a column, unless its name stands for
+  /// another one.
+  void compare_columns() {
+    for (const ColumnRange& small : smaller_fit_.ranges) {
+      const auto large = std::ranges::find(larger_fit_.ranges, small.column, &ColumnRange::column);
+      if (large == larger_fit_.ranges.end()) continue;
+      if (large->low != small.low || large->high != small.high) {
+        fail(fmt::format("{} is not the same column in both: {} to {}, and {} to {}",
+                         small.column,
+                         data::shortest(small.low),
+                         data::shortest(small.high),
+                         data::shortest(large->low),
+                         data::shortest(large->high)));
+      }
     }
   }
 

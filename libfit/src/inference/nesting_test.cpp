@@ -123,6 +123,19 @@ TEST_CASE("groups of the same column with other labels, or without, are not know
   CHECK_THAT(nesting(larger, smaller).reason, Contains("does not name its groups by stand"));
 }
 
+TEST_CASE("a column that is another one in the other fit makes no special case") {
+  const data::Table table = lines();
+  data::Table other = table;
+  std::vector<double> squares(table.numbers("x").begin(), table.numbers("x").end());
+  for (double& value : squares) value *= value;
+  other.set("x", squares);
+  const FittedModel larger = fitted(table, {.random = "a | place"});
+  CHECK(nesting(larger, fitted(table, {})).is_nested);
+  const Nesting how = nesting(larger, fitted(other, {}));
+  CHECK_FALSE(how.is_nested);
+  CHECK(how.reason == "x is not the same column in both: 1 to 36, and 1 to 6");
+}
+
 TEST_CASE("labels that may be of two stands prove nothing") {
   const data::Table table = lines();
   FittedModel nested = fitted(table, {.random = "a | stand/place"});

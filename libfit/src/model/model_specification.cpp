@@ -208,6 +208,15 @@ ModelSpecification specify_model(std::string_view formula,
 
 void check_response(const ModelSpecification& specification, const data::Table& table) {
   const data::Formula& formula = specification.formula;
+  const std::vector<std::string> predictors = specification.predictors();
+  if (std::ranges::find(predictors, formula.left) != predictors.end()) {
+    throw FormulaError(
+        fmt::format("'{}' cannot predict itself; take it out of the right side and of what its "
+                    "parameters depend on",
+                    formula.left),
+        formula.text,
+        formula.text.find(formula.left) + 1);
+  }
   if (table.has(formula.left)) return;
   refuse_missing_column(formula.left, formula.text, formula.text.find(formula.left) + 1, table);
 }

@@ -87,6 +87,10 @@ TEST_CASE("what a fit needs is checked where it is written") {
   const auto table = columns({"h", "dbh", "plot"});
   CHECK_THROWS_WITH(specify_model("h ~ 2*dbh", {}, table),
                     Catch::Matchers::Contains("nothing to estimate"));
+  CHECK_THROWS_WITH(check_response(specify_model("h ~ a + b*h", {}, table), table),
+                    Catch::Matchers::Contains("'h' cannot predict itself"));
+  CHECK_THROWS_WITH(check_response(specify_model("h ~ a*dbh", {"a ~ 1 + h"}, table), table),
+                    Catch::Matchers::Contains("'h' cannot predict itself"));
   CHECK_THROWS_WITH(check_response(specify_model("H ~ a*dbh", {}, table), table),
                     Catch::Matchers::Contains("column 1: there is no column 'H'"));
   auto model = specify_model("h ~ a + b*dbh", {}, table);

@@ -317,4 +317,29 @@ SimulatedStand simulate(const SimulationDesign& design, std::uint64_t seed, unsi
   return result;
 }
 
+std::vector<std::string> notes_on_limits(const SimulationDesign& design,
+                                         const SimulatedStand& stand) {
+  constexpr double kLargeShare = 0.1;
+  std::vector<std::string> notes;
+  for (std::size_t s = 0; s < design.species.size(); ++s) {
+    const DrawnSpecies& species = stand.species[s];
+    const auto note = [&](std::string_view name, const DrawnResponse& drawn) {
+      const std::size_t met = std::max(drawn.redrawn, drawn.clamped);
+      if (static_cast<double>(met) <= kLargeShare * static_cast<double>(species.trees)) return;
+      notes.push_back(
+          fmt::format("{} of {}: {} of {} trees met a limit ({} were set to it), so that the file "
+                      "does not follow the design; look at the formula, its coefficients and sigma",
+                      name,
+                      design.species[s].code,
+                      met,
+                      species.trees,
+                      drawn.clamped));
+    };
+    note("h", species.h);
+    note("hcb", species.hcb);
+    note("cw", species.cw);
+  }
+  return notes;
+}
+
 }  // namespace silvafit::study

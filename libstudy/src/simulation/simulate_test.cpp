@@ -298,3 +298,18 @@ TEST_CASE("the example is what its design gives") {
   check_same(nlohmann::json::parse(study::truth_json(design, stand, 1)),
              nlohmann::json::parse(read_file(folder / "truth.json")));
 }
+
+TEST_CASE("limits that make a large share of the data are said") {
+  json design = plain_design();
+  const auto notes_in = [&design] {
+    const study::SimulationDesign read = study::parse_design(design.dump(), "");
+    return study::notes_on_limits(read, study::simulate(read, 3));
+  };
+  CHECK(notes_in().empty());
+  // Below the lowest height by more than any residual.
+  design["species"][0]["h"] = {
+      {"formula", "h ~ a + b*dbh"}, {"fixed", {{"a", -500.0}, {"b", 0.0}}}, {"sigma", 0.1}};
+  const std::vector<std::string> notes = notes_in();
+  REQUIRE_FALSE(notes.empty());
+  CHECK_THAT(notes[0], Catch::StartsWith("h of ") && Catch::Contains("trees met a limit"));
+}

@@ -44,6 +44,10 @@ std::vector<PlotDesign> grid_of_plots(const JsonReader& json) {
   json.allow_only({"columns", "rows", "width", "height", "gap"});
   const std::size_t columns = json.at("columns").count();
   const std::size_t rows = json.at("rows").count();
+  constexpr double kMostPlots = 1e6;
+  if (static_cast<double>(columns) * static_cast<double>(rows) > kMostPlots) {
+    json.fail(fmt::format("{} columns and {} rows are more than a million plots", columns, rows));
+  }
   const double width = json.at("width").positive();
   const double height = json.at("height").positive();
   double gap = 0.0;
@@ -308,6 +312,22 @@ SpeciesDesign read_species(const JsonReader& json) {
   return species;
 }
 
+/// Before memory is asked for that no machine has.
+void check_number_of_trees(const SimulationDesign& design, const JsonReader& json) {
+  constexpr double kMostTrees = 5e7;
+  double hectares = 0.0;
+  for (const PlotDesign& plot : design.plots) hectares += plot.area_m2() / 1e4;
+  double trees = 0.0;
+  for (const SpeciesDesign& species : design.species) trees += species.density_per_ha * hectares;
+  if (trees <= kMostTrees) return;
+  json.fail(
+      fmt::format("the densities make {:.3g} trees on {:.4g} ha, more than {:.0g}; density is "
+                  "in stems per hectare",
+                  trees,
+                  hectares,
+                  kMostTrees));
+}
+
 SimulationDesign read(const JsonReader& json) {
   json.allow_only({"schema",
                    "name",
@@ -342,6 +362,7 @@ SimulationDesign read(const JsonReader& json) {
     }
   }
   if (design.species.empty()) species.fail("there must be a species");
+  check_number_of_trees(design, species);
   return design;
 }
 

@@ -49,6 +49,8 @@ TEST_CASE("a wrong key or value of a design is named") {
       {"/specie", "1", "the key \"specie\" is not known here"},
       {"/species/0/code", "7", "species[0].code: must be a text, is 7"},
       {"/species/0/density", "\"many\"", "species[0].density: must be a number, is \"many\""},
+      {"/species/0/density", "1e12", "species: the densities make 1e+12 trees on 1 ha"},
+      {"/plots/grid/rows", "1000000000", "plots.grid: 2 columns and 1000000000 rows are more"},
       {"/species/0/dbh/mean", "4", "species[0].dbh.mean: must be above the minimum of 5 cm"},
       {"/species/0/dbh/plot_log_sd", "2", "species[0].dbh.plot_log_sd: the plots alone"},
       {"/species/0/h/formula", R"("h ~ a + b*D")", "species[0].h"},

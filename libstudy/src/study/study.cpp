@@ -176,6 +176,15 @@ void check_options(const Catalogue& catalogue, const StudyOptions& options) {
                     response,
                     fmt::join(known, ", ")));
   }
+  for (const std::string& covariate : options.covariates) {
+    if (std::ranges::find(options.responses, covariate) == options.responses.end()) continue;
+    throw UsageError(
+        fmt::format(
+            "'{}' is a response and cannot be its own covariate; leave it out, or study the "
+            "other responses apart",
+            covariate),
+        {.column = "--covariates"});
+  }
   if (options.responses.empty()) throw UsageError("there is no response to model");
   if (options.covariate_parameters < 1 || options.covariate_parameters > 2) {
     throw UsageError("covariates can be on one parameter at once, or on two");

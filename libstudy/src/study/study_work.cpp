@@ -185,6 +185,14 @@ Work prepared(const data::Table& table,
                                         "tree without structural unit was left out.",
                                         "trees without structural unit were left out."));
   }
+  if (std::ranges::find(columns, options.group) != columns.end()) {
+    throw UsageError(
+        fmt::format("the models of {} read '{}' as a number, so that it cannot hold the groups of "
+                    "the random effects as well; --group names a column such as plot or stand",
+                    response,
+                    options.group),
+        {.file = table.file(), .column = "--group"});
+  }
   columns.push_back(options.group);
   for (const std::string& name : variance_columns(options)) columns.push_back(name);
   // Not all of them: a study of a million trees would have each column nine times.

@@ -171,9 +171,14 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
     if (table.is_numeric(name)) continue;
     const data::TextColumn& column = table.text(name);
     std::vector<std::size_t> rows;
+    std::vector<std::size_t> with_comma;
     for (std::size_t row = 0; row < column.size(); ++row) {
-      if (!column.is_missing(row) && !is_number(column[row])) rows.push_back(row);
+      if (column.is_missing(row) || is_number(column[row])) continue;
+      // In a file with decimal commas such a field is a number, and another one is the trouble.
+      const bool has_comma = !data::with_decimal_point(column[row]).empty();
+      (has_comma ? with_comma : rows).push_back(row);
     }
+    if (rows.empty()) rows = with_comma;
     if (rows.empty()) throw InputError("has no numbers", {.file = table.file(), .column = name});
     throw InputError(
         fmt::format("'{}' is not a number{}", column[rows.front()], others(rows.size())),

@@ -21,7 +21,7 @@ class CsvReader {
   /// Opens the file and reads its header.
   ///
   /// Fields are separated as the header's are: by commas, or by semicolons or tabs if there is no
-  /// comma. In files of the second kind 12,5 is the number 12.5, and is read as this text.
+  /// comma; or by what a line `sep=;` before the header says.
   /// \throws InputError if the file cannot be read, is empty, or names a column twice
   explicit CsvReader(const std::filesystem::path& path);
   ~CsvReader();
@@ -39,6 +39,13 @@ class CsvReader {
   /// MiB, or has another number of fields than the header
   bool next(std::vector<std::string_view>& fields);
 
+  /// Whether semicolons or tabs separate, so that 12,5 is the number 12.5 where a number is looked
+  /// for. Text keeps its spelling: plots 1,2 and 1.2 are two.
+  bool has_decimal_commas() const;
+  /// Reads a whole field as a number, as the function of this name does, or one with a decimal
+  /// comma if the file has such; false if it is none.
+  bool parse_number(std::string_view field, double& value) const;
+
   /// Line on which the last record began, from 1.
   std::size_t line() const;
 
@@ -54,8 +61,9 @@ struct CsvTableOptions {
 };
 
 /// A CSV file as a table. A column is numeric if each value is a number or missing (empty or `NA`),
-/// else text, without the blanks around each value.
-/// \throws InputError if the file cannot be read as CSV, or if a wanted column is not there
+/// else text, as it is written but for the blanks around each value. Numbers may have decimal
+/// commas as CsvReader says. \throws InputError if the file cannot be read as CSV, or if a wanted
+/// column is not there
 Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options = {});
 
 /// The same for a file of which the header was looked at, and no record: it may be a pipe.
@@ -70,6 +78,10 @@ bool is_missing_field(std::string_view field);
 /// Reads a whole field as a number, blanks around it allowed; false if it is none. `inf` and `nan`
 /// are numbers here: whoever needs finite ones says so with a message of their own.
 bool parse_number(std::string_view field, double& value);
+
+/// A number with a decimal comma, 12,5 or 1,5E-05, with a point in its place; empty if the field is
+/// none, as 1.234,5 and 1,2,3.
+std::string with_decimal_point(std::string_view field);
 
 /// A field as it is written: quoted where RFC 4180 asks for it.
 std::string csv_field(std::string_view text);

@@ -62,7 +62,8 @@ ModelSpecification specify_model(std::string_view formula,
                                  const data::Table& table);
 
 /// Makes sure that there is something to fit to; a model to simulate from needs no response.
-/// \throws InputError if the response is no column of the table
+/// \throws InputError if the response is no column of the table; FormulaError if the mean or a
+///   sub-model depends on it
 void check_response(const ModelSpecification& specification, const data::Table& table);
 
 /// Reads one sub-model; covariates are not checked against any table.

@@ -41,6 +41,9 @@ struct Inventory {
   std::vector<double> cr_s_m{};
   std::vector<double> cr_n_m{};
 
+  /// Plots of the file none of whose rows could be used, so that what stands there is not known.
+  std::vector<std::string> plots_left_out{};
+
   /// Other columns that were asked for.
   data::Table other{};
 
@@ -129,7 +132,10 @@ class InventoryBatches {
 
   /// The next batch, checked as read_inventory does; nothing at the end. Units are questioned in
   /// the first batch. \throws InputError also if a plot comes again after its batch
+  /// A batch has no notes: see notes().
   std::optional<CheckedInventory> next();
+  /// The notes on all batches read so far: after the last, those of read_inventory.
+  std::vector<std::string> notes() const;
 
  private:
   struct State;
@@ -138,6 +144,16 @@ class InventoryBatches {
 
 /// Says how many rows were left out and why the first of them; empty if none was.
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5);
+
+/// The same of several batches of a file.
+/// \param excluded  of all batches
+/// \param left_out  rows left out
+/// \param kept      trees of all batches
+std::string describe_excluded(const std::vector<ExcludedRow>& excluded,
+                              std::size_t left_out,
+                              std::size_t kept,
+                              const std::string& file,
+                              std::size_t most_shown = 5);
 
 /// Writes excluded.csv: line, plot, tree, column, value, reason.
 void write_excluded(const std::vector<ExcludedRow>& excluded, std::ostream& stream);

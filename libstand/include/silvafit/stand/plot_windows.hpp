@@ -38,6 +38,9 @@ struct PlotWindows {
   std::vector<std::optional<std::size_t>> domain_of_plot{};
   bool is_assumed = false;           ///< no window was given
   std::vector<std::string> notes{};  ///< what was assumed
+  /// Plots whose trees make no window: one or two, or all on one line.
+  std::vector<std::string> plots_without_window{};
+  std::size_t plots_in_window_of_stand = 0;  ///< plots without a given window of their own
 
   /// The window of a tree, or nothing.
   const Window* window_of(const Inventory& inventory, std::size_t tree) const;
@@ -53,6 +56,10 @@ PlotWindows plot_windows(const Inventory& inventory,
                          const std::vector<NamedWindow>& given,
                          SearchScope scope,
                          AssumedWindow assumed = AssumedWindow::kConvexHull);
+
+/// \throws UsageError if several plots share the stand's window, which is none for neighbors within
+///         each plot
+void refuse_shared_window(std::size_t plots);
 
 /// Whether each tree is inside its window: 1, else 0; 0 also without position or window.
 std::vector<char> trees_inside(const Inventory& inventory,

@@ -22,7 +22,7 @@ struct StandReportOptions {
   StructuralUnitOptions units{};
   SpeciesTableOptions species{};  ///< quadrat_m 0 in a stand of one plot: quadrats of 10 m
   double diameter_class_cm = 4.0;
-  /// Area of every plot, where it is not that of a window.
+  /// Area of every plot, for inventories without windows; not both.
   std::optional<double> plot_area_m2{};
   /// Column of Inventory::other that holds each tree's stratum; empty: none.
   std::string stratum{};
@@ -59,7 +59,8 @@ struct StandReport {
   std::vector<std::string> notes{};
 };
 
-/// \throws UsageError if neither positions nor a plot area are known, a plot is in several strata,
+/// \throws UsageError if windows and a plot area are given, neither positions nor a plot area are
+/// known, a plot is in several strata,
 ///         or an option is out of range; else as structural_units and plot_windows do
 StandReport stand_report(const Inventory& inventory, const StandReportOptions& options);
 

@@ -23,7 +23,7 @@ struct SampledArea {
 };
 
 /// The domains of the windows with their trees, in the order of the domains, then given windows of
-/// plots that no tree names: plots without trees count, too.
+/// plots that no row names: plots without trees count, too.
 std::vector<SampledArea> sampled_areas(const Inventory& inventory,
                                        const PlotWindows& windows,
                                        const std::vector<NamedWindow>& given);
@@ -47,6 +47,8 @@ struct StandFigures {
   /// Sum of crown areas (circles of cw) over the area; of the trees with a crown width.
   double crown_cover_percent = 0.0;
   std::size_t trees_without_crown_width = 0;
+  std::size_t dominant_trees = 0;                 ///< the thickest, which dominant height is of
+  std::size_t dominant_trees_without_height = 0;  ///< of these
 };
 
 /// Dominant height is the mean height of the thickest trees, so many a hectare (at least one tree;
@@ -86,7 +88,13 @@ struct Estimate {
 
 /// Plots of one stratum, or of all.
 struct StratumFigures {
-  std::string name{};  ///< empty for all strata together
+  enum class Kind {
+    kStratum,
+    kWithout,  ///< the plots that are in no stratum
+    kAll,      ///< all together
+  };
+  Kind kind = Kind::kStratum;
+  std::string name{};  ///< of a stratum, else empty
   std::size_t plots = 0;
   std::size_t trees = 0;
   double sampled_ha = 0.0;
@@ -100,8 +108,11 @@ struct StratumFigures {
 /// Plots are a simple random sample of their stratum. Per hectare: the ratio R = sum y / sum a of
 /// what was counted and the plots' areas; standard error sqrt(sum (y - R a)^2 / (n (n - 1))) / mean
 /// a, which is that of the mean where plots are equal (Cochran 1977, chapter 6). Over strata:
-/// weighted by their areas, if all are known (chapter 5), else all plots are one sample.
-/// \param stratum_of_area   one for each area; empty: no strata, and the result is one entry
+/// weighted by their areas, if all are known (chapter 5), else all plots are one sample. Plots
+/// without a stratum have an entry of their own after the strata, and are not in the figures of all
+/// that are weighted by areas.
+/// \param stratum_of_area   one for each area, empty where it has none; none at all: no strata, and
+///                          the result is one entry
 /// \param stratum_areas_ha  areas by name; may be empty
 /// \throws UsageError if an area is given for a stratum that is not there, or for some only
 std::vector<StratumFigures> stratum_figures(const Inventory& inventory,

@@ -14,6 +14,7 @@
 
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/plot_windows.hpp"
+#include "silvafit/stand/unit_findings.hpp"
 #include "silvafit/stand/window.hpp"
 
 namespace silvafit::stand {
@@ -58,8 +59,8 @@ struct StructuralUnitOptions {
   std::optional<double> alpha0_deg{};  ///< limit angle of W; default 360 / (n + 1), 72 for n = 4
   /// Limit angles of reference trees of some species, in place of alpha0_deg.
   std::vector<std::pair<std::string, double>> alpha0_deg_of_species{};
-  /// The inventory is a part of one, so that such a species may stand in another part; see
-  /// check_species_of_angles.
+  /// The inventory is a part of one: such a species may stand in another part
+  /// (check_species_of_angles), and what there is to say is said of all parts (notes_of).
   bool is_part = false;
   EdgeCorrection edge = EdgeCorrection::kBuffer;
   double buffer_m = 5.0;  ///< >= 0
@@ -72,6 +73,9 @@ struct StructuralUnitOptions {
   std::vector<FurtherIndex> further{};
   /// Hegyi's competitors: trees not farther than this; 0: the n neighbors.
   double competition_radius_m = 0.0;
+  /// Area of every plot, which BAL and CCF count by where no window is given: of all its trees.
+  /// Else their area is that of the windows, or of the convex hulls, which a note says.
+  std::optional<double> plot_area_m2{};
   /// CCF's crown width of an open-grown tree [m], an expression of dbh [cm] and other columns.
   std::string open_grown_crown{};
   unsigned threads = 0;  ///< 0: as many as there are cores
@@ -112,7 +116,8 @@ struct StructuralUnits {
   std::vector<std::uint32_t>
       nearest{};                     ///< (N x n) rows of the neighbors, nearest first, or kNoTree
   std::vector<double> distance_m{};  ///< (N x n), NaN where there is no neighbor
-  std::vector<std::string> notes{};  ///< what was assumed and what could not be computed
+  UnitFindings findings{};           ///< what there is to say
+  std::vector<std::string> notes{};  ///< the same in words; none for a part of an inventory
 
   /// Weight of a tree in means over core trees; 0 if it is none.
   double weight_of(std::size_t tree) const {

@@ -131,6 +131,10 @@ struct SimulatedStand {
 ///         DomainError if a mean is not finite for some tree
 SimulatedStand simulate(const SimulationDesign& design, std::uint64_t seed, unsigned threads = 0);
 
+/// Notes on responses of which limits made a tenth of a species' trees or more: redrawn or clamped.
+std::vector<std::string> notes_on_limits(const SimulationDesign& design,
+                                         const SimulatedStand& stand);
+
 /// The truth behind a stand as JSON text (schema silvafit-truth/1).
 std::string truth_json(const SimulationDesign& design,
                        const SimulatedStand& stand,

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// What there is to say of structural units, in numbers that the parts of an inventory add up to.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/window.hpp"
+
+namespace silvafit::stand {
+
+/// Counts of trees and names of plots, of an inventory or of a part of one (whole plots).
+struct UnitFindings {
+  std::vector<std::string> on_windows{};             ///< what was assumed of them, as notes
+  std::vector<std::string> plots_without_window{};   ///< their trees are on one line
+  std::vector<std::string> plots_without_density{};  ///< likewise, so that BAL and CCF are missing
+  std::size_t plots_in_window_of_stand = 0;          ///< that have none of their own
+  std::size_t placed = 0;                            ///< trees with a position and a window
+  std::size_t outside = 0;                           ///< of these, outside of their window
+  Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  Point high{-low.x, -low.y};                ///< the placed trees are between low and high
+  std::vector<std::string> plots_outside{};  ///< all of whose trees are outside
+  /// Core trees whose competitors may stand outside the window.
+  std::size_t with_cut_competitors = 0;
+  std::size_t without_position = 0;
+  std::size_t with_few_neighbors = 0;
+  std::size_t with_neighbor_at_place = 0;
+  std::size_t without_crown_width = 0;  ///< or with a neighbor without
+  bool has_no_crown_widths = false;     ///< the inventory has no such column
+
+  /// Adds another part, which comes later in the file.
+  void add(const UnitFindings& part);
+};
+
+struct StructuralUnitOptions;
+
+/// The findings as notes. Once, after the parts of an inventory (StructuralUnitOptions::is_part);
+/// without parts structural_units does it.
+/// \param options  that the units were computed with
+/// \param file     for messages
+/// \throws InputError if all trees are outside; UsageError if neighbors are searched within plots
+///         and several plots share the stand's window
+std::vector<std::string> notes_of(const UnitFindings& findings,
+                                  const StructuralUnitOptions& options,
+                                  const std::string& file);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/unit_findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "edge.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/structural_units.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+void append(const std::vector<std::string>& names, std::vector<std::string>& to) {
+  to.insert(to.end(), names.begin(), names.end());
+}
+
+void refuse_all_outside(const UnitFindings& findings, const std::string& file) {
+  if (findings.outside == 0 || findings.outside < findings.placed) return;
+  throw InputError(fmt::format("all trees stand outside the window; they are between x {} and {}, "
+                               "y {} and {} m: is the window in the same coordinates?",
+                               findings.low.x,
+                               findings.high.x,
+                               findings.low.y,
+                               findings.high.y),
+                   {.file = file});
+}
+
+void note_trees(const UnitFindings& findings,
+                std::size_t neighbors,
+                std::vector<std::string>& notes) {
+  const auto note = [&notes](std::size_t count, std::string_view what) {
+    if (count == 0) return;
+    notes.push_back(fmt::format("{} {}", counted(count, "tree has", "trees have"), what));
+  };
+  note(findings.without_position, "no position and no structural unit");
+  note(findings.with_few_neighbors,
+       fmt::format("fewer than {} neighbors and no indices", neighbors));
+  note(findings.with_neighbor_at_place,
+       "a neighbor at the same place, which has no direction: W is missing");
+  note(findings.without_crown_width, "no crown width or a neighbor without: C is missing");
+  if (findings.has_no_crown_widths) notes.emplace_back("there are no crown widths: C is missing");
+}
+
+}  // namespace
+
+void UnitFindings::add(const UnitFindings& part) {
+  for (const std::string& note : part.on_windows) {
+    if (std::ranges::find(on_windows, note) == on_windows.end()) on_windows.push_back(note);
+  }
+  append(part.plots_without_window, plots_without_window);
+  append(part.plots_without_density, plots_without_density);
+  plots_in_window_of_stand += part.plots_in_window_of_stand;
+  placed += part.placed;
+  outside += part.outside;
+  low = {std::min(low.x, part.low.x), std::min(low.y, part.low.y)};
+  high = {std::max(high.x, part.high.x), std::max(high.y, part.high.y)};
+  append(part.plots_outside, plots_outside);
+  with_cut_competitors += part.with_cut_competitors;
+  without_position += part.without_position;
+  with_few_neighbors += part.with_few_neighbors;
+  with_neighbor_at_place += part.with_neighbor_at_place;
+  without_crown_width += part.without_crown_width;
+  has_no_crown_widths = has_no_crown_widths || part.has_no_crown_widths;
+}
+
+std::vector<std::string> notes_of(const UnitFindings& findings,
+                                  const StructuralUnitOptions& options,
+                                  const std::string& file) {
+  if (options.scope == SearchScope::kPlot) {
+    refuse_shared_window(findings.plots_in_window_of_stand);
+  }
+  refuse_all_outside(findings, file);
+  std::vector<std::string> notes = findings.on_windows;
+  if (!findings.plots_without_window.empty()) {
+    notes.push_back(fmt::format("trees on one line make no window, so there is no core tree in: {}",
+                                data::list_of(findings.plots_without_window)));
+  }
+  if (!findings.plots_without_density.empty()) {
+    notes.push_back(
+        fmt::format("trees on one line have no area, so that indices per hectare (BAL, CCF) are "
+                    "missing in: {}",
+                    data::list_of(findings.plots_without_density)));
+  }
+  if (findings.outside > 0) notes.push_back(outside_note(findings.outside, options.edge));
+  if (!findings.plots_outside.empty()) {
+    notes.push_back(
+        fmt::format("all trees stand outside the window of plot {}: is it in the same coordinates?",
+                    data::list_of(findings.plots_outside)));
+  }
+  if (findings.with_cut_competitors > 0) {
+    notes.push_back(
+        fmt::format("the competitors of {} core trees within {} m of them may stand outside the "
+                    "window, so that their Hegyi index is too small: a buffer of that width helps",
+                    findings.with_cut_competitors,
+                    options.competition_radius_m));
+  }
+  note_trees(findings, options.neighbors, notes);
+  return notes;
+}
+
+}  // namespace silvafit::stand
