@@ -223,7 +223,7 @@ TEST_CASE("times that single precision cannot hold are refused") {
   CHECK_NOTHROW(animate("1", "2", {}));
   // Floats are whole numbers up to 2^24 = 16777216, and even ones from there on.
   CHECK_NOTHROW(animate("16777213", "16777214", {}));
-  CHECK_THROWS_AS(animate("16777215", "16777217", {}), UsageError);
+  CHECK_THROWS_AS(animate("16777216", "16777217", {}), UsageError);
   CHECK_THROWS_AS(animate("1000000000", "1000000001", {}), UsageError);
   // Floats end at 3.4e38, and below 1e-45 all are 0.
   CHECK_THROWS_AS(animate("1", "2", {.seconds_per_unit = 1e39}), UsageError);
