@@ -2,7 +2,6 @@
 #include "silvafit/stand/stand_report.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,11 +31,14 @@ class ReportMaker {
   void note_plots_left_out();
   void note_trees_left_out(const std::vector<SampledArea>& areas);
   data::TextColumn stratum_column() const;
+  void check_one_stratum(const SampledArea& area, const data::TextColumn& column) const;
   std::vector<std::string> strata_of(std::vector<SampledArea>& areas);
   void add_structure();
   std::string outside_text(bool are_neighbors) const;
   void add_species(const std::vector<SampledArea>& areas);
   void note_single_plots();
+  AreaReport report_on(SampledArea area) const;
+  void add_figures(std::vector<SampledArea> areas);
   void note_dominant_height();
 
   const Inventory& inventory_;
@@ -147,6 +149,20 @@ data::TextColumn ReportMaker::stratum_column() const {
                    {.file = inventory_.file, .column = "--stratum"});
 }
 
+void ReportMaker::check_one_stratum(const SampledArea& area, const data::TextColumn& column) const {
+  const std::size_t first = area.trees.front();
+  const auto name_of = [&column](std::size_t row) {
+    return column.is_missing(row) ? "none" : fmt::format("'{}'", column[row]);
+  };
+  for (const std::size_t tree : area.trees) {
+    if (column.code(tree) == column.code(first)) continue;
+    Place place = inventory_.place(tree);
+    place.column = options_.stratum;
+    throw InputError(
+        fmt::format("the plot is in the strata {} and {}", name_of(first), name_of(tree)), place);
+  }
+}
+
 /// The stratum of each area; areas without trees have none and leave the list.
 std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas) {
   std::vector<std::string> strata;
@@ -161,17 +177,8 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
                                     "plots without trees are in no stratum and are left out"));
   }
   for (const SampledArea& area : areas) {
+    check_one_stratum(area, column);
     const std::size_t first = area.trees.front();
-    for (const std::size_t tree : area.trees) {
-      if (column.code(tree) == column.code(first)) continue;
-      Place place = inventory_.place(tree);
-      place.column = options_.stratum;
-      const auto name_of = [&column](std::size_t row) {
-        return column.is_missing(row) ? "none" : fmt::format("'{}'", column[row]);
-      };
-      throw InputError(
-          fmt::format("the plot is in the strata {} and {}", name_of(first), name_of(tree)), place);
-    }
     strata.emplace_back(column.is_missing(first) ? std::string_view() : column[first]);
     if (strata.back().empty()) without_stratum.push_back(area.name);
   }
@@ -239,7 +246,7 @@ void ReportMaker::note_single_plots() {
   report_.notes.push_back(
       fmt::format("the {} {} {} one plot, and a variance needs two: {} no standard error{}",
                   is_one ? "stratum" : "strata",
-                  fmt::join(names, ", "),
+                  data::list_of(names),
                   is_one ? "has" : "have each",
                   is_one ? "it has" : "they have",
                   has_total ? "" : ", and neither have all strata together"));
@@ -264,44 +271,52 @@ void ReportMaker::note_dominant_height() {
                   data::list_of(names)));
 }
 
-StandReport ReportMaker::run() {
-  std::vector<SampledArea> areas = find_areas();
-  note_trees_left_out(areas);
-  note_plots_left_out();
-  const std::vector<std::string> strata = strata_of(areas);
-  if (areas.empty())
-    throw InputError(
-        "no plot has an area; convex hulls need three trees that are not in a line: give --window, "
-        "--circle or --plot-area",
-        {.file = inventory_.file});
-  add_structure();
-  add_species(areas);
-  report_.strata = stratum_figures(inventory_, areas, strata, options_.stratum_areas_ha);
-  note_single_plots();
+AreaReport ReportMaker::report_on(SampledArea area) const {
+  AreaReport report;
+  report.figures =
+      stand_figures(inventory_, area.trees, area.area_m2, options_.species.dominant_trees_per_ha);
+  if (area.window) {
+    std::vector<Point> points;
+    for (const std::size_t tree : area.trees) {
+      points.push_back({inventory_.x[tree], inventory_.y[tree]});
+    }
+    report.clark_evans = clark_evans(points, *area.window);
+  }
+  report.area = std::move(area);
+  return report;
+}
+
+void ReportMaker::add_figures(std::vector<SampledArea> areas) {
   std::vector<std::size_t> trees;
   double area_m2 = 0.0;
   for (const SampledArea& area : areas) {
     trees.insert(trees.end(), area.trees.begin(), area.trees.end());
     area_m2 += area.area_m2;
   }
-  const double dominant = options_.species.dominant_trees_per_ha;
-  report_.all = stand_figures(inventory_, trees, area_m2, dominant);
+  report_.all = stand_figures(inventory_, trees, area_m2, options_.species.dominant_trees_per_ha);
   if (std::string note = note_on_crown_cover(report_.all); !note.empty()) {
     report_.notes.push_back(std::move(note));
   }
   report_.diameters = diameter_distribution(inventory_, trees, area_m2, options_.diameter_class_cm);
-  for (SampledArea& area : areas) {
-    AreaReport& one = report_.areas.emplace_back();
-    one.figures = stand_figures(inventory_, area.trees, area.area_m2, dominant);
-    if (area.window) {
-      std::vector<Point> points;
-      for (const std::size_t tree : area.trees) {
-        points.push_back({inventory_.x[tree], inventory_.y[tree]});
-      }
-      one.clark_evans = clark_evans(points, *area.window);
-    }
-    one.area = std::move(area);
+  for (SampledArea& area : areas) report_.areas.push_back(report_on(std::move(area)));
+}
+
+StandReport ReportMaker::run() {
+  std::vector<SampledArea> areas = find_areas();
+  note_trees_left_out(areas);
+  note_plots_left_out();
+  const std::vector<std::string> strata = strata_of(areas);
+  if (areas.empty()) {
+    throw InputError(
+        "no plot has an area; convex hulls need three trees that are not in a line: give --window, "
+        "--circle or --plot-area",
+        {.file = inventory_.file});
   }
+  add_structure();
+  add_species(areas);
+  report_.strata = stratum_figures(inventory_, areas, strata, options_.stratum_areas_ha);
+  note_single_plots();
+  add_figures(std::move(areas));
   note_dominant_height();
   return std::move(report_);
 }

@@ -2,13 +2,17 @@
 // Small stands for tests.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "silvafit/base/random.hpp"
+#include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/structural_units.hpp"
 
 namespace silvafit::stand::test {
@@ -41,6 +45,20 @@ inline Inventory stand_of(const std::vector<Tree>& trees) {
     inventory.h_m.push_back(tree.h_m);
   }
   return inventory;
+}
+
+inline std::vector<std::size_t> all_rows(const Inventory& inventory) {
+  std::vector<std::size_t> rows(inventory.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  return rows;
+}
+
+inline double basal_area_m2(double dbh_cm) { return M_PI * dbh_cm * dbh_cm / 4e4; }
+
+inline const SpeciesRow& row_of(const std::vector<SpeciesRow>& rows, const std::string& species) {
+  const auto found = std::ranges::find(rows, species, &SpeciesRow::species);
+  if (found == rows.end()) throw std::runtime_error("no species " + species);
+  return *found;
 }
 
 inline StructuralUnitOptions without_edge(std::size_t neighbors = 4) {

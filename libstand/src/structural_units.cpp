@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <iterator>
@@ -20,68 +19,13 @@
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/table.hpp"
 #include "unit_indices.hpp"
+#include "unit_option_checks.hpp"
 
 namespace silvafit::stand {
 namespace {
 
-constexpr std::size_t kMostNeighbors = 64;
 constexpr std::size_t kTreesPerTask = 1024;
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
-
-constexpr std::array kAllFurther{FurtherIndex::kCrownOverlap,
-                                 FurtherIndex::kDifferentiation,
-                                 FurtherIndex::kHegyi,
-                                 FurtherIndex::kBasalAreaLarger,
-                                 FurtherIndex::kCrownCompetition};
-
-bool is_angle(double degrees) { return degrees > 0.0 && degrees <= 180.0; }
-
-void check_angles(const Inventory& inventory, const StructuralUnitOptions& options) {
-  const auto refuse = [](double degrees) {
-    throw UsageError(fmt::format("{} degrees is not above 0 and up to 180", degrees),
-                     {.column = "--alpha"});
-  };
-  if (options.alpha0_deg && !is_angle(*options.alpha0_deg)) refuse(*options.alpha0_deg);
-  for (const auto& [species, degrees] : options.alpha0_deg_of_species) {
-    if (!is_angle(degrees)) refuse(degrees);
-  }
-  if (options.is_part) return;
-  check_species_of_angles(options, inventory.species.levels(), inventory.file);
-}
-
-void check_measures(const Inventory& inventory, const StructuralUnitOptions& options) {
-  if (sizes_of(inventory, options.size).empty()) {
-    throw UsageError(fmt::format("trees are to be compared by {}, but there is no such column",
-                                 options.size == SizeMeasure::kHeight ? "h" : "cw"),
-                     {.file = inventory.file, .column = "--dominance"});
-  }
-  const bool has_radii = !inventory.cr_e_m.empty() && !inventory.cr_w_m.empty() &&
-                         !inventory.cr_s_m.empty() && !inventory.cr_n_m.empty();
-  if (options.reach == CrownReach::kFacingRadii && !has_radii) {
-    throw UsageError("facing radii need the columns cr_e, cr_w, cr_s and cr_n",
-                     {.file = inventory.file, .column = "--crowding"});
-  }
-}
-
-void check(const Inventory& inventory, const StructuralUnitOptions& options) {
-  if (options.neighbors < 1 || options.neighbors > kMostNeighbors) {
-    throw UsageError(fmt::format("{} is not between 1 and {}", options.neighbors, kMostNeighbors),
-                     {.column = "--neighbors"});
-  }
-  check_angles(inventory, options);
-  if (!(options.buffer_m >= 0.0) || std::isinf(options.buffer_m)) {
-    throw UsageError(fmt::format("{} m is not 0 or more", options.buffer_m),
-                     {.column = "--buffer"});
-  }
-  if (!(options.competition_radius_m >= 0.0) || std::isinf(options.competition_radius_m)) {
-    throw UsageError(fmt::format("{} m is not 0 or more", options.competition_radius_m),
-                     {.column = "--competition-radius"});
-  }
-  if (!inventory.has_coordinates()) {
-    throw UsageError("structural units need the columns x and y", {.file = inventory.file});
-  }
-  check_measures(inventory, options);
-}
 
 /// A label as an integer, if it is one.
 bool is_integer(std::string_view label, long long& value) {
@@ -214,7 +158,7 @@ void Calculator::allocate() {
   if (!inventory_.cw_m.empty()) units_.C.assign(trees, data::kMissing);
   units_.nearest.assign(trees * options_.neighbors, kNoTree);
   units_.distance_m.assign(trees * options_.neighbors, data::kMissing);
-  for (const FurtherIndex index : kAllFurther) {
+  for (const FurtherIndex index : all_further_indices()) {
     if (!contains(options_.further, index)) continue;
     units_.further.push_back(
         {.index = index, .values = std::vector<double>(trees, data::kMissing)});
@@ -476,32 +420,8 @@ StructuralUnits Calculator::run() {
 
 }  // namespace
 
-std::string_view name_of(FurtherIndex index) {
-  constexpr std::array<std::string_view, kAllFurther.size()> kNames{
-      "CO", "T", "Hegyi", "BAL", "CCF"};
-  return kNames[static_cast<std::size_t>(index)];
-}
-
-std::optional<FurtherIndex> further_index_named(std::string_view name) {
-  const auto found = std::ranges::find(kAllFurther, name, &name_of);
-  return found == kAllFurther.end() ? std::nullopt : std::optional(*found);
-}
-
-std::span<const FurtherIndex> all_further_indices() { return kAllFurther; }
-
-void check_species_of_angles(const StructuralUnitOptions& options,
-                             const std::vector<std::string>& species,
-                             const std::string& file) {
-  for (const auto& [name, degrees] : options.alpha0_deg_of_species) {
-    if (std::ranges::find(species, name) != species.end()) continue;
-    throw UsageError(
-        fmt::format("there is no species '{}'; the species are {}", name, fmt::join(species, ", ")),
-        {.file = file, .column = "--alpha"});
-  }
-}
-
 StructuralUnits structural_units(const Inventory& inventory, const StructuralUnitOptions& options) {
-  check(inventory, options);
+  check_unit_options(inventory, options);
   return Calculator(inventory, options).run();
 }
 

@@ -15,6 +15,7 @@
 #include "fitted_model/refit.hpp"
 #include "fitted_model/response_fingerprint.hpp"
 #include "inference/variance_shares.hpp"
+#include "least_squares/start_search.hpp"
 #include "prediction/calibration_search.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
@@ -266,19 +267,8 @@ std::optional<Integration> integration_of(Method method) {
   }
 }
 
-/// The coefficients that the options name, where they name all.
-std::vector<VectorXd> given_starts(const NonlinearModel& model, const FitModelOptions& options) {
-  VectorXd start(model.coefficient_count());
-  for (Index j = 0; j < start.size(); ++j) {
-    const auto found = options.start.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
-    if (found == options.start.end()) return {};
-    start[j] = found->second;
-  }
-  return {start};
-}
-
 MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOptions& options) {
-  return {.starts = given_starts(model, options),
+  return {.starts = complete_starts(model, options.start),
           .quadrature_points = options.quadrature_points,
           .threads = options.threads,
           .trace = options.trace};
@@ -286,7 +276,7 @@ MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOpti
 
 MixedEffectsOptions alternation_options(const NonlinearModel& model,
                                         const FitModelOptions& options) {
-  return {.starts = given_starts(model, options),
+  return {.starts = complete_starts(model, options.start),
           .maximum_iterations = options.maximum_iterations,
           .reml = options.reml,
           .trace = options.trace};

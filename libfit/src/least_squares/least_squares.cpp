@@ -178,18 +178,6 @@ Descent solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
   return minimum;
 }
 
-/// The user's start, if it names all coefficients.
-std::vector<VectorXd> complete_start(const NonlinearModel& model,
-                                     const LeastSquaresOptions& options) {
-  VectorXd start(model.coefficient_count());
-  for (Index j = 0; j < start.size(); ++j) {
-    const auto found = options.start.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
-    if (found == options.start.end()) return {};
-    start[j] = found->second;
-  }
-  return {start};
-}
-
 LeastSquaresFit empty_fit(const NonlinearModel& model) {
   const Index p = model.coefficient_count();
   return {.coefficient_names = model.coefficient_names(),
@@ -285,7 +273,7 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
     fit.convergence.verdict = too_few_observations(model);
     return fit;
   }
-  const std::vector<VectorXd> given = complete_start(model, options);
+  const std::vector<VectorXd> given = complete_starts(model, options.start);
   if (!given.empty()) {
     ProjectedModel projected(model);
     const Descent minimum = lowest(projected, given, options);

@@ -48,6 +48,17 @@ void put_in_place(std::span<Ordered> values,
 
 }  // namespace
 
+std::vector<VectorXd> complete_starts(const NonlinearModel& model,
+                                      const std::map<std::string, double>& values) {
+  VectorXd start(model.coefficient_count());
+  for (Index j = 0; j < start.size(); ++j) {
+    const auto found = values.find(model.coefficient_names()[static_cast<std::size_t>(j)]);
+    if (found == values.end()) return {};
+    start[j] = found->second;
+  }
+  return {start};
+}
+
 std::vector<Index> even_sample(const VectorXd& response, Index count) {
   std::vector<Index> chosen;
   if (response.size() <= count) {

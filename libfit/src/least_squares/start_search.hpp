@@ -27,6 +27,10 @@ struct StartSearchOptions {
 std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
                                            const StartSearchOptions& options);
 
+/// The start that values by coefficient name give, if they name all coefficients; else none.
+std::vector<Eigen::VectorXd> complete_starts(const NonlinearModel& model,
+                                             const std::map<std::string, double>& values);
+
 /// At most so many observations, evenly spread over the ordered response, so that the order of the
 /// rows in the file does not matter.
 /// \param count  at least 2

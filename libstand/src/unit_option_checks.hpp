@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+// Whether the options of structural units are in range and suit the inventory.
+#pragma once
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/structural_units.hpp"
+
+namespace silvafit::stand {
+
+/// \throws UsageError if an option is out of range, or the inventory lacks what it needs
+void check_unit_options(const Inventory& inventory, const StructuralUnitOptions& options);
+
+}  // namespace silvafit::stand
