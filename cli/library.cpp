@@ -13,6 +13,7 @@
 #include "library_named.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/scenes.hpp"
 #include "standard_output.hpp"
@@ -121,11 +122,12 @@ void make_scenes(SceneArguments arguments) {
   for (const study::SpeciesScenes& of : scenes.species) {
     say(arguments.common,
         fmt::format(
-            "{}: {} scenes of a tree of {} cm by {}",
+            "{}: {} of a tree of {} cm, {}",
             of.species.empty() ? "all" : of.species,
-            of.scenes,
+            counted(of.scenes, "scene", "scenes"),
             of.dbh_cm,
-            of.indices.empty() ? "no index" : fmt::format("{}", fmt::join(of.indices, ", "))));
+            of.indices.empty() ? "whose models depend on no index"
+                               : fmt::format("by {}", fmt::join(of.indices, ", "))));
   }
   if (arguments.common.json) print_summary(arguments, scenes);
 }

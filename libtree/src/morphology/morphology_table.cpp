@@ -61,7 +61,9 @@ class Columns {
   }
 
   data::TextColumn labels(const std::string& name) const {
-    return table_.labels(required(mapped(name).value_or(name)));
+    const std::string column = required(mapped(name).value_or(name));
+    names_[name] = column;
+    return table_.labels(column);
   }
 
   std::optional<data::TextColumn> labels_if_any(const std::string& name) const {
@@ -165,6 +167,12 @@ std::optional<double> value_if_known(const std::optional<Numbers>& column, std::
   return (*column)[row];
 }
 
+/// Which of the two labels that name a tree is missing; empty: none.
+std::string missing_label(const Sources& from, std::size_t row) {
+  if (from.plot[row].empty()) return "plot";
+  return from.tree[row].empty() ? "tree" : "";
+}
+
 Morphology morphology_of(const Sources& from, std::size_t row, bool needs_position) {
   Morphology tree;
   tree.plot = from.plot[row];
@@ -211,6 +219,11 @@ MorphologyTable read_morphologies(const data::Table& table, const MorphologyTabl
     if (!plots.empty() && std::find(plots.begin(), plots.end(), tree.plot) == plots.end()) continue;
     Place place{
         .file = table.file(), .line = table.line(row), .plot = tree.plot, .tree = tree.tree};
+    if (const std::string label = missing_label(from, row); !label.empty()) {
+      place.column = from.names.at(label);
+      result.left_out.push_back({place, "is missing"});
+      continue;
+    }
     if (const auto cell = from.unreadable.find(row); cell != from.unreadable.end()) {
       place.column = cell->second.column;
       result.left_out.push_back({place, "'" + cell->second.text + "' is no number"});

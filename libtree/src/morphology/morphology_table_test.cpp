@@ -55,6 +55,19 @@ TEST_CASE("an inventory is read row by row, and what cannot be used is told") {
   CHECK(read.left_out[3].place.column == "x");
 }
 
+TEST_CASE("a tree without a label of its own or of its plot is left out") {
+  const MorphologyTable read =
+      read_morphologies(table_of("Place,tree,dbh,h,hcb,cw\n1,1,20,15,5,4\n,2,20,15,5,4\n"
+                                 "1,NA,20,15,5,4\n"),
+                        {.columns = {{"plot", "Place"}}});
+  CHECK(read.morphologies.size() == 1);
+  REQUIRE(read.left_out.size() == 2);
+  CHECK(read.left_out[0].place.line == 3);
+  CHECK(read.left_out[0].place.column == "Place");
+  CHECK(read.left_out[1].place.column == "tree");
+  CHECK(read.left_out[1].reason == "is missing");
+}
+
 TEST_CASE("positions are not needed where trees stand alone") {
   const MorphologyTable read = read_morphologies(table_of(kInventory), {.plots = {"02"}});
   REQUIRE(read.morphologies.size() == 1);
