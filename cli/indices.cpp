@@ -18,6 +18,7 @@
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/unit_summary.hpp"
 #include "standard_output.hpp"
+#include "unit_summary_json.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -38,20 +39,6 @@ struct Seconds {
   double all = 0.0;    ///< with reading and writing
 };
 
-ordered_json summary_json(const stand::UnitSummary& summary,
-                          const std::vector<stand::FurtherIndex>& further) {
-  ordered_json result{{"trees", summary.trees},
-                      {"core", summary.core_trees},
-                      {"W", number_or_null(summary.W)},
-                      {"M", number_or_null(summary.M)},
-                      {"U", number_or_null(summary.U)},
-                      {"C", number_or_null(summary.C)}};
-  for (std::size_t i = 0; i < summary.further.size(); ++i) {
-    result[std::string(stand::name_of(further[i]))] = number_or_null(summary.further[i]);
-  }
-  return result;
-}
-
 /// What is said of an inventory in the end, gathered batch by batch.
 struct Outcome {
   stand::UnitSummaries summaries{};
@@ -68,7 +55,7 @@ struct Outcome {
 ordered_json result_json(const IndicesArguments& arguments, const Outcome& outcome) {
   ordered_json species = ordered_json::object();
   for (const auto& summary : outcome.summaries.by_species()) {
-    species[summary.species] = summary_json(summary, outcome.further);
+    species[summary.species] = unit_summary_json(summary, outcome.further);
   }
   return {{"schema", "silvafit-indices/1"},
           {"silvafit", version()},
@@ -81,7 +68,7 @@ ordered_json result_json(const IndicesArguments& arguments, const Outcome& outco
            arguments.units.edge == "buffer" ? ordered_json(arguments.units.buffer_m)
                                             : ordered_json(nullptr)},
           {"per", arguments.units.per},
-          {"all", summary_json(outcome.summaries.all(), outcome.further)},
+          {"all", unit_summary_json(outcome.summaries.all(), outcome.further)},
           {"species", std::move(species)},
           {"notes", outcome.notes},
           {"seconds", outcome.seconds.all},

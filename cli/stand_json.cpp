@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // A stand report as JSON.
 #include <string>
+#include <vector>
 
 #include "stand_output.hpp"
 #include "standard_output.hpp"
+#include "unit_summary_json.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -109,20 +111,6 @@ ordered_json diameters_json(const stand::StandReport& report) {
   return list;
 }
 
-ordered_json unit_means_json(const stand::UnitSummary& summary,
-                             const stand::StructuralUnits& units) {
-  ordered_json result{{"trees", summary.trees},
-                      {"core", summary.core_trees},
-                      {"W", number_or_null(summary.W)},
-                      {"M", number_or_null(summary.M)},
-                      {"U", number_or_null(summary.U)},
-                      {"C", number_or_null(summary.C)}};
-  for (std::size_t i = 0; i < units.further.size(); ++i) {
-    result[std::string(name_of(units.further[i].index))] = number_or_null(summary.further[i]);
-  }
-  return result;
-}
-
 ordered_json joint_json(const stand::NamedJointDistribution& joint) {
   ordered_json rows = ordered_json::array();
   const std::size_t classes = joint.distribution.neighbors + 1;
@@ -140,15 +128,17 @@ ordered_json joint_json(const stand::NamedJointDistribution& joint) {
 
 ordered_json structure_json(const stand::StandReport& report) {
   if (!report.units) return nullptr;
+  std::vector<stand::FurtherIndex> further;
+  for (const stand::FurtherValues& values : report.units->further) further.push_back(values.index);
   ordered_json species = ordered_json::object();
   for (const stand::UnitSummary& summary : report.unit_means_by_species) {
-    species[summary.species] = unit_means_json(summary, *report.units);
+    species[summary.species] = unit_summary_json(summary, further);
   }
   ordered_json joint = ordered_json::array();
   for (const stand::NamedJointDistribution& one : report.joint) joint.push_back(joint_json(one));
   return {{"neighbors", report.units->neighbors},
           {"alpha_deg", report.units->alpha0_deg},
-          {"all", unit_means_json(*report.unit_means, *report.units)},
+          {"all", unit_summary_json(*report.unit_means, further)},
           {"species", std::move(species)},
           {"joint", std::move(joint)}};
 }

@@ -128,14 +128,17 @@ Skeleton LsystemBuilder::derive(const Grammar& grammar, Random& random) const {
   return skeleton;
 }
 
-Skeleton LsystemBuilder::grow_freely(double h_m, Random& random) const {
+std::size_t LsystemBuilder::stage_of(double h_m) const {
   const auto above = std::upper_bound(
       lsystem_.stages.begin(),
       lsystem_.stages.end(),
       h_m,
       [](double h, const LsystemPreset::Stage& stage) { return h < stage.from_m; });
-  const auto stage =
-      static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - lsystem_.stages.begin() - 1, 0));
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - lsystem_.stages.begin() - 1, 0));
+}
+
+Skeleton LsystemBuilder::grow_freely(double h_m, Random& random) const {
+  const std::size_t stage = stage_of(h_m);
   const Grammar& grammar = lsystem_.stages[stage].grammar;
   if (grammar.is_random()) return derive(grammar, random);
   Derived& derived = *derived_[stage];
@@ -151,7 +154,13 @@ Skeleton LsystemBuilder::grow_skeleton(const TreeShape& shape,
                                        Random& random) const {
   Skeleton grown = grow_freely(shape.h_m, random);
   turn_about_stem(grown, random.uniform(0.0, 2.0 * std::numbers::pi));
-  return fit_to_measurements(std::move(grown), shape, crown, preset().taper);
+  try {
+    return fit_to_measurements(std::move(grown), shape, crown, preset().taper);
+  } catch (const GeometryError& error) {
+    // What was drawn is at fault, not the measurements.
+    throw GeometryError(error.message(),
+                        {.file = lsystem_.stages[stage_of(shape.h_m)].grammar.file()});
+  }
 }
 
 Mesh LsystemBuilder::build_mesh(const Skeleton& skeleton,

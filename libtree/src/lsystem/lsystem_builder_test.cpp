@@ -255,6 +255,17 @@ TEST_CASE("a grammar of the user's own grows with a preset's looks") {
   CHECK_THROWS_AS(grow_tree(tree, *stem), GeometryError);
 }
 
+TEST_CASE("what a grammar draws is blamed on its file, not on the measurements") {
+  const auto builder = shipped("maple").with_grammar(Grammar::parse("axiom: F(10)\n", "pole.lsys"));
+  try {
+    grow_tree(sized(20, 15, 5, 4), *builder);
+    FAIL("a pole has no branch");
+  } catch (const GeometryError& error) {
+    CHECK(error.place().file == "pole.lsys");
+    CHECK(error.place().tree == "1");
+  }
+}
+
 TEST_CASE("a preset of a grammar with a wrong field is refused with file and field") {
   const Models models;
   const std::string good = read_file(test::source_file("models/lsystems/maple.json"));

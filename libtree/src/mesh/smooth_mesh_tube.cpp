@@ -8,6 +8,7 @@
 #include "mesh/line_simplification.hpp"
 #include "mesh/moving_frame.hpp"
 #include "mesh/polygon.hpp"
+#include "mesh/ring_in_crown.hpp"
 #include "mesh/tube.hpp"
 
 namespace silvafit::tree {
@@ -218,34 +219,15 @@ void WoodRings::fit_base_into_crown(const Limb& limb, std::span<const Point> cor
   if (!stays) fit_into_crown(base, corners);
 }
 
-/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
-/// fits; half a millimeter is let pass, so that it never becomes a point.
+/// Half a millimeter is let pass, so that a ring never becomes a point.
 void WoodRings::fit_into_crown(Ring& ring, std::span<const Point> corners) const {
   constexpr double kLetPass = 0.0003;
   ring.radius_m = std::max(ring.radius_m, kLetPass);
-  const auto fits = [&] {
-    return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
-      return crown_.contains(ring.at + ring.radius_m * ring.across(corner));
-    });
-  };
-  if (fits()) return;
-  double lowest = 0.0;
-  for (const Point& corner : corners) lowest = std::min(lowest, ring.across(corner).z);
-  const double missing = crown_.hcb_m() - (ring.at.z + ring.radius_m * lowest);
-  if (missing > 0.0) ring.at.z += missing;
-  ring.at = crown_.confine(ring.at);
-  constexpr double kShrink = 0.75;
-  while (!fits() && ring.radius_m > kLetPass) {
-    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
-    if (missing > 0.0) {
-      ring.at.z += (ring.radius_m - smaller) * lowest;
-      ring.at = crown_.confine(ring.at);
-    }
-    ring.radius_m = smaller;
-  }
+  const RingInCrown in_crown(crown_, corners, ring.sideways, ring.upward);
+  if (in_crown.fit(ring.at, ring.radius_m, kLetPass)) return;
   // Beside a direction in which the crown is much narrower a hair's breadth of azimuth counts.
   constexpr int kMostSteps = 12;
-  for (int i = 1; i <= kMostSteps && !fits(); ++i) {
+  for (int i = 1; i <= kMostSteps && !in_crown.contains(ring.at, ring.radius_m); ++i) {
     const double away = std::hypot(ring.at.x, ring.at.y);
     const double nearer = std::max(away - kLetPass * i, 0.0) / std::max(away, kLetPass);
     ring.at = crown_.confine({nearer * ring.at.x, nearer * ring.at.y, ring.at.z});

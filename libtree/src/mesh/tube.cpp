@@ -8,6 +8,7 @@
 #include "mesh/level_of_detail.hpp"
 #include "mesh/line_simplification.hpp"
 #include "mesh/polygon.hpp"
+#include "mesh/ring_in_crown.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -121,36 +122,6 @@ class StemTube {
   PartBuilder& build_;
 };
 
-/// A ring that would reach out of the crown is lifted to the crown base, then made smaller until it
-/// fits; half a millimeter is let pass, so that it never becomes a point.
-SkeletonPoint fitted(SkeletonPoint ring,
-                     const TubeFrame& frame,
-                     const std::vector<Point>& polygon,
-                     const Crown& crown) {
-  constexpr double kLetPass = 0.00045;
-  const auto fits = [&] {
-    return std::all_of(polygon.begin(), polygon.end(), [&](const Point& corner) {
-      return crown.contains(ring.at + ring.radius_m * frame.across(corner));
-    });
-  };
-  if (fits()) return ring;
-  double lowest = 0.0;
-  for (const Point& corner : polygon) lowest = std::min(lowest, frame.across(corner).z);
-  const double missing = crown.hcb_m() - (ring.at.z + ring.radius_m * lowest);
-  if (missing > 0.0) ring.at.z += missing;
-  ring.at = crown.confine(ring.at);
-  constexpr double kShrink = 0.75;
-  while (!fits() && ring.radius_m > kLetPass) {
-    const double smaller = std::max(kShrink * ring.radius_m, 0.99 * kLetPass);
-    if (missing > 0.0) {
-      ring.at.z += (ring.radius_m - smaller) * lowest;
-      ring.at = crown.confine(ring.at);
-    }
-    ring.radius_m = smaller;
-  }
-  return ring;
-}
-
 }  // namespace
 
 TubeFrame frame_of(std::span<const SkeletonPoint> branch) {
@@ -171,14 +142,16 @@ void branch_rings(std::span<const SkeletonPoint> branch,
   static const std::vector<Point> round = corners(12);
   const bool has_corners = 12 % sides == 0;
   const std::vector<Point> own = has_corners ? std::vector<Point>{} : corners(sides);
-  const std::vector<Point>& polygon = has_corners ? round : own;
+  const RingInCrown in_crown(crown, has_corners ? round : own, frame.sideways, frame.upward);
+  constexpr double kLetPass = 0.00045;
   // Where a crown is flat or thin, rings may end up beside each other; floats could not tell them
   // apart.
   const SkeletonPoint tip = rings.back();
   const double apart = 0.0002 * (1.0 + 0.05 * tip.at.z);
   std::size_t kept = 0;
   for (std::size_t i = 0; i + 1 < rings.size(); ++i) {
-    const SkeletonPoint ring = fitted(rings[i], frame, polygon, crown);
+    SkeletonPoint ring = rings[i];
+    in_crown.fit(ring.at, ring.radius_m, kLetPass);
     if (dot(tip.at - ring.at, frame.tangent) < apart) continue;
     if (kept > 0 && dot(ring.at - rings[kept - 1].at, frame.tangent) < apart) continue;
     rings[kept++] = ring;

@@ -19,7 +19,9 @@ auto named(const Morphology& morphology, Stage stage) {
   try {
     return stage();
   } catch (const GeometryError& error) {
-    throw GeometryError(error.message(), {.plot = morphology.plot, .tree = morphology.tree});
+    throw GeometryError(
+        error.message(),
+        {.file = error.place().file, .plot = morphology.plot, .tree = morphology.tree});
   } catch (const NumericalError& error) {
     throw GeometryError(
         error.message(),

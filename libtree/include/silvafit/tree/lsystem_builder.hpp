@@ -48,6 +48,8 @@ class LsystemBuilder : public Builder {
   /// \throws InputError as Grammar::derive, draw and skeleton_of
   Skeleton grow_freely(double h_m, Random& random) const;
 
+  /// \throws InputError as grow_freely; GeometryError naming the grammar's file, as
+  /// fit_to_measurements
   Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
@@ -57,6 +59,8 @@ class LsystemBuilder : public Builder {
  private:
   struct Derived;
 
+  /// The stage whose grammar is for trees of that height.
+  std::size_t stage_of(double h_m) const;
   Skeleton derive(const Grammar& grammar, Random& random) const;
 
   LsystemPreset lsystem_;

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Rings of wood and the crown that they may not leave.
+#pragma once
+
+#include <span>
+
+#include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/point.hpp"
+
+namespace silvafit::tree {
+
+/// Sections of wood with one shape and direction, wherever they are and however thick.
+class RingInCrown {
+ public:
+  /// \param corners           of the section in its plane, for a radius of 1; they outlive this
+  /// \param sideways, upward  the plane in space
+  RingInCrown(const Crown& crown, std::span<const Point> corners, Point sideways, Point upward)
+      : crown_(crown), corners_(corners), sideways_(sideways), upward_(upward) {}
+
+  bool contains(Point at, double radius_m) const;
+
+  /// Lifts a ring that would reach out of the crown to the crown base, then makes it smaller until
+  /// it fits.
+  /// \param let_pass_m  a radius that may reach out, so that no ring becomes a point
+  /// \returns whether it fits
+  bool fit(Point& at, double& radius_m, double let_pass_m) const;
+
+ private:
+  Point across(Point corner) const { return corner.x * sideways_ + corner.y * upward_; }
+  double lowest() const;
+
+  const Crown& crown_;
+  std::span<const Point> corners_;
+  Point sideways_;
+  Point upward_;
+};
+
+}  // namespace silvafit::tree
