@@ -121,13 +121,12 @@ void make_scenes(SceneArguments arguments) {
   }
   for (const study::SpeciesScenes& of : scenes.species) {
     say(arguments.common,
-        fmt::format(
-            "{}: {} of a tree of {} cm, {}",
-            of.species.empty() ? "all" : of.species,
-            counted(of.scenes, "scene", "scenes"),
-            of.dbh_cm,
-            of.indices.empty() ? "whose models depend on no index"
-                               : fmt::format("by {}", fmt::join(of.indices, ", "))));
+        fmt::format("{}: {} of a tree of {} cm, {}",
+                    of.species.empty() ? "all" : of.species,
+                    counted(of.scenes, "scene", "scenes"),
+                    of.dbh_cm,
+                    of.indices.empty() ? "whose models depend on no index"
+                                       : fmt::format("by {}", fmt::join(of.indices, ", "))));
   }
   if (arguments.common.json) print_summary(arguments, scenes);
 }

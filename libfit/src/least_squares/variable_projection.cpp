@@ -75,7 +75,11 @@ bool ProjectedModel::solve_linear() {
   const VectorXd solution = qr.solve(residuals_);
   coefficients_(split_.linear) = solution.cwiseQuotient(scale);
   residuals_ -= basis_ * solution;
-  basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(basis_.rows(), qr.rank());
+  if (qr.rank() == 0) {
+    basis_.resize(basis_.rows(), 0);
+  } else {
+    basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(basis_.rows(), qr.rank());
+  }
   return residuals_.allFinite() && coefficients_.allFinite();
 }
 

@@ -35,12 +35,14 @@ MatrixXd places(Index width) {
 
 /// Orthonormal columns that span those of a matrix but for what is shorter than a tolerance.
 MatrixXd basis(const MatrixXd& columns, double tolerance) {
-  if (columns.colwise().norm().maxCoeff() <= tolerance) return MatrixXd(columns.rows(), 0);
+  const MatrixXd none(columns.rows(), 0);
+  if (!(columns.colwise().norm().maxCoeff() > tolerance)) return none;
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(columns);
   Index rank = 0;
   while (rank < qr.matrixR().diagonal().size() && std::abs(qr.matrixR()(rank, rank)) > tolerance) {
     ++rank;
   }
+  if (rank == 0) return none;
   return qr.householderQ() * MatrixXd::Identity(columns.rows(), rank);
 }
 
