@@ -77,7 +77,7 @@ ModelLibrary read_models(const JsonReader& json) {
   ModelLibrary library{
       .inventory = {.file = text_or_empty(inventory, "file"),
                     .fingerprint = text_or_empty(inventory, "fingerprint"),
-                    .trees = static_cast<std::size_t>(inventory.at("trees").not_negative())}};
+                    .trees = static_cast<std::size_t>(inventory.at("trees").count_or_zero())}};
   if (const auto commonest = inventory.find("commonest_dbh")) {
     library.inventory.commonest_dbh_cm = commonest->numbers_by_name();
   }

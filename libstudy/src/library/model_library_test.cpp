@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/model_library.hpp"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 
 #include "scratch_file.hpp"
@@ -94,4 +96,12 @@ TEST_CASE("what is no library is refused with file and key") {
   const std::size_t place = text.find("\"response\": \"h\"");
   text.replace(place, 15, "\"response\": \"q\"");
   CHECK_THROWS_WITH(read(text), Contains("models[0].response: is not the left side"));
+  for (const char* trees : {"1e77", "-1", "0.5", "null"}) {
+    CHECK_THROWS_WITH(
+        read(fmt::format(
+            "{{\"schema\": \"silvafit-library/1\", \"inventory\": "
+            "{{\"file\": \"a.csv\", \"fingerprint\": \"f\", \"trees\": {}}}, \"models\": []}}",
+            trees)),
+        Contains("inventory.trees: must be a whole number of 0 or more"));
+  }
 }
