@@ -109,15 +109,6 @@ class Libraries(ProgramTest):
         self.assertEqual(summary["trees"], len(rows) - 1)
         self.run_program("library", "scenes", "shanxia-2023", "--json", status=2)
 
-    def test_scenes_are_summed_up_as_json(self):
-        summary = self.run_json("library", "scenes", "shanxia-2023", "--species", "SM", "--out", "scenes.csv")
-        self.assertEqual(summary["schema"], "silvafit-scenes/1")
-        self.assertEqual(summary["species"], [
-            {"species": "SM", "dbh": 25.9, "indices": ["C", "M"], "scenes": 25}])
-        rows = (self.folder / "scenes.csv").read_text(encoding="utf-8").splitlines()
-        self.assertEqual(summary["trees"], len(rows) - 1)
-        self.run_program("library", "scenes", "shanxia-2023", "--json", status=2)
-
     def test_scenes_need_all_three_responses(self):
         self.write("stand.csv", stand_csv())
         fit = self.run_json("fit", "stand.csv", "--formula", FORMULA, "--random", "a | plot")
