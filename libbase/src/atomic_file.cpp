@@ -134,7 +134,8 @@ TemporaryFolder::TemporaryFolder(std::string_view name) {
   std::error_code error;
   const fs::path all = fs::temp_directory_path(error);
   if (error) cannot("use the folder for temporary files", all, error.value());
-  const fs::path pattern = all / fmt::format("{}-XXXXXX", name);
+  // mkdtemp(3) puts letters of its own in place of the last six, which have to be X.
+  const fs::path pattern = all / fmt::format("{}-{:X>6}", name, "");
   path_ = UnfinishedFiles::of_process().make_folder(pattern.string());
   if (path_.empty()) cannot("make the folder", pattern, errno);
 }
