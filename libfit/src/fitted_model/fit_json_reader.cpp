@@ -8,6 +8,7 @@
 
 #include "fitted_model/intervals_json.hpp"
 #include "model/group_labels.hpp"
+#include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -188,6 +189,9 @@ void read_random(const JsonReader& json, FittedModel& fit) {
   const bool is_nested = json.has("outer");
   const Index outer_size =
       is_nested ? static_cast<Index>(json.at("outer").at("effects").items().size()) : 0;
+  if (static_cast<Index>(fit.random_names.size()) + outer_size > kMostRandomEffects) {
+    json.fail(fmt::format("has more than {} random effects a group", kMostRandomEffects));
+  }
   fit.uncertainty = read_uncertainty(
       json, fit.group_labels, static_cast<Index>(fit.random_names.size()), p, outer_size);
   if (!is_nested) return;

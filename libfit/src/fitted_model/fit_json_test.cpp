@@ -269,3 +269,11 @@ TEST_CASE("what does not fit is named by file and key") {
   CHECK_THROWS_WITH(from_json(changed("/fixed/z", ordered_json::object()), "a.json"),
                     Contains("a.json: fixed: must name the coefficients"));
 }
+
+TEST_CASE("a fit of more random effects than a group can have is refused") {
+  ordered_json json = ordered_json::parse(to_json(mixed_fit("none")));
+  json["random"]["effects"] = std::vector<std::string>(13, "a");
+  json["random"]["covariance"] = std::vector<std::vector<double>>(13, std::vector<double>(13, 0.0));
+  CHECK_THROWS_AS(from_json(json.dump(), "fit.json"), InputError);
+  CHECK_THROWS_WITH(from_json(json.dump(), "fit.json"), Contains("more than 12 random effects"));
+}

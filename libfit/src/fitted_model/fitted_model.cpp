@@ -110,7 +110,8 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
 }
 
 void take_over(FitResult& result, LeastSquaresFit&& found) {
-  const double freedom = found.degrees_of_freedom();
+  // Fewer observations than coefficients leave no degrees of freedom to tell of.
+  const double freedom = found.degrees_of_freedom() < 0.0 ? kNaN : found.degrees_of_freedom();
   FittedModel& fit = result.fit;
   fit.estimate = std::move(found.estimate);
   fit.degrees_of_freedom.setConstant(fit.estimate.size(), freedom);

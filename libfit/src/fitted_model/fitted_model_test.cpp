@@ -120,6 +120,14 @@ TEST_CASE("the method has to suit the model") {
   CHECK_THROWS_WITH(fit_model(specification, table, {.start = {{"q", 1.0}}}),
                     Contains("'q' is no coefficient"));
   CHECK_THROWS_WITH(parse_method("reml"), Contains("there are ols, gnls, lb"));
+  data::Table plots = table;
+  plots.set("plot", std::vector<double>{1, 1, 1, 1, 1, 2, 2, 2, 2, 2});
+  ModelSpecification mixed = specify_model("y ~ a + b*x + c*x^2", {}, plots);
+  add_random_effects(mixed, "a + b + c | plot", plots);
+  // 27^3 = 19,683 and 28^3 = 21,952
+  CHECK_THROWS_WITH(
+      fit_model(mixed, plots, {.method = Method::kQuadrature, .quadrature_points = 28}),
+      Contains("at most 20000, 27 a random effect"));
   for (const char* name : {"ols", "gnls", "lb"}) CHECK(method_text(parse_method(name)) == name);
 }
 

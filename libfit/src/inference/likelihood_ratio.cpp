@@ -68,6 +68,14 @@ ChiBarSquared reference_of(const Nesting& nesting,
   return {.base = freedom - 1, .weights = {0.5, 0.5}};
 }
 
+/// Likelihoods that are equal but for rounding have a ratio of 0: of a half-and-half mixture any
+/// other has p = 0.5 on one side of 0, and 1 on the other.
+double statistic_of(double larger, double smaller) {
+  constexpr double kRounding = 1e-11;
+  const double statistic = 2.0 * (larger - smaller);
+  return std::abs(statistic) <= kRounding * (1.0 + std::abs(smaller)) ? 0.0 : statistic;
+}
+
 }  // namespace
 
 NestedTest likelihood_ratio_test(const FittedModel& larger,
@@ -82,7 +90,7 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
   const Nesting how = nesting(larger, smaller);
   if (!how.is_nested) throw UsageError("not nested: " + how.reason);
   NestedTest test{
-      .statistic = 2.0 * (larger.log_likelihood - smaller.log_likelihood),
+      .statistic = statistic_of(larger.log_likelihood, smaller.log_likelihood),
       .degrees_of_freedom = count_without_bounded(larger) - count_without_bounded(smaller)};
   if (test.degrees_of_freedom <= 0) {
     throw UsageError("the models have equally many parameters, so that there is nothing to test");

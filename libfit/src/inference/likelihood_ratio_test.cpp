@@ -193,6 +193,11 @@ TEST_CASE("a larger model that fits exactly has p = 0, one that is not more like
   CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
   larger.log_likelihood = smaller.log_likelihood - 1.0;
   CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
+  for (const double rounding : {-1e-13, 1e-13}) {
+    larger.log_likelihood = smaller.log_likelihood * (1.0 + rounding);
+    CHECK(likelihood_ratio_test(larger, smaller).statistic == 0.0);
+    CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
+  }
   larger.log_likelihood = -std::numeric_limits<double>::infinity();
   CHECK(refusal(larger, smaller).find("has not converged") != std::string::npos);
 }

@@ -24,7 +24,7 @@ struct NewtonPoint {
   /// H is positive definite, so that the point is a minimum.
   bool positive_curvature = false;
   int rank = 0;
-  /// Coefficients that others can stand in for; all of them where nothing is known.
+  /// Coefficients that others can stand in for; none named where there is no Jacobian.
   std::vector<Eigen::Index> confounded{};
   /// (p x p) (J'J)^-1, NaN in the rows and columns of confounded coefficients.
   Eigen::MatrixXd unscaled_covariance{};

@@ -117,9 +117,9 @@ struct LinearMixedProfile {
 /// L'Z'V^-1 Z L of each group and then, with V holding the groups' effects, of each cluster;
 /// restricted, N becomes N - p and log|X'V^-1 X| / 2 is added. Without derivatives only the first
 /// six members and the derivatives by beta and sigma are filled. Held parameters are not maximized
-/// over: then S and sigma^2 stand in N/2 log(2 pi sigma^2) + S / (2 sigma^2) as they are. \param
-/// displacement  (m) of the variance parameters from where the moments were taken Source: Pinheiro
-/// and Bates 2000, sections 2.2 and 5.2.
+/// over: then S and sigma^2 stand in N/2 log(2 pi sigma^2) + S / (2 sigma^2) as they are.
+/// \param displacement  (m) of the variance parameters from where the moments were taken
+/// Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
 LinearMixedProfile profile(const LinearMixedModel& model,
                            const RelativeFactors& factors,
                            const Eigen::VectorXd& displacement,

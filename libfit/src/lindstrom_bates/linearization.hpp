@@ -106,15 +106,16 @@ class Linearizer {
   Eigen::Map<const Eigen::VectorXd> log_scale_slope(std::size_t quantity,
                                                     Eigen::Index offset,
                                                     Eigen::Index rows) const;
-  /// Fills in what g^-2 changes by in a term. \returns the sum of that of log g
+  /// Fills in what g^-2 changes by in a term.
+  /// \returns the sum of that of log g
   /// \param second  output of the second derivative, of terms that are curved
   double fill_term(const Term& term,
                    const Segment& segment,
                    Eigen::Index offset,
                    Eigen::Index second,
                    const Linearization& result);
-  /// Takes out the rows of other strata. \returns the sum of the rows that stay, nothing if there
-  /// are none
+  /// Takes out the rows of other strata.
+  /// \returns the sum of the rows that stay, nothing if there are none
   std::optional<double> mask_term(const Term& term,
                                   const Segment& segment,
                                   Eigen::Index offset,

@@ -161,8 +161,10 @@ bool ClusterModes::propose(const RandomDesign& design, Index c) {
 
 /// Away from the mode the Hessian may have to be made positive definite.
 bool ClusterModes::factorize(const RandomDesign& design, Index c) {
-  ArrowFactor& hessian = clusters_[static_cast<std::size_t>(c)].hessian;
-  if (hessian.compute(design, curvatures(c))) return true;
+  Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
+  ArrowFactor& hessian = cluster.hessian;
+  cluster.is_convex = hessian.compute(design, curvatures(c));
+  if (cluster.is_convex) return true;
   constexpr double kLargestRidge = 1e12;
   for (double ridge = 1e-2; ridge < kLargestRidge; ridge *= 4.0) {
     if (hessian.compute(design, curvatures(c), ridge)) return true;

@@ -43,6 +43,11 @@ class ClusterModes {
   const ArrowFactor& hessian(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].hessian;
   }
+  /// Whether the search ended at a minimum: at a saddle, from which no slope leads away, the
+  /// Hessian is that of a ridge added.
+  bool is_minimum(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].is_convex;
+  }
   auto outer(Eigen::Index cluster) const { return outer_.col(cluster); }  ///< (s) u
   auto inner(Eigen::Index group) const { return inner_.col(group); }      ///< (q) v_k
   /// (r) d rho / d b, summed over a group
@@ -67,6 +72,7 @@ class ClusterModes {
     double decrement = 0.0;
     double length = 1.0;  ///< of the step that is tried
     bool is_done = false;
+    bool is_convex = false;  ///< at the modes, without a ridge
     ArrowFactor hessian{};
   };
   bool evaluate_open(const RandomDesign& design, Eigen::MatrixXd& effects);

@@ -65,8 +65,7 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();
     return result;
   }
-  factorize_determinants(design);
-  if (!has_clear_modes()) {
+  if (!factorize_determinants(design) || !has_clear_modes()) {
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();
     return result;
   }
@@ -84,10 +83,13 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
   return result;
 }
 
-void MarginalBlock::factorize_determinants(const RandomDesign& design) {
+bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
   for (std::size_t c = 0; c < determinants_.size(); ++c) {
-    determinants_[c].compute(design, modes_.approximations(static_cast<Index>(c)));
+    if (!determinants_[c].compute(design, modes_.approximations(static_cast<Index>(c)))) {
+      return false;
+    }
   }
+  return true;
 }
 
 /// Where a distribution is about to split in two, its log-determinant runs to minus infinity and
@@ -95,6 +97,7 @@ void MarginalBlock::factorize_determinants(const RandomDesign& design) {
 bool MarginalBlock::has_clear_modes() const {
   constexpr double kClear = 0.05;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    if (rule_ == nullptr && !modes_.is_minimum(c)) return false;
     if (determinant(c).smallest_pivot() < kClear) return false;
   }
   return true;
@@ -116,15 +119,15 @@ SmallVector MarginalBlock::node(Index group, Index number) const {
 
 void MarginalBlock::evaluate_nodes(const RandomDesign& design,
                                    MatrixXd& effects,
+                                   std::vector<MatrixXd>& node_sums,
                                    bool with_gradient) {
   const Index nodes = rule_->weights.size();
   const Index begin = modes_.first_group();
   const Index groups = modes_.end_group() - begin;
   shares_.resize(nodes, groups);
-  node_sums_.resize(static_cast<std::size_t>(nodes));
   const MatrixXd at_modes = effects.middleCols(begin, groups);
   for (Index k = 0; k < nodes; ++k) {
-    MatrixXd& here = node_sums_[static_cast<std::size_t>(k)];
+    MatrixXd& here = node_sums[static_cast<std::size_t>(k)];
     for (Index g = 0; g < groups; ++g) effects.col(begin + g) = design.inner * node(g, k);
     if (with_gradient) {
       sums_.slopes(begin, begin + groups, effects, here, modes_.workspace());
@@ -144,7 +147,9 @@ void MarginalBlock::integrate(const MarginalPoint& point,
                               MatrixXd& effects,
                               MarginalValue& result,
                               bool with_gradient) {
-  evaluate_nodes(design, effects, with_gradient);
+  // Many nodes make much of it, which one block at a time may have.
+  std::vector<MatrixXd> node_sums(static_cast<std::size_t>(rule_->weights.size()));
+  evaluate_nodes(design, effects, node_sums, with_gradient);
   const Index groups = shares_.cols();
   for (Index g = 0; g < groups; ++g) {
     auto shares = shares_.col(g).array();
@@ -158,14 +163,17 @@ void MarginalBlock::integrate(const MarginalPoint& point,
   const Index q = design.inner.cols();
   spread_.resize(q * q, groups);
   inner_follow_.resize(q, groups);
-  for (Index g = 0; g < groups; ++g) add_node_slopes(point, g, result);
+  for (Index g = 0; g < groups; ++g) add_node_slopes(point, node_sums, g, result);
   const Index begin = modes_.first_group();
   sums_.slopes(begin, begin + groups, effects, mode_slopes_, modes_.workspace());
 }
 
 /// What the integrand's slopes at the nodes add to the gradient, and how the value depends on where
 /// the nodes are.
-void MarginalBlock::add_node_slopes(const MarginalPoint& point, Index g, MarginalValue& result) {
+void MarginalBlock::add_node_slopes(const MarginalPoint& point,
+                                    const std::vector<MatrixXd>& node_sums,
+                                    Index g,
+                                    MarginalValue& result) {
   const Index p = result.by_beta.size();
   const Index m = result.by_variance.size();
   const Index q = point.inner_factor.rows();
@@ -174,7 +182,7 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point, Index g, Margina
   inner_follow_.col(g).setZero();
   for (Index k = 0; k < shares_.rows(); ++k) {
     const double share = shares_(k, g);
-    const auto here = node_sums_[static_cast<std::size_t>(k)].col(g);
+    const auto here = node_sums[static_cast<std::size_t>(k)].col(g);
     result.by_beta += share * here.segment(1, p);
     result.by_variance += share * here.segment(1 + p, m);
     result.by_log_sigma += share * here[1 + p + m];

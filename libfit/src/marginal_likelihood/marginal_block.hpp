@@ -58,7 +58,7 @@ class MarginalBlock {
                       bool with_gradient);
 
  private:
-  void factorize_determinants(const RandomDesign& design);
+  bool factorize_determinants(const RandomDesign& design);
   bool has_clear_modes() const;
   const ArrowFactor& determinant(Eigen::Index cluster) const;
   void integrate(const MarginalPoint& point,
@@ -66,8 +66,15 @@ class MarginalBlock {
                  Eigen::MatrixXd& effects,
                  MarginalValue& result,
                  bool with_gradient);
-  void evaluate_nodes(const RandomDesign& design, Eigen::MatrixXd& effects, bool with_gradient);
-  void add_node_slopes(const MarginalPoint& point, Eigen::Index group, MarginalValue& result);
+  /// \param node_sums  out: by node, one column a group
+  void evaluate_nodes(const RandomDesign& design,
+                      Eigen::MatrixXd& effects,
+                      std::vector<Eigen::MatrixXd>& node_sums,
+                      bool with_gradient);
+  void add_node_slopes(const MarginalPoint& point,
+                       const std::vector<Eigen::MatrixXd>& node_sums,
+                       Eigen::Index group,
+                       MarginalValue& result);
   SmallVector node(Eigen::Index group, Eigen::Index number) const;
   void differentiate(const RandomDesign& design, Eigen::MatrixXd& effects, MarginalValue& result);
   void weigh(const SmallMatrix& joint, Eigen::MatrixXd& weights);
@@ -98,9 +105,8 @@ class MarginalBlock {
   Eigen::MatrixXd outer_follow_;
   Eigen::MatrixXd inner_follow_;
   // For quadrature:
-  std::vector<Eigen::MatrixXd> node_sums_;  ///< by node, one column a group
-  Eigen::MatrixXd shares_;                  ///< (nodes x groups) of each node in the integral
-  Eigen::MatrixXd mode_slopes_;             ///< sums of slope terms at the modes
+  Eigen::MatrixXd shares_;       ///< (nodes x groups) of each node in the integral
+  Eigen::MatrixXd mode_slopes_;  ///< sums of slope terms at the modes
 };
 
 }  // namespace silvafit::fit

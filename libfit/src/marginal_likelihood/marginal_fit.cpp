@@ -66,6 +66,19 @@ void check(const NonlinearModel& model, Integration integration, const MarginalO
   if (options.quadrature_points < 1 || options.quadrature_points > kMostPoints) {
     throw UsageError(fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
   }
+  constexpr double kMostNodes = 20000.0;
+  const std::size_t effects = specification.random->coefficients.size();
+  const double nodes = std::pow(options.quadrature_points, static_cast<double>(effects));
+  if (nodes > kMostNodes) {
+    throw UsageError(fmt::format(
+        "{} points a random effect are {:.0f} for {} of them; quadrature takes at most {:.0f}, {} "
+        "a random effect",
+        options.quadrature_points,
+        nodes,
+        effects,
+        kMostNodes,
+        std::floor(std::pow(kMostNodes, 1.0 / static_cast<double>(effects)))));
+  }
 }
 
 /// Where a search ended.

@@ -48,12 +48,6 @@ RandomPlaces places_of(const NonlinearModel& model) {
   const ModelSpecification& specification = model.specification();
   RandomPlaces result{.outer = model.coefficients_of(specification.outer_random),
                       .inner = model.coefficients_of(specification.random)};
-  const auto effects = static_cast<int>(result.outer.size() + result.inner.size());
-  if (effects > kMostRandomEffects) {
-    throw UsageError(fmt::format("there are {} random effects a group; at most {} can be fitted",
-                                 effects,
-                                 kMostRandomEffects));
-  }
   const std::vector<Index> both = united(result.outer, result.inner);
   result.outer_rows = positions(result.outer, both);
   result.inner_rows = positions(result.inner, both);

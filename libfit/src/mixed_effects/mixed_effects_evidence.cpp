@@ -239,6 +239,10 @@ bool has_single_observations(const NonlinearModel& model) {
 
 /// What else to try where a search did not end.
 std::string advice(const NonlinearModel& model, const std::string& usual) {
+  if (!model.specification().random) {
+    return "Try a simpler variance function or other starts; --method ols tells whether the curve "
+           "alone suits the data.";
+  }
   if (!has_single_observations(model)) return "Try " + usual + ".";
   const std::string& group = model.specification().random->group;
   return fmt::format(

@@ -100,10 +100,10 @@ bool is_doubtful_start(const NonlinearModel& model, const VectorXd& pooled) {
   const Eigen::MatrixXd scaled = jacobian * sizes.cwiseInverse().asDiagonal();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(scaled);
   if (solver.rank() < pooled.size()) return true;
+  const Eigen::LLT<Eigen::MatrixXd> information(scaled.transpose() * scaled);
+  if (information.info() != Eigen::Success) return true;
   const Eigen::MatrixXd inverse =
-      (scaled.transpose() * scaled)
-          .llt()
-          .solve(Eigen::MatrixXd::Identity(pooled.size(), pooled.size()));
+      information.solve(Eigen::MatrixXd::Identity(pooled.size(), pooled.size()));
   const VectorXd errors = (variance * inverse.diagonal()).cwiseSqrt().cwiseQuotient(sizes);
   // Coefficients of covariates are often near zero, and do no harm there.
   constexpr double kFewErrors = 2.0;

@@ -11,8 +11,8 @@ namespace silvafit::fit {
 
 /// Whether a fit to all groups together is a doubtful start of a mixed model: the model is not
 /// linear, and a coefficient without a covariate is less than two standard errors from zero, as
-/// where curves of very different height make the fit run away. \param pooled  (p) the coefficients
-/// of that fit
+/// where curves of very different height make the fit run away.
+/// \param pooled  (p) the coefficients of that fit
 bool is_doubtful_start(const NonlinearModel& model, const Eigen::VectorXd& pooled);
 
 /// The medians of least-squares fits to strata of groups that lie alike above or below the pooled

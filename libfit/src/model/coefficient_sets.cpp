@@ -148,14 +148,10 @@ class NewGroupRows {
 /// Number of each group's coarser group in the fit, -1 without.
 std::vector<Index> outer_numbers(const FittedModel& fit) {
   std::vector<Index> result(fit.group_labels.size(), -1);
-  const LabelNumbers outer = numbered(fit.outer.labels);
+  const LabelNumbers outer = numbered(outer_parts(fit.outer.labels));
   for (std::size_t g = 0; g < result.size() && !outer.empty(); ++g) {
-    // The coarser label may have a slash itself, so that all of them are tried.
-    const std::string& label = fit.group_labels[g];
-    for (std::size_t at = label.find('/'); at != std::string::npos; at = label.find('/', at + 1)) {
-      const auto found = outer.find(label.substr(0, at));
-      if (found != outer.end()) result[g] = found->second;
-    }
+    const auto found = outer.find(std::string(nested_parts(fit.group_labels[g]).outer));
+    if (found != outer.end()) result[g] = found->second;
   }
   return result;
 }

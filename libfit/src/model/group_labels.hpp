@@ -25,6 +25,13 @@ inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   return numbers;
 }
 
+/// The labels of coarser groups as nested ones have them.
+inline std::vector<std::string> outer_parts(const std::vector<std::string>& labels) {
+  std::vector<std::string> parts;
+  for (const std::string& label : labels) parts.push_back(outer_part(label));
+  return parts;
+}
+
 /// The label of a row's group, that of a nested one by nested_label(). Empty where it is missing.
 class GroupLabels {
  public:

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -70,10 +71,23 @@ class Grouping {
   data::TextColumn labels_;
 };
 
+std::size_t size_of(const std::optional<RandomEffects>& random) {
+  return random ? random->coefficients.size() : 0;
+}
+
+void check_effect_count(const ModelSpecification& specification) {
+  const std::size_t effects = size_of(specification.outer_random) + size_of(specification.random);
+  if (effects <= kMostRandomEffects) return;
+  throw UsageError(fmt::format("there are {} random effects a group; at most {} can be fitted",
+                               effects,
+                               kMostRandomEffects));
+}
+
 }  // namespace
 
 NonlinearModel::NonlinearModel(ModelSpecification specification, const data::Table& table)
     : specification_(std::move(specification)), names_(specification_.coefficient_names()) {
+  check_effect_count(specification_);
   choose_rows(table);
   load_columns(table);
   load_levels(table);

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 using namespace silvafit::fit;
+using Catch::Matchers::Contains;
 using Eigen::VectorXd;
 using silvafit::data::Table;
 
@@ -34,6 +35,24 @@ VectorXd mean_of(const NonlinearModel& model, const VectorXd& coefficients) {
 }
 
 }  // namespace
+
+TEST_CASE("more random effects than a group can have are refused") {
+  const Table table = five_trees();
+  ModelSpecification specification = specify_model("h ~ a + b*dbh", {"b ~ 1 + C"}, table);
+  const auto with = [&](std::size_t inner, std::size_t outer) {
+    const std::vector<RandomEffects> groupings = parse_random_effects("a | plot; a | dbh");
+    specification.random = groupings.back();
+    specification.random->coefficients.assign(inner, "a");
+    specification.outer_random.reset();
+    if (outer == 0) return specification;
+    specification.outer_random = groupings.front();
+    specification.outer_random->coefficients.assign(outer, "a");
+    return specification;
+  };
+  CHECK_NOTHROW(NonlinearModel(with(6, 6), table));
+  CHECK_THROWS_WITH(NonlinearModel(with(7, 6), table), Contains("13 random effects"));
+  CHECK_THROWS_WITH(NonlinearModel(with(13, 0), table), Contains("at most 12"));
+}
 
 TEST_CASE("rows are complete and sorted by group, and know their line") {
   const NonlinearModel model = by_plot(five_trees());

@@ -6,7 +6,8 @@
 
 namespace silvafit::fit {
 
-/// The most random effects that one group can have, over both groupings.
+/// The most random effects that one group can have, over both groupings; NonlinearModel and the
+/// reader of fits refuse more.
 inline constexpr int kMostRandomEffects = 12;
 
 using SmallMatrix = Eigen::Matrix<double,

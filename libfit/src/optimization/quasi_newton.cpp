@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 namespace silvafit::fit {
 namespace {
@@ -37,6 +39,24 @@ void update_bfgs(MatrixXd& hessian, const VectorXd& step, const VectorXd& change
       change * change.transpose() / curvature - product * product.transpose() / old_curvature;
 }
 
+double step_of(double x) { return 1e-5 * std::max(std::abs(x), 0.1); }
+
+VectorXd unknown(Index size) {
+  return VectorXd::Constant(size, std::numeric_limits<double>::quiet_NaN());
+}
+
+/// The gradient a step away in one variable; nothing outside, where functions leave it as it was.
+std::optional<VectorXd> gradient_beside(const SmoothFunction& function,
+                                        const VectorXd& x,
+                                        Index variable,
+                                        double step) {
+  VectorXd moved = x;
+  moved[variable] += step;
+  VectorXd gradient(x.size());
+  if (!std::isfinite(function(moved, &gradient))) return std::nullopt;
+  return gradient;
+}
+
 /// One minimization: current point, gradient and Hessian.
 class Minimization {
  public:
@@ -46,7 +66,7 @@ class Minimization {
                const QuasiNewtonOptions& options)
       : function_(function), options_(options) {
     result_.x = start;
-    gradient_.resize(start.size());
+    gradient_.setZero(start.size());
     result_.value = evaluate(start, &gradient_);
     if (hessian.size() > 0) {
       result_.hessian = made_positive(hessian);
@@ -61,8 +81,10 @@ class Minimization {
     for (int step = 0; step < options_.maximum_steps; ++step) {
       const VectorXd direction = -result_.hessian.ldlt().solve(gradient_);
       result_.decrement = -gradient_.dot(direction);
+      // Rounding may take the Hessian's definiteness away; its direction means nothing then.
+      if (!(result_.decrement >= 0.0)) result_.decrement = std::numeric_limits<double>::infinity();
       if (result_.decrement <= options_.decrement) break;
-      if (advance(direction)) continue;
+      if (std::isfinite(result_.decrement) && advance(direction)) continue;
       // No descent: the Hessian is stale, or the value is exact to rounding.
       if (is_fresh_) break;
       result_.hessian = made_positive(fresh_hessian());
@@ -126,16 +148,14 @@ class Minimization {
 MatrixXd hessian_from_gradients(const SmoothFunction& function, const VectorXd& x) {
   const Index size = x.size();
   MatrixXd hessian(size, size);
-  VectorXd above(size);
-  VectorXd below(size);
   for (Index i = 0; i < size; ++i) {
-    const double step = 1e-5 * std::max(std::abs(x[i]), 0.1);
-    VectorXd moved = x;
-    moved[i] = x[i] + step;
-    function(moved, &above);
-    moved[i] = x[i] - step;
-    function(moved, &below);
-    hessian.col(i) = (above - below) / (2.0 * step);
+    const double step = step_of(x[i]);
+    std::optional<VectorXd> above = gradient_beside(function, x, i, step);
+    std::optional<VectorXd> below = gradient_beside(function, x, i, -step);
+    const double distance = above && below ? 2.0 * step : step;
+    if (above && !below) below = gradient_beside(function, x, i, 0.0);
+    if (below && !above) above = gradient_beside(function, x, i, 0.0);
+    hessian.col(i) = above && below ? VectorXd((*above - *below) / distance) : unknown(size);
   }
   return 0.5 * (hessian + hessian.transpose());
 }
@@ -145,13 +165,14 @@ MatrixXd one_sided_hessian(const SmoothFunction& function,
                            const VectorXd& gradient) {
   const Index size = x.size();
   MatrixXd hessian(size, size);
-  VectorXd moved_gradient = gradient;
   for (Index i = 0; i < size; ++i) {
-    const double step = 1e-5 * std::max(std::abs(x[i]), 0.1);
-    VectorXd moved = x;
-    moved[i] += step;
-    function(moved, &moved_gradient);
-    hessian.col(i) = (moved_gradient - gradient) / step;
+    double step = step_of(x[i]);
+    std::optional<VectorXd> beside = gradient_beside(function, x, i, step);
+    if (!beside) {
+      step = -step;
+      beside = gradient_beside(function, x, i, step);
+    }
+    hessian.col(i) = beside ? VectorXd((*beside - gradient) / step) : unknown(size);
   }
   return hessian;
 }

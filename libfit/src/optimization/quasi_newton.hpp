@@ -29,17 +29,21 @@ struct QuasiNewtonOptions {
 
 /// Newton steps whose Hessian starts as differences of the exact gradient (or as given) and is then
 /// kept by BFGS updates; |eigenvalues| are floored, so that each direction descends; Armijo
-/// halving. \param hessian  start for the Hessian, empty to have it computed
+/// halving.
+/// \param hessian  start for the Hessian, empty to have it computed
 QuasiNewtonResult minimize(const SmoothFunction& function,
                            const Eigen::VectorXd& start,
                            const Eigen::MatrixXd& hessian = {},
                            const QuasiNewtonOptions& options = {});
 
-/// The Hessian from central differences of the exact gradient, symmetrized.
+/// The Hessian from central differences of the exact gradient, symmetrized. Where the
+/// function ends on one side of x, the difference is that to the other; where it ends on both, rows
+/// and columns are NaN.
 Eigen::MatrixXd hessian_from_gradients(const SmoothFunction& function, const Eigen::VectorXd& x);
 
 /// The Hessian from differences of the exact gradient to one side, as it comes: how far it is from
-/// symmetric tells how exact it is.
+/// symmetric tells how exact it is. Where the function ends there, the other
+/// side is taken; where it ends on both, the column is NaN.
 /// \param gradient  at x
 Eigen::MatrixXd one_sided_hessian(const SmoothFunction& function,
                                   const Eigen::VectorXd& x,

@@ -59,3 +59,29 @@ TEST_CASE("mixing ends a two-cycle and speeds a slow iteration") {
   }
   CHECK((x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-9);
 }
+
+TEST_CASE("a Hessian beside which the function ends is that of the other side") {
+  // The gradient outside is left as it was, as the likelihoods do.
+  double lowest = 0.0;
+  const SmoothFunction bowl = [&](const VectorXd& x, VectorXd* gradient) {
+    if (x[1] > 1.0 || x[1] < lowest) return std::numeric_limits<double>::infinity();
+    if (gradient != nullptr) *gradient = Eigen::Vector2d(6.0 * x[0], 4.0 * x[1]);
+    return 3.0 * x[0] * x[0] + 2.0 * x[1] * x[1];
+  };
+  const VectorXd edge = Eigen::Vector2d(0.5, 1.0);
+  const VectorXd slope = Eigen::Vector2d(3.0, 4.0);
+  for (const MatrixXd& hessian :
+       {hessian_from_gradients(bowl, edge), one_sided_hessian(bowl, edge, slope)}) {
+    CHECK(hessian(0, 0) == Approx(6.0).epsilon(1e-9));
+    CHECK(hessian(1, 1) == Approx(4.0).epsilon(1e-9));
+    CHECK(hessian(0, 1) == 0.0);
+  }
+  // A search from the edge still finds the minimum.
+  CHECK(minimize(bowl, edge).x.norm() < 1e-6);
+  lowest = 1.0;  // nothing is known across the only line where the function is
+  for (const MatrixXd& hessian :
+       {hessian_from_gradients(bowl, edge), one_sided_hessian(bowl, edge, slope)}) {
+    CHECK(hessian(0, 0) == Approx(6.0).epsilon(1e-9));
+    CHECK(std::isnan(hessian(1, 1)));
+  }
+}

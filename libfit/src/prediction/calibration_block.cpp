@@ -305,9 +305,6 @@ class Block {
         outer_slope += priors.outer_slope.col(of).reshaped(s, by_outer.cols());
       }
       result.outer_uncertainty.sensitivities.col(of) = outer_slope.reshaped();
-      result.z_mean.col(of) = z_outer_.col(c);
-      result.z_covariance.col(of) = inverse.topLeftCorner(s, s).reshaped();
-      result.z_slope.col(of) = by_outer.reshaped();
     }
   }
 

@@ -51,9 +51,6 @@ EffectPosteriors empty_posteriors(const NonlinearModel& model, const EffectPlace
   result.outer.setConstant(s, clusters, kNaN);
   result.outer_uncertainty = {.covariances = MatrixXd::Constant(s * s, clusters, kNaN),
                               .sensitivities = MatrixXd::Constant(s * p, clusters, kNaN)};
-  result.z_mean.setConstant(s, clusters, kNaN);
-  result.z_covariance.setConstant(s * s, clusters, kNaN);
-  result.z_slope.setConstant(s * p, clusters, kNaN);
   return result;
 }
 

@@ -45,10 +45,6 @@ struct EffectPosteriors {
   Eigen::MatrixXd inner{};  ///< (q x G)
   EffectUncertainty outer_uncertainty{};
   EffectUncertainty inner_uncertainty{};
-  // Of z_u, for groups of the cluster without rows:
-  Eigen::MatrixXd z_mean{};        ///< (s x C)
-  Eigen::MatrixXd z_covariance{};  ///< (s s x C)
-  Eigen::MatrixXd z_slope{};       ///< (s p x C) d z_u / d beta'
 };
 
 /// Finds the effects by Newton's method, all clusters of a block of rows at once.

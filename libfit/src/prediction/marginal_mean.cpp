@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "prediction/marginal_mean.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <set>
 #include <vector>
 
 #include "marginal_likelihood/quadrature_rule.hpp"
@@ -57,13 +60,62 @@ MarginalMean with_rule(const RowMean& mean,
   return result;
 }
 
-double largest_difference(const VectorXd& a, const VectorXd& b) {
-  double largest = 0.0;
-  for (Index i = 0; i < a.size(); ++i) {
-    const double size = std::max(std::abs(a[i]), 1e-300);
-    if (std::isfinite(a[i])) largest = std::max(largest, std::abs(a[i] - b[i]) / size);
+/// The means of rows by rules of growing size. A row stays at the last rule whose nodes its formula
+/// is defined at: those of larger rules lie further out and may leave where it is.
+class RowRules {
+ public:
+  explicit RowRules(Index rows)
+      : value_(VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN())),
+        difference_(VectorXd::Constant(rows, kInfinity)),
+        points_(static_cast<std::size_t>(rows), 0) {}
+
+  /// \returns the largest relative difference to the rule before, of rows that the rule is good for
+  double take(const VectorXd& next, int points) {
+    double largest = 0.0;
+    for (Index i = 0; i < next.size(); ++i) {
+      if (!std::isfinite(next[i])) continue;
+      const double size = std::max(std::abs(next[i]), 1e-300);
+      difference_[i] = std::isnan(value_[i]) ? kInfinity : std::abs(next[i] - value_[i]) / size;
+      value_[i] = next[i];
+      points_[static_cast<std::size_t>(i)] = points;
+      largest = std::max(largest, difference_[i]);
+    }
+    return largest;
   }
-  return largest;
+
+  const VectorXd& value() const { return value_; }
+  double largest_difference() const {
+    double largest = 0.0;
+    for (Index i = 0; i < value_.size(); ++i) {
+      if (!std::isnan(value_[i])) largest = std::max(largest, difference_[i]);
+    }
+    return largest;
+  }
+  /// Points of the rule of each row, 0 where none is good.
+  const std::vector<int>& points() const { return points_; }
+
+ private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  VectorXd value_;
+  VectorXd difference_;
+  std::vector<int> points_;
+};
+
+/// Derivatives of each row by its own rule; NaN where none is good.
+MatrixXd gradient_by(const RowMean& mean,
+                     const MatrixXd& arguments,
+                     const MatrixXd& root,
+                     const std::vector<int>& points) {
+  MatrixXd result = MatrixXd::Constant(
+      mean.rows(), mean.coefficient_count(), std::numeric_limits<double>::quiet_NaN());
+  for (const int rule : std::set<int>(points.begin(), points.end())) {
+    if (rule == 0) continue;
+    const MatrixXd gradient = with_rule(mean, arguments, root, rule, true).gradient;
+    for (Index i = 0; i < result.rows(); ++i) {
+      if (points[static_cast<std::size_t>(i)] == rule) result.row(i) = gradient.row(i);
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -78,22 +130,17 @@ MarginalMean marginal_mean(const RowMean& mean,
     return with_rule(mean, arguments, MatrixXd::Zero(root.rows(), 1), 1, with_gradient);
   }
   constexpr std::array kPoints{3, 5, 7, 11, 15, 21, 31, 45, 63, 91};
-  VectorXd last;
-  double difference = std::numeric_limits<double>::infinity();
+  RowRules rows(mean.rows());
   for (std::size_t k = 0; k < kPoints.size(); ++k) {
-    VectorXd value = with_rule(mean, arguments, root, kPoints[k], false).value;
-    if (last.size() > 0) difference = largest_difference(value, last);
-    last = std::move(value);
+    const double difference =
+        rows.take(with_rule(mean, arguments, root, kPoints[k], false).value, kPoints[k]);
     const bool is_last = k + 1 == kPoints.size() ||
                          std::pow(kPoints[k + 1], static_cast<double>(root.cols())) > kMostNodes;
-    if (difference > accuracy && !is_last) continue;
-    MarginalMean result{.value = std::move(last), .difference = difference};
-    if (with_gradient) {
-      result.gradient = with_rule(mean, arguments, root, kPoints[k], true).gradient;
-    }
-    return result;
+    if (is_last || (k > 0 && difference <= accuracy)) break;
   }
-  return {};
+  MarginalMean result{.value = rows.value(), .difference = rows.largest_difference()};
+  if (with_gradient) result.gradient = gradient_by(mean, arguments, root, rows.points());
+  return result;
 }
 
 }  // namespace silvafit::fit

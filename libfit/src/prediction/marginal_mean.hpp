@@ -9,15 +9,18 @@
 namespace silvafit::fit {
 
 struct MarginalMean {
-  Eigen::VectorXd value{};     ///< (N) E f(phi + A b)
+  Eigen::VectorXd value{};     ///< (N) E f(phi + A b), NaN where f is not defined around b = 0
   Eigen::MatrixXd gradient{};  ///< (N x p) its derivative by the coefficients, if wanted
-  double difference = 0.0;     ///< largest relative difference of the last two rules
+  /// Largest relative difference of the last two rules of a row; infinite if it has but one.
+  double difference = 0.0;
 };
 
 /// The mean of f over b ~ N(0, covariance) around given arguments, by product Gauss-Hermite rules
-/// of growing size, until two of them agree. \param arguments   (N x K + U) at b = 0 \param
-/// covariance  (p x p) of the coefficients' random effects; may be singular \param accuracy
-/// relative difference of two rules that agree
+/// of growing size, until two of them agree. A row whose formula is not defined at the far nodes of
+/// a rule keeps the mean by the rule before.
+/// \param arguments   (N x K + U) at b = 0
+/// \param covariance  (p x p) of the coefficients' random effects; may be singular
+/// \param accuracy    relative difference of two rules that agree
 MarginalMean marginal_mean(const RowMean& mean,
                            const Eigen::MatrixXd& arguments,
                            const Eigen::MatrixXd& covariance,

@@ -49,19 +49,12 @@ MatrixXd inverse_reliability(const MatrixXd& reliability) {
   return of.vectors * inverse.asDiagonal() * of.vectors.transpose();
 }
 
-/// The coarser groups by what nested labels call them.
-LabelNumbers outer_parts(const std::vector<std::string>& labels) {
-  std::vector<std::string> parts;
-  for (const std::string& label : labels) parts.push_back(outer_part(label));
-  return numbered(parts);
-}
-
 /// What is left open of the effects of the finer groups if those of the coarser ones are known, as
 /// in the comparison of groups within coarser ones.
 EffectUncertainty within_outer(const FittedModel& fit) {
   EffectUncertainty result = fit.uncertainty;
   if (!result.is_known() || !fit.outer_uncertainty.is_known()) return result;
-  const LabelNumbers outer = outer_parts(fit.outer.labels);
+  const LabelNumbers outer = numbered(outer_parts(fit.outer.labels));
   const auto q = static_cast<Index>(fit.random_names.size());
   const auto s = static_cast<Index>(fit.outer.names.size());
   for (Index g = 0; g < result.covariances.cols(); ++g) {

@@ -141,6 +141,22 @@ TEST_CASE("in the one-way layout errors and intervals are those of theory") {
   CHECK(mean.degrees_of_freedom[4] == Approx(5.0));
 }
 
+TEST_CASE("effects of a coarser group are found in spite of a slash in its label") {
+  FittedModel fit = model("y ~ a + 0*x", {"a"}, "a | stand; a | plot");
+  fit.estimate = VectorXd::Constant(1, 10.0);
+  fit.outer.labels = {"S", "S/1"};
+  fit.outer.effects = Eigen::RowVector2d(1.0, 2.0);
+  fit.group_labels = {nested_label("S", "1/1"), nested_label("S/1", "1")};
+  fit.random_effects = Eigen::RowVector2d(0.1, 0.2);
+  Table table;
+  table.set("x", std::vector<double>{0.0, 0.0});
+  table.set("stand", texts({"S", "S/1"}));
+  table.set("plot", texts({"1/1", "1"}));
+  const Prediction prediction = predict(fit, table, Level::kConditional);
+  CHECK(prediction.value[0] == Approx(11.1).epsilon(1e-15));
+  CHECK(prediction.value[1] == Approx(12.2).epsilon(1e-15));
+}
+
 TEST_CASE("marginal means are the expectations over random effects") {
   SECTION("of an exponential, over two groupings") {
     FittedModel fit = model("y ~ exp(a + 0*x)", {"a"}, "a | stand; a | plot");
@@ -152,6 +168,28 @@ TEST_CASE("marginal means are the expectations over random effects") {
     const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
     CHECK(prediction.value[0] == Approx(std::exp(0.7 + 0.125)).epsilon(1e-9));
     CHECK(prediction.marginal_difference < 1e-8);
+  }
+  SECTION("of a curve that is not defined where five standard deviations lead") {
+    FittedModel fit = model("h ~ a*(1 - exp(-b*dbh))^1.5", {"a", "b"}, "b | plot");
+    fit.estimate = Eigen::Vector2d(25.0, 0.05);
+    fit.covariance = MatrixXd::Identity(2, 2) * 1e-4;
+    fit.random_covariance = MatrixXd::Constant(1, 1, 1e-4);
+    Table table;
+    table.set("dbh", std::vector<double>{20.0});
+    const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
+    // By the trapezoidal rule over where b is positive; half a millionth of all plots is not there.
+    double expected = 0.0;
+    constexpr double kStep = 1e-3;
+    for (double z = -5.0 + kStep; z < 8.0; z += kStep) {
+      const double b = 0.05 + 0.01 * z;
+      expected += kStep * std::exp(-0.5 * z * z) / std::sqrt(2.0 * M_PI) * 25.0 *
+                  std::pow(1.0 - std::exp(-b * 20.0), 1.5);
+    }
+    // Seven points are the last that stay on this side.
+    CHECK(prediction.value[0] == Approx(expected).epsilon(1e-5));
+    CHECK(prediction.marginal_difference > 1e-8);
+    CHECK(prediction.marginal_difference < 1e-3);
+    CHECK(prediction.mean_error[0] > 0.0);
   }
   SECTION("of a height curve with two correlated effects") {
     const FittedModel fit = curve();

@@ -38,7 +38,9 @@ struct OuterRandomEffects {
 struct MixedEffectsFit {
   std::vector<std::string> coefficient_names{};
   Eigen::VectorXd estimate{};  ///< (p) fixed effects
-  /// (p x p) covariance of the fixed effects with nlme's factor N / (N - p)
+  /// (p x p) covariance of the fixed effects: by Lindstrom and Bates' method with nlme's factor
+  /// N / (N - p), unless by restricted likelihood; of marginal likelihood by the observed
+  /// information
   Eigen::MatrixXd covariance{};
   std::vector<std::string> random_names{};  ///< (q)
   std::vector<std::string> group_labels{};  ///< (G)
@@ -92,8 +94,8 @@ struct MarginalOptions {
 /// gradient of the likelihood to where the Newton decrement vanishes. Standard errors are those of
 /// the observed information. A fit that fails is a result with converged = false and a verdict.
 /// \param start  (p) coefficients to start from: the pooled least-squares fit
-/// \throws UsageError without random effects, or if there are too many for the method: at most 12
-///   a group over both groupings; for quadrature at most 3, of one grouping
+/// \throws UsageError without random effects, or if there are too many for quadrature, which takes
+///   at most 3, of one grouping, and 20,000 points over them
 /// Source: docs/marginal-likelihood.md.
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const Eigen::VectorXd& start,
@@ -108,8 +110,10 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
 /// inverted, so that a singular Psi is an ordinary point; the reported log-likelihood is that of
 /// the linearized model, as nlme's. Without random effects it is generalized nonlinear least
 /// squares (nlme's gnls). A fit that fails is a result with converged = false and a verdict, not an
-/// exception. \param start  (p) coefficients to start from: the pooled least-squares fit Source:
-/// Lindstrom and Bates 1990, Biometrics 46, 673-687; Pinheiro and Bates 2000, chapters 5 and 7.
+/// exception.
+/// \param start  (p) coefficients to start from: the pooled least-squares fit
+/// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Pinheiro and Bates 2000, chapters 5
+/// and 7.
 MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
                                     const Eigen::VectorXd& start,
                                     const MixedEffectsOptions& options = {});

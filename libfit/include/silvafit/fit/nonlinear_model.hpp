@@ -36,9 +36,10 @@ class NonlinearModel {
     Eigen::MatrixXd derivatives{};  ///< (rows x K) df/dphi
   };
 
-  /// \throws UsageError if a column is not there; InputError if no complete row is left, or a
-  /// column of the
-  ///   data has an infinite value
+  /// \throws UsageError if a column is not there, or if a group has more than 12 random effects
+  /// over
+  ///   both groupings; InputError if no complete row is left, or a column of the data has an
+  ///   infinite value
   NonlinearModel(ModelSpecification specification, const data::Table& table);
 
   const ModelSpecification& specification() const { return specification_; }
