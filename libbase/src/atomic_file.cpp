@@ -157,7 +157,8 @@ void write_file(const fs::path& path, std::string_view bytes) {
 }
 
 std::string read_file(const fs::path& path) {
-  if (fs::is_directory(path)) cannot("read", path, EISDIR);
+  std::error_code unknown;  // opening says why, if it is that the path cannot be followed
+  if (fs::is_directory(path, unknown)) cannot("read", path, EISDIR);
   std::ifstream stream(path, std::ios::binary);
   if (!stream) cannot("read", path, errno);
   std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());

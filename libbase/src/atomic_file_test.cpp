@@ -69,6 +69,8 @@ TEST_CASE("a file that cannot be written or read is named") {
   CHECK_THROWS_AS(silvafit::read_file("does-not-exist.csv"), silvafit::InputError);
   CHECK_THROWS_WITH(silvafit::read_file("does-not-exist.csv"),
                     Catch::Matchers::Contains("does-not-exist.csv: cannot read"));
+  // A name that no file can have is not a file either.
+  CHECK_THROWS_AS(silvafit::read_file(std::string(300, 'n')), silvafit::InputError);
 }
 
 TEST_CASE("a temporary folder goes with all that is in it") {

@@ -9,6 +9,8 @@ namespace silvafit::stand {
 namespace {
 
 constexpr double kBreastHeightMeters = 1.3;
+// Further than any map's coordinates; cells of a search for neighbors are counted up to there.
+constexpr double kFarthestMeters = 1e9;
 
 bool is_known(double value) { return !std::isnan(value); }
 
@@ -42,6 +44,10 @@ void RowChecker::check_finite() {
 void RowChecker::check_position() {
   for (const Measure measure : {kX, kY, kZ}) {
     const double value = row_[measure];
+    if (std::isfinite(value) && std::abs(value) > kFarthestMeters) {
+      add(measure,
+          fmt::format("{} m is further than {} m from the origin", value, kFarthestMeters));
+    }
     if (value != -9999.0 && value != -99999.0) continue;
     add(measure,
         fmt::format("{} stands for a value that was not measured; leave the field empty", value));

@@ -271,6 +271,13 @@ TEST_CASE("places that stand for missing ones are none") {
   CHECK_THAT(problems(checked).at(0), Contains("2 x: -9999 stands for a value that was not"));
 }
 
+TEST_CASE("places beyond all maps are refused") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,x,y,dbh\n1,1,A,1e9,-1e9,10\n1,2,A,1.1e9,1,10\n1,3,A,1,-1e300,10\n");
+  CHECK(checked.inventory.x == std::vector<double>{1e9});
+  CHECK_THAT(problems(checked).at(0), Contains("3 x: 1100000000 m is further than 1000000000 m"));
+}
+
 TEST_CASE("columns are named by mappings, expressions included") {
   const CheckedInventory checked = read_text(
       "Plot,Nr.,sp,xk,yk,D (cm),unit,height,age\n"

@@ -34,7 +34,8 @@ long long quadrat_of(double offset_m, double extent_m, double quadrat_m, double 
   const double rounding = std::max(kRounding, rounding_m / quadrat_m);
   const double quadrats = std::ceil(extent_m / quadrat_m - rounding);
   const double own = std::floor(offset_m / quadrat_m + rounding);
-  return static_cast<long long>(std::clamp(own, 0.0, std::max(0.0, quadrats - 1.0)));
+  constexpr double kMost = 1e15;  // more quadrats than this cannot be told apart
+  return static_cast<long long>(std::clamp(own, 0.0, std::clamp(quadrats - 1.0, 0.0, kMost)));
 }
 
 /// Importance values of all species among some trees, by code.

@@ -11,6 +11,18 @@ using namespace silvafit::stand;
 using namespace silvafit::stand::test;
 using Catch::Matchers::Contains;
 
+TEST_CASE("importance needs no areas, what is by hectare does") {
+  const Inventory stand = stand_of({{.dbh_cm = 20.0, .h_m = 15.0}, {.dbh_cm = 30.0, .h_m = 18.0}});
+  const std::vector<SpeciesRow> known = species_table(stand, sampled_areas(stand, 500.0));
+  const std::vector<SpeciesRow> rows = species_table(stand, plots_of_unknown_area(stand));
+  REQUIRE(rows.size() == known.size());
+  CHECK(rows[0].all.value == known[0].all.value);
+  CHECK(rows[0].figures.mean_height_m == known[0].figures.mean_height_m);
+  CHECK(std::isnan(rows[0].figures.stems_per_ha));
+  CHECK(std::isnan(rows[0].figures.basal_area_m2_per_ha));
+  CHECK(std::isnan(rows[0].figures.dominant_height_m));
+}
+
 TEST_CASE("importance values are the mean of three shares, in all and by layer") {
   // Two plots. A: three trees of 20 cm in both; B: one of 40 cm in the first.
   const Inventory stand = stand_of({{.dbh_cm = 20, .species = "A", .plot = "1", .h_m = 9},

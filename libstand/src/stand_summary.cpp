@@ -26,7 +26,7 @@ void set_dominant_height(const Inventory& inventory,
                          double wanted,
                          StandFigures& figures) {
   figures.dominant_height_m = data::kMissing;
-  if (inventory.h_m.empty() || trees.empty()) return;
+  if (inventory.h_m.empty() || trees.empty() || std::isnan(wanted)) return;
   std::vector<std::size_t> order(trees.begin(), trees.end());
   // Missing heights last among equals.
   const auto height = [&inventory](std::size_t tree) {
@@ -181,9 +181,15 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_a
     throw UsageError(fmt::format("an area of {} m2 is not above 0", plot_area_m2),
                      {.column = "--plot-area"});
   }
+  std::vector<SampledArea> areas = plots_of_unknown_area(inventory);
+  for (SampledArea& area : areas) area.area_m2 = plot_area_m2;
+  return areas;
+}
+
+std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory) {
   std::vector<SampledArea> areas;
   for (const std::string& plot : inventory.plot.levels()) {
-    areas.push_back({.name = plot, .area_m2 = plot_area_m2});
+    areas.push_back({.name = plot, .area_m2 = data::kMissing});
   }
   for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
     areas[inventory.plot.code(tree)].trees.push_back(tree);
@@ -267,7 +273,8 @@ std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
     lowest = std::min(lowest, class_of(inventory.dbh_cm[tree]));
     highest = std::max(highest, class_of(inventory.dbh_cm[tree]));
   }
-  if (highest - lowest >= kMostClasses) {
+  // Numbers of classes are whole, and each is one more than the last, below 2^53.
+  if (highest - lowest >= kMostClasses || highest >= 0x1p53) {
     throw UsageError(fmt::format("classes of {} cm are too narrow for these trees", width_cm),
                      {.column = "--class-width"});
   }

@@ -63,6 +63,10 @@ TEST_CASE("diameter classes begin at their lower limit") {
                     Contains("--class-width"));
   CHECK_THROWS_WITH(diameter_distribution(stand, all_rows(stand), 1e4, 1e-6),
                     Contains("too narrow"));
+  // Equal diameters need one class, but not one whose number is beyond the whole numbers.
+  const Inventory equal = stand_of({{.dbh_cm = 20.0}, {.dbh_cm = 20.0}});
+  CHECK_THROWS_WITH(diameter_distribution(equal, all_rows(equal), 1e4, 1e-16),
+                    Contains("too narrow"));
 }
 
 TEST_CASE("strata are estimated as Cochran's ratio, and summed by their areas") {

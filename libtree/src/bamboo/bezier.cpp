@@ -148,33 +148,4 @@ CubicBezier bent_curve(
   return curve;
 }
 
-std::vector<double> parameters_at(const CubicBezier& curve, std::span<const double> shares) {
-  constexpr std::size_t kPieces = 16;
-  std::array<double, kPieces + 1> gone{};
-  for (std::size_t i = 0; i < kPieces; ++i) {
-    const double from = static_cast<double>(i) / kPieces;
-    gone[i + 1] = gone[i] + quadrature(curve, from, from + 1.0 / kPieces);
-  }
-  std::vector<double> parameters;
-  parameters.reserve(shares.size());
-  for (const double share : shares) {
-    const double wanted = share * gone.back();
-    const auto above = std::upper_bound(gone.begin() + 1, gone.end() - 1, wanted);
-    const auto piece = static_cast<std::size_t>(above - gone.begin()) - 1;
-    const double from = static_cast<double>(piece) / kPieces;
-    double t = from;
-    // Newton's steps; the pieces are so short that the speed hardly changes within one.
-    constexpr int kSteps = 6;
-    for (int step = 0; step < kSteps; ++step) {
-      const double rate = speed(curve, t);
-      if (!(rate > 0.0)) break;
-      const double off = wanted - gone[piece] - quadrature(curve, from, t);
-      t = std::clamp(t + off / rate, from, from + 1.0 / kPieces);
-      if (std::abs(off) <= 1e-14 * gone.back()) break;
-    }
-    parameters.push_back(t);
-  }
-  return parameters;
-}
-
 }  // namespace silvafit::tree

@@ -63,8 +63,4 @@ CubicBezier fit_bezier(std::span<const Point> points);
 CubicBezier bent_curve(
     Point base, Point along, Point side, double length_m, double bend_deg, double sense);
 
-/// Parameters at which a curve has gone the wanted shares of its length.
-/// \param shares  in [0, 1], in any order
-std::vector<double> parameters_at(const CubicBezier& curve, std::span<const double> shares);
-
 }  // namespace silvafit::tree

@@ -25,8 +25,6 @@ class Culm {
   /// Nodes from the ground up; where the crown does not begin near the ground or the tip, one is at
   /// the crown base.
   const std::vector<CulmNode>& nodes() const { return nodes_; }
-  /// Where its tip leans to, from north over east.
-  double lean_azimuth_deg() const { return lean_azimuth_deg_; }
   const std::vector<Note>& notes() const { return notes_; }
 
   /// From the ground to the tip, a ridge at each node; breast height is a point, and in no ridge.

@@ -16,10 +16,12 @@ struct PackedView {
 };
 
 /// Bytes that a view has unpacked: `count` times `stride`, which the file says and which the packed
-/// bytes must be enough for. \throws InputError if they cannot be, or a size is none of the mode's
+/// bytes must be enough for.
+/// \throws InputError if they cannot be, or a size is none of the mode's
 std::size_t unpacked_size(const PackedView& view, std::string_view source);
 
-/// The elements, filters undone. \throws InputError as unpacked_size, and if the bytes are damaged
+/// The elements, filters undone.
+/// \throws InputError as unpacked_size, and if the bytes are damaged
 std::string unpacked(const PackedView& view, std::string_view source);
 
 }  // namespace silvafit::tree

@@ -26,8 +26,8 @@ constexpr double kPerMeter = 100.0;
 
 std::int32_t centimeters(double meters) {
   const double value = std::round(kPerMeter * meters);
-  // The diagram's arithmetic holds 32 bits.
-  if (!(std::abs(value) < std::numeric_limits<std::int32_t>::max())) {
+  // The diagram's arithmetic holds 32 bits, and half of them leave room for the margin.
+  if (!(std::abs(value) <= 1e9)) {
     throw GeometryError("the stems lie too far apart for one ground");
   }
   return static_cast<std::int32_t>(value);

@@ -62,8 +62,8 @@ struct CsvTableOptions {
 
 /// A CSV file as a table. A column is numeric if each value is a number or missing (empty or `NA`),
 /// else text, as it is written but for the blanks around each value. Numbers may have decimal
-/// commas as CsvReader says. \throws InputError if the file cannot be read as CSV, or if a wanted
-/// column is not there
+/// commas as CsvReader says.
+/// \throws InputError if the file cannot be read as CSV, or if a wanted column is not there
 Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options = {});
 
 /// The same for a file of which the header was looked at, and no record: it may be a pipe.

@@ -42,8 +42,8 @@ class Expression {
   /// The value of a constant expression.
   double constant_value() const;
 
-  /// The value for given variables, one at a time; for tests and single values. Blocks: see
-  /// Program. \param names, values  of equal length
+  /// The value for given variables, one at a time, for tests; of blocks: see Program.
+  /// \param names, values  of equal length
   double value(const std::vector<std::string>& names, const std::vector<double>& values) const;
 
   /// Text that parses to the same expression.

@@ -60,8 +60,8 @@ class Program {
   std::shared_ptr<const Code> code_;
 };
 
-/// An expression of a table's columns, a value a row. A variable `column == "text"` compares a text
-/// column. \throws UsageError if a name is no column of the table
+/// An expression of a table's columns, a value a row; `column == "text"` compares a text column.
+/// \throws UsageError if a name is no column of the table
 std::vector<double> evaluate(const Expression& expression, const Table& table);
 
 /// The values of a variable of an expression: a numeric column, or 1 and 0 for `column == "text"`

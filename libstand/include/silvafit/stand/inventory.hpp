@@ -131,8 +131,8 @@ class InventoryBatches {
   InventoryBatches& operator=(InventoryBatches&&) noexcept;
 
   /// The next batch, checked as read_inventory does; nothing at the end. Units are questioned in
-  /// the first batch. \throws InputError also if a plot comes again after its batch
-  /// A batch has no notes: see notes().
+  /// the first batch. A batch has no notes: see notes().
+  /// \throws InputError also if a plot comes again after its batch
   std::optional<CheckedInventory> next();
   /// The notes on all batches read so far: after the last, those of read_inventory.
   std::vector<std::string> notes() const;

@@ -31,6 +31,9 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory,
 /// Every plot of the inventory with one known area, for inventories without positions.
 std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2);
 
+/// Every plot of the inventory with an unknown area, NaN: what is by hectare is unknown, too.
+std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory);
+
 /// What stands on an area. NaN where it cannot be known: no tree, no heights, no crowns.
 struct StandFigures {
   std::size_t trees = 0;

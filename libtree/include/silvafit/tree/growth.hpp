@@ -60,7 +60,8 @@ struct Pace {
 
 /// Keyframes of a tree's stages: each is there from its moment to the next stage's, while its
 /// height and widths grow evenly to those of the next; a new tree grows up before its first moment.
-/// One more unit follows the last moment. \param models  of the stages, in their order
+/// One more unit follows the last moment.
+/// \param models  of the stages, in their order
 /// \throws UsageError if the pace is not above 0, or if files, which keep times in single
 /// precision, could not tell the keyframes' times apart or would have no number for them
 std::vector<AnimatedModel> animated(const GrowingTree& tree,

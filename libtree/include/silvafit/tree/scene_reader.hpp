@@ -54,7 +54,8 @@ struct ReadScene {
 /// \throws InputError naming the file and what is wrong with it
 ReadScene read_scene(const std::filesystem::path& path);
 
-/// A GLB file in memory. \throws InputError
+/// A GLB file in memory.
+/// \throws InputError
 ReadScene read_glb(std::string_view bytes);
 
 }  // namespace silvafit::tree

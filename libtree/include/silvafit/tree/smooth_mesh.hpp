@@ -64,8 +64,8 @@ struct SmoothStyle {
 /// skeleton, mesh and leaves; rotation-minimizing frames (Wang et al. 2008) instead of Frenet's,
 /// which a straight limb does not have.
 /// \throws UsageError if an option is out of range, a leaf's grade has no look, looks have
-/// different textures, or an outline has fewer than three points \throws GeometryError if a
-/// coordinate is not finite
+/// different textures, or an outline has fewer than three points
+/// \throws GeometryError if a coordinate is not finite
 Mesh build_smooth_mesh(const Skeleton& skeleton,
                        const Crown& crown,
                        const SmoothStyle& style,

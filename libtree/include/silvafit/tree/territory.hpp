@@ -13,8 +13,8 @@ namespace silvafit::tree {
 
 /// How far out in a crown a point lies: its distance from the stem's axis as a share of the crown's
 /// width at this height and in this azimuth. 0 on the axis, 1 on the crown's surface, infinite
-/// above and below the crown. \param outward_m  measure a point that lies by so much farther out;
-/// inward if negative
+/// above and below the crown.
+/// \param outward_m  measure a point that lies by so much farther out; inward if negative
 double relative_distance(const Crown& crown, Point point, double outward_m = 0.0);
 
 /// The space round a stem, or round a branch that reaches a measured crown radius: all points
