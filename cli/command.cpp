@@ -26,6 +26,14 @@ void add_example(CLI::App& command, const std::string& example) {
   command.footer("Example:\n  " + example);
 }
 
+void refuse_idle(const CLI::App& command,
+                 const std::string& option,
+                 bool has_use,
+                 const std::string& needed) {
+  if (command.count(option) == 0 || has_use) return;
+  throw UsageError(fmt::format("does nothing without {}", needed), {.column = option});
+}
+
 void say(const CommonOptions& options, const std::string& message) {
   if (!options.quiet) fmt::print(stderr, "{}\n", with_visible_controls(message));
 }

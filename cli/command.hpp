@@ -40,6 +40,14 @@ void add_common_options(CLI::App& command, CommonOptions& options);
 /// Appends an example that works to the text of --help.
 void add_example(CLI::App& command, const std::string& example);
 
+/// Refuses an option that was given and would do nothing.
+/// \param needed  what it does nothing without
+/// \throws UsageError
+void refuse_idle(const CLI::App& command,
+                 const std::string& option,
+                 bool has_use,
+                 const std::string& needed);
+
 /// A note for people: one line on stderr, nothing with --quiet.
 void say(const CommonOptions& options, const std::string& message);
 

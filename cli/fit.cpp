@@ -126,7 +126,10 @@ std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>
 
 data::Table read_data(const FitArguments& arguments,
                       const std::vector<const study::BaseModel*>& models) {
-  const std::vector<std::string> names = name_columns({.formula = arguments.formula,
+  std::vector<std::string> formulas;
+  if (!arguments.formula.empty()) formulas.push_back(arguments.formula);
+  for (const study::BaseModel* const model : models) formulas.push_back(model->formula);
+  const std::vector<std::string> names = name_columns({.formulas = formulas,
                                                        .parameters = arguments.parameters,
                                                        .where = arguments.where,
                                                        .random = arguments.random,
@@ -209,6 +212,7 @@ Task catalogue_task(const study::BaseModel& model,
                     const FitArguments& arguments,
                     const data::Table& table) {
   study::require_domain(model, table);
+  study::require_possible(model.response, table);
   Task task{.id = model.id,
             .specification = fit::specify_model(model.formula, arguments.parameters, table)};
   complete(task, arguments, table);
@@ -322,11 +326,11 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
 /// Options that would do nothing without another one.
 void refuse_idle_options(const CLI::App& command, const FitArguments& arguments) {
   const auto refuse = [&](const char* option, bool has_use, const char* needed) {
-    if (command.count(option) == 0 || has_use) return;
-    throw UsageError(fmt::format("does nothing without {}", needed), {.column = option});
+    refuse_idle(command, option, has_use, needed);
   };
   const ResamplingArguments& resampling = arguments.resampling;
   refuse("--agq-points", arguments.method == "agq", "--method agq");
+  refuse("--covariance", !arguments.random.empty(), "--random");
   refuse("--level", !arguments.inference.intervals.empty(), "--intervals");
   refuse("--measured-trees", !resampling.cross_validate.empty(), "--cross-validate");
   refuse("--resample", resampling.bootstrap > 0, "--bootstrap");

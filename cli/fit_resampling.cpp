@@ -27,7 +27,8 @@ constexpr const char* kLeaveOneOut = "leave-one-out";
 std::size_t folds_of(const std::string& text) {
   if (text == kLeaveOneOut) return 0;
   double value = 0.0;
-  if (data::parse_number(text, value) && value >= 2.0 && value == std::floor(value)) {
+  if (data::parse_number(text, value) && value >= 2.0 && value <= 0x1p53 &&
+      value == std::floor(value)) {
     return static_cast<std::size_t>(value);
   }
   throw UsageError(

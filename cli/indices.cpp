@@ -221,7 +221,13 @@ void add_indices_command(CLI::App& program) {
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit indices examples/fir-mixed/inventory.csv --per stand --out indices.csv");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, &command] {
+    const UnitArguments& units = arguments->units;
+    refuse_idle(command, "--buffer", units.edge == "buffer", "--edge buffer");
+    refuse_idle(command, "--competition-radius", !units.further.empty(), "--further Hegyi");
+    refuse_idle(command, "--open-grown", !units.further.empty(), "--further CCF");
+    run(*arguments);
+  });
 }
 
 }  // namespace silvafit::cli

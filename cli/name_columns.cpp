@@ -31,7 +31,7 @@ struct Uses {
 
 std::vector<std::string> name_columns(const ColumnTexts& texts) {
   Uses uses;
-  if (!texts.formula.empty()) uses.add(data::parse_formula(texts.formula).right);
+  for (const std::string& text : texts.formulas) uses.add(data::parse_formula(text).right);
   if (!texts.where.empty()) uses.add(data::Expression::parse(texts.where));
   for (const std::string& text : texts.parameters) {
     for (const fit::Covariate& covariate : fit::parse_parameter_model(text).covariates) {

@@ -9,7 +9,7 @@ namespace silvafit::cli {
 
 /// The texts of a command that speak of columns; empty where they were not given.
 struct ColumnTexts {
-  std::string formula{};
+  std::vector<std::string> formulas{};
   std::vector<std::string> parameters{};  ///< sub-models, such as "b ~ 1 + C"
   std::string where{};
   std::string random{};

@@ -190,7 +190,21 @@ stand::StructuralUnitOptions units_of(const study::ModelLibrary& library,
   return unit_options(unit_arguments(settings), common);
 }
 
-void run(PredictArguments arguments) {
+void refuse_idle_options(const CLI::App& command, const PredictArguments& arguments) {
+  const bool is_calibrated = arguments.level == "calibrated";
+  refuse_idle(command,
+              "--interval-kind",
+              arguments.interval > 0.0 || arguments.standard_errors,
+              "--interval or --standard-errors");
+  refuse_idle(command,
+              "--new-groups",
+              is_calibrated || arguments.level == "conditional",
+              "--level conditional or calibrated");
+  refuse_idle(command, "--seen-groups", is_calibrated, "--level calibrated");
+}
+
+void run(const CLI::App& command, PredictArguments arguments) {
+  refuse_idle_options(command, arguments);
   sort_files(arguments);
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
                     {{"--out", arguments.out}});
@@ -269,7 +283,7 @@ void add_interval_options(CLI::App& command, PredictArguments& arguments) {
                   arguments.interval,
                   "Adds the ends of intervals of this coverage, such as 0.95")
       ->type_name("LEVEL")
-      ->check(CLI::Range(1e-6, 1.0 - 1e-9));
+      ->check(CLI::Range(1e-6, 0.999999));
   command
       .add_option("--interval-kind",
                   arguments.interval_kind,
@@ -303,7 +317,7 @@ void add_predict_command(CLI::App& program) {
   add_example(command,
               "silvafit predict library.json new.csv --level calibrated --interval 0.95 --out "
               "predictions.csv");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, &command] { run(command, *arguments); });
 }
 
 }  // namespace silvafit::cli

@@ -53,6 +53,19 @@ class Impute(ProgramTest):
         self.assertIn("h: 34 measured, 65 imputed with their plot, 20 with the population's curve, "
                       "1 left empty", done.stderr)
 
+    def test_a_height_or_a_diameter_that_cannot_be_is_refused(self):
+        lines = self.text.splitlines()
+        row = next(number for number, line in enumerate(lines[1:], 1) if line.split(",")[-2] == "")
+        fields = lines[row].rsplit(",", 3)  # dbh, h, C are the last
+        for dbh, h, reason in (("20", "0", "h: 0 m is not above breast height, 1.3 m"),
+                               ("20", "-9999", "h: -9999 m is not above breast height, 1.3 m"),
+                               ("-9999", "", "dbh: -9999 is outside the model's domain")):
+            with self.subTest(h):
+                changed = ",".join([fields[0], dbh, h, fields[3]])
+                self.write("odd.csv", "\n".join([*lines[:row], changed, *lines[row + 1:]]) + "\n")
+                error = self.run_program("impute", "odd.csv", status=3).stderr
+                self.assertIn(f"odd.csv:{row + 1}: {reason}", error)
+
     def test_decimal_commas_become_points_but_not_those_of_labels(self):
         lines = [next(csv.reader([line])) for line in self.text.splitlines()]
         rows = [lines[0]] + [[line[0].replace("0", "0,"), *line[1:3],

@@ -234,6 +234,21 @@ class IdleOptions(ProgramTest):
                 error = self.run_program(*fit, *option, status=2).stderr
                 self.assertIn(f"{option[0]}: does nothing without {needed}", error)
         self.run_program(*fit, "--level", "0.9", "--intervals", "wald")
+        error = self.run_program("fit", "trees.csv", "--model", "M4", "--covariance", "diagonal", status=2).stderr
+        self.assertIn("--covariance: does nothing without --random", error)
+
+    def test_options_of_predictions_and_indices_that_would_do_nothing_are_refused(self):
+        # They are refused before any file is read.
+        for command, option, needed in (
+                (("predict", "f.json", "t.csv"), ("--interval-kind", "confidence"), "--interval or --standard-errors"),
+                (("predict", "f.json", "t.csv"), ("--new-groups", "error"), "--level conditional or calibrated"),
+                (("predict", "f.json", "t.csv", "--level", "conditional"), ("--seen-groups", "new"), "--level calibrated"),
+                (("indices", "t.csv", "--edge", "torus"), ("--buffer", "3"), "--edge buffer"),
+                (("indices", "t.csv"), ("--competition-radius", "5"), "--further Hegyi"),
+                (("indices", "t.csv"), ("--open-grown", "dbh/10"), "--further CCF")):
+            with self.subTest(option):
+                error = self.run_program(*command, *option, status=2).stderr
+                self.assertIn(f"{option[0]}: does nothing without {needed}", error)
 
     def test_groups_to_leave_out_need_the_option(self):
         self.write("trees.csv", stand_csv())

@@ -172,7 +172,7 @@ class Predictions(ProgramTest):
     def test_new_groups_may_be_missing_or_refused(self):
         self.fit()
         rows = self.predict("--level", "conditional", "--new-groups", "missing")
-        self.assertEqual(rows[2]["h_pred"], "")
+        self.assertEqual((rows[2]["h_pred"], rows[2]["flag"]), ("", "unknown plot"))
         error = self.run_program("predict", "fit.json", "new.csv", "--level", "conditional",
                                  "--new-groups", "error", status=3).stderr
         self.assertIn("new.csv:", error)
@@ -328,6 +328,23 @@ class Libraries(ProgramTest):
         self.write("silent.json", json.dumps(library))
         others = crown_widths("silent.json")
         self.assertGreater(sum(others[tree] != value for tree, value in expected.items()), 1000)
+
+    def test_published_models_say_what_intervals_and_means_over_plots_lack(self):
+        self.write("new.csv", "plot,species,dbh,h,C,M,U\nA,BHN,20,,0.5,0.5,0.5\n")
+        for options, missing in ((("--interval", "0.9"), "no h interval: variances unknown"),
+                                 (("--level", "marginal"), "no marginal h: covariance of random effects unknown")):
+            done = self.run_program("predict", "shanxia-2023", "new.csv", *options)
+            flag = list(csv.DictReader(io.StringIO(done.stdout)))[0]["flag"]
+            self.assertIn(missing, flag)
+            self.assertNotIn("interval includes", flag)
+
+    def test_a_height_of_0_does_not_calibrate(self):
+        self.write("trees.csv", stand_csv())
+        fit = self.run_program("fit", "trees.csv", "--model", "M4", "--random", "a | plot", "--json").stdout
+        self.write("fit.json", fit)
+        self.write("zero.csv", "plot,dbh,h\nnew,20,18\nnew,22,0\n")
+        error = self.run_program("predict", "fit.json", "zero.csv", "--level", "calibrated", status=3).stderr
+        self.assertIn("zero.csv:3: h: 0 m is not above breast height, 1.3 m", error)
 
     def test_published_models_say_what_calibration_lacks(self):
         self.write("new.csv", "plot,species,dbh,h,C,M,U\nA,SM,20,15,0.5,0.5,0.5\n")

@@ -37,6 +37,7 @@ void check(const data::Table& table, const ImputeOptions& options) {
     throw UsageError("give either --formula or --model, not both");
   }
   require_numbers(table, {options.response});
+  require_possible(options.response, table);
 }
 
 /// The trees that one model is for: their rows, and those it is fitted to.
@@ -235,7 +236,9 @@ std::optional<fit::FittedModel> model_of(const Part& part,
     return imputation_model(measured, catalogue, options, notes);
   } catch (const NumericalError& error) {
     if (part.label.empty()) throw;
-    notes.push_back(error.message() + "; the model of all is used");
+    std::string reason = error.message();
+    if (reason.ends_with('.')) reason.pop_back();
+    notes.push_back(reason + "; the model of all is used");
     return std::nullopt;
   }
 }

@@ -155,6 +155,7 @@ void require_model_numbers(const data::Table& table,
   } else {
     for (const BaseModel* model : chosen_models(catalogue, options)) {
       columns.insert(columns.end(), model->covariates.begin(), model->covariates.end());
+      require_domain_of_covariates(*model, table);
     }
   }
   const fit::VarianceFunction variance =

@@ -222,7 +222,8 @@ class Predictor {
         const auto at = static_cast<Eigen::Index>(i);
         added.mean_variance[at] = std::pow(errors.mean[rows[i]], 2);
         added.tree_variance[at] = std::pow(errors.tree[rows[i]], 2);
-        if (!options_.interval || !filled_.at(column)[rows[i]]) continue;
+        const bool has_error = std::isfinite(added.tree_variance[at]);
+        if (!options_.interval || !has_error || !filled_.at(column)[rows[i]]) continue;
         flag(rows[i],
              fmt::format(
                  "{} interval includes the error of {}", fit.specification.formula.left, column));
@@ -289,7 +290,9 @@ class Predictor {
     if (options_.catalogue == nullptr) return;
     const std::vector<BaseModel>& models = options_.catalogue->models();
     const auto model = std::ranges::find(models, fit.model, &BaseModel::id);
-    if (model != models.end()) require_domain_of_covariates(*model, part);
+    if (model == models.end()) return;
+    require_domain_of_covariates(*model, part);
+    if (is_calibrated()) require_possible(model->response, part);
   }
 
   void store(const fit::FittedModel& fit,
@@ -297,13 +300,21 @@ class Predictor {
              const fit::Prediction& prediction,
              PredictedResponse& result) {
     const bool is_mean = options_.interval_kind == fit::IntervalKind::kConfidence;
+    const bool is_spread_unknown = options_.level == fit::Level::kMarginal &&
+                                   fit.has_random_effects() && !fit.random_covariance.allFinite();
     Errors& errors = errors_.at(result.response);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       const std::size_t row = rows[i];
       const double value = prediction.value[at];
       if (std::isinf(value)) flag(row, fit.specification.formula.left + " not finite");
-      if (std::isnan(value) && flags_[row].empty()) {
+      const bool is_wanted =
+          options_.new_groups != fit::NewGroups::kMissing || !prediction.is_new_group[i];
+      if (std::isnan(value) && is_spread_unknown) {
+        flag(row,
+             fmt::format("no marginal {}: covariance of random effects unknown",
+                         fit.specification.formula.left));
+      } else if (std::isnan(value) && is_wanted && flags_[row].empty()) {
         flag(row, fit.specification.formula.left + " not defined here");
       }
       if (!std::isfinite(value)) continue;
@@ -312,6 +323,9 @@ class Predictor {
         errors.mean[row] = prediction.mean_error[at];
         errors.tree[row] = prediction.prediction_error[at];
         result.standard_error[row] = is_mean ? errors.mean[row] : errors.tree[row];
+        if (std::isnan(result.standard_error[row]) && prediction.residual_gap[i].empty()) {
+          flag_no_spread(fit, row, "variances unknown");
+        }
       }
       if (options_.interval) {
         result.lower[row] = prediction.lower[at];
@@ -332,12 +346,16 @@ class Predictor {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool has_value = std::isfinite(prediction.value[static_cast<Eigen::Index>(i)]);
       if (!has_value || prediction.residual_gap[i].empty()) continue;
-      flag(rows[i],
-           fmt::format("no {} {}: {}",
-                       fit.specification.formula.left,
-                       options_.interval ? "interval" : "standard error",
-                       prediction.residual_gap[i]));
+      flag_no_spread(fit, rows[i], prediction.residual_gap[i]);
     }
+  }
+
+  void flag_no_spread(const fit::FittedModel& fit, std::size_t row, const std::string& reason) {
+    flag(row,
+         fmt::format("no {} {}: {}",
+                     fit.specification.formula.left,
+                     options_.interval ? "interval" : "standard error",
+                     reason));
   }
 
   void flag_groups(const fit::FittedModel& fit,

@@ -26,7 +26,8 @@ class SimulatedResponse {
                     const std::vector<std::size_t>& plot_of_tree,
                     Random& random);
 
-  /// The conditional mean of each tree. \throws DomainError if one is not finite
+  /// The conditional mean of each tree.
+  /// \throws DomainError if one is not finite
   std::vector<double> means(const Columns& columns) const;
 
   /// Residual standard deviation over sigma of each tree, g(v).

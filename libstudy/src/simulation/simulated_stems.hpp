@@ -38,7 +38,8 @@ struct Stem {
 };
 
 /// Stems by plot, at least the minimum distance apart (sequential inhibition), each species in
-/// patches of its own. \throws InputError if there is no room for them
+/// patches of its own.
+/// \throws InputError if there is no room for them
 std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed);
 
 /// Factors on DBH - minimum, one a plot, of one species.
@@ -46,7 +47,8 @@ std::vector<double> draw_plot_factors(const SimulationDesign& design,
                                       std::size_t species,
                                       std::uint64_t seed);
 
-/// DBH of each stem [cm]. \param plot_factors  by species and plot
+/// DBH of each stem [cm].
+/// \param plot_factors  by species and plot
 std::vector<double> draw_dbh(const SimulationDesign& design,
                              const std::vector<Stem>& stems,
                              const std::vector<std::vector<double>>& plot_factors,

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/study/simulate.hpp"
 #include "simulation/covariance_root.hpp"
@@ -211,7 +212,7 @@ Eigen::MatrixXd read_matrix(const JsonReader& json, std::size_t size) {
   if (rows.size() != size) json.fail(fmt::format("must have {} rows", size));
   for (std::size_t i = 0; i < size; ++i) {
     const std::vector<double> row = rows[i].numbers();
-    if (row.size() != size) rows[i].fail(fmt::format("must have {} numbers", size));
+    if (row.size() != size) rows[i].fail("must have " + counted(size, "number", "numbers"));
     for (std::size_t j = 0; j < size; ++j) {
       matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = row[j];
     }
@@ -224,7 +225,7 @@ Eigen::MatrixXd read_covariance(const JsonReader& json, std::size_t size) {
   if (const auto covariance = json.find("covariance")) return read_matrix(*covariance, size);
   const JsonReader variances = json.at("variance");
   const std::vector<double> values = variances.numbers();
-  if (values.size() != size) variances.fail(fmt::format("must have {} numbers", size));
+  if (values.size() != size) variances.fail("must have " + counted(size, "number", "numbers"));
   Eigen::VectorXd sd(size);
   for (std::size_t i = 0; i < size; ++i) {
     if (values[i] < 0.0) variances.fail("must not be negative");

@@ -71,7 +71,7 @@ TEST_CASE("a wrong key or value of a design is named") {
        "species[0].h.random.effects: 'c' is no coefficient"},
       {"/species/0/h/random",
        R"({"effects": ["a"], "variance": [1, 2]})",
-       "species[0].h.random.variance: must have 1 numbers"},
+       "species[0].h.random.variance: must have 1 number"},
       {"/species/0/h/random",
        R"({"effects": ["a", "b"], "variance": [1, 1], "correlation": [[1, 2], [2, 1]]})",
        "species[0].h.random: the covariance of the effects is not positive semidefinite"},

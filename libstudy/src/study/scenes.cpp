@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::size_t kNeighbors = 4;
 constexpr double kMiddle = 0.5;
+// Above the DBH of any tree known: a single mistyped one may not decide what is common.
+constexpr double kThickestCentimeters = 2000.0;
 /// In the order in which a scene's name has them.
 constexpr std::array<const char*, 4> kIndices{"C", "M", "U", "W"};
 
@@ -244,6 +246,11 @@ class SceneMaker {
       if (!(found->second > 0.0)) throw UsageError("the DBH of " + species + " must be positive");
       return found->second;
     }
+    if (species.empty()) {
+      throw UsageError(
+          "the models of the library are of no species; scenes are made from the library of a "
+          "study, which has models of h, hcb and cw for each");
+    }
     throw UsageError(fmt::format(
         "the library does not say the commonest DBH of {0}; give one, such as {0}=20", species));
   }
@@ -390,17 +397,19 @@ double commonest_dbh_cm(const std::vector<double>& diameters_cm) {
   std::ranges::copy_if(
       diameters_cm, std::back_inserter(values), [](double value) { return !std::isnan(value); });
   if (values.empty()) throw UsageError("no diameter is known");
+  const double low = std::ranges::min(values);
+  std::erase_if(values, [](double value) { return value > kThickestCentimeters; });
+  if (values.empty()) return low;
   const auto n = static_cast<double>(values.size());
   double mean = 0.0;
   for (const double value : values) mean += value / n;
   double square = 0.0;
   for (const double value : values) square += (value - mean) * (value - mean) / n;
   const double bandwidth = 1.06 * std::sqrt(square) * std::pow(n, -0.2);
-  const auto [low, high] = std::ranges::minmax(values);
   if (!(bandwidth > 0.0)) return low;
   double best = low;
   double highest = 0.0;
-  const auto last = static_cast<int>(std::lround(10.0 * high));
+  const auto last = static_cast<int>(std::lround(10.0 * std::ranges::max(values)));
   for (auto tenth = static_cast<int>(std::lround(10.0 * low)); tenth <= last; ++tenth) {
     double density = 0.0;
     for (const double value : values) {

@@ -158,4 +158,8 @@ TEST_CASE("the commonest DBH is where diameters are densest") {
   std::vector<double> diameters{40.0, 41.0, data::kMissing};
   for (int i = -20; i <= 20; ++i) diameters.push_back(10.0 + 0.1 * i);
   CHECK(commonest_dbh_cm(diameters) == Approx(10.0).margin(0.05));
+  const double before = commonest_dbh_cm(diameters);
+  diameters.push_back(2.5e8);  // mistyped: it may neither count nor take its time
+  CHECK(commonest_dbh_cm(diameters) == before);
+  CHECK(commonest_dbh_cm({3e9, 4e9}) == 3e9);
 }

@@ -292,8 +292,11 @@ bool ResponseStudy::converged() const {
 std::string ResponseStudy::verdict() const {
   if (nlme) return nlme->fit.convergence.verdict;
   if (!ols) return "No base model converged.";
-  if (plots < 2)
-    return "There is one plot: level 3 was left out. " + with_covariates->fit.convergence.verdict;
+  if (plots < 2) {
+    return fmt::format("There is one {}: level 3 was left out. {}",
+                       group == "plot" ? "plot" : "value of '" + group + "'",
+                       with_covariates->fit.convergence.verdict);
+  }
   return "No mixed model converged; the least-squares model stands.";
 }
 

@@ -382,9 +382,10 @@ FormattedTable species_table_of(const StudyRecord& record) {
                   {"relative_frequency", "Relative frequency (%)", ColumnKind::kPercent},
                   {"relative_dominance", "Relative dominance (%)", ColumnKind::kPercent},
                   {"importance", "Importance value (%)", ColumnKind::kPercent}}};
-  if (!record.units) return table;
   const stand::Inventory& inventory = record.inventory.inventory;
-  const auto areas = stand::sampled_areas(inventory, record.units->windows, {});
+  std::vector<stand::SampledArea> areas;
+  if (record.units) areas = stand::sampled_areas(inventory, record.units->windows, {});
+  if (areas.empty()) areas = stand::plots_of_unknown_area(inventory);
   for (const stand::SpeciesRow& row : stand::species_table(inventory, areas)) {
     table.rows.push_back({row.species,
                           count(row.figures.trees),

@@ -197,6 +197,7 @@ Work prepared(const data::Table& table,
   for (const std::string& name : variance_columns(options)) columns.push_back(name);
   // Not all of them: a study of a million trees would have each column nine times.
   work.table = with_columns(table, columns).select(work.result.rows);
+  work.result.group = options.group;
   work.result.plots = count_groups(work.table, options.group);
   return work;
 }

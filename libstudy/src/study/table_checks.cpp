@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/data/csv.hpp"
@@ -14,6 +17,18 @@
 
 namespace silvafit::study {
 namespace {
+
+/// What measured values of a response can be.
+struct Limit {
+  std::string_view response{};
+  double lowest_m = 0.0;
+  bool is_itself_possible = false;
+  std::string_view text{};
+};
+
+constexpr Limit kLimits[] = {{"h", 1.3, false, "above breast height, 1.3 m"},
+                             {"hcb", 0.0, true, "0 m or more"},
+                             {"cw", 0.0, false, "above 0 m"}};
 
 /// "", or " (and 3 more)".
 std::string others(std::size_t count) {
@@ -192,6 +207,22 @@ void require_domain(const BaseModel& model, const data::Table& table) {
   require_numbers(table, columns);
   for (const data::Expression& condition : model.domain) {
     require_condition(model, condition, table);
+  }
+}
+
+void require_possible(const std::string& response, const data::Table& table) {
+  const auto limit = std::ranges::find(kLimits, response, &Limit::response);
+  if (limit == std::end(kLimits) || !table.has(response)) return;
+  const std::span<const double> values = table.numbers(response);
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    const bool is_lowest = values[row] == limit->lowest_m;
+    if (std::isnan(values[row]) || values[row] > limit->lowest_m) continue;
+    if (is_lowest && limit->is_itself_possible) continue;
+    throw DomainError(fmt::format("{} m is not {}; leave the field empty where {} was not measured",
+                                  values[row],
+                                  limit->text,
+                                  response),
+                      place_of(table, row, response));
   }
 }
 

@@ -65,6 +65,24 @@ TEST_CASE("a value outside a model's domain is named with its place") {
                     Contains("there is no column 'hcb'"));
 }
 
+TEST_CASE("a measured value that cannot be one is named with its place") {
+  data::Table table;
+  table.set("h", std::vector<double>{1.4, data::kMissing, 1.3});
+  table.set("hcb", std::vector<double>{0.0, 0.1, data::kMissing});
+  table.set("cw", std::vector<double>{0.1, 0.0, 2.0});
+  table.set("age", std::vector<double>{-1.0, 0.0, 1.0});
+  table.set_origin("trees.csv", {2, 3, 4});
+  CHECK_THROWS_WITH(require_possible("h", table),
+                    Contains("trees.csv:4: h: 1.3 m is not above breast height, 1.3 m"));
+  CHECK_NOTHROW(require_possible("hcb", table));  // branches may begin at the ground
+  CHECK_THROWS_WITH(require_possible("cw", table),
+                    Contains("trees.csv:3: cw: 0 m is not above 0 m"));
+  CHECK_NOTHROW(require_possible("age", table));
+  CHECK_NOTHROW(require_possible("d", table));
+  table.set("hcb", std::vector<double>{0.0, -0.1, 3.0});
+  CHECK_THROWS_AS(require_possible("hcb", table), DomainError);
+}
+
 TEST_CASE("a missing structural index comes with the way to get it") {
   CHECK_THROWS_WITH(require_numbers(trees(), {"C"}), Contains("silvafit indices"));
 }

@@ -65,8 +65,12 @@ class Places {
   }
 
  private:
+  static std::int64_t cell_at(double coordinate_m) {
+    constexpr double kMost = 1e15;  // a scene of another program may lie anywhere
+    return std::llround(std::clamp(coordinate_m / kSame_m, -kMost, kMost));
+  }
   static std::pair<std::int64_t, std::int64_t> cell_of(const PlanPoint& place) {
-    return {std::llround(place.x_m / kSame_m), std::llround(place.y_m / kSame_m)};
+    return {cell_at(place.x_m), cell_at(place.y_m)};
   }
 
   const ViewStand& stand_;

@@ -67,7 +67,8 @@ struct BaseModel {
   std::filesystem::path file{};
 
   std::vector<std::string> parameter_names() const;
-  /// The response of one tree. \throws UsageError if a name is missing
+  /// The response of one tree.
+  /// \throws UsageError if a name is missing
   double value(const std::map<std::string, double>& arguments,
                const std::map<std::string, double>& parameters) const;
 };

@@ -20,9 +20,9 @@ namespace silvafit::study {
 /// likelihood (ML or REML); otherwise their difference is null and a sentence says why. Curves are
 /// population predictions (b = 0) over the union of the fitted DBH ranges, each within its own
 /// range; other columns are held at the middle of the range that the fits have in common, height
-/// comes from the library's own height model. \param names  how the libraries are called on the
-/// page, one each: their files \throws UsageError if there are fewer than two libraries, or not a
-/// name for each
+/// comes from the library's own height model.
+/// \param names  how the libraries are called on the page, one each: their files
+/// \throws UsageError if there are fewer than two libraries, or not a name for each
 std::string comparison_data(const std::vector<ModelLibrary>& libraries,
                             const std::vector<std::string>& names);
 

@@ -17,7 +17,7 @@ namespace silvafit::study {
 /// The data that a library was fitted to.
 struct LibraryInventory {
   std::string file{};
-  std::string fingerprint{};  ///< of the bytes of the file, e.g. "sha256:..."; may be empty
+  std::string fingerprint{};  ///< of the bytes of the file: "fnv1a64:..."; may be empty
   std::size_t trees = 0;
   std::map<std::string, double> commonest_dbh_cm{};  ///< by species; see commonest_dbh_cm()
   std::optional<UnitSettings> units{};  ///< what its structural indices, if any, were computed with

@@ -44,15 +44,15 @@ struct Scenes {
 /// Its neighbors stand where and have the species, DBH and crown width such that these are its
 /// indices (docs/scenes.md); their own sizes are predicted for indices of 0.5. Indices that no
 /// model depends on: W as the options say, M, U, C 0.5. Scenes stand in rows, one species after
-/// another. \throws UsageError if a species has no model of h, hcb or cw of the role, or its DBH is
-/// not known;
-///   NumericalError if a prediction is no possible tree, which is named; InputError as
+/// another.
+/// \throws UsageError if a species has no model of h, hcb or cw of the role, or its DBH is not
+///   known; NumericalError if a prediction is no possible tree, which is named; InputError as
 ///   predict_responses
 Scenes scenes_of(const ModelLibrary& library, const SceneOptions& options = {});
 
 /// The commonest of some diameters [cm]: where the density of a Gaussian kernel with Silverman's
 /// bandwidth is highest, to 0.1 cm.
-/// \param diameters_cm  NaN does not count; at least one
+/// \param diameters_cm  NaN does not count, nor what is above 2000 cm unless all are; at least one
 double commonest_dbh_cm(const std::vector<double>& diameters_cm);
 
 }  // namespace silvafit::study

@@ -126,7 +126,8 @@ struct SimulatedStand {
 ///
 /// Stems by sequential inhibition in species' patchy density; values rounded as measured (position
 /// and radii 0.01 m, DBH 0.1 cm, h and hcb 0.1 m) where they arise, so that C of the file is the C
-/// behind its crowns. Limits: h >= 2 m, 0.15 m <= hcb <= 0.95 h, cw >= 0.4 m.
+/// behind its crowns. Limits, before rounding: h >= 2 m, 0.15 m <= hcb <= 0.95 h,
+/// cw >= 0.4 m.
 /// \throws InputError if the stems find no room, or a plot has too few trees for its neighbors;
 ///         DomainError if a mean is not finite for some tree
 SimulatedStand simulate(const SimulationDesign& design, std::uint64_t seed, unsigned threads = 0);

@@ -96,7 +96,8 @@ struct ResponseStudy {
   std::string species{};
   std::string response{};
   std::vector<std::size_t> rows{};  ///< rows of the table that all of its fits use
-  std::size_t plots = 0;
+  std::string group = "plot";       ///< column of the random effects
+  std::size_t plots = 0;            ///< its values
   std::vector<std::string> notes{};
   std::vector<Candidate> base{};                    ///< level 1
   std::vector<Candidate> covariates{};              ///< level 2, empty if left out

@@ -39,6 +39,12 @@ std::vector<std::string> add_columns(std::string_view text,
 /// \throws InputError at the first value that is no number, or if there is no such column
 void require_numbers(const data::Table& table, const std::vector<std::string>& variables);
 
+/// Makes sure that measured values can be some: h above breast height, 1.3 m, hcb not below the
+/// ground, cw above 0. Of other responses nothing is known.
+/// \throws DomainError at the first value that cannot be measured, such as 0 or -9999 for a missing
+///   one
+void require_possible(const std::string& response, const data::Table& table);
+
 /// Makes sure that a model of the catalogue is defined for all rows, missing values apart.
 /// \throws InputError if a column is not there or holds text; DomainError at the first value
 ///   outside the model's domain
