@@ -32,9 +32,9 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What silvafitConfig.cmake looks for, and the catalogue, which lies in the program's package.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "silvafit (= ${PROJECT_VERSION}-1), libceres-dev, \
 libeigen3-dev, libboost-dev, libfmt-dev, libhwy-dev, nlohmann-json3-dev, libtbb-dev, libnanoflann-dev, \
-libmeshoptimizer-dev")
+libmeshoptimizer-dev, libpng-dev")
 if(SILVAFIT_HAS_RENDER)
-  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libembree-dev, libpng-dev")
+  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libembree-dev")
 endif()
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "The C++ libraries that silvafit is made of: statistics of mixed models,
 structure of stands, geometry of trees. find_package(silvafit) finds them.")
