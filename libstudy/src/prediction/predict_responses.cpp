@@ -167,6 +167,9 @@ class Predictor {
     table_.set(column, std::move(values));
   }
 
+  /// How far the last two rules of quadrature differ in marginal means, relative to them.
+  double marginal_difference() const { return marginal_difference_; }
+
   Names joined_flags() const {
     Names result;
     for (const Names& flags : flags_) result.push_back(fmt::format("{}", fmt::join(flags, "; ")));
@@ -281,6 +284,7 @@ class Predictor {
                                                      .standard_errors = wants_errors(),
                                                      .uncertain = uncertain_columns(fit, rows),
                                                      .threads = options_.threads});
+    marginal_difference_ = std::max(marginal_difference_, prediction.marginal_difference);
     store(fit, rows, prediction, result);
     flag_spread(fit, rows, prediction);
     if (by_group) flag_groups(fit, part, rows, prediction);
@@ -438,6 +442,7 @@ class Predictor {
   std::map<std::string, std::vector<bool>> filled_;
   std::map<std::string, Errors> errors_;  ///< by response
   std::vector<Names> flags_;
+  double marginal_difference_ = 0.0;
 };
 
 }  // namespace
@@ -481,6 +486,11 @@ PredictedResponses predict_responses(const ModelLibrary& library,
     const bool is_needed = std::ranges::any_of(
         models, [&response](const ResponseModels& other) { return other.needs(response); });
     if (is_needed) predictor.fill(response, result.responses[i].value);
+  }
+  constexpr double kWorthSaying = 1e-5;
+  if (const double open = predictor.marginal_difference(); open > kWorthSaying) {
+    result.notes.push_back(
+        fmt::format("marginal means are exact to {:.2g} % only", 100.0 * std::min(open, 1.0)));
   }
   result.flags = predictor.joined_flags();
   return result;
