@@ -239,7 +239,10 @@ void add_impute_command(CLI::App& program) {
       ->type_name("FILE.csv");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit impute inventory.csv --response h --by species --out filled.csv");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, &command] {
+    refuse_idle(command, "--minimum-trees", !arguments->impute.by.empty(), "--by");
+    run(*arguments);
+  });
 }
 
 }  // namespace silvafit::cli

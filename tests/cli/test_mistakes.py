@@ -243,6 +243,7 @@ class IdleOptions(ProgramTest):
                 (("predict", "f.json", "t.csv"), ("--interval-kind", "confidence"), "--interval or --standard-errors"),
                 (("predict", "f.json", "t.csv"), ("--new-groups", "error"), "--level conditional or calibrated"),
                 (("predict", "f.json", "t.csv", "--level", "conditional"), ("--seen-groups", "new"), "--level calibrated"),
+                (("impute", "t.csv"), ("--minimum-trees", "5"), "--by"),
                 (("indices", "t.csv", "--edge", "torus"), ("--buffer", "3"), "--edge buffer"),
                 (("indices", "t.csv"), ("--competition-radius", "5"), "--further Hegyi"),
                 (("indices", "t.csv"), ("--open-grown", "dbh/10"), "--further CCF")):

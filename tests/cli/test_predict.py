@@ -345,6 +345,9 @@ class Libraries(ProgramTest):
         self.write("zero.csv", "plot,dbh,h\nnew,20,18\nnew,22,0\n")
         error = self.run_program("predict", "fit.json", "zero.csv", "--level", "calibrated", status=3).stderr
         self.assertIn("zero.csv:3: h: 0 m is not above breast height, 1.3 m", error)
+        self.write("text.csv", "plot,dbh,h\nnew,20,tall\n")
+        error = self.run_program("predict", "fit.json", "text.csv", "--level", "calibrated", status=3).stderr
+        self.assertIn("text.csv:2: h: 'tall' is not a number", error)
 
     def test_published_models_say_what_calibration_lacks(self):
         self.write("new.csv", "plot,species,dbh,h,C,M,U\nA,SM,20,15,0.5,0.5,0.5\n")

@@ -22,6 +22,7 @@ constexpr Index kBlockRows = 4096;
 
 /// (r x k) rows of a root placed where its effects are among the random coefficients.
 void place(const MatrixXd& root, const std::vector<Index>& rows, SmallMatrix& target) {
+  if (root.cols() == 0) return;  // rows of nothing have no address
   for (std::size_t k = 0; k < rows.size(); ++k) {
     target.row(rows[k]) += root.row(static_cast<Index>(k));
   }

@@ -213,6 +213,7 @@ void require_domain(const BaseModel& model, const data::Table& table) {
 void require_possible(const std::string& response, const data::Table& table) {
   const auto limit = std::ranges::find(kLimits, response, &Limit::response);
   if (limit == std::end(kLimits) || !table.has(response)) return;
+  require_numbers(table, {response});
   const std::span<const double> values = table.numbers(response);
   for (std::size_t row = 0; row < values.size(); ++row) {
     const bool is_lowest = values[row] == limit->lowest_m;

@@ -41,8 +41,8 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
 
 /// Makes sure that measured values can be some: h above breast height, 1.3 m, hcb not below the
 /// ground, cw above 0. Of other responses nothing is known.
-/// \throws DomainError at the first value that cannot be measured, such as 0 or -9999 for a missing
-///   one
+/// \throws InputError at a value that is no number; DomainError at the first that cannot be
+///   measured, such as 0 or -9999 for a missing one
 void require_possible(const std::string& response, const data::Table& table);
 
 /// Makes sure that a model of the catalogue is defined for all rows, missing values apart.
