@@ -43,16 +43,16 @@ TEST_CASE("the map has every window and tree, and each tree's neighbors by row")
   CHECK(found["areas"][0]["rings"][0].size() == 4);
   CHECK(found["areas"][1]["rings"].size() == 2);
   CHECK(found["buffer"] == 1.5);
-  CHECK(found["area"] == nlohmann::json({0, 0, 1, 1}));
-  CHECK(found["species_names"] == nlohmann::json({"SM", "MH"}));
-  CHECK(found["species"] == nlohmann::json({0, 1, 0, nullptr}));
+  CHECK(found["area"] == nlohmann::ordered_json({0, 0, 1, 1}));
+  CHECK(found["species_names"] == nlohmann::ordered_json({"SM", "MH"}));
+  CHECK(found["species"] == nlohmann::ordered_json({0, 1, 0, nullptr}));
   CHECK(found["x"][1] == 9.123);
-  CHECK(found["layer"] == nlohmann::json({0, 1, 2, nullptr}));
-  CHECK(found["cw"] == nlohmann::json({2.0, 4.0, nullptr, 3.0}));
-  CHECK(found["core"] == nlohmann::json({0, 0, 0, 0}));
-  CHECK(found["U"] == nlohmann::json({1.0, 0.0, 1.0, 1.0}));
+  CHECK(found["layer"] == nlohmann::ordered_json({0, 1, 2, nullptr}));
+  CHECK(found["cw"] == nlohmann::ordered_json({2.0, 4.0, nullptr, 3.0}));
+  CHECK(found["core"] == nlohmann::ordered_json({0, 0, 0, 0}));
+  CHECK(found["U"] == nlohmann::ordered_json({1.0, 0.0, 1.0, 1.0}));
   CHECK(found["W"][0].is_null());
-  CHECK(found["nearest"] == nlohmann::json({{1}, {0}, {3}, {2}}));
+  CHECK(found["nearest"] == nlohmann::ordered_json({{1}, {0}, {3}, {2}}));
 }
 
 TEST_CASE("without windows each plot is an area without rings, without units there is no map") {
@@ -62,7 +62,7 @@ TEST_CASE("without windows each plot is an area without rings, without units the
   CHECK((*map)["areas"].size() == 2);
   CHECK((*map)["areas"][1]["rings"].empty());
   CHECK((*map)["buffer"] == 0.0);
-  CHECK((*map)["area"] == nlohmann::json({0, 0, 1, 1}));
+  CHECK((*map)["area"] == nlohmann::ordered_json({0, 0, 1, 1}));
   record.units.reset();
   CHECK_FALSE(report_map(record));
 }
