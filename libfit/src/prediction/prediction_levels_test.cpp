@@ -12,6 +12,7 @@
 #include "prediction/mixture_quantile.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "test_support/known_fit.hpp"
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -25,37 +26,6 @@ using Catch::Matchers::Contains;
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-TextColumn texts(const std::vector<std::string>& labels) {
-  TextColumn column;
-  for (const std::string& label : labels) column.append(label);
-  return column;
-}
-
-FittedModel model(const std::string& formula,
-                  const std::vector<std::string>& coefficients,
-                  const std::string& random) {
-  FittedModel fit{.specification = {.formula = silvafit::data::parse_formula(formula)}};
-  for (const std::string& name : coefficients) {
-    fit.specification.parameters.push_back(parse_parameter_model(name + " ~ 1"));
-  }
-  fit.coefficient_names = coefficients;
-  const auto p = static_cast<Index>(coefficients.size());
-  fit.covariance.setZero(p, p);
-  fit.method = Method::kLaplace;
-  const std::vector<RandomEffects> effects = parse_random_effects(random);
-  fit.specification.random = effects.back();
-  fit.random_names = effects.back().coefficients;
-  fit.random_effects.resize(static_cast<Index>(fit.random_names.size()), 0);
-  if (effects.size() > 1) {
-    fit.specification.outer_random = effects.front();
-    fit.outer.names = effects.front().coefficients;
-    fit.outer.effects.resize(static_cast<Index>(fit.outer.names.size()), 0);
-  }
-  fit.degrees_of_freedom = Eigen::VectorXd::Constant(1, 100.0);
-  fit.sigma = 1.0;
-  return fit;
-}
 
 /// y = mu + b + e with Var b = 4 and Var e = 9, from six groups of three, so that the trees of a
 /// group have the shrinkage 3*4/(3*4 + 9) = 4/7 and leave 4 (1 - 4/7) of b open, and Var(mu-hat) =
@@ -139,76 +109,6 @@ TEST_CASE("in the one-way layout errors and intervals are those of theory") {
   CHECK(mean.lower[3] == Approx(prediction.value[3] - half).epsilon(1e-12));
   CHECK(mean.upper[3] == Approx(prediction.value[3] + half).epsilon(1e-12));
   CHECK(mean.degrees_of_freedom[4] == Approx(5.0));
-}
-
-TEST_CASE("effects of a coarser group are found in spite of a slash in its label") {
-  FittedModel fit = model("y ~ a + 0*x", {"a"}, "a | stand; a | plot");
-  fit.estimate = VectorXd::Constant(1, 10.0);
-  fit.outer.labels = {"S", "S/1"};
-  fit.outer.effects = Eigen::RowVector2d(1.0, 2.0);
-  fit.group_labels = {nested_label("S", "1/1"), nested_label("S/1", "1")};
-  fit.random_effects = Eigen::RowVector2d(0.1, 0.2);
-  Table table;
-  table.set("x", std::vector<double>{0.0, 0.0});
-  table.set("stand", texts({"S", "S/1"}));
-  table.set("plot", texts({"1/1", "1"}));
-  const Prediction prediction = predict(fit, table, Level::kConditional);
-  CHECK(prediction.value[0] == Approx(11.1).epsilon(1e-15));
-  CHECK(prediction.value[1] == Approx(12.2).epsilon(1e-15));
-}
-
-TEST_CASE("marginal means are the expectations over random effects") {
-  SECTION("of an exponential, over two groupings") {
-    FittedModel fit = model("y ~ exp(a + 0*x)", {"a"}, "a | stand; a | plot");
-    fit.estimate = VectorXd::Constant(1, 0.7);
-    fit.random_covariance = MatrixXd::Constant(1, 1, 0.09);
-    fit.outer.covariance = MatrixXd::Constant(1, 1, 0.16);
-    Table table;
-    table.set("x", std::vector<double>{1.0});
-    const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
-    CHECK(prediction.value[0] == Approx(std::exp(0.7 + 0.125)).epsilon(1e-9));
-    CHECK(prediction.marginal_difference < 1e-8);
-  }
-  SECTION("of a curve that is not defined where five standard deviations lead") {
-    FittedModel fit = model("h ~ a*(1 - exp(-b*dbh))^1.5", {"a", "b"}, "b | plot");
-    fit.estimate = Eigen::Vector2d(25.0, 0.05);
-    fit.covariance = MatrixXd::Identity(2, 2) * 1e-4;
-    fit.random_covariance = MatrixXd::Constant(1, 1, 1e-4);
-    Table table;
-    table.set("dbh", std::vector<double>{20.0});
-    const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
-    // By the trapezoidal rule over where b is positive; half a millionth of all plots is not there.
-    double expected = 0.0;
-    constexpr double kStep = 1e-3;
-    for (double z = -5.0 + kStep; z < 8.0; z += kStep) {
-      const double b = 0.05 + 0.01 * z;
-      expected += kStep * std::exp(-0.5 * z * z) / std::sqrt(2.0 * M_PI) * 25.0 *
-                  std::pow(1.0 - std::exp(-b * 20.0), 1.5);
-    }
-    // Seven points are the last that stay on this side.
-    CHECK(prediction.value[0] == Approx(expected).epsilon(1e-5));
-    CHECK(prediction.marginal_difference > 1e-8);
-    CHECK(prediction.marginal_difference < 1e-3);
-    CHECK(prediction.mean_error[0] > 0.0);
-  }
-  SECTION("of a height curve with two correlated effects") {
-    const FittedModel fit = curve();
-    Table table;
-    const std::vector<double> diameters{5.0, 15.0, 40.0};
-    table.set("dbh", diameters);
-    const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
-    for (std::size_t i = 0; i < diameters.size(); ++i) {
-      // E exp(-(b + v) d) = exp(-b d + s^2 d^2 / 2), under which a + u has the mean a - cov(u, v)
-      // d.
-      const double d = diameters[i];
-      const double decay = std::exp(-0.06 * d + 0.5 * 2e-4 * d * d);
-      const double expected = 1.3 + 25.0 - (25.0 + 0.015 * d) * decay;
-      CHECK(prediction.value[static_cast<Index>(i)] == Approx(expected).epsilon(1e-8));
-      const Eigen::Vector2d slope(1.0 - decay, d * (25.0 + 0.015 * d) * decay);
-      CHECK(prediction.mean_error[static_cast<Index>(i)] ==
-            Approx(std::sqrt(slope.dot(fit.covariance * slope))).epsilon(1e-7));
-    }
-  }
 }
 
 TEST_CASE("population prediction intervals hold what simulation draws") {

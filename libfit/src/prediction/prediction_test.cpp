@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "test_support/known_fit.hpp"
+
 using namespace silvafit;
 using namespace silvafit::fit;
 using Catch::Matchers::Contains;
@@ -115,6 +117,22 @@ TEST_CASE("nested groups have the effects of both groupings, as far as they are 
   // Plot 9 is new, but its stand is known.
   CHECK(prediction.is_new_group[3]);
   CHECK(prediction.value[3] == Approx(curve(1.5 + 0.4, 0.75, 30.0)).epsilon(1e-14));
+}
+
+TEST_CASE("effects of a coarser group are found in spite of a slash in its label") {
+  FittedModel fit = model("y ~ a + 0*x", {"a"}, "a | stand; a | plot");
+  fit.estimate = Eigen::VectorXd::Constant(1, 10.0);
+  fit.outer.labels = {"S", "S/1"};
+  fit.outer.effects = Eigen::RowVector2d(1.0, 2.0);
+  fit.group_labels = {nested_label("S", "1/1"), nested_label("S/1", "1")};
+  fit.random_effects = Eigen::RowVector2d(0.1, 0.2);
+  data::Table table;
+  table.set("x", std::vector<double>{0.0, 0.0});
+  table.set("stand", texts({"S", "S/1"}));
+  table.set("plot", texts({"1/1", "1"}));
+  const Prediction prediction = predict(fit, table, Level::kConditional);
+  CHECK(prediction.value[0] == Approx(11.1).epsilon(1e-15));
+  CHECK(prediction.value[1] == Approx(12.2).epsilon(1e-15));
 }
 
 TEST_CASE("what only the variance function reads may be missing: predictions go on") {
