@@ -26,24 +26,31 @@ HWY_INLINE Vector keep_zero(Vector x, Vector result) {
   return hn::IfThenElse(hn::Eq(x, hn::Zero(kVector)), x, result);
 }
 
+HWY_INLINE Mask is_angle(Vector x) { return is_within(x, 39000.0); }
+
+/// x where Highway's sine and cosine may be asked, and zero elsewhere: they count quadrants in
+/// whole numbers, which a missing value is not converted to on every processor.
+HWY_INLINE Vector angle(Vector x) { return hn::IfThenElseZero(is_angle(x), x); }
+
 struct OrdinarySine {
-  static HWY_INLINE Mask is_ordinary(Vector x) { return is_within(x, 39000.0); }
-  static HWY_INLINE Vector ordinary(Vector x) { return keep_zero(x, hn::Sin(kVector, x)); }
+  static HWY_INLINE Mask is_ordinary(Vector x) { return is_angle(x); }
+  static HWY_INLINE Vector ordinary(Vector x) { return keep_zero(x, hn::Sin(kVector, angle(x))); }
   static double other(double x) { return std::sin(x); }
 };
 using Sine = Everywhere<OrdinarySine>;
 
 struct OrdinaryCosine {
-  static HWY_INLINE Mask is_ordinary(Vector x) { return is_within(x, 39000.0); }
-  static HWY_INLINE Vector ordinary(Vector x) { return hn::Cos(kVector, x); }
+  static HWY_INLINE Mask is_ordinary(Vector x) { return is_angle(x); }
+  static HWY_INLINE Vector ordinary(Vector x) { return hn::Cos(kVector, angle(x)); }
   static double other(double x) { return std::cos(x); }
 };
 using Cosine = Everywhere<OrdinaryCosine>;
 
 struct OrdinaryTangent {
-  static HWY_INLINE Mask is_ordinary(Vector x) { return is_within(x, 39000.0); }
+  static HWY_INLINE Mask is_ordinary(Vector x) { return is_angle(x); }
   static HWY_INLINE Vector ordinary(Vector x) {
-    return keep_zero(x, hn::Div(hn::Sin(kVector, x), hn::Cos(kVector, x)));
+    const Vector safe = angle(x);
+    return keep_zero(x, hn::Div(hn::Sin(kVector, safe), hn::Cos(kVector, safe)));
   }
   static double other(double x) { return std::tan(x); }
 };
