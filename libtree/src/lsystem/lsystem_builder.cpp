@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <numbers>
+#include <optional>
 
 #include "catalogue/leaf_look.hpp"
 #include "catalogue/preset_head.hpp"
@@ -62,9 +63,10 @@ void turn_about_stem(Skeleton& skeleton, double angle_rad) {
 }  // namespace
 
 /// What a grammar without random numbers draws for every tree.
+// Not std::call_once: where a grammar fails, not every implementation lets the next thread in.
 struct LsystemBuilder::Derived {
-  std::once_flag once{};
-  Skeleton skeleton{};
+  std::mutex deriving{};
+  std::optional<Skeleton> skeleton{};
 };
 
 std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path& models,
@@ -142,11 +144,12 @@ Skeleton LsystemBuilder::grow_freely(double h_m, Random& random) const {
   const Grammar& grammar = lsystem_.stages[stage].grammar;
   if (grammar.is_random()) return derive(grammar, random);
   Derived& derived = *derived_[stage];
-  std::call_once(derived.once, [&] {
+  {
+    const std::lock_guard lock(derived.deriving);
     Random unused(0);
-    derived.skeleton = derive(grammar, unused);
-  });
-  return derived.skeleton;
+    if (!derived.skeleton) derived.skeleton = derive(grammar, unused);
+  }
+  return *derived.skeleton;  // does not change any more
 }
 
 Skeleton LsystemBuilder::grow_skeleton(const TreeShape& shape,
