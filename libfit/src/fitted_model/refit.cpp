@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/group_coefficients.hpp"
 #include "model/group_labels.hpp"
 
 namespace silvafit::fit {
@@ -26,20 +27,6 @@ std::optional<VectorXd> coefficients_of(const FittedModel& earlier, const Nonlin
     result[j] = earlier.estimate[found->second];
   }
   return result.allFinite() ? std::optional(result) : std::nullopt;
-}
-
-/// (effects x labels) the effects of the groups that are known, zero for others.
-MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
-                          const MatrixXd& known_effects,
-                          const std::vector<std::string>& labels) {
-  const LabelNumbers known = numbered(known_labels);
-  MatrixXd result = MatrixXd::Zero(known_effects.rows(), static_cast<Index>(labels.size()));
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    const auto found = known.find(labels[g]);
-    if (found == known.end()) continue;
-    result.col(static_cast<Index>(g)) = known_effects.col(found->second);
-  }
-  return result;
 }
 
 /// (S) values by stratum, the mean of those that are known for others.

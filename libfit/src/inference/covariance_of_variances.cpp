@@ -87,9 +87,7 @@ Linearization linearized(const NonlinearModel& model,
       .variance = variance.parameters(smaller.variance),
       .units = VectorXd::Ones(model.coefficient_count())};
   const std::vector<Index> random = model.coefficients_of(smaller.specification.random);
-  for (std::size_t k = 0; k < random.size(); ++k) {
-    point.effects.row(random[k]) = smaller.random_effects.row(static_cast<Index>(k));
-  }
+  if (!random.empty()) point.effects(random, Eigen::all) = smaller.random_effects;
   Linearization at;
   if (!Linearizer(model, variance).linearize(point, false, nullptr, at)) {
     throw UsageError("the model has no finite slopes at the estimates of the smaller fit");

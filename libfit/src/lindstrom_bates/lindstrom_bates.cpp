@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "model/group_coefficients.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 
@@ -242,23 +243,17 @@ bool LindstromBates::linearize(const LindstromBatesState& state,
                                const Linearization* before,
                                Linearization& at) {
   const RelativeFactors now = factors(state.theta);
-  const MatrixXd inner = now.inner * state.spherical;
-  const MatrixXd outer = now.outer * state.outer_spherical;
+  const MatrixXd inner = VectorXd(scale_(random_)).asDiagonal() * (now.inner * state.spherical);
+  const MatrixXd outer =
+      VectorXd(scale_(outer_random_)).asDiagonal() * (now.outer * state.outer_spherical);
   LinearizationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
                            .effects = MatrixXd::Zero(scale_.size(), model_.group_count()),
                            .variance = variance_parameters(state.theta),
                            .units = scale_};
-  for (std::size_t k = 0; k < random_.size(); ++k) {
-    point.effects.row(random_[k]) = scale_[random_[k]] * inner.row(static_cast<Index>(k));
-  }
-  for (std::size_t k = 0; k < outer_random_.size(); ++k) {
-    const Index column = outer_random_[k];
-    for (Index cluster = 0; cluster < model_.cluster_count(); ++cluster) {
-      const Index begin = model_.cluster_begin(cluster);
-      point.effects.row(column).segment(begin, model_.cluster_begin(cluster + 1) - begin).array() +=
-          scale_[column] * outer(static_cast<Index>(k), cluster);
-    }
-  }
+  add_group_effects(model_,
+                    {.rows = random_, .effects = inner},
+                    {.rows = outer_random_, .effects = outer},
+                    point.effects);
   at.model.restricted = options_.reml;
   at.model.log_units = -2.0 * scale_.array().log().sum();
   return linearizer_.linearize(point, true, before, at);

@@ -12,6 +12,7 @@
 #include "marginal_likelihood/marginal_likelihood.hpp"
 #include "marginal_likelihood/mode_objectives.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "optimization/curvature_certificate.hpp"
@@ -328,11 +329,11 @@ class MarginalSearch {
 
   /// A point below a saddle, along its direction of negative curvature; nothing if there is none.
   VectorXd lower_point(const Optimum& optimum, const CurvatureCertificate& certificate) {
-    const VectorXd direction = certificate.downwards();
+    const VectorXd& direction = certificate.downwards();
     if (direction.size() == 0) return {};
     for (const double size : {1.0, 0.3, 0.1, 0.03}) {
       for (const double sign : {1.0, -1.0}) {
-        const VectorXd x = optimum.x + sign * size * direction;
+        VectorXd x = optimum.x + sign * size * direction;
         if (value_at(x, nullptr) < optimum.value - kSameLikelihood) return x;
         likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
       }
@@ -350,8 +351,7 @@ class MarginalSearch {
       constexpr double kEdge = 1e-4;
       for (Index k = 0; k < covariance.rows() && of.values[k] < kEdge; ++k) {
         for (const double size : {0.1, 1e-3}) {
-          const VectorXd inside =
-              coordinates_.widened(optimum.x, is_outer, of.vectors.col(k), size);
+          VectorXd inside = coordinates_.widened(optimum.x, is_outer, of.vectors.col(k), size);
           likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
           if (value_at(inside, nullptr) < optimum.value - kSameLikelihood) return inside;
         }
@@ -373,13 +373,10 @@ class MarginalSearch {
     NonlinearModel::Workspace workspace;
     model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
     MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
-    for (Index c = 0; c < model_.cluster_count(); ++c) {
-      for (Index g = model_.cluster_begin(c); g < model_.cluster_begin(c + 1); ++g) {
-        coefficients(likelihood_.places().inner, g) += fit.random_effects.col(g);
-        if (outer_count() == 0) continue;
-        coefficients(likelihood_.places().outer, g) += fit.outer.effects.col(c);
-      }
-    }
+    add_group_effects(model_,
+                      {.rows = likelihood_.places().inner, .effects = fit.random_effects},
+                      {.rows = likelihood_.places().outer, .effects = fit.outer.effects},
+                      coefficients);
     model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
     const ResidualScale residual = variance_.scale(fit.fitted_conditional, parameters, false);
     fit.residual_sd = scale * residual.weight.rsqrt();

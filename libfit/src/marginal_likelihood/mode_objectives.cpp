@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "model/group_coefficients.hpp"
 #include "model/variance_weights.hpp"
 
 namespace silvafit::fit {
@@ -21,12 +22,10 @@ MatrixXd coefficients_at(const NonlinearModel& model,
   MatrixXd result = point.observation.beta.replicate(1, model.group_count());
   const MatrixXd inner = point.inner_factor * modes.inner;
   const MatrixXd outer = point.outer_factor * modes.outer;
-  for (Index c = 0; c < model.cluster_count(); ++c) {
-    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
-      result(places.inner, g) += inner.col(g);
-      if (!places.outer.empty()) result(places.outer, g) += outer.col(c);
-    }
-  }
+  add_group_effects(model,
+                    {.rows = places.inner, .effects = inner},
+                    {.rows = places.outer, .effects = outer},
+                    result);
   return result;
 }
 

@@ -12,6 +12,7 @@
 #include "least_squares/jacobian_factors.hpp"
 #include "mixed_effects/confounded_variances.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
+#include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "silvafit/base/text.hpp"
@@ -170,16 +171,11 @@ void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
 MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit) {
   const ModelSpecification& specification = model.specification();
   MatrixXd result = fit.estimate.replicate(1, model.group_count());
-  if (specification.random) {
-    result(model.coefficients_of(specification.random), Eigen::all) += fit.random_effects;
-  }
-  if (!specification.outer_random) return result;
-  const std::vector<Index> outer = model.coefficients_of(specification.outer_random);
-  for (Index c = 0; c < model.cluster_count(); ++c) {
-    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
-      result(outer, g) += fit.outer.effects.col(c);
-    }
-  }
+  add_group_effects(
+      model,
+      {.rows = model.coefficients_of(specification.random), .effects = fit.random_effects},
+      {.rows = model.coefficients_of(specification.outer_random), .effects = fit.outer.effects},
+      result);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "model/covariance_factor.hpp"
+#include "model/group_coefficients.hpp"
 #include "prediction/calibration_block.hpp"
 #include "silvafit/base/parallel.hpp"
 
@@ -71,12 +72,10 @@ EffectPosteriors run(const NonlinearModel& model,
   for (const EffectRoots& roots : priors.roots) shared.designs.push_back(design_of(roots, places));
   const auto r = static_cast<Index>(places.random.size());
   shared.offsets.setZero(r, model.group_count());
-  for (Index c = 0; c < model.cluster_count(); ++c) {
-    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
-      shared.offsets(places.inner_rows, g) += priors.inner_mean.col(g);
-      if (places.s() > 0) shared.offsets(places.outer_rows, g) += priors.outer_mean.col(c);
-    }
-  }
+  add_group_effects(model,
+                    {.rows = places.inner_rows, .effects = priors.inner_mean},
+                    {.rows = places.outer_rows, .effects = priors.outer_mean},
+                    shared.offsets);
   EffectPosteriors result = empty_posteriors(model, places);
   std::vector<std::pair<Index, Index>> ranges;
   for (Index first = 0, c = 0; c < model.cluster_count(); ++c) {
@@ -138,12 +137,10 @@ EffectPosteriors find_effects(const NonlinearModel& model,
 EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit) {
   const EffectPlaces places(fit);
   MatrixXd effects = MatrixXd::Zero(static_cast<Index>(places.random.size()), model.group_count());
-  for (Index c = 0; c < model.cluster_count(); ++c) {
-    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
-      effects(places.inner_rows, g) += fit.random_effects.col(g);
-      if (places.s() > 0) effects(places.outer_rows, g) += fit.outer.effects.col(c);
-    }
-  }
+  add_group_effects(model,
+                    {.rows = places.inner_rows, .effects = fit.random_effects},
+                    {.rows = places.outer_rows, .effects = fit.outer.effects},
+                    effects);
   return run(model, fit, unseen_priors(model, fit), 1, &effects);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/covariance_factor.hpp"
+#include "model/group_coefficients.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -49,12 +50,10 @@ Resampled ParametricDraw::draw(Random& random) const {
     const MatrixXd outer = drawn_effects(outer_root_, model_.cluster_count(), random);
     const MatrixXd inner = drawn_effects(inner_root_, model_.group_count(), random);
     coefficients = fit_.estimate.replicate(1, model_.group_count());
-    coefficients(inner_places_, Eigen::all) += inner;
-    for (Index cluster = 0; outer.rows() > 0 && cluster < model_.cluster_count(); ++cluster) {
-      for (Index g = model_.cluster_begin(cluster); g < model_.cluster_begin(cluster + 1); ++g) {
-        coefficients(outer_places_, g) += outer.col(cluster);
-      }
-    }
+    add_group_effects(model_,
+                      {.rows = inner_places_, .effects = inner},
+                      {.rows = outer_places_, .effects = outer},
+                      coefficients);
     result.start.group_labels = model_.group_labels();
     result.start.random_effects = inner;
     result.start.outer.labels = model_.outer_labels();
