@@ -5,13 +5,13 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <mutex>
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "standard_streams.hpp"
 
 namespace silvafit::cli {
 
@@ -35,7 +35,7 @@ void refuse_idle(const CLI::App& command,
 }
 
 void say(const CommonOptions& options, const std::string& message) {
-  if (!options.quiet) fmt::print(stderr, "{}\n", with_visible_controls(message));
+  if (!options.quiet) write_to_standard_error(with_visible_controls(message) + "\n");
 }
 
 struct Progress::State {
@@ -59,27 +59,24 @@ void Progress::show(const std::string& stage, std::size_t done, std::size_t tota
   state_->last = now;
   constexpr std::size_t kWidth = 24;
   const std::size_t filled = total == 0 ? kWidth : kWidth * done / total;
-  fmt::print(stderr,
-             "\r\x1b[K{:<28} [{}{}] {}/{}",
-             stage,
-             std::string(filled, '#'),
-             std::string(kWidth - filled, '.'),
-             done,
-             total);
-  std::fflush(stderr);
+  write_to_standard_error(fmt::format("\r\x1b[K{:<28} [{}{}] {}/{}",
+                                      stage,
+                                      std::string(filled, '#'),
+                                      std::string(kWidth - filled, '.'),
+                                      done,
+                                      total));
 }
 
 void Progress::clear() {
   if (!state_->visible) return;
-  fmt::print(stderr, "\r\x1b[K");
-  std::fflush(stderr);
+  write_to_standard_error("\r\x1b[K");
 }
 
 std::filesystem::path data_directory() {
   namespace fs = std::filesystem;
   if (const char* named = std::getenv("SILVAFIT_DATA_DIR")) return named;
   const fs::path program = fs::read_symlink("/proc/self/exe");
-  const fs::path directory = program.parent_path().parent_path() / "share" / "silvafit";
+  fs::path directory = program.parent_path().parent_path() / "share" / "silvafit";
   if (!fs::exists(directory / "models")) {
     throw InputError(
         "the model catalogue is not here; set SILVAFIT_DATA_DIR to the folder that holds models/",

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
@@ -25,6 +24,7 @@
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "standard_streams.hpp"
 #include "tree_table.hpp"
 
 namespace silvafit::cli {
@@ -191,7 +191,7 @@ void complete(Task& task, const FitArguments& arguments, const data::Table& tabl
   task.options.quadrature_points = arguments.quadrature_points;
   if (arguments.trace) {
     task.options.trace = [id = task.id](const std::string& line) {
-      fmt::print(stderr, "{}{}{}\n", id, id.empty() ? "" : ": ", line);
+      write_to_standard_error(fmt::format("{}{}{}\n", id, id.empty() ? "" : ": ", line));
     };
   }
 }
@@ -293,6 +293,7 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
     progress.show("fitting", ++done, tasks.size());
   });
   std::vector<fit::FittedModel> result;
+  result.reserve(fits.size());
   for (auto& fit : fits) result.push_back(*std::move(fit));
   return result;
 }
@@ -319,6 +320,7 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
     return;
   }
   std::vector<const fit::FittedModel*> pointers;
+  pointers.reserve(fits.size());
   for (const fit::FittedModel& fit : fits) pointers.push_back(&fit);
   print_ranking(pointers);
 }
@@ -380,6 +382,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   const std::vector<fit::FittedModel> fits =
       fit_all(tasks, table, arguments.inference, arguments.common);
   std::vector<fit::FitModelOptions> options;
+  options.reserve(tasks.size());
   for (const Task& task : tasks) options.push_back(task.options);
   const std::vector<Resampling> resampling =
       resample(fits, options, table, arguments.resampling, arguments.common);

@@ -11,12 +11,14 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_output.hpp"
+#include "standard_streams.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 int report(const char* kind, const std::exception& error, ExitStatus status) {
-  fmt::print(stderr, "silvafit: {}{}\n", kind, with_visible_controls(error.what()));
+  write_to_standard_error(
+      fmt::format("silvafit: {}{}\n", kind, with_visible_controls(error.what())));
   return status;
 }
 
@@ -75,6 +77,12 @@ int run(int argc, char** argv) {
 }  // namespace silvafit::cli
 
 int main(int argc, char** argv) {
-  silvafit::cli::clean_up_on_interrupts();
-  return silvafit::cli::run(argc, argv);
+  try {
+    silvafit::cli::occupy_closed_streams();
+    silvafit::cli::clean_up_on_interrupts();
+    return silvafit::cli::run(argc, argv);
+  } catch (...) {
+    silvafit::cli::write_to_standard_error("silvafit: out of memory or threads\n");
+    return silvafit::cli::kInternalError;
+  }
 }
