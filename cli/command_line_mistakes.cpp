@@ -23,6 +23,7 @@ std::vector<const CLI::App*> commands_below(const CLI::App& app) {
 
 std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> names;
+  names.reserve(commands.size());
   for (const CLI::App* command : commands) names.push_back(command->get_name());
   return names;
 }
@@ -160,7 +161,7 @@ void require_whole_numbers(CLI::App& program) {
 
 std::string unreadable_words(const CLI::App& program, const CLI::ParseError& error) {
   const CLI::App& command = read_command(program);
-  const std::string message = error.what();
+  std::string message = error.what();
   const CLI::Option* option = option_of(command, message);
   const auto is = [&error](CLI::ExitCodes code) {
     return error.get_exit_code() == static_cast<int>(code);

@@ -57,7 +57,7 @@ void append(GrowResult&& part, const std::string& moment, std::size_t before, Gr
   for (tree::PairOverlap& pair : part.pairs) {
     pair.weaker += before;
     pair.stronger += before;
-    all.pairs.push_back(std::move(pair));
+    all.pairs.push_back(pair);
   }
   all.builders.insert(all.builders.end(), part.builders.begin(), part.builders.end());
   all.files.insert(all.files.end(), part.files.begin(), part.files.end());

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // `silvafit grow --animate`: trees that grow over time, in one file.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "grow_command.hpp"
@@ -82,8 +84,8 @@ class Animator {
     for (std::size_t k = 0; k < grown.trees.size(); ++k) {
       const std::string& moment = moments_[growing.stages[k].moment].name;
       tree::SceneTree& tree = grown.trees[k];
-      models.push_back(
-          writer.add_model(name + "@" + moment, tree::parts_of(tree.mesh, tree.preset)));
+      models.push_back(writer.add_model(fmt::format("{}@{}", name, moment),
+                                        tree::parts_of(tree.mesh, tree.preset)));
       triangles_ += tree.measured.triangles;
       const std::size_t bytes = tree::glb_mesh_bytes(tree.mesh);
       tree.mesh = {};

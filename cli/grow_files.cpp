@@ -76,6 +76,7 @@ std::string with_suffix(const fs::path& path, const std::string& suffix) {
 
 std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphologies) {
   std::vector<std::string> names;
+  names.reserve(morphologies.size());
   std::set<std::string> taken;
   for (const tree::Morphology& morphology : morphologies) {
     // Plot a, tree b-c and plot a-b, tree c would share a name.

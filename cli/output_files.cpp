@@ -88,6 +88,7 @@ ResultFolder::~ResultFolder() { remove_empty(made_); }
 
 std::vector<NamedFile> all_of(const std::string& option, const std::vector<std::string>& paths) {
   std::vector<NamedFile> files;
+  files.reserve(paths.size());
   for (const std::string& path : paths) files.push_back({option, path});
   return files;
 }

@@ -68,7 +68,7 @@ std::vector<std::pair<std::string, const std::vector<double>*>> columns_of(
   if (standard_errors) result.emplace_back("_se", &prediction.standard_error);
   result.emplace_back("_trees", &prediction.trees);
   std::erase_if(result, [](const auto& column) { return column.second->empty(); });
-  for (auto& [name, values] : result) name = prediction.response + name;
+  for (auto& [name, values] : result) name.insert(0, prediction.response);
   return result;
 }
 

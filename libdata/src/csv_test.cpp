@@ -84,7 +84,8 @@ TEST_CASE("records and fields longer than a block are whole") {
   Records expected{{"a", "b", "c"}};
   for (int i = 0; i < 20; ++i) {
     const std::string number = std::to_string(i);
-    text += number + ",\"" + longest + "\"\"\"," + longest + "\r\n";
+    text.append(number).append(",\"").append(longest);
+    text.append("\"\"\",").append(longest).append("\r\n");
     expected.push_back({number, longest + "\"", longest});
   }
   CHECK(read_text(text) == expected);

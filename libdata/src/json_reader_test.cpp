@@ -19,6 +19,7 @@ JsonReader of(const char* text) { return JsonReader::parse(text, "a.json"); }
 
 std::vector<std::string> names_of(const std::vector<std::pair<std::string, JsonReader>>& members) {
   std::vector<std::string> names;
+  names.reserve(members.size());
   for (const auto& [name, value] : members) names.push_back(name);
   return names;
 }

@@ -322,6 +322,7 @@ TEST_CASE("scalars and columns may meet in every way, in any number of rows") {
                                           "abs(x - y)",
                                           "1.3 + s*(1 - exp(-x*y))^s"};
   std::vector<Expression> outputs;
+  outputs.reserve(texts.size());
   for (const std::string& text : texts) outputs.push_back(Expression::parse(text));
   Random random(17);
   const std::vector<std::string> names{"x", "y", "s"};

@@ -71,6 +71,7 @@ TEST_CASE("blocks of values and both derivatives equal nested dual numbers") {
     const Program program(outputs, {{"a", true}, {"b", true}, {"c", true}, {"x", false}});
     std::vector<std::vector<double>> results(outputs.size(), std::vector<double>(x.size()));
     std::vector<double*> targets;
+    targets.reserve(results.size());
     for (auto& result : results) targets.push_back(result.data());
     const std::vector<const double*> inputs{&at[0], &at[1], &at[2], x.data()};
     Program::Workspace workspace;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/data/row_sums.hpp"
 
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -50,7 +51,9 @@ void check_sum(double value, const Expected& expected) {
   CHECK(std::abs(value - static_cast<double>(expected.sum)) <= expected.bound());
 }
 
-bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
 
 }  // namespace
 

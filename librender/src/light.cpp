@@ -164,7 +164,7 @@ Vector3f Light::along(const Ray& ray, Random& random, int depth) const {
       return along(leaving(*hit, flat_normal, direction), random, depth + 1);
     }
   }
-  const Vector3f light = scattered(*hit, normal, flat_normal, random);
+  Vector3f light = scattered(*hit, normal, flat_normal, random);
   if (hit->material != &ground_) return light;
   // The plane has no end: it fades into the horizon.
   const float haze =

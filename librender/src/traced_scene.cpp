@@ -213,7 +213,7 @@ std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
   query.ray = to_embree(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
+  RTCIntersectContext context{};
   rtcInitIntersectContext(&context);
   rtcIntersect1(scene_.get(), &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
@@ -248,7 +248,7 @@ std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
 
 bool TracedScene::is_blocked(const Ray& ray) const {
   RTCRay query = to_embree(ray);
-  RTCIntersectContext context;
+  RTCIntersectContext context{};
   rtcInitIntersectContext(&context);
   rtcOccluded1(scene_.get(), &context, &query);
   return query.tfar < 0.0F;

@@ -15,9 +15,10 @@ TEST_CASE("Clark and Evans's index tells lattices from clusters") {
   std::vector<Point> lattice;
   std::vector<Point> pairs;
   for (int i = 0; i < 20; ++i) {
+    const int pair = i / 2;
     for (int j = 0; j < 20; ++j) {
       lattice.push_back({5.0 * i + 2.5, 5.0 * j + 2.5});
-      pairs.push_back({10.0 * (i / 2) + 0.01 * (i % 2) + 5.0, 5.0 * j + 2.5});
+      pairs.push_back({10.0 * pair + 0.01 * (i % 2) + 5.0, 5.0 * j + 2.5});
     }
   }
   const Window window = Window::rectangle({0, 0}, {100, 100});

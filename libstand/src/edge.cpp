@@ -98,6 +98,7 @@ void EdgeWorker::keep_certain_neighbors() {
 void EdgeWorker::weight_domain(std::size_t domain, const std::vector<std::size_t>& trees) {
   const Window& window = windows_.domains[domain].window;
   std::vector<double> margins_m;
+  margins_m.reserve(trees.size());
   for (const std::size_t tree : trees) margins_m.push_back(farthest_m(tree));
   const std::vector<double> areas_m2 = eroded_areas_m2(window, margins_m);
   for (std::size_t i = 0; i < trees.size(); ++i) {

@@ -112,10 +112,10 @@ TEST_CASE("a rectangle around trees in a national grid is a torus") {
   silvafit::Random random(11);
   for (int round = 0; round < 50; ++round) {
     const Point corner{random.uniform(2e5, 8e5), random.uniform(1e6, 9e6)};
-    std::vector<Tree> trees;
-    for (int i = 0; i < 12; ++i) {
-      trees.push_back({.x = std::round(1e3 * (corner.x + random.uniform(0, 30))) / 1e3,
-                       .y = std::round(1e3 * (corner.y + random.uniform(0, 30))) / 1e3});
+    std::vector<Tree> trees(12);
+    for (Tree& tree : trees) {
+      tree = {.x = std::round(1e3 * (corner.x + random.uniform(0, 30))) / 1e3,
+              .y = std::round(1e3 * (corner.y + random.uniform(0, 30))) / 1e3};
     }
     const StructuralUnits units =
         structural_units(stand_of(trees), {.edge = EdgeCorrection::kTorus});

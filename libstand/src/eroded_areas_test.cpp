@@ -91,6 +91,7 @@ TEST_CASE("areas of many margins are those of each margin, where they are small 
     const double most = inradius_m(window);
     silvafit::Random random(6);
     std::vector<double> margins;
+    margins.reserve(600);
     for (int i = 0; i < 400; ++i) margins.push_back(random.uniform(0, most));
     // Near the end, where little is left, and all the same.
     for (int i = 0; i < 100; ++i) margins.push_back(most * (1.0 - random.uniform(0, 1e-3)));

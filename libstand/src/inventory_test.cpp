@@ -16,7 +16,7 @@ using silvafit::test::ScratchFile;
 
 namespace {
 
-CheckedInventory read_text(const std::string& text, InventoryOptions options = {}) {
+CheckedInventory read_text(const std::string& text, const InventoryOptions& options = {}) {
   const ScratchFile file(text);
   return read_inventory(file.path(), options);
 }

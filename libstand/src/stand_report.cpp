@@ -132,9 +132,9 @@ void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
 }
 
 std::string ReportMaker::outside_text(bool are_neighbors) const {
-  const std::string text = counted(outside_,
-                                   "tree outside the windows is not counted",
-                                   "trees outside the windows are not counted");
+  std::string text = counted(outside_,
+                             "tree outside the windows is not counted",
+                             "trees outside the windows are not counted");
   if (!are_neighbors) return text;
   return text + (outside_ == 1 ? ", but is a neighbor" : ", but are neighbors") +
          " of those inside";

@@ -21,7 +21,8 @@ std::vector<NamedWindow> plot_windows() {
   std::vector<NamedWindow> windows{
       {.plot = "1", .window = Window::rectangle({100.0, 0.0}, {200.0, 50.0})}};
   for (int plot = 2; plot <= 10; ++plot) {
-    const Point low{100.0 * ((plot - 2) % 3), 50.0 + 50.0 * ((plot - 2) / 3)};
+    const int row = (plot - 2) / 3;
+    const Point low{100.0 * ((plot - 2) % 3), 50.0 + 50.0 * row};
     windows.push_back({.plot = std::to_string(plot),
                        .window = Window::rectangle(low, {low.x + 100.0, low.y + 50.0})});
   }

@@ -211,6 +211,7 @@ TEST_CASE("many ties are decided by id, wherever the trees stand in the file") {
 
 TEST_CASE("stems at one place are neighbors without a direction") {
   std::vector<Tree> trees;
+  trees.reserve(10);
   for (int i = 0; i < 9; ++i) trees.push_back({.dbh_cm = 10.0 + i});
   trees.push_back({.x = 3});
   const Inventory stand = stand_of(trees);

@@ -129,6 +129,7 @@ TEST_CASE("a circular plot is a circle") {
 TEST_CASE("a convex hull holds all its points, and a line has none") {
   silvafit::Random random(5);
   std::vector<Point> points;
+  points.reserve(550);
   for (int i = 0; i < 500; ++i) {
     points.push_back({5e5 + random.uniform(0, 30), 6e6 + random.uniform(0, 30)});
   }

@@ -179,6 +179,7 @@ TEST_CASE("a fit whose maximum is at infinity has not converged with a bound on 
   const data::Table table = trees();
   // These heights bend upwards, as 1 - exp(-b dbh) never does: a straight line comes nearest.
   std::vector<double> height;
+  height.reserve(kDbh.size());
   for (const double dbh : kDbh) height.push_back(1.3 + 0.5 * dbh + 0.002 * dbh * dbh);
   data::Table bent = table;
   bent.set("h", height);
@@ -221,6 +222,7 @@ TEST_CASE("a bounded fit by restricted likelihood does not depend on the unit of
   for (const double unit : {1.0, 1e4, 1e-4}) {
     data::Table table;
     std::vector<double> scaled;
+    scaled.reserve(y.size());
     for (const double value : y) scaled.push_back(unit * value);
     table.set("x", x);
     table.set("y", scaled);

@@ -4,6 +4,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -258,7 +259,7 @@ TEST_CASE("intervals come back from JSON, the unbounded ones too") {
                             .likelihood = "some likelihood",
                             .parameters = {{.name = "a",
                                             .estimate = 1.5,
-                                            .lower = -INFINITY,
+                                            .lower = -std::numeric_limits<double>::infinity(),
                                             .upper = 2.5,
                                             .note = "no lower limit"},
                                            {.kind = ParameterKind::kDeviation,

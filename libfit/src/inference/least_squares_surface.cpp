@@ -54,7 +54,8 @@ class LeastSquaresSurface : public LikelihoodSurface {
           scale.log_derivative.matrix().transpose() * surprise;
     }
     (*gradient)[layout_.sigma_at()] = n - squares;
-    return gradient->allFinite() ? value : kOutside;
+    if (!gradient->allFinite()) return kOutside;
+    return value;
   }
 
   const SurfaceLayout& layout() const override { return layout_; }

@@ -52,7 +52,7 @@ FittedModel fitted(const data::Table& table,
                    const char* random,
                    const char* variance = "none",
                    Covariance covariance = Covariance::kGeneral,
-                   FitModelOptions options = {}) {
+                   const FitModelOptions& options = {}) {
   ModelSpecification model = specify_model("y ~ a + b*x", sub_models, table);
   if (*random != '\0') add_random_effects(model, random, table);
   if (model.random) model.random->covariance = covariance;
@@ -232,11 +232,11 @@ TEST_CASE("variances that the data say nothing of, or do not tell apart, have no
   const FittedModel none = fitted(table, {}, "");
   const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
   // At x = 0 the mean does not depend on b, at x = 1 it depends on a and b alike.
-  table.set("x", std::vector<double>(kPlots * kTrees, 0.0));
+  table.set("x", std::vector<double>(table.rows(), 0.0));
   CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
   CHECK_THROWS_WITH(covariance_of_variances(both, none, table),
                     Contains("say nothing of the variance of b"));
-  table.set("x", std::vector<double>(kPlots * kTrees, 1.0));
+  table.set("x", std::vector<double>(table.rows(), 1.0));
   CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
   CHECK_THROWS_WITH(covariance_of_variances(both, none, table), Contains("apart"));
 }

@@ -85,7 +85,7 @@ FittedModel fitted(const data::Table& table, const Case& of) {
 TEST_CASE("groupings are one where their groups are, not where their columns are") {
   const data::Table table = lines();
   const FittedModel within = fitted(table, {.random = "a | stand/plot"});
-  REQUIRE(within.group_labels.size() == kStands * kPlots);
+  REQUIRE(within.group_labels.size() == std::size_t{kStands} * kPlots);
   // Plot 1 of all stands together is no group of the nested model.
   const FittedModel crossing = fitted(table, {.random = "a | plot"});
   REQUIRE(crossing.group_labels.size() == kPlots);

@@ -81,7 +81,7 @@ class Refinement {
     point_.rounding = std::pow(8.0 * kEpsilon, 2) * size / variance;
     const Eigen::LLT<MatrixXd> hessian(curvature(std::sqrt(variance)));
     point_.positive_curvature = hessian.info() == Eigen::Success;
-    const VectorXd step = point_.positive_curvature ? VectorXd(hessian.solve(gradient)) : gradient;
+    VectorXd step = point_.positive_curvature ? VectorXd(hessian.solve(gradient)) : gradient;
     point_.decrement = variance > 0.0 ? gradient.dot(step) / variance : 0.0;
     return step;
   }

@@ -121,6 +121,7 @@ class StartSearch {
     std::vector<Candidate> starts = best_of(candidates_, kDescents, kCandidateFactor);
     if (rule_) starts.push_back(*rule_);
     std::vector<Candidate> reached;
+    reached.reserve(starts.size());
     for (const Candidate& start : starts) reached.push_back(descended(start));
     std::vector<VectorXd> result;
     for (const Candidate& candidate : best_of(std::move(reached), kStarts, kStartFactor)) {

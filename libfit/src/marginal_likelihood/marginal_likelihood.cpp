@@ -31,6 +31,7 @@ std::vector<Index> united(std::vector<Index> a, const std::vector<Index>& b) {
 
 std::vector<Index> positions(const std::vector<Index>& of, const std::vector<Index>& in) {
   std::vector<Index> result;
+  result.reserve(of.size());
   for (const Index value : of) result.push_back(std::ranges::find(in, value) - in.begin());
   return result;
 }

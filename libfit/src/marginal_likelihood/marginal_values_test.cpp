@@ -36,7 +36,10 @@ ModelSpecification specified(const json& reference, const data::Table& table) {
     for (const json& name : random["effects"]) {
       effects += (effects.empty() ? "" : " + ") + name.get<std::string>();
     }
-    text += (text.empty() ? "" : "; ") + effects + " | " + group;
+    if (!text.empty()) text += "; ";
+    text += effects;
+    text += " | ";
+    text += group;
   }
   add_random_effects(model, text, table);
   model.variance = parse_variance_function(reference["variance"].get<std::string>());

@@ -151,10 +151,10 @@ struct NestedLayout {
     }
     const Eigen::Map<const Eigen::ArrayXd> all(y.data(), static_cast<Index>(y.size()));
     mean = all.mean();
-    for (int i = 0; i < kStands; ++i) {
+    for (Index i = 0; i < kStands; ++i) {
       const Eigen::ArrayXd of_stand = all.segment(i * kPlots * kTrees, kPlots * kTrees);
       between_stands += kPlots * kTrees * std::pow(of_stand.mean() - mean, 2);
-      for (int j = 0; j < kPlots; ++j) {
+      for (Index j = 0; j < kPlots; ++j) {
         const Eigen::ArrayXd of_plot = of_stand.segment(j * kTrees, kTrees);
         between_plots += kTrees * std::pow(of_plot.mean() - of_stand.mean(), 2);
         within += (of_plot - of_plot.mean()).square().sum();

@@ -28,6 +28,7 @@ inline LabelNumbers numbered(const std::vector<std::string>& labels) {
 /// The labels of coarser groups as nested ones have them.
 inline std::vector<std::string> outer_parts(const std::vector<std::string>& labels) {
   std::vector<std::string> parts;
+  parts.reserve(labels.size());
   for (const std::string& label : labels) parts.push_back(outer_part(label));
   return parts;
 }

@@ -329,13 +329,11 @@ VarianceFactorEstimate VarianceModel::factor_estimate(std::size_t index,
     result.constant = VectorXd::Constant(count, *factor.constant);
   } else if (strata >= 0 || factor.delta) {
     result.constant = values(constant, parameters).array().square();
+  } else if (is_without_power(index, parameters)) {
+    result.constant.setConstant(1, std::numeric_limits<double>::infinity());
   } else {
-    const double angle = values(constant, parameters)[0];
-    const double odds = std::pow(std::tan(angle), 2);
-    result.constant.setConstant(1,
-                                is_without_power(index, parameters)
-                                    ? std::numeric_limits<double>::infinity()
-                                    : odds * std::pow(typical_[index], result.delta[0]));
+    const double odds = std::pow(std::tan(values(constant, parameters)[0]), 2);
+    result.constant.setConstant(1, odds * std::pow(typical_[index], result.delta[0]));
   }
   return result;
 }

@@ -35,7 +35,7 @@ MatrixXd places(Index width) {
 
 /// Orthonormal columns that span those of a matrix but for what is shorter than a tolerance.
 MatrixXd basis(const MatrixXd& columns, double tolerance) {
-  const MatrixXd none(columns.rows(), 0);
+  MatrixXd none(columns.rows(), 0);
   if (!(columns.colwise().norm().maxCoeff() > tolerance)) return none;
   const Eigen::ColPivHouseholderQR<MatrixXd> qr(columns);
   Index rank = 0;
@@ -88,6 +88,7 @@ std::vector<BentDirections> bent_directions(const RowMean& mean,
   }
   const MatrixXd all = places(width);
   std::vector<MatrixXd> bends;
+  bends.reserve(roots.size());
   for (const MatrixXd& root : roots) bends.emplace_back(root.cols(), all.cols());
   for (Index k = 0; k < all.cols(); ++k) {
     MatrixXd at = center;

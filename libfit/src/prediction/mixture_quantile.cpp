@@ -35,7 +35,7 @@ class NormalTable {
   }
   /// \param z  between -kEnd and kEnd
   Distribution at(double z) const {
-    const auto k = static_cast<std::size_t>((z + kEnd) * kPerUnit + 0.5);
+    const auto k = static_cast<std::size_t>((z + kEnd + kHalfStep) * kPerUnit);
     const Distribution& near = points_[k];
     const double z0 = place(k);
     const double step = z - z0;
@@ -50,6 +50,7 @@ class NormalTable {
 
  private:
   static constexpr double kPerUnit = 128.0;
+  static constexpr double kHalfStep = 0.5 / kPerUnit;
   static double place(std::size_t k) { return static_cast<double>(k) / kPerUnit - kEnd; }
 
   std::array<Distribution, static_cast<std::size_t>(2.0 * kEnd * kPerUnit) + 1> points_{};

@@ -92,7 +92,7 @@ MatrixXd rotated_root(const MatrixXd& covariance, const VectorXd& slope) {
   for (Index k = 0; k < root.cols(); ++k) {
     if (!root.col(k).isZero(0.0)) kept.push_back(k);
   }
-  const MatrixXd reduced = root(Eigen::all, kept);
+  MatrixXd reduced = root(Eigen::all, kept);
   const VectorXd direction = reduced.transpose() * slope;
   if (reduced.cols() < 2 || !(direction.norm() > 0.0) || !direction.allFinite()) return reduced;
   const Eigen::HouseholderQR<MatrixXd> qr{MatrixXd(direction)};

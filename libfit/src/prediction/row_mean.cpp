@@ -55,6 +55,7 @@ RowMean::RowMean(const ModelSpecification& specification,
   }
   mean_ = data::Program({&specification.formula.right, 1}, inputs);
   std::vector<data::Expression> derivatives;
+  derivatives.reserve(arguments.size());
   for (const std::string& name : arguments) {
     derivatives.push_back(specification.formula.right.derivative(name));
   }

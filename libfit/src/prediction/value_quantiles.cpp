@@ -169,8 +169,8 @@ class Quadrature {
       for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
         const double change =
             std::abs(here[k] - last_mean[k]) / (kStep * std::min(sd[k], last_sd[k]));
-        result[k] = std::max(
-            result[k], std::isfinite(change) ? change : std::numeric_limits<double>::infinity());
+        result[k] = std::max(result[k], change);
+        if (!std::isfinite(change)) result[k] = std::numeric_limits<double>::infinity();
       }
       last_mean = here;
       last_sd = sd;

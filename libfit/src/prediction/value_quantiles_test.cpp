@@ -40,6 +40,7 @@ FittedModel model(const std::string& right, const std::vector<std::string>& coef
 
 std::vector<std::string> names(int count) {
   std::vector<std::string> result;
+  result.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) result.push_back(fmt::format("b{}", k));
   return result;
 }

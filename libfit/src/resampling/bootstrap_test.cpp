@@ -123,9 +123,9 @@ TEST_CASE("the cases bootstrap draws whole groups") {
   REQUIRE(result.converged == count);
   const auto y = table.numbers("y");
   double squares = 0.0;
-  for (int i = 0; i < kGroups; ++i) {
+  for (std::size_t i = 0; i < kGroups; ++i) {
     double group = 0.0;
-    for (int j = 0; j < kRows; ++j) group += y[static_cast<std::size_t>(i * kRows + j)] / kRows;
+    for (std::size_t j = 0; j < kRows; ++j) group += y[i * kRows + j] / kRows;
     squares += std::pow(group - fit.estimate[0], 2);
   }
   CHECK(named(result, "mu").standard_error ==
@@ -417,11 +417,9 @@ TEST_CASE("cases may be drawn of a coarser grouping than that of the random effe
   const auto y = table.numbers("y");
   constexpr int kStands = kGroups / 2;
   double squares = 0.0;
-  for (int i = 0; i < kStands; ++i) {
+  for (std::size_t i = 0; i < kStands; ++i) {
     double mean = 0.0;
-    for (int j = 0; j < 2 * kRows; ++j) {
-      mean += y[static_cast<std::size_t>(2 * i * kRows + j)] / (2 * kRows);
-    }
+    for (std::size_t j = 0; j < 2 * kRows; ++j) mean += y[2 * i * kRows + j] / (2 * kRows);
     squares += std::pow(mean - fit.estimate[0], 2);
   }
   CHECK(named(result, "mu").standard_error ==

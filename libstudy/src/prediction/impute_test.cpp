@@ -244,7 +244,7 @@ TEST_CASE("plots without measured trees get random effects drawn from their dist
   const double unmeasured = mean_square(by_plot, [](const auto& plot) { return plot >= "S5"; });
   CHECK(unmeasured ==
         Approx(fit.random_covariance(0, 0) + residual).epsilon(4.0 * std::sqrt(2.0 / kUnmeasured)));
-  CHECK(drawn.count(ImputeLevel::kPopulation) == kUnmeasured * kFewTrees);
+  CHECK(drawn.count(ImputeLevel::kPopulation) == std::size_t{kUnmeasured} * kFewTrees);
   // Those of measured plots are not drawn; half of their trees are imputed.
   const double measured = mean_square(by_plot, [](const auto& plot) { return plot < "S5"; });
   CHECK(

@@ -138,6 +138,7 @@ std::string unit_of(const std::vector<const LibraryModel*>& models) {
 
 ordered_json pair_object(const Subject& subject, const std::vector<ModelLibrary>& libraries) {
   std::vector<const LibraryModel*> models;
+  models.reserve(libraries.size());
   for (const ModelLibrary& library : libraries) models.push_back(model_of(library, subject));
   ordered_json object{{"species", subject.species},
                       {"response", subject.response},

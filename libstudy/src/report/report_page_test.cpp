@@ -81,7 +81,7 @@ TEST_CASE("no text in the data can leave its element or be taken for a tag") {
 }
 
 TEST_CASE("escaping touches nothing else and does not read past the end") {
-  CHECK(escape_for_script("") == "");
+  CHECK(escape_for_script("").empty());
   CHECK(escape_for_script("{\"a\": [1e-9, null, \"\u00e4 \u2014 \u20AC\"]}") ==
         "{\"a\": [1e-9, null, \"\u00e4 \u2014 \u20AC\"]}");
   CHECK(escape_for_script("<\xE2\x80") == "\\u003c\xE2\x80");

@@ -211,6 +211,7 @@ void settle_crowns(const SimulationDesign& design,
   std::vector<double> crowding(inventory.size(), kFirstCrowding);
   spread_over_groups(groups, "C", crowding);
   std::vector<Crowns> crowns;
+  crowns.reserve(groups.size());
   for (const Group& group : groups) crowns.emplace_back(group, design, seed);
 
   Random random(seed, stream_of(Draw::kCrowding));

@@ -53,8 +53,9 @@ TEST_CASE("stems keep their distance, inside their plots, in the number of the d
       nearest = std::min(nearest, std::hypot(trees.x[i] - trees.x[j], trees.y[i] - trees.y[j]));
     }
     const std::size_t plot = std::stoul(std::string(trees.plot[i])) - 1;
+    const std::size_t row = plot / 2;
     const double x0 = 50.0 * static_cast<double>(plot % 2);
-    const double y0 = 50.0 * static_cast<double>(plot / 2);
+    const double y0 = 50.0 * static_cast<double>(row);
     CHECK((trees.x[i] >= x0 && trees.x[i] <= x0 + 50.0));
     CHECK((trees.y[i] >= y0 && trees.y[i] <= y0 + 50.0));
   }

@@ -330,15 +330,17 @@ class SceneMaker {
     // Up to 25 scenes make a square of five a side, more of them rows of 25.
     const std::size_t columns = combined.size() <= 25 ? 5 : 25;
     for (std::size_t i = 0; i < combined.size(); ++i) {
+      const std::size_t row = i / columns;
       const double x_m = options_.spacing_m * static_cast<double>(i % columns);
-      const double y_m = north_m_ + options_.spacing_m * static_cast<double>(i / columns);
+      const double y_m = north_m_ + options_.spacing_m * static_cast<double>(row);
       const std::string scene = name_of(species, result.indices, combined[i]);
       table_.add(scene, 1, species, x_m, y_m, reference[i], combined[i]);
       for (std::size_t k = 0; k < kNeighbors; ++k) {
         add_neighbor(scene, species, k, x_m, y_m, reference[i], combined[i], neighbors);
       }
     }
-    north_m_ += options_.spacing_m * static_cast<double>((combined.size() - 1) / columns + 1);
+    const std::size_t rows = (combined.size() - 1) / columns + 1;
+    north_m_ += options_.spacing_m * static_cast<double>(rows);
     return result;
   }
 

@@ -107,7 +107,7 @@ TEST_CASE("the published library has 25, 25 and 125 scenes") {
   CHECK(scenes.species[1].scenes == 25);
   CHECK(scenes.species[2].indices == std::vector<std::string>{"C", "M", "U"});
   CHECK(scenes.species[2].scenes == 125);
-  CHECK(scenes.trees.rows() == 175 * 5);
+  CHECK(scenes.trees.rows() == std::size_t{175} * 5);
   const data::TextColumn plots = scenes.trees.labels("plot");
   std::set<std::string> names;
   for (std::size_t row = 0; row < plots.size(); ++row) names.emplace(plots[row]);

@@ -54,6 +54,7 @@ std::string species_note(const data::Table& table) {
     if (!species.is_missing(row)) ++counts[std::string(species[row])];
   }
   std::vector<std::string> texts;
+  texts.reserve(counts.size());
   for (const auto& [name, count] : counts) texts.push_back(fmt::format("{} ({})", name, count));
   return fmt::format("trees in the file: {}", fmt::join(texts, ", "));
 }

@@ -23,6 +23,7 @@ std::vector<double> values_of(const data::Table& table,
                               const std::vector<std::size_t>& rows,
                               const std::string& name) {
   std::vector<double> values;
+  values.reserve(rows.size());
   for (const std::size_t row : rows) values.push_back(table.numbers(name)[row]);
   return values;
 }

@@ -57,6 +57,7 @@ Candidate tested(double log_likelihood, int parameters, const Candidate& referen
 
 std::vector<int> ranks_of(const std::vector<Candidate>& candidates) {
   std::vector<int> ranks;
+  ranks.reserve(candidates.size());
   for (const Candidate& one : candidates) ranks.push_back(one.rank);
   return ranks;
 }

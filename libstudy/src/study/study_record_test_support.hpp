@@ -20,7 +20,7 @@ inline std::string csv_text(const data::Table& table) {
 
 /// The stand as a file without indices, read back and studied.
 struct RecordedStudy {
-  explicit RecordedStudy(StandDesign design)
+  explicit RecordedStudy(const StandDesign& design)
       : file(csv_text(stand({.plots = design.plots,
                              .trees = design.trees,
                              .has_indices = false,

@@ -71,6 +71,7 @@ std::vector<std::size_t> complete_rows(const data::Table& table,
                                        const std::vector<std::size_t>& rows,
                                        const std::vector<std::string>& columns) {
   std::vector<std::span<const double>> values;
+  values.reserve(columns.size());
   for (const std::string& name : columns) values.push_back(table.numbers(name));
   std::vector<std::size_t> complete;
   for (const std::size_t row : rows) {

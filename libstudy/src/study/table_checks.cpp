@@ -108,7 +108,8 @@ std::string origin_of(const std::string& name,
            "predictions.csv of a study has it";
   }
   std::vector<std::string> mappings;
-  for (const std::string& index : computable) mappings.push_back(index + "=" + index);
+  mappings.reserve(computable.size());
+  for (const std::string& index : computable) mappings.push_back(fmt::format("{0}={0}", index));
   return fmt::format(
       ". The indices of a study are in its predictions.csv; without a window they can be computed "
       "here: --columns {}",

@@ -205,7 +205,7 @@ TEST_CASE("models are of the tree's preset, at every level, and the ground lies 
   const json data = json::parse(view.data);
   const tree::ReadScene scene = tree::read_glb(decoded(data["models"]["glb"]));
   CHECK(view.models == data["models"]["shapes"].size());
-  CHECK(view.models <= 2 * 2);
+  CHECK(view.models <= std::size_t{2} * 2);
   CHECK(scene.instances.size() == 2 * view.models + 1);
   for (const json& variant : data["variants"]) {
     for (std::size_t i = 0; i < 4; ++i) {

@@ -17,7 +17,7 @@ namespace silvafit::study {
 namespace {
 
 /// Files hold places to a millimeter, tables often to a centimeter; stems are farther apart.
-constexpr double kSame_m = 0.05;
+constexpr double kSameMeters = 0.05;
 
 struct PlanPoint {
   double x_m = 0.0;
@@ -30,7 +30,7 @@ PlanPoint place_of(const tree::ReadInstance& instance, const tree::Position& ori
 }
 
 bool is_same(const PlanPoint& place, const tree::Position& position) {
-  return std::hypot(place.x_m - position.x_m, place.y_m - position.y_m) <= kSame_m;
+  return std::hypot(place.x_m - position.x_m, place.y_m - position.y_m) <= kSameMeters;
 }
 
 bool is_drawn(const ViewStand& stand, std::size_t tree) {
@@ -67,7 +67,7 @@ class Places {
  private:
   static std::int64_t cell_at(double coordinate_m) {
     constexpr double kMost = 1e15;  // a scene of another program may lie anywhere
-    return std::llround(std::clamp(coordinate_m / kSame_m, -kMost, kMost));
+    return std::llround(std::clamp(coordinate_m / kSameMeters, -kMost, kMost));
   }
   static std::pair<std::int64_t, std::int64_t> cell_of(const PlanPoint& place) {
     return {cell_at(place.x_m), cell_at(place.y_m)};

@@ -98,7 +98,7 @@ TEST_CASE("cards carry the pictures of their grades") {
     double least = 1.0;
     double most = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double u = foliage.uvs[2 * foliage.indices[3 * i + k]];
+      const double u = foliage.uvs[std::size_t{2} * foliage.indices[3 * i + k]];
       least = std::min(least, u);
       most = std::max(most, u);
     }

@@ -138,6 +138,7 @@ std::vector<SkeletonPoint> Culm::points(const Taper& taper) const {
     return a.z_m < b.z_m;
   });
   std::vector<double> heights;
+  heights.reserve(sections.size());
   for (const Section& section : sections) heights.push_back(section.z_m);
   const std::vector<double> diameters = taper.diameters_cm(heights, h_m_, dbh_cm_);
   constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm

@@ -124,7 +124,8 @@ Texture leaf(std::string name, const Card& card) {
   for (std::size_t i = 0; i < light.size(); ++i) {
     for (int k = 0; k < kFine * kFine; ++k) {
       const double x = static_cast<double>(i % kLeafSide) + (k % kFine + 0.5) / kFine;
-      const double y = static_cast<double>(i / kLeafSide) + (k / kFine + 0.5) / kFine;
+      const int row = k / kFine;
+      const double y = static_cast<double>(i / kLeafSide) + (row + 0.5) / kFine;
       const double value = card(2.0 * x / kLeafSide - 1.0, 1.0 - y / kLeafSide);
       if (value <= 0.0) continue;
       light[i] += value;

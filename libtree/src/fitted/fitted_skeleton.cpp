@@ -268,7 +268,7 @@ class Fitter {
 
 }  // namespace
 
-Skeleton fit_to_measurements(Skeleton grown,
+Skeleton fit_to_measurements(const Skeleton& grown,
                              const TreeShape& shape,
                              const Crown& crown,
                              const Taper& taper) {

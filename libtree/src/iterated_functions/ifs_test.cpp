@@ -64,8 +64,8 @@ Eigen::Matrix3d invariant_covariance(const IteratedFunctionSystem& ifs) {
     const Eigen::Matrix3d a = linear(ifs.maps()[i]);
     const Eigen::Vector3d d = a * m + vector(ifs.maps()[i].b) - m;
     right += p * d * d.transpose();
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) left.block<3, 3>(3 * r, 3 * c) -= p * a(r, c) * a;
+    for (Eigen::Index r = 0; r < 3; ++r) {
+      for (Eigen::Index c = 0; c < 3; ++c) left.block<3, 3>(3 * r, 3 * c) -= p * a(r, c) * a;
     }
   }
   const Eigen::Matrix<double, 9, 1> stacked =

@@ -158,7 +158,7 @@ Skeleton LsystemBuilder::grow_skeleton(const TreeShape& shape,
   Skeleton grown = grow_freely(shape.h_m, random);
   turn_about_stem(grown, random.uniform(0.0, 2.0 * std::numbers::pi));
   try {
-    return fit_to_measurements(std::move(grown), shape, crown, preset().taper);
+    return fit_to_measurements(grown, shape, crown, preset().taper);
   } catch (const GeometryError& error) {
     // What was drawn is at fault, not the measurements.
     throw GeometryError(error.message(),

@@ -214,6 +214,7 @@ TEST_CASE("extreme but legal trees of grammars keep the promise") {
 TEST_CASE("order and threads do not change a tree of a grammar, the seed does") {
   Random random(32);
   std::vector<Morphology> trees;
+  trees.reserve(12);
   for (int i = 0; i < 12; ++i) trees.push_back(test::random_morphology(random, i));
   // A catalogue of its own: deterministic grammars are derived by whichever thread comes first.
   const BuilderCatalogue catalogue = BuilderCatalogue::load(test::source_file("models"));

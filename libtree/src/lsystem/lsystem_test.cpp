@@ -85,7 +85,7 @@ TEST_CASE("published curves and plants have their numbers of segments") {
     return Grammar::parse(text, "g").derive(random, iterations).count("F");
   };
   // ABOP figure 1.6: each segment of the quadratic Koch island becomes eight.
-  CHECK(segments("axiom: F-F-F-F\nF -> F-F+F+FF-F-F+F", 3) == 4 * 512);
+  CHECK(segments("axiom: F-F-F-F\nF -> F-F+F+FF-F-F+F", 3) == std::size_t{4} * 512);
   // Figure 1.24, a to f, at their numbers of steps. F grows by its own rule to the power, or by
   // F(n+1) = 2 F(n) + k X(n) with X(n) = b^n: F(n) = k (b^n - 2^n) / (b - 2).
   CHECK(segments("axiom: F\nF -> F[+F]F[-F]F", 5) == 3125);

@@ -88,10 +88,8 @@ class SkeletonMaker {
     constexpr double kEqual = 1e-9;
     std::uint32_t chosen = kNone;
     for (const std::uint32_t line : lines) {
-      if (chosen == kNone || width(line) > width(chosen) * (1.0 + kEqual)) {
-        chosen = line;
-      } else if (width(line) >= width(chosen) * (1.0 - kEqual) &&
-                 score(line) > score(chosen) + kEqual) {
+      if (chosen == kNone || width(line) > width(chosen) * (1.0 + kEqual) ||
+          (width(line) >= width(chosen) * (1.0 - kEqual) && score(line) > score(chosen) + kEqual)) {
         chosen = line;
       }
     }

@@ -156,8 +156,8 @@ TEST_CASE("pictures lie on bark and leaves as they should") {
       for (std::size_t i = 0; i < part.triangle_count(); ++i) {
         const auto corners = test::triangle_of(part, i);
         const std::uint32_t* index = part.indices.data() + 3 * i;
-        const auto u = [&](int k) { return double{part.uvs[2 * index[k]]}; };
-        const auto v = [&](int k) { return double{part.uvs[2 * index[k] + 1]}; };
+        const auto u = [&](int k) { return double{part.uvs[std::size_t{2} * index[k]]}; };
+        const auto v = [&](int k) { return double{part.uvs[std::size_t{2} * index[k] + 1]}; };
         const Point face = cross(corners[1] - corners[0], corners[2] - corners[0]);
         const double area = (u(1) - u(0)) * (v(2) - v(0)) - (u(2) - u(0)) * (v(1) - v(0));
         // The tip of a tube is one vertex with one u; triangles there have a slanting picture.

@@ -60,8 +60,8 @@ class SkeletonGrower {
 
   void reserve(std::size_t branches) {
     const auto most = [](const Twigs& twigs) {
-      const int rows = twigs.arrangement == TwigArrangement::kPairs ? 2 : 1;
-      return static_cast<std::size_t>(rows * twigs.most);
+      const std::size_t rows = twigs.arrangement == TwigArrangement::kPairs ? 2 : 1;
+      return rows * static_cast<std::size_t>(twigs.most);
     };
     const std::size_t shoots = preset_.shoots ? most(*preset_.shoots) : 0;
     const std::size_t axes = 1 + branches * (1 + most(preset_.twigs) * (1 + shoots));

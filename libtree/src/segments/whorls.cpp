@@ -67,7 +67,7 @@ std::vector<double> yearly_heights_m(const TreeShape& shape,
                                      const YearlyWhorls& yearly,
                                      Random& random) {
   const double shoot_m = shape.h_m / *shape.age_years;
-  const auto range = static_cast<std::uint64_t>(yearly.high - yearly.low + 1);
+  const auto range = static_cast<std::uint64_t>(yearly.high - yearly.low) + 1;
   std::vector<double> heights;
   const double first_year = std::floor(shape.hcb_m / shoot_m);
   for (double year = first_year; year < *shape.age_years; year += 1.0) {

@@ -301,7 +301,8 @@ class PairResolver {
     std::size_t second = 0;
     const auto greatest = [](const std::vector<Overlapping>& left, std::size_t from) {
       if (from == left.size()) return -kInfinity;
-      return left[from].crosses_lane ? kInfinity : left[from].beyond;
+      if (left[from].crosses_lane) return kInfinity;
+      return left[from].beyond;
     };
     while (true) {
       const double beyond_first = greatest(of_first, first);

@@ -298,6 +298,7 @@ TEST_CASE("a twig past a neighbor's stem stays where it is its own tree's") {
 TEST_CASE("radius branches that meet head on pass each other") {
   // A plantation row: equal trees east and west of each other, tips at one height in one line.
   std::vector<Morphology> row;
+  row.reserve(4);
   for (int i = 0; i < 4; ++i) {
     row.push_back({.plot = "row",
                    .tree = std::to_string(i),

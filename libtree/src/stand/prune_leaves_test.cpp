@@ -50,6 +50,7 @@ TEST_CASE("leaves stay on their axes when crowns that overlap are pruned") {
     neighbor.h_m -= 1.0;
     std::vector<Grown> trees{grown(*builder, test::paper_tree_10()), grown(*builder, neighbor)};
     std::vector<StandTree> stand;
+    stand.reserve(trees.size());
     for (const Grown& tree : trees) {
       stand.push_back(stand_tree(tree.morphology, tree.crown, tree.skeleton));
     }

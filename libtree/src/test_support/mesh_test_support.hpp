@@ -36,8 +36,8 @@ inline std::map<std::array<float, 6>, int> edges_of(const tree::MeshPart& part) 
   const auto& p = part.positions;
   for (std::size_t i = 0; i < part.indices.size(); i += 3) {
     for (std::size_t j = 0; j < 3; ++j) {
-      const std::size_t a = 3 * part.indices[i + j];
-      const std::size_t b = 3 * part.indices[i + (j + 1) % 3];
+      const std::size_t a = std::size_t{3} * part.indices[i + j];
+      const std::size_t b = std::size_t{3} * part.indices[i + (j + 1) % 3];
       ++edges[{p[a], p[a + 1], p[a + 2], p[b], p[b + 1], p[b + 2]}];
     }
   }

@@ -25,7 +25,7 @@ namespace silvafit::tree {
 /// \param grown  the stem first (order 0, from the ground up), of any size; at least one branch
 /// \throws GeometryError if a coordinate is not finite, the stem does not rise, or no branch has a
 /// length and a radius
-Skeleton fit_to_measurements(Skeleton grown,
+Skeleton fit_to_measurements(const Skeleton& grown,
                              const TreeShape& shape,
                              const Crown& crown,
                              const Taper& taper);
