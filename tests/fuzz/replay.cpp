@@ -25,6 +25,7 @@ std::vector<std::string> read_corpus(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   std::vector<std::string> corpus;
+  corpus.reserve(files.size());
   for (const fs::path& file : files) corpus.push_back(silvafit::read_file(file));
   return corpus;
 }

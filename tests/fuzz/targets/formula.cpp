@@ -49,6 +49,7 @@ void evaluate(const silvafit::fit::ModelSpecification& specification,
   const silvafit::data::Program program(outputs, inputs);
   std::vector<std::vector<double>> results(outputs.size(), std::vector<double>(3));
   std::vector<double*> to;
+  to.reserve(results.size());
   for (std::vector<double>& result : results) to.push_back(result.data());
   silvafit::data::Program::Workspace workspace;
   program.evaluate(values, 3, to, workspace);
