@@ -337,6 +337,7 @@ TEST_CASE("whether a constant vanishes does not depend on the unit of its column
   for (const double unit : {1.0, 1e-5, 1e5}) {
     Table table;
     std::vector<double> scaled;
+    scaled.reserve(v.size());
     for (const double value : v) scaled.push_back(unit * value);
     table.set("v", scaled);
     table.set("y", y);

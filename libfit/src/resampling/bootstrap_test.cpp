@@ -416,10 +416,11 @@ TEST_CASE("cases may be drawn of a coarser grouping than that of the random effe
   // The mean of six stands of equal size drawn with replacement.
   const auto y = table.numbers("y");
   constexpr int kStands = kGroups / 2;
+  constexpr std::size_t kTrees = std::size_t{2} * kRows;  // a stand
   double squares = 0.0;
   for (std::size_t i = 0; i < kStands; ++i) {
     double mean = 0.0;
-    for (std::size_t j = 0; j < 2 * kRows; ++j) mean += y[2 * i * kRows + j] / (2 * kRows);
+    for (std::size_t j = 0; j < kTrees; ++j) mean += y[i * kTrees + j] / kTrees;
     squares += std::pow(mean - fit.estimate[0], 2);
   }
   CHECK(named(result, "mu").standard_error ==
