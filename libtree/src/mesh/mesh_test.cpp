@@ -165,7 +165,7 @@ TEST_CASE("pictures lie on bark and leaves as they should") {
         // Lengyel's tangent: the direction in which u grows and v stands still.
         const Point tangent = (1.0 / area) * ((v(2) - v(0)) * (corners[1] - corners[0]) -
                                               (v(1) - v(0)) * (corners[2] - corners[0]));
-        const float* given = part.tangents.data() + 4 * index[0];
+        const float* given = part.tangents.data() + std::size_t{4} * index[0];
         const Point of_vertex{given[0], -given[2], given[1]};
         REQUIRE(length(of_vertex) == Approx(1.0).margin(1e-6));
         REQUIRE(std::abs(given[3]) == 1.0F);
@@ -309,6 +309,7 @@ TEST_CASE("order and threads do not change a tree, the seed does") {
   const Preset& preset = test::shipped_presets().named("generic-conifer");
   Random random(22);
   std::vector<Morphology> trees;
+  trees.reserve(12);
   for (int i = 0; i < 12; ++i) trees.push_back(test::random_morphology(random, i));
   std::vector<SceneTree> parallel(trees.size());
   parallel_for(trees.size(), 4, [&](std::size_t i) { parallel[i] = grow_tree(trees[i], preset); });

@@ -394,11 +394,11 @@ StandOverlap resolve_overlaps(std::span<const StandTree> trees, unsigned threads
     std::vector<std::uint32_t>& all = stand.trees[own].removed;
     all.insert(all.end(), removed.begin(), removed.end());
   };
-  for (PairResolver::Result& result : results) {
+  for (const PairResolver::Result& result : results) {
     const PairOverlap& pair = result.pair;
     add(pair.weaker, pair.stronger, pair.log_share, result.removed_weaker);
     add(pair.stronger, pair.weaker, -pair.log_share, result.removed_stronger);
-    if (pair.facing_radii_m > pair.distance_m) stand.pairs.push_back(std::move(result.pair));
+    if (pair.facing_radii_m > pair.distance_m) stand.pairs.push_back(pair);
   }
   for (std::size_t i = 0; i < trees.size(); ++i) {
     TreeOverlap& tree = stand.trees[i];
