@@ -175,8 +175,9 @@ void run(const IndicesArguments& arguments) {
   UnitTable table(arguments);
   Outcome outcome{.further = options.further};
   std::ranges::sort(outcome.further);
-  const auto repeated = std::ranges::unique(outcome.further);
-  outcome.further.erase(repeated.begin(), repeated.end());
+  // Not std::ranges::unique, whose result clang 14 cannot take apart.
+  outcome.further.erase(std::unique(outcome.further.begin(), outcome.further.end()),
+                        outcome.further.end());
   if (arguments.stream) {
     take_batches(arguments, options, table, outcome);
   } else {
