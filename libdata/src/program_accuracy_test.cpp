@@ -329,17 +329,20 @@ TEST_CASE("scalars and columns may meet in every way, in any number of rows") {
   with_each_instruction_set([&](const std::string& set) {
     for (int scalars = 0; scalars < 8; ++scalars) {
       std::vector<Program::Input> inputs;
+      inputs.reserve(names.size());
       for (int k = 0; k < 3; ++k) inputs.push_back({names[k], (scalars >> k & 1) != 0});
       const Program program(outputs, inputs);
       for (const std::size_t rows : {0, 1, 2, 3, 5, 8, 13, 257, 600}) {
         std::vector<std::vector<double>> columns(3, std::vector<double>(rows + 1));
         std::vector<const double*> sources;
+        sources.reserve(columns.size());
         for (auto& column : columns) {
           for (double& value : column) value = random.uniform(0.2, 3.0);
           sources.push_back(column.data());
         }
         std::vector<std::vector<double>> results(texts.size(), std::vector<double>(rows + 1, -7.0));
         std::vector<double*> targets;
+        targets.reserve(results.size());
         for (auto& result : results) targets.push_back(result.data());
         Program::Workspace workspace;
         program.evaluate(sources, rows, targets, workspace);

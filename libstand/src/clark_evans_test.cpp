@@ -39,6 +39,7 @@ TEST_CASE("Donnelly's correction takes the boundary's part from random stands") 
   for (int round = 0; round < kRounds; ++round) {
     silvafit::Random random(static_cast<std::uint64_t>(round));
     std::vector<Point> points;
+    points.reserve(60);
     for (int i = 0; i < 60; ++i) points.push_back({random.uniform(0, 60), random.uniform(0, 40)});
     const ClarkEvans index = clark_evans(points, Window::rectangle({0, 0}, {60, 40}));
     plain += index.R / kRounds;

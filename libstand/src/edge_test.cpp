@@ -230,8 +230,8 @@ TEST_CASE("stems at one place and missing positions do not hang the search", "[s
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   // Ids in the order of the rows: the first trees of the place are everyone's neighbors there.
   CHECK(units.nearest[0] == 1);
-  CHECK(units.nearest[4 * 99995] == 0);
-  CHECK(units.nearest[4 * 2] == kNoTree);
+  CHECK(units.nearest[std::size_t{4} * 99995] == 0);
+  CHECK(units.nearest[std::size_t{4} * 2] == kNoTree);
   // Compared pair by pair, 40,000 stems at one place would take minutes.
   CHECK(elapsed.count() < 20.0);
 }

@@ -122,10 +122,12 @@ TEST_CASE("a million margins take a few hundred areas", "[slow]") {
   // A hull as of a large stand: short edges, many of which vanish. One area takes some 0.1 ms.
   silvafit::Random random(7);
   std::vector<Point> points;
+  points.reserve(100000);
   for (int i = 0; i < 100000; ++i)
     points.push_back({random.uniform(0, 500), random.uniform(0, 500)});
   const Window window = *Window::convex_hull(points);
   std::vector<double> margins;
+  margins.reserve(1000000);
   for (int i = 0; i < 1000000; ++i) margins.push_back(random.uniform(0, 1) * random.uniform(0, 9));
   const auto start = std::chrono::steady_clock::now();
   const std::vector<double> areas = eroded_areas_m2(window, margins);

@@ -46,7 +46,8 @@ std::string stand_with(const std::string& column, double factor) {
   std::string text = "tree,species,x,y,dbh,h,hcb,cw\n";
   const std::vector<std::string> names{"x", "y", "dbh", "h", "hcb", "cw"};
   for (int i = 0; i < 12; ++i) {
-    const std::vector<double> values{5.0 * (i % 4), 5.0 * (i / 4), 22.0 + i, 18.0, 7.5, 4.0};
+    const int row = i / 4;
+    const std::vector<double> values{5.0 * (i % 4), 5.0 * row, 22.0 + i, 18.0, 7.5, 4.0};
     text += std::to_string(i) + ",SM";
     for (std::size_t k = 0; k < names.size(); ++k) {
       text += "," + std::to_string(values[k] * (names[k] == column ? factor : 1.0));

@@ -220,7 +220,7 @@ TEST_CASE("stems at one place are neighbors without a direction") {
   CHECK(std::isnan(units.W[4]));
   CHECK(units.U[4] == 0.0);
   CHECK(units.C[4] == 1.0);
-  CHECK(units.distance_m[4 * 4] == 0.0);
+  CHECK(units.distance_m[std::size_t{4} * 4] == 0.0);
   CHECK(neighbors_of(stand, units, 9) == Ids{"1", "2", "3", "4"});
   CHECK(units.W[9] == 1.0);
   REQUIRE(units.notes.size() == 1);
@@ -289,6 +289,7 @@ TEST_CASE("turning, moving and shuffling a stand changes no index") {
   for (std::size_t i = order.size() - 1; i > 0; --i)
     std::swap(order[i], order[random.below(i + 1)]);
   std::vector<Tree> shuffled;
+  shuffled.reserve(order.size());
   for (const std::size_t i : order) shuffled.push_back(trees[i]);
   const Inventory stand = stand_of(shuffled);
   const StructuralUnits other = structural_units(stand, without_edge());
@@ -364,7 +365,7 @@ TEST_CASE("plots that lie on each other in a stand are noted, with what to do") 
       trees.push_back({.x = x, .y = y, .plot = plot});
     }
   }
-  const auto overlap_note = [](const std::vector<Tree>& of, StructuralUnitOptions options) {
+  const auto overlap_note = [](const std::vector<Tree>& of, const StructuralUnitOptions& options) {
     for (const std::string& note : structural_units(stand_of(of), options).notes) {
       if (note.find("overlap") != std::string::npos) return note;
     }

@@ -226,6 +226,7 @@ TEST_CASE("a window far from the origin is the window near it") {
   }
   // A line, whose points are rounded to 1e-9 m, has no hull there either.
   std::vector<Point> line;
+  line.reserve(50);
   for (int i = 0; i < 50; ++i) line.push_back({far.x + 0.1 * i, far.y + 0.3 * i});
   CHECK_FALSE(Window::convex_hull(line));
 }

@@ -122,10 +122,11 @@ Texture leaf(std::string name, const Card& card) {
   std::vector<double> light(kLeafSide * kLeafSide, 0.0);
   std::vector<double> cover(light.size(), 0.0);
   for (std::size_t i = 0; i < light.size(); ++i) {
+    const std::size_t row = i / kLeafSide;
     for (int k = 0; k < kFine * kFine; ++k) {
       const double x = static_cast<double>(i % kLeafSide) + (k % kFine + 0.5) / kFine;
-      const int row = k / kFine;
-      const double y = static_cast<double>(i / kLeafSide) + (row + 0.5) / kFine;
+      const int fine_row = k / kFine;
+      const double y = static_cast<double>(row) + (fine_row + 0.5) / kFine;
       const double value = card(2.0 * x / kLeafSide - 1.0, 1.0 - y / kLeafSide);
       if (value <= 0.0) continue;
       light[i] += value;

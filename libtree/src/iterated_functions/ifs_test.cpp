@@ -93,6 +93,7 @@ IfsPreset forked(int depth, bool continues) {
   add(turn_about({1, 0, 0}, 0.8), 0.5, false);
   add(turn_about({1, 0, 0}, -0.7), 0.4, false);
   std::vector<AffineMap> maps;
+  maps.reserve(copies.size());
   for (const IfsCopy& copy : copies) maps.push_back(copy.map);
   std::vector<double> probabilities =
       continues ? std::vector<double>{0.2, 0.5, 0.3} : std::vector<double>{0.7, 0.3};
@@ -122,8 +123,10 @@ const IfsBuilder& ifs_preset(const char* name) {
 TEST_CASE("the chaos game has the invariant measure's mean and covariance") {
   Random random(61);
   for (int system = 0; system < 6; ++system) {
+    const int count = 2 + system % 3;
     std::vector<AffineMap> maps;
-    for (int i = 0; i < 2 + system % 3; ++i) maps.push_back(random_map(random));
+    maps.reserve(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) maps.push_back(random_map(random));
     const IteratedFunctionSystem ifs(maps);
     const Eigen::Vector3d mean = invariant_mean(ifs);
     const Eigen::Matrix3d covariance = invariant_covariance(ifs);
@@ -132,7 +135,7 @@ TEST_CASE("the chaos game has the invariant measure's mean and covariance") {
     constexpr int kBatches = 100;
     constexpr int kBatch = 2000;
     std::vector<Eigen::Matrix<double, 12, 1>> batches;
-    const std::vector<Point> points = ifs.chaos_game(kBatches * kBatch, random);
+    const std::vector<Point> points = ifs.chaos_game(std::size_t{kBatches} * kBatch, random);
     Eigen::Matrix<double, 12, 1> overall = Eigen::Matrix<double, 12, 1>::Zero();
     for (int b = 0; b < kBatches; ++b) {
       Eigen::Matrix<double, 12, 1> sum = Eigen::Matrix<double, 12, 1>::Zero();
