@@ -223,10 +223,7 @@ void add_indices_command(CLI::App& program) {
   add_example(command,
               "silvafit indices examples/fir-mixed/inventory.csv --per stand --out indices.csv");
   command.callback([arguments, &command] {
-    const UnitArguments& units = arguments->units;
-    refuse_idle(command, "--buffer", units.edge == "buffer", "--edge buffer");
-    refuse_idle(command, "--competition-radius", !units.further.empty(), "--further Hegyi");
-    refuse_idle(command, "--open-grown", !units.further.empty(), "--further CCF");
+    refuse_idle_unit_options(command, arguments->units, further_indices(arguments->units));
     run(*arguments);
   });
 }

@@ -50,43 +50,6 @@ stand::NamedWindow circle_of_every_plot(const std::string& text) {
           .window = stand::Window::circle({numbers[0], numbers[1]}, numbers[2])};
 }
 
-/// "all" are those that nothing else is needed for; CCF only with its crown widths.
-std::vector<stand::FurtherIndex> further_indices(const UnitArguments& arguments) {
-  std::vector<stand::FurtherIndex> indices;
-  for (const std::string& name : arguments.further) {
-    if (name == "all") {
-      for (const stand::FurtherIndex index : stand::all_further_indices()) {
-        const bool needs_crowns = index == stand::FurtherIndex::kCrownCompetition;
-        if (!needs_crowns || !arguments.open_grown.empty()) indices.push_back(index);
-      }
-      continue;
-    }
-    const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
-    if (!index) {
-      throw UsageError(fmt::format("'{}' is none of CO, T, Hegyi, BAL, CCF, all", name),
-                       {.column = "--further"});
-    }
-    indices.push_back(*index);
-  }
-  return indices;
-}
-
-}  // namespace
-
-void add_inventory_options(CLI::App& command, InventoryArguments& arguments) {
-  command.add_option("inventory", arguments.path, "Inventory: a CSV file, one row a tree")
-      ->type_name("INVENTORY.csv")
-      ->required();
-  command
-      .add_option("--columns",
-                  arguments.columns,
-                  "Where columns come from, such as dbh=DBH_cm,h=Height,x=xk/10")
-      ->type_name("NAME=COLUMN,...")
-      ->allow_extra_args(false);
-  command.add_flag(
-      "--trust-units", arguments.trust_units, "Do not ask whether a column has another unit");
-}
-
 void add_window_options(CLI::App& command, UnitArguments& arguments) {
   command
       .add_option("--edge",
@@ -116,6 +79,22 @@ void add_window_options(CLI::App& command, UnitArguments& arguments) {
       .add_option("--per", arguments.per, "Search neighbors within each plot or the whole stand")
       ->check(CLI::IsMember({"plot", "stand"}))
       ->capture_default_str();
+}
+
+}  // namespace
+
+void add_inventory_options(CLI::App& command, InventoryArguments& arguments) {
+  command.add_option("inventory", arguments.path, "Inventory: a CSV file, one row a tree")
+      ->type_name("INVENTORY.csv")
+      ->required();
+  command
+      .add_option("--columns",
+                  arguments.columns,
+                  "Where columns come from, such as dbh=DBH_cm,h=Height,x=xk/10")
+      ->type_name("NAME=COLUMN,...")
+      ->allow_extra_args(false);
+  command.add_flag(
+      "--trust-units", arguments.trust_units, "Do not ask whether a column has another unit");
 }
 
 void add_unit_options(CLI::App& command, UnitArguments& arguments) {
@@ -158,6 +137,39 @@ void add_unit_options(CLI::App& command, UnitArguments& arguments) {
                   arguments.open_grown,
                   "CCF: crown width in m of an open-grown tree, such as \"0.9 + 0.22*dbh\"")
       ->type_name("EXPRESSION");
+}
+
+std::vector<stand::FurtherIndex> further_indices(const UnitArguments& arguments) {
+  std::vector<stand::FurtherIndex> indices;
+  for (const std::string& name : arguments.further) {
+    if (name == "all") {
+      for (const stand::FurtherIndex index : stand::all_further_indices()) {
+        const bool needs_crowns = index == stand::FurtherIndex::kCrownCompetition;
+        if (!needs_crowns || !arguments.open_grown.empty()) indices.push_back(index);
+      }
+      continue;
+    }
+    const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
+    if (!index) {
+      throw UsageError(fmt::format("'{}' is none of CO, T, Hegyi, BAL, CCF, all", name),
+                       {.column = "--further"});
+    }
+    indices.push_back(*index);
+  }
+  return indices;
+}
+
+void refuse_idle_unit_options(const CLI::App& command,
+                              const UnitArguments& arguments,
+                              const std::vector<stand::FurtherIndex>& further) {
+  const auto is_made = [&further](stand::FurtherIndex index) {
+    return std::ranges::find(further, index) != further.end();
+  };
+  refuse_idle(command, "--buffer", arguments.edge == "buffer", "--edge buffer");
+  refuse_idle(
+      command, "--competition-radius", is_made(stand::FurtherIndex::kHegyi), "--further Hegyi");
+  refuse_idle(
+      command, "--open-grown", is_made(stand::FurtherIndex::kCrownCompetition), "--further CCF");
 }
 
 stand::InventoryOptions reading_options(const InventoryArguments& arguments,

@@ -39,12 +39,20 @@ struct UnitArguments {
 /// Adds INVENTORY.csv, --columns and --trust-units.
 void add_inventory_options(CLI::App& command, InventoryArguments& arguments);
 
-/// Adds --edge, --buffer, --window, --circle and --per.
-void add_window_options(CLI::App& command, UnitArguments& arguments);
-
-/// Adds those of add_window_options, and --neighbors, --alpha, --dominance, --crowding, --further,
-/// --competition-radius and --open-grown.
+/// Adds --neighbors, --alpha, --edge, --buffer, --window, --circle, --per, --dominance, --crowding,
+/// --further, --competition-radius and --open-grown.
 void add_unit_options(CLI::App& command, UnitArguments& arguments);
+
+/// The indices that --further asks for; "all" are those that nothing else is needed for, and CCF
+/// only where --open-grown gives its crown widths.
+std::vector<stand::FurtherIndex> further_indices(const UnitArguments& arguments);
+
+/// Refuses --buffer, --competition-radius and --open-grown where nothing that is computed reads
+/// them.
+/// \param further  the further indices that are computed
+void refuse_idle_unit_options(const CLI::App& command,
+                              const UnitArguments& arguments,
+                              const std::vector<stand::FurtherIndex>& further);
 
 /// What the command needs of an inventory, with --columns and --trust-units filled in.
 stand::InventoryOptions reading_options(const InventoryArguments& arguments,

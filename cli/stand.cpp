@@ -143,7 +143,10 @@ void add_stand_command(CLI::App& program) {
   add_example(command,
               "silvafit stand examples/fir-mixed/inventory.csv --per stand --window "
               "examples/fir-mixed/window.geojson");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, &command] {
+    refuse_idle_unit_options(command, arguments->units, further_indices(arguments->units));
+    run(*arguments);
+  });
 }
 
 }  // namespace silvafit::cli

@@ -234,12 +234,18 @@ bool has_own_candidates(const study::StudyOptions& options) {
   });
 }
 
-/// The further indices among the covariates, and those asked for besides.
+/// The further indices asked for, and those among the covariates.
+std::vector<stand::FurtherIndex> further_indices_of(const StudyArguments& arguments) {
+  std::vector<stand::FurtherIndex> indices = further_indices(arguments.units);
+  for (const std::string& name : arguments.study.covariates) {
+    if (const auto index = stand::further_index_named(name)) indices.push_back(*index);
+  }
+  return indices;
+}
+
 stand::StructuralUnitOptions options_of_units(const StudyArguments& arguments) {
   stand::StructuralUnitOptions options = unit_options(arguments.units, arguments.common);
-  for (const std::string& name : arguments.study.covariates) {
-    if (const auto further = stand::further_index_named(name)) options.further.push_back(*further);
-  }
+  options.further = further_indices_of(arguments);
   return options;
 }
 
@@ -337,6 +343,7 @@ void run(const CLI::App& command, StudyArguments& arguments) {
     throw UsageError("--out DIR is needed: the folder for the results");
   }
   apply_settings(command, arguments);
+  refuse_idle_unit_options(command, arguments.units, further_indices_of(arguments));
   if (!needs_folder) return initialise(arguments);
   refuse_same_files({{"INVENTORY.csv", arguments.inventory.path},
                      {"--window", arguments.units.window},

@@ -251,6 +251,26 @@ class IdleOptions(ProgramTest):
                 error = self.run_program(*command, *option, status=2).stderr
                 self.assertIn(f"{option[0]}: does nothing without {needed}", error)
 
+    def test_options_of_units_that_would_do_nothing_are_refused_by_studies_and_stand_figures(self):
+        self.write("trees.csv", stand_csv())
+        self.write("study.json", '{"edge": "none", "buffer": 3}')
+        study = ("study", "trees.csv", "--out", "study")
+        for command, option, needed in (
+                (("stand", "trees.csv", "--edge", "torus"), ("--buffer", "3"), "--edge buffer"),
+                (("stand", "trees.csv", "--further", "CO"), ("--competition-radius", "5"), "--further Hegyi"),
+                (("stand", "trees.csv", "--further", "CO"), ("--open-grown", "dbh/10"), "--further CCF"),
+                ((*study, "--edge", "none"), ("--buffer", "3"), "--edge buffer"),
+                ((*study, "--config", "study.json"), ("--buffer", "3"), "--edge buffer"),
+                (study, ("--competition-radius", "5"), "--further Hegyi"),
+                ((*study, "--covariates", "Hegyi"), ("--open-grown", "dbh/10"), "--further CCF")):
+            with self.subTest(command + option):
+                error = self.run_program(*command, *option, status=2).stderr
+                self.assertIn(f"{option[0]}: does nothing without {needed}", error)
+        self.assertFalse((self.folder / "study").exists())
+        # A covariate is a use; what a file says may lie idle.
+        self.run_program("study", "trees.csv", "--covariates", "Hegyi", "--competition-radius", "5", "--init", "new.json")
+        self.run_program("study", "trees.csv", "--config", "study.json", "--init", "other.json")
+
     def test_groups_to_leave_out_need_the_option(self):
         self.write("trees.csv", stand_csv())
         error = self.run_program("fit", "trees.csv", "--model", "M4", "--cross-validate", "5", status=2).stderr
