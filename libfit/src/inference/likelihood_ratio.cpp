@@ -76,6 +76,12 @@ double statistic_of(double larger, double smaller) {
   return std::abs(statistic) <= kRounding * (1.0 + std::abs(smaller)) ? 0.0 : statistic;
 }
 
+/// Whether a model is less likely than one that it contains, by more than searches leave open.
+bool ends_below(double statistic) {
+  constexpr double kSearches = 1e-4;
+  return statistic < -kSearches;
+}
+
 }  // namespace
 
 NestedTest likelihood_ratio_test(const FittedModel& larger,
@@ -98,6 +104,11 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
   test.p_chi_squared = ChiBarSquared{.base = test.degrees_of_freedom}.upper_tail(test.statistic);
   test.reference = reference_of(how, test.degrees_of_freedom, variances, test.note);
   test.p = test.reference.upper_tail(test.statistic);
+  if (ends_below(test.statistic)) {
+    add(test.note,
+        "the larger model is less likely than the smaller one in it: its fit ended at a lower "
+        "maximum, or the method's approximations differ");
+  }
   return test;
 }
 

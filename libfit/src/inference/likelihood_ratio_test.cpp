@@ -191,12 +191,15 @@ TEST_CASE("a larger model that fits exactly has p = 0, one that is not more like
   CHECK(likelihood_ratio_test(larger, smaller).p_chi_squared == 0.0);
   larger.log_likelihood = smaller.log_likelihood;
   CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
+  CHECK(likelihood_ratio_test(larger, smaller).note.empty());
   larger.log_likelihood = smaller.log_likelihood - 1.0;
   CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
+  CHECK_THAT(likelihood_ratio_test(larger, smaller).note, Contains("ended at a lower maximum"));
   for (const double rounding : {-1e-13, 1e-13}) {
     larger.log_likelihood = smaller.log_likelihood * (1.0 + rounding);
     CHECK(likelihood_ratio_test(larger, smaller).statistic == 0.0);
     CHECK(likelihood_ratio_test(larger, smaller).p == 1.0);
+    CHECK(likelihood_ratio_test(larger, smaller).note.empty());
   }
   larger.log_likelihood = -std::numeric_limits<double>::infinity();
   CHECK(refusal(larger, smaller).find("has not converged") != std::string::npos);

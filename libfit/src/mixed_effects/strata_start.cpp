@@ -78,7 +78,8 @@ Rows thinned(const Rows& rows) {
   return result;
 }
 
-double median(std::vector<double> values) {
+/// A value with as many below as above it, or one more below: one that a stratum has.
+double middle_value(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<Index>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;
@@ -128,7 +129,7 @@ std::optional<VectorXd> start_of_strata(const NonlinearModel& model, const Vecto
   }
   if (2 * values.front().size() < strata.size()) return std::nullopt;
   VectorXd result(p);
-  for (Index j = 0; j < p; ++j) result[j] = median(values[static_cast<std::size_t>(j)]);
+  for (Index j = 0; j < p; ++j) result[j] = middle_value(values[static_cast<std::size_t>(j)]);
   return result;
 }
 

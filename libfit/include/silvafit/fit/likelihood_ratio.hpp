@@ -19,7 +19,7 @@ struct NestedTest {
   /// By the reference that fits the hypothesis; the same as above where no variance is tested.
   double p = 1.0;
   ChiBarSquared reference{};
-  std::string note{};  ///< what to know of the reference, or empty
+  std::string note{};  ///< what to know of the reference and of the fits, or empty
 };
 
 /// The test of two fits to the same observations by the same method. Where the larger model goes
