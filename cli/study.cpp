@@ -343,8 +343,8 @@ void run(const CLI::App& command, StudyArguments& arguments) {
     throw UsageError("--out DIR is needed: the folder for the results");
   }
   apply_settings(command, arguments);
-  refuse_idle_unit_options(command, arguments.units, further_indices_of(arguments));
   if (!needs_folder) return initialise(arguments);
+  refuse_idle_unit_options(command, arguments.units, further_indices_of(arguments));
   refuse_same_files({{"INVENTORY.csv", arguments.inventory.path},
                      {"--window", arguments.units.window},
                      {"--config", arguments.configuration}},

@@ -267,9 +267,12 @@ class IdleOptions(ProgramTest):
                 error = self.run_program(*command, *option, status=2).stderr
                 self.assertIn(f"{option[0]}: does nothing without {needed}", error)
         self.assertFalse((self.folder / "study").exists())
-        # A covariate is a use; what a file says may lie idle.
-        self.run_program("study", "trees.csv", "--covariates", "Hegyi", "--competition-radius", "5", "--init", "new.json")
-        self.run_program("study", "trees.csv", "--config", "study.json", "--init", "other.json")
+        # A covariate is a use, and so is a line in a new file; what a file says may lie idle.
+        self.run_program("study", "trees.csv", "--edge", "none", "--buffer", "3", "--init", "new.json")
+        self.assertIn('"buffer": 3', (self.folder / "new.json").read_text(encoding="utf-8"))
+        self.run_program(*study, "--config", "study.json")
+        self.run_program("study", str(EXAMPLE), "--out", "fir", "--species", "SM", "--responses", "h",
+                         "--covariates", "Hegyi", "--competition-radius", "5")
 
     def test_groups_to_leave_out_need_the_option(self):
         self.write("trees.csv", stand_csv())
