@@ -45,6 +45,7 @@ struct FitArguments {
   bool trace = false;
   std::string where{};
   std::string start{};
+  int spread_starts = 0;
   std::string fixed{};
   std::string bounds{};
   std::vector<std::string> columns{};
@@ -185,6 +186,7 @@ void complete(Task& task, const FitArguments& arguments, const data::Table& tabl
   study::require_numbers(table, columns);
   if (!arguments.method.empty()) task.options.method = fit::parse_method(arguments.method);
   task.options.start = parse_values(arguments.start, "--start");
+  task.options.spread_starts = arguments.spread_starts;
   task.options.fixed = parse_values(arguments.fixed, "--fix");
   task.options.bounds = parse_bounds(arguments.bounds);
   task.options.reml = arguments.reml;
@@ -461,8 +463,16 @@ void add_method_options(CLI::App& command, FitArguments& arguments) {
                   arguments.bounds,
                   "Ranges that coefficients are kept in, such as b=0:1,c=0: (an end may be open)")
       ->type_name("NAME=LOW:HIGH,...");
-  command.add_option("--start", arguments.start, "Start values, such as a=30,b=0.03; never needed")
+  command
+      .add_option("--start",
+                  arguments.start,
+                  "Start values, such as a=30,b=0.03; mixed fits try them besides their own")
       ->type_name("NAME=VALUE,...");
+  command
+      .add_option("--starts",
+                  arguments.spread_starts,
+                  "Further starts of a mixed fit, spread around those that it tries anyway")
+      ->check(CLI::Range(0, 1000));
 }
 
 }  // namespace

@@ -188,4 +188,8 @@ Expression exp(const Expression& a) {
   return Expression(make_operation(Operation::kExp, a.node()));
 }
 
+Expression log(const Expression& a) {
+  return Expression(make_operation(Operation::kLog, a.node()));
+}
+
 }  // namespace silvafit::data

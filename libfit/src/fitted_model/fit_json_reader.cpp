@@ -277,6 +277,24 @@ Convergence read_convergence(const JsonReader& json) {
           .boundary = evidence.at("boundary").texts()};
 }
 
+std::vector<LocalOptimum> read_optima(const JsonReader& json,
+                                      const std::vector<std::string>& coefficients) {
+  std::vector<LocalOptimum> result;
+  for (const JsonReader& item : json.items()) {
+    LocalOptimum optimum{
+        .origin = item.at("origin").any_text(),
+        .estimate = Eigen::VectorXd(static_cast<Index>(coefficients.size())),
+        .log_likelihood = item.at("log_likelihood").number_or_missing(),
+        .marginal_log_likelihood = item.at("marginal_log_likelihood").number_or_missing()};
+    const JsonReader fixed = item.at("fixed");
+    for (std::size_t j = 0; j < coefficients.size(); ++j) {
+      optimum.estimate[static_cast<Index>(j)] = fixed.at(coefficients[j]).number_or_missing();
+    }
+    result.push_back(std::move(optimum));
+  }
+  return result;
+}
+
 std::vector<ColumnRange> read_ranges(const JsonReader& json) {
   std::vector<ColumnRange> ranges;
   for (const auto& [column, limits] : json.members()) {
@@ -321,6 +339,7 @@ FittedModel from_json(const JsonReader& json) {
       fit.levels.push_back({.column = column, .labels = labels.texts()});
     }
   }
+  if (json.has("optima")) fit.optima = read_optima(json.at("optima"), fit.coefficient_names);
   if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number_or_missing();
   return fit;

@@ -145,7 +145,8 @@ TEST_CASE("the keys are those of the contract, in its order") {
                                           "bic_groups",  "statistics",
                                           "r2_marginal", "r2_conditional",
                                           "ranges",      "seconds",
-                                          "levels",      "coefficients_between"};
+                                          "levels",      "coefficients_between",
+                                          "optima"};
   CHECK(keys == expected);
   CHECK(json["parameters"]["b"] == "1 + C");
   CHECK(json["groups"]["plot"] == 8);

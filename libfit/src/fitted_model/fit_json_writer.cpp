@@ -51,6 +51,21 @@ ordered_json groups(const FittedModel& fit) {
   return result;
 }
 
+ordered_json optima(const FittedModel& fit) {
+  ordered_json result = ordered_json::array();
+  for (const LocalOptimum& optimum : fit.optima) {
+    ordered_json fixed = ordered_json::object();
+    for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+      fixed[fit.coefficient_names[j]] = number(optimum.estimate[static_cast<Index>(j)]);
+    }
+    result.push_back({{"origin", optimum.origin},
+                      {"log_likelihood", number(optimum.log_likelihood)},
+                      {"marginal_log_likelihood", number(optimum.marginal_log_likelihood)},
+                      {"fixed", std::move(fixed)}});
+  }
+  return result;
+}
+
 ordered_json evidence(const Convergence& convergence) {
   return {{"gradient", number(convergence.gradient)},
           {"iterations", convergence.iterations},
@@ -299,6 +314,7 @@ ordered_json json_of(const FittedModel& model) {
   if (!fit.levels.empty()) result["levels"] = levels(fit);
   if (!fit.coefficients_between.empty()) result["coefficients_between"] = fit.coefficients_between;
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
+  if (!fit.optima.empty()) result["optima"] = optima(fit);
   if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);
   return result;
 }

@@ -16,6 +16,7 @@
 #include "fitted_model/response_fingerprint.hpp"
 #include "inference/variance_shares.hpp"
 #include "least_squares/start_search.hpp"
+#include "mixed_effects/optimum_search.hpp"
 #include "prediction/calibration_search.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
@@ -141,6 +142,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
   fit.log_likelihood = found.log_likelihood;
   fit.parameter_count = found.parameter_count;
   fit.convergence = std::move(found.convergence);
+  fit.optima = std::move(found.optima);
   result.fitted_population = std::move(found.fitted_population);
   result.fitted_conditional = std::move(found.fitted_conditional);
   result.residual_sd = std::move(found.residual_sd);
@@ -284,13 +286,22 @@ MixedEffectsOptions alternation_options(const NonlinearModel& model,
 }
 
 MixedEffectsFit fit_mixed(const NonlinearModel& model,
-                          const VectorXd& start,
+                          const LeastSquaresFit& pooled,
                           Method method,
                           const FitModelOptions& options) {
-  if (const auto integration = integration_of(method)) {
-    return fit_marginal(model, start, *integration, marginal_options(model, options));
+  const auto integration = integration_of(method);
+  if (options.effort == SearchEffort::kThorough) {
+    return search_optimum(model,
+                          pooled,
+                          {.integration = integration,
+                           .linearized = alternation_options(model, options),
+                           .marginal = marginal_options(model, options),
+                           .spread_starts = options.spread_starts});
   }
-  return fit_lindstrom_bates(model, start, alternation_options(model, options));
+  if (integration) {
+    return fit_marginal(model, pooled.estimate, *integration, marginal_options(model, options));
+  }
+  return fit_lindstrom_bates(model, pooled.estimate, alternation_options(model, options));
 }
 
 /// The fit that an earlier one leads to; nothing if there is none, or its way does not converge.
@@ -339,12 +350,15 @@ FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelO
     take_over(result, *std::move(found));
     return with_statistics(std::move(result), model);
   }
-  LeastSquaresFit least_squares =
-      fit_least_squares(model, {.start = starts_of(model, method, options), .rule = options.rule});
+  const bool is_thorough = method != Method::kOrdinary && options.effort == SearchEffort::kThorough;
+  LeastSquaresFit least_squares = fit_least_squares(model,
+                                                    {.start = starts_of(model, method, options),
+                                                     .rule = options.rule,
+                                                     .other_minima = is_thorough});
   if (method == Method::kOrdinary) {
     take_over(result, std::move(least_squares));
   } else if (least_squares.estimate.allFinite()) {
-    take_over(result, fit_mixed(model, least_squares.estimate, method, options));
+    take_over(result, fit_mixed(model, least_squares, method, options));
   } else {
     give_up(result, std::move(least_squares));
   }

@@ -4,8 +4,10 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
+#include "least_squares/exchanged_minima.hpp"
 #include "least_squares/least_squares_polish.hpp"
 #include "least_squares/least_squares_verdict.hpp"
 #include "least_squares/levenberg_marquardt.hpp"
@@ -24,6 +26,9 @@ using Eigen::VectorXd;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Sums of squares that differ by less than this share are the same minimum.
 constexpr double kSameMinimum = 1e-10;
+/// Trust region of a descent from given start values, in lengths of the scaled coefficients: small,
+/// so that the first step does not leave the valley that the values are in.
+constexpr double kNearStart = 1.0;
 /// From so many observations on, descents begin on a sample.
 constexpr Index kManyObservations = 20000;
 
@@ -63,21 +68,58 @@ std::vector<VectorXd> nearer_starts(const NonlinearModel& model,
   return result;
 }
 
+/// The lowest minimum that was found, and others.
+struct Minima {
+  Descent lowest{.sum_of_squares = std::numeric_limits<double>::infinity()};
+  std::vector<VectorXd> others{};  ///< (p) each, from low to high
+};
+
+/// Whether a minimum is to be preferred. Of minima that only rounding tells apart, such as those of
+/// a frequency on evenly spaced data, the one with the smaller coefficients is.
+bool is_preferred(const ProjectedModel& projected, const Descent& a, const Descent& b) {
+  constexpr double kRounding = 1e-8;
+  if (a.coefficients.size() == 0) return false;
+  if (b.coefficients.size() == 0) return true;
+  const bool is_smaller = projected.nonlinear_part(a.coefficients).squaredNorm() <
+                          0.5 * projected.nonlinear_part(b.coefficients).squaredNorm();
+  if (is_smaller && a.sum_of_squares <= b.sum_of_squares * (1.0 + kRounding)) return true;
+  return a.sum_of_squares < b.sum_of_squares * (1.0 - kSameMinimum);
+}
+
+/// The minima besides the lowest that are not much higher, each once.
+std::vector<VectorXd> other_minima(std::vector<Descent> descents, const Descent& lowest) {
+  constexpr double kMuchHigher = 2.0;
+  constexpr double kSamePlace = 1e-3;
+  std::ranges::stable_sort(descents, {}, &Descent::sum_of_squares);
+  std::vector<VectorXd> result;
+  const auto is_near = [&](const VectorXd& a, const VectorXd& b) {
+    return ((a - b).array().abs() <= kSamePlace * b.array().abs()).all();
+  };
+  for (const Descent& descent : descents) {
+    if (!(descent.sum_of_squares <= kMuchHigher * lowest.sum_of_squares)) break;
+    const VectorXd& found = descent.coefficients;
+    if (is_near(found, lowest.coefficients)) continue;
+    if (std::ranges::any_of(result, [&](const VectorXd& o) { return is_near(found, o); })) continue;
+    result.push_back(found);
+  }
+  return result;
+}
+
 /// The best of several descents on all data: each gets a while, and the best goes on to the end.
-Descent lowest_from(ProjectedModel& projected,
-                    const std::vector<VectorXd>& starts,
-                    const LeastSquaresOptions& options) {
+Minima minima_from(ProjectedModel& projected,
+                   const std::vector<VectorXd>& starts,
+                   const LeastSquaresOptions& options) {
   constexpr int kTrial = 30;
-  Descent best{.sum_of_squares = std::numeric_limits<double>::infinity()};
+  Minima result;
+  Descent& best = result.lowest;
   int iterations = 0;
+  std::vector<Descent> descents;
   const auto descend_from = [&](const VectorXd& start, int limit) {
-    const Descent descent =
+    Descent descent =
         descend(projected, projected.nonlinear_part(start), {.maximum_iterations = limit});
     iterations += descent.iterations;
-    if (descent.coefficients.size() > 0 &&
-        descent.sum_of_squares < best.sum_of_squares * (1.0 - kSameMinimum)) {
-      best = descent;
-    }
+    if (is_preferred(projected, descent, best)) best = descent;
+    if (descent.coefficients.size() > 0) descents.push_back(std::move(descent));
   };
   for (const VectorXd& start : starts) {
     descend_from(start, std::min(kTrial, options.maximum_iterations));
@@ -86,19 +128,20 @@ Descent lowest_from(ProjectedModel& projected,
     descend_from(VectorXd(best.coefficients), options.maximum_iterations - kTrial);
   }
   best.iterations = iterations;
-  return best;
+  if (options.other_minima) result.others = other_minima(std::move(descents), best);
+  return result;
 }
 
-Descent lowest(ProjectedModel& projected,
-               const std::vector<VectorXd>& starts,
-               const LeastSquaresOptions& options) {
+Minima minima(ProjectedModel& projected,
+              const std::vector<VectorXd>& starts,
+              const LeastSquaresOptions& options) {
   const NonlinearModel& model = projected.model();
   if (model.observations() >= kManyObservations) {
-    Descent descent = lowest_from(projected, nearer_starts(model, starts, options), options);
+    Minima result = minima_from(projected, nearer_starts(model, starts, options), options);
     // None where a mean that is finite for the sample is not for all.
-    if (descent.coefficients.size() > 0) return descent;
+    if (result.lowest.coefficients.size() > 0) return result;
   }
-  return lowest_from(projected, starts, options);
+  return minima_from(projected, starts, options);
 }
 
 /// Of minima that are mirror images of each other, as (a, b) and (-a, -b) in Naslund's curve, the
@@ -121,61 +164,48 @@ void prefer_positive(ProjectedModel& projected, Descent& minimum) {
   }
 }
 
-Descent solve(const NonlinearModel& model, const LeastSquaresOptions& options);
-
-/// Coefficients of sub-models that come nearest to the constants of the pooled fit: intercepts take
-/// them over, and covariates without an intercept are regressed on them.
-VectorXd spread(const NonlinearModel& model,
-                const NonlinearModel& pooled,
-                const VectorXd& constants) {
-  VectorXd coefficients = VectorXd::Zero(model.coefficient_count());
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd weights;
-  pooled.evaluate(constants, mean, &weights, workspace);
-  for (Index k = 0; k < constants.size(); ++k) {
-    std::vector<Index> members;
-    for (Index j = 0; j < coefficients.size(); ++j) {
-      if (model.parameter_of(j) == k) members.push_back(j);
-    }
-    if (model.specification().parameters[static_cast<std::size_t>(k)].has_intercept) {
-      coefficients[members.front()] = constants[k];
-      continue;
-    }
-    MatrixXd covariates(model.observations(), static_cast<Index>(members.size()));
-    for (Index j = 0; j < covariates.cols(); ++j) {
-      covariates.col(j) =
-          weights.col(k).cwiseProduct(model.multiplier(members[static_cast<std::size_t>(j)]));
-    }
-    coefficients(members) = covariates.colPivHouseholderQr().solve(weights.col(k) * constants[k]);
-  }
-  return coefficients;
-}
+Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options);
 
 /// Starts for a model with covariates, from the fit without them: so that it cannot end above it.
 std::vector<VectorXd> starts_from_pooled(const NonlinearModel& model,
                                          const LeastSquaresOptions& options) {
   const NonlinearModel pooled = model.pooled();
-  const VectorXd constants = solve(pooled, options).coefficients;
-  if (constants.size() == 0) return {};
-  VectorXd start = spread(model, pooled, constants);
-  for (const auto& [name, value] : options.start) {
-    const auto& names = model.coefficient_names();
-    const auto found = std::ranges::find(names, name);
-    if (found != names.end()) start[found - names.begin()] = value;
+  Minima constants = solve(pooled, options);
+  if (constants.lowest.coefficients.size() == 0) return {};
+  std::vector<VectorXd> starts{std::move(constants.lowest.coefficients)};
+  std::ranges::move(constants.others, std::back_inserter(starts));
+  for (VectorXd& start : starts) {
+    start = spread_constants(model, pooled, start);
+    for (const auto& [name, value] : options.start) {
+      const auto& names = model.coefficient_names();
+      const auto found = std::ranges::find(names, name);
+      if (found != names.end()) start[found - names.begin()] = value;
+    }
   }
-  return {start};
+  return starts;
 }
 
-/// The lowest point of the sum of squares that any start leads to.
-Descent solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
+/// The minima of the sum of squares that all starts lead to.
+Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
+  constexpr std::size_t kStarts = 3;
+  constexpr std::size_t kStartsForOthers = 6;
   ProjectedModel projected(model);
   const std::vector<VectorXd> starts =
-      has_sub_models(model) ? starts_from_pooled(model, options)
-                            : search_starts(model, {.fixed = options.start, .rule = options.rule});
-  Descent minimum = lowest(projected, starts, options);
-  if (minimum.coefficients.size() > 0) prefer_positive(projected, minimum);
-  return minimum;
+      has_sub_models(model)
+          ? starts_from_pooled(model, options)
+          : search_starts(model,
+                          {.fixed = options.start,
+                           .rule = options.rule,
+                           .count = options.other_minima ? kStartsForOthers : kStarts});
+  Minima result = minima(projected, starts, options);
+  Descent& lowest = result.lowest;
+  if (lowest.coefficients.size() == 0) return result;
+  prefer_positive(projected, lowest);
+  if (options.other_minima && !has_sub_models(model)) {
+    std::vector<VectorXd> exchanged = exchanged_minima(model, lowest.coefficients);
+    result.others.insert(result.others.begin(), exchanged.begin(), exchanged.end());
+  }
+  return result;
 }
 
 LeastSquaresFit empty_fit(const NonlinearModel& model) {
@@ -252,7 +282,48 @@ LeastSquaresFit described(const NonlinearModel& model,
   return fit;
 }
 
+/// The fit from given start values with the minima that a search without them finds.
+LeastSquaresFit with_other_minima(LeastSquaresFit fit,
+                                  const NonlinearModel& model,
+                                  LeastSquaresOptions options) {
+  if (!options.other_minima) return fit;
+  options.start.clear();
+  Minima found = solve(model, options);
+  if (found.lowest.coefficients.size() > 0) {
+    fit.other_minima.push_back(std::move(found.lowest.coefficients));
+  }
+  std::ranges::move(found.others, std::back_inserter(fit.other_minima));
+  return fit;
+}
+
 }  // namespace
+
+VectorXd spread_constants(const NonlinearModel& model,
+                          const NonlinearModel& pooled,
+                          const VectorXd& constants) {
+  VectorXd coefficients = VectorXd::Zero(model.coefficient_count());
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd weights;
+  pooled.evaluate(constants, mean, &weights, workspace);
+  for (Index k = 0; k < constants.size(); ++k) {
+    std::vector<Index> members;
+    for (Index j = 0; j < coefficients.size(); ++j) {
+      if (model.parameter_of(j) == k) members.push_back(j);
+    }
+    if (model.specification().parameters[static_cast<std::size_t>(k)].has_intercept) {
+      coefficients[members.front()] = constants[k];
+      continue;
+    }
+    MatrixXd covariates(model.observations(), static_cast<Index>(members.size()));
+    for (Index j = 0; j < covariates.cols(); ++j) {
+      covariates.col(j) =
+          weights.col(k).cwiseProduct(model.multiplier(members[static_cast<std::size_t>(j)]));
+    }
+    coefficients(members) = covariates.colPivHouseholderQr().solve(weights.col(k) * constants[k]);
+  }
+  return coefficients;
+}
 
 double LeastSquaresFit::aic() const { return fit::aic(log_likelihood, parameter_count); }
 double LeastSquaresFit::aicc() const {
@@ -276,13 +347,17 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
   const std::vector<VectorXd> given = complete_starts(model, options.start);
   if (!given.empty()) {
     ProjectedModel projected(model);
-    const Descent minimum = lowest(projected, given, options);
+    const Descent minimum =
+        descend(projected,
+                projected.nonlinear_part(given.front()),
+                {.maximum_iterations = options.maximum_iterations, .first_radius = kNearStart});
     if (minimum.coefficients.size() > 0) {
       LeastSquaresFit fit = described(model, minimum, options);
-      if (fit.convergence.converged) return fit;
+      if (fit.convergence.converged) return with_other_minima(std::move(fit), model, options);
     }
   }
-  const Descent minimum = solve(model, options);
+  Minima found = solve(model, options);
+  const Descent& minimum = found.lowest;
   if (minimum.coefficients.size() == 0) {
     check_domain(model);
     LeastSquaresFit fit = empty_fit(model);
@@ -291,6 +366,7 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
   }
   LeastSquaresFit fit = described(model, minimum, options);
   if (!fit.covariance.diagonal().array().isFinite().any()) check_domain(model);
+  fit.other_minima = std::move(found.others);
   return fit;
 }
 

@@ -27,7 +27,6 @@ constexpr std::size_t kDescents = 8;
 /// Candidates nearer than this factor in all coefficients lead to the same place.
 constexpr double kCandidateFactor = 2.5;
 constexpr double kStartFactor = 1.001;
-constexpr std::size_t kStarts = 3;
 
 /// A value and its observation; of equal values the earlier observation comes first.
 using Ordered = std::pair<double, Index>;
@@ -124,7 +123,7 @@ class StartSearch {
     reached.reserve(starts.size());
     for (const Candidate& start : starts) reached.push_back(descended(start));
     std::vector<VectorXd> result;
-    for (const Candidate& candidate : best_of(std::move(reached), kStarts, kStartFactor)) {
+    for (const Candidate& candidate : best_of(std::move(reached), options_.count, kStartFactor)) {
       result.push_back(candidate.coefficients);
     }
     return result;

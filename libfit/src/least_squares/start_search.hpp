@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@ struct StartSearchOptions {
   std::map<std::string, double> fixed{};
   /// One more candidate, by name; what it does not name is 1.
   std::map<std::string, double> rule{};
+  std::size_t count = 3;  ///< of starts that are wanted
 };
 
 /// Good starts for a model without covariates, best first, each in a valley of its own.
@@ -26,6 +28,15 @@ struct StartSearchOptions {
 /// \throws DomainError if an observation has no finite mean for any candidate
 std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
                                            const StartSearchOptions& options);
+
+/// Coefficients of sub-models that come nearest to constants: intercepts take them over, and
+/// covariates without an intercept are regressed on them.
+/// \param pooled     the model without covariates
+/// \param constants  (K) a value of each parameter
+/// \returns (p) coefficients of the model
+Eigen::VectorXd spread_constants(const NonlinearModel& model,
+                                 const NonlinearModel& pooled,
+                                 const Eigen::VectorXd& constants);
 
 /// The start that values by coefficient name give, if they name all coefficients; else none.
 std::vector<Eigen::VectorXd> complete_starts(const NonlinearModel& model,

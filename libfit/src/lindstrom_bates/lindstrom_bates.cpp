@@ -242,6 +242,8 @@ bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
 bool LindstromBates::linearize(const LindstromBatesState& state,
                                const Linearization* before,
                                Linearization& at) {
+  if (passes_left_ <= 0) return false;
+  --passes_left_;
   const RelativeFactors now = factors(state.theta);
   const MatrixXd inner = VectorXd(scale_(random_)).asDiagonal() * (now.inner * state.spherical);
   const MatrixXd outer =
@@ -317,6 +319,7 @@ double LindstromBates::take_step(LindstromBatesState& state,
     trial.spherical += length * change * group_length.asDiagonal();
     trial.outer_spherical += length * outer_change * cluster_length.asDiagonal();
     Linearization point;
+    if (passes_left_ <= 0) return 0.0;
     const bool is_finite = linearize(trial, &at, point);
     const VectorXd reached = penalized(point.squares_before, trial);
     const double total_reached = reached.sum() + trial.outer_spherical.squaredNorm();

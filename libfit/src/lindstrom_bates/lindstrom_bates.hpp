@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -90,6 +91,8 @@ class LindstromBates {
   /// How many short steps in a row penalized least squares may take before it gives up (6 at
   /// first).
   void set_patience(int short_steps) { short_steps_ = short_steps; }
+  /// How many linearizations runs from now on may take; one is a pass over the data.
+  void set_passes(int passes) { passes_left_ = passes; }
   /// Squared standard errors that theta may still move when an alternation has converged.
   void set_tolerance(double decrement) { tolerance_ = decrement; }
   /// Alternates until both steps stand still.
@@ -147,6 +150,7 @@ class LindstromBates {
   Linearizer linearizer_;
   double tolerance_ = 1e-12;
   int short_steps_ = 6;
+  int passes_left_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace silvafit::fit

@@ -25,6 +25,8 @@ using Eigen::VectorXd;
 
 // Two log-likelihoods that differ by less are the same but for rounding.
 constexpr double kSameLikelihood = 1e-7;
+// Most runs that lead to a fit take fewer passes over the data, most that do not go on for ever.
+constexpr int kPassesOfOneRun = 500;
 // Converged means that a round would move theta by less than 1e-6 standard errors.
 constexpr double kTolerance = 1e-12;
 
@@ -67,18 +69,22 @@ class Search {
     if (is_better(outcome, best_)) best_ = std::move(outcome);
   }
 
+  /// From a wide spread of the random effects, which suits most fits.
+  void try_once() {
+    engine_.set_patience(kImpatient);
+    consider(engine_.start(1.0), Alternation::kInterleaved);
+  }
+
   /// From the first-order start, then from spreads of the random effects from wide to narrow, the
   /// narrow ones again with patience. A narrow start keeps groups that are far from the pooled fit
   /// from running into mirror images of their curves in the first step; the widest gives each group
   /// its own least-squares fit.
   void try_all_starts() {
-    constexpr int kImpatient = 6;
     constexpr int kPatient = 100;
     // So wide that nothing holds a group's coefficients but its own observations.
     constexpr double kOwnFits = 30.0;
-    engine_.set_patience(kImpatient);
     const bool is_second_try = best_.is_valid;
-    consider(engine_.start(1.0), Alternation::kInterleaved);
+    try_once();
     if (best_.converged && !is_second_try) return;
     consider(engine_.first_order_start(), Alternation::kCareful);
     if (best_.converged) return;
@@ -95,6 +101,8 @@ class Search {
   const LindstromBatesOutcome& best() const { return best_; }
 
  private:
+  static constexpr int kImpatient = 6;
+
   LindstromBates& engine_;
   double least_;
   LindstromBatesOutcome best_;
@@ -142,8 +150,14 @@ std::vector<Contained> contained_functions(const VarianceFunction& function) {
 /// Searches with a variance function and with those it contains, each once.
 class Ladder {
  public:
-  Ladder(const NonlinearModel& model, const VectorXd& start, const MixedEffectsOptions& options)
-      : model_(model), options_(options), pooled_(pooled_fit(model, start, options)) {}
+  Ladder(const NonlinearModel& model,
+         const VectorXd& start,
+         const MixedEffectsOptions& options,
+         Persistence persistence)
+      : model_(model),
+        options_(options),
+        persistence_(persistence),
+        pooled_(pooled_fit(model, start, options)) {}
 
   LindstromBatesSearch climb(const VarianceFunction& function, double tolerance) {
     // The smaller fits come first, so that only what they leave is in memory with the larger one.
@@ -153,6 +167,7 @@ class Ladder {
     for (const Contained& smaller : contained) add(smaller.function, kRough);
     auto engine = std::make_unique<LindstromBates>(model_, pooled_, function, options_);
     engine->set_tolerance(tolerance);
+    if (persistence_ == Persistence::kOnce) engine->set_passes(kPassesOfOneRun);
     Search search(*engine, least_likelihood(function, pooled_));
     for (const Contained& smaller : contained) {
       const auto& found = known_.at(smaller.function.text()).start;
@@ -160,7 +175,11 @@ class Ladder {
       search.consider(engine->start_from(*found, smaller.factors_of), Alternation::kInterleaved);
     }
     if (!search.best().converged || is_below(contained, search.best(), tolerance)) {
-      search.try_all_starts();
+      if (persistence_ == Persistence::kOnce) {
+        search.try_once();
+      } else {
+        search.try_all_starts();
+      }
     }
     return {.engine = std::move(engine), .outcome = search.best()};
   }
@@ -200,6 +219,7 @@ class Ladder {
 
   const NonlinearModel& model_;
   const MixedEffectsOptions& options_;
+  Persistence persistence_;
   PooledFit pooled_;
   std::map<std::string, Known> known_;
 };
@@ -219,11 +239,19 @@ bool lies_by(const NonlinearModel& model, const VectorXd& pooled, const VectorXd
 
 }  // namespace
 
+LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
+                                           const VectorXd& start,
+                                           const MixedEffectsOptions& options,
+                                           Persistence persistence) {
+  return Ladder(model, start, options, persistence)
+      .climb(model.specification().variance, kTolerance);
+}
+
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const VectorXd& start,
                                             const MixedEffectsOptions& options) {
-  const VarianceFunction& variance = model.specification().variance;
-  LindstromBatesSearch best = Ladder(model, start, options).climb(variance, kTolerance);
+  LindstromBatesSearch best =
+      climb_lindstrom_bates(model, start, options, Persistence::kUntilFound);
   const bool is_doubtful = !best.outcome.converged || is_doubtful_start(model, start);
   std::vector<VectorXd> others = options.starts;
   if (!is_doubtful)
@@ -232,26 +260,37 @@ LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
     if (const auto typical = start_of_strata(model, start)) others.push_back(*typical);
   }
   for (const VectorXd& other : others) {
-    LindstromBatesSearch found = Ladder(model, other, options).climb(variance, kTolerance);
+    LindstromBatesSearch found =
+        climb_lindstrom_bates(model, other, options, Persistence::kUntilFound);
     if (is_better(found.outcome, best.outcome)) best = std::move(found);
   }
   return best;
 }
 
-std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
-                                                     const MixedEffectsFit& start,
-                                                     const MixedEffectsOptions& options) {
+std::optional<MixedEffectsFit> lindstrom_bates_from(const NonlinearModel& model,
+                                                    const MixedEffectsFit& start,
+                                                    const MixedEffectsOptions& options) {
   const PooledFit pooled = pooled_fit(model, start.estimate, options);
   LindstromBates engine(model, pooled, model.specification().variance, options);
   engine.set_tolerance(kTolerance);
+  engine.set_passes(kPassesOfOneRun);
   const LindstromBatesOutcome outcome =
       run_from(engine, engine.start_at(start), Alternation::kInterleaved);
+  if (!outcome.is_valid) return std::nullopt;
   const bool is_above =
       outcome.log_likelihood > least_likelihood(model.specification().variance, pooled);
-  if (!outcome.is_valid || !outcome.converged || !is_above) return std::nullopt;
   MixedEffectsFit fit = engine.result(outcome);
-  describe(model, fit);
-  judge(model, fit, Rounds::kAlternations, options.reml);
+  fit.convergence.converged = fit.convergence.converged && is_above;
+  return fit;
+}
+
+std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
+                                                     const MixedEffectsFit& start,
+                                                     const MixedEffectsOptions& options) {
+  std::optional<MixedEffectsFit> fit = lindstrom_bates_from(model, start, options);
+  if (!fit || !fit->convergence.converged) return std::nullopt;
+  describe(model, *fit);
+  judge(model, *fit, Rounds::kAlternations, options.reml);
   return fit;
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Maximum marginal likelihood: starts, the search, its evidence, and the result.
+#include "marginal_likelihood/marginal_fit.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -51,37 +53,6 @@ bool needs_curvature(Integration integration) {
   return curvature_of(integration) == Curvature::kFull;
 }
 
-void check(const NonlinearModel& model, Integration integration, const MarginalOptions& options) {
-  const ModelSpecification& specification = model.specification();
-  if (!specification.random) {
-    throw UsageError("a marginal likelihood needs random effects; without them use ols or gnls");
-  }
-  if (integration != Integration::kQuadrature) return;
-  constexpr std::size_t kMostQuadrature = 3;
-  if (specification.outer_random || specification.random->coefficients.size() > kMostQuadrature) {
-    throw UsageError(fmt::format(
-        "quadrature (agq) works for at most {} random effects of one grouping; use laplace",
-        kMostQuadrature));
-  }
-  constexpr int kMostPoints = 100;
-  if (options.quadrature_points < 1 || options.quadrature_points > kMostPoints) {
-    throw UsageError(fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
-  }
-  constexpr double kMostNodes = 20000.0;
-  const std::size_t effects = specification.random->coefficients.size();
-  const double nodes = std::pow(options.quadrature_points, static_cast<double>(effects));
-  if (nodes > kMostNodes) {
-    throw UsageError(fmt::format(
-        "{} points a random effect are {:.0f} for {} of them; quadrature takes at most {:.0f}, {} "
-        "a random effect",
-        options.quadrature_points,
-        nodes,
-        effects,
-        kMostNodes,
-        std::floor(std::pow(kMostNodes, 1.0 / static_cast<double>(effects)))));
-  }
-}
-
 /// Where a search ended.
 struct Optimum {
   VectorXd x{};
@@ -113,19 +84,15 @@ class MarginalSearch {
   /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
   /// and searches in vain cost more than a start from scratch.
   void be_impatient() {
-    rounds_ = 2;
-    steps_ = 20;
+    rounds_ = 3;
+    steps_ = 30;
+    most_evaluations_ = 100 + 20 * static_cast<int>(coordinates_.layout().size());
   }
 
   /// From a fit by another method.
   void try_fit(const MixedEffectsFit& fit) {
     if (!std::isfinite(fit.sigma) || !(fit.sigma > 0.0)) return;
-    const VectorXd parameters = variance_.parameters(fit.variance);
-    const ObservationPoint observation{
-        .beta = fit.estimate,
-        .variance = parameters,
-        .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
-    const VectorXd x = coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
+    const VectorXd x = coordinates_of(fit);
     const MarginalPoint point = coordinates_.point(x);
     run(x,
         spherical_effects(point.outer_factor, outer_effects_of(fit)),
@@ -143,6 +110,17 @@ class MarginalSearch {
       try_spread(beta, residual_sd, spread);
       if (has_converged()) break;
     }
+  }
+
+  /// The log-likelihood at a fit by another method; NaN where it does not hold.
+  double value_of(const MixedEffectsFit& fit) {
+    const VectorXd x = coordinates_of(fit);
+    if (!x.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+    const MarginalPoint point = coordinates_.point(x);
+    likelihood_.set_modes(spherical_effects(point.outer_factor, outer_effects_of(fit)),
+                          spherical_effects(point.inner_factor, fit.random_effects));
+    const double value = value_at(x, nullptr);
+    return std::isfinite(value) ? -value : std::numeric_limits<double>::quiet_NaN();
   }
 
   bool has_optimum() const { return std::isfinite(best_.value); }
@@ -205,6 +183,15 @@ class MarginalSearch {
         MatrixXd::Zero(inner_count(), model_.group_count()));
   }
 
+  VectorXd coordinates_of(const MixedEffectsFit& fit) const {
+    const VectorXd parameters = variance_.parameters(fit.variance);
+    const ObservationPoint observation{
+        .beta = fit.estimate,
+        .variance = parameters,
+        .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
+    return coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
+  }
+
   Index outer_count() const { return static_cast<Index>(likelihood_.places().outer.size()); }
   Index inner_count() const { return static_cast<Index>(likelihood_.places().inner.size()); }
 
@@ -230,6 +217,8 @@ class MarginalSearch {
     }
     return result;
   }
+
+  bool is_exhausted() const { return evaluations_ >= most_evaluations_; }
 
   double value_at(const VectorXd& x, VectorXd* gradient) {
     ++evaluations_;
@@ -288,8 +277,23 @@ class MarginalSearch {
   }
 
   Optimum searched(const VectorXd& start) {
+    // Modes are searched from those of the lowest point: those of a step that was refused may
+    // belong to another hill of the density of the random effects.
+    Optimum lowest{.outer_modes = likelihood_.outer_modes(),
+                   .inner_modes = likelihood_.inner_modes()};
+    const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
+      likelihood_.set_modes(lowest.outer_modes, lowest.inner_modes);
+      const double value = value_at(x, gradient);
+      if (value < lowest.value) {
+        lowest.value = value;
+        lowest.outer_modes = likelihood_.outer_modes();
+        lowest.inner_modes = likelihood_.inner_modes();
+      }
+      return value;
+    };
+    // Once the search has had its evaluations, all further steps are refused.
     const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
-      return value_at(x, gradient);
+      return is_exhausted() ? std::numeric_limits<double>::infinity() : function(x, gradient);
     };
     Optimum optimum;
     QuasiNewtonResult found =
@@ -301,14 +305,14 @@ class MarginalSearch {
       // The certificate is the true Hessian's, not that of the updates on the way.
       VectorXd gradient;
       optimum.x = found.x;
-      optimum.value = value_at(found.x, &gradient);
+      optimum.value = function(found.x, &gradient);
       optimum.outer_modes = likelihood_.outer_modes();
       optimum.inner_modes = likelihood_.inner_modes();
-      const MatrixXd hessian = one_sided_hessian(objective, found.x, gradient);
-      likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+      const MatrixXd hessian = one_sided_hessian(function, found.x, gradient);
       const CurvatureCertificate certificate(hessian, gradient);
       optimum.hessian = 0.5 * (hessian + hessian.transpose());
       optimum.decrement = certificate.decrement();
+      if (is_exhausted()) break;
       const VectorXd lower = lower_point(optimum, certificate);
       if (lower.size() > 0) {
         found = minimize(objective,
@@ -392,6 +396,7 @@ class MarginalSearch {
   Optimum best_;
   int rounds_ = 6;   ///< of a search and its certificate
   int steps_ = 100;  ///< of a search within a round
+  int most_evaluations_ = std::numeric_limits<int>::max();
   int evaluations_ = 0;
   int outside_ = 0;  ///< evaluations at points where the likelihood does not hold
 };
@@ -441,43 +446,99 @@ MixedEffectsFit without_modes(MixedEffectsFit linearized) {
 
 }  // namespace
 
+void check_marginal(const NonlinearModel& model,
+                    Integration integration,
+                    const MarginalOptions& options) {
+  const ModelSpecification& specification = model.specification();
+  if (!specification.random) {
+    throw UsageError("a marginal likelihood needs random effects; without them use ols or gnls");
+  }
+  if (integration != Integration::kQuadrature) return;
+  constexpr std::size_t kMostQuadrature = 3;
+  if (specification.outer_random || specification.random->coefficients.size() > kMostQuadrature) {
+    throw UsageError(fmt::format(
+        "quadrature (agq) works for at most {} random effects of one grouping; use laplace",
+        kMostQuadrature));
+  }
+  constexpr int kMostPoints = 100;
+  if (options.quadrature_points < 1 || options.quadrature_points > kMostPoints) {
+    throw UsageError(fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
+  }
+  constexpr double kMostNodes = 20000.0;
+  const std::size_t effects = specification.random->coefficients.size();
+  const double nodes = std::pow(options.quadrature_points, static_cast<double>(effects));
+  if (nodes > kMostNodes) {
+    throw UsageError(fmt::format(
+        "{} points a random effect are {:.0f} for {} of them; quadrature takes at most {:.0f}, {} "
+        "a random effect",
+        options.quadrature_points,
+        nodes,
+        effects,
+        kMostNodes,
+        std::floor(std::pow(kMostNodes, 1.0 / static_cast<double>(effects)))));
+  }
+}
+
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,
                                               Integration integration,
                                               const MarginalOptions& options) {
-  check(model, integration, options);
+  check_marginal(model, integration, options);
+  std::optional<MixedEffectsFit> fit = marginal_from(model, start, integration, options);
+  if (!fit || !fit->convergence.converged) return std::nullopt;
+  describe(model, *fit);
+  judge(model, *fit, Rounds::kEvaluations);
+  return fit;
+}
+
+std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
+                                             const MixedEffectsFit& start,
+                                             Integration integration,
+                                             const MarginalOptions& options) {
   MarginalSearch search(model, integration, options, start);
   search.be_impatient();
   search.try_fit(start);
-  if (!search.has_converged()) return std::nullopt;
-  MixedEffectsFit fit = result_of(search, model, integration, options);
-  describe(model, fit);
-  judge(model, fit, Rounds::kEvaluations);
-  return fit;
+  if (!search.has_optimum()) return std::nullopt;
+  return result_of(search, model, integration, options);
+}
+
+double marginal_log_likelihood(const NonlinearModel& model,
+                               const MixedEffectsFit& fit,
+                               Integration integration,
+                               const MarginalOptions& options) {
+  return MarginalSearch(model, integration, options, fit).value_of(fit);
 }
 
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
                              const VectorXd& start,
                              Integration integration,
                              const MarginalOptions& options) {
-  check(model, integration, options);
+  check_marginal(model, integration, options);
   const MixedEffectsFit linearized = fit_lindstrom_bates(model, start, {.starts = options.starts});
+  return fit_marginal_from(model, start, linearized, integration, options);
+}
+
+MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
+                                  const VectorXd& pooled,
+                                  const MixedEffectsFit& linearized,
+                                  Integration integration,
+                                  const MarginalOptions& options) {
   MarginalSearch search(model, integration, options, linearized);
   const bool is_first_order = !needs_curvature(integration);
   // Where the data cannot tell parameters apart, the linear model is at a maximum all the same.
   const bool is_at_maximum =
-      linearized.convergence.converged || linearized.convergence.rank < start.size();
+      linearized.convergence.converged || linearized.convergence.rank < pooled.size();
   if (is_at_maximum || is_first_order) search.try_fit(linearized);
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {
     // The first-order likelihood is smooth wherever there are modes, and bounded.
     MarginalSearch first_order(model, Integration::kInteraction, options, linearized);
     first_order.try_fit(linearized);
-    if (!first_order.has_converged()) first_order.try_pooled(start);
+    if (!first_order.has_converged()) first_order.try_pooled(pooled);
     if (first_order.has_optimum()) smooth = first_order.result();
     if (smooth) search.try_fit(*smooth);
   }
-  if (!search.has_converged()) search.try_pooled(start);
+  if (!search.has_converged()) search.try_pooled(pooled);
   if (!search.has_optimum()) {
     return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearized);
   }

@@ -2,6 +2,10 @@
 // What the evidence of a mixed-effects fit means: rank, boundary and verdict.
 #pragma once
 
+#include <limits>
+#include <optional>
+#include <string>
+
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -20,5 +24,26 @@ void judge(const NonlinearModel& model,
            MixedEffectsFit& fit,
            Rounds rounds,
            bool is_restricted = false);
+
+/// A model that the fitted one contains, with a higher likelihood.
+struct ContainedModel {
+  std::string text{};  ///< "without the random effect of a"
+  double log_likelihood = 0.0;
+};
+
+/// What a search over starting points has found besides the fit.
+struct SearchEvidence {
+  std::optional<ContainedModel> contained{};
+  /// Of a fit by Lindstrom and Bates' method: the marginal log-likelihood at its estimates, the
+  /// highest one, and of which method; NaN or -infinity where they are not known.
+  double marginal_here = std::numeric_limits<double>::quiet_NaN();
+  double marginal_maximum = -std::numeric_limits<double>::infinity();
+  Integration marginal = Integration::kLaplace;
+};
+
+/// Puts into the verdict what the search has found. A fit below a model that it contains has not
+/// converged, nor has one whose linearized likelihood has nothing to do with the marginal one;
+/// where they differ by more than 2 units, the linearization is doubtful.
+void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence);
 
 }  // namespace silvafit::fit

@@ -372,6 +372,28 @@ NonlinearModel NonlinearModel::pooled() const {
   return model;
 }
 
+NonlinearModel NonlinearModel::with_equation(data::Expression mean,
+                                             Eigen::VectorXd response) const {
+  NonlinearModel model = *this;
+  model.specification_.formula.right = std::move(mean);
+  model.response_ = std::move(response);
+  return model.pooled();
+}
+
+NonlinearModel NonlinearModel::with_random_effects(std::optional<RandomEffects> random,
+                                                   std::optional<RandomEffects> outer) const {
+  NonlinearModel model = *this;
+  model.specification_.random = std::move(random);
+  model.specification_.outer_random = std::move(outer);
+  if (model.specification_.random) return model;
+  model.group_labels_.assign(1, {});
+  model.group_begin_ = {0, observations()};
+  model.outer_labels_.clear();
+  model.cluster_begin_ = {0, 1};
+  model.compile();
+  return model;
+}
+
 Place NonlinearModel::place(Index observation) const {
   Place place{.file = file_};
   const std::size_t line = lines_[static_cast<std::size_t>(observation)];

@@ -62,6 +62,7 @@ Expression operator*(const Expression& a, const Expression& b);
 Expression operator*(double a, const Expression& b);
 Expression operator-(const Expression& a);
 Expression exp(const Expression& a);
+Expression log(const Expression& a);
 
 /// `left ~ right` taken apart.
 struct Formula {

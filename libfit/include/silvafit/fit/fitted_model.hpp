@@ -100,6 +100,7 @@ struct FittedModel {
   double r2_marginal = std::numeric_limits<double>::quiet_NaN();
   double r2_conditional = std::numeric_limits<double>::quiet_NaN();
   Convergence convergence{};
+  std::vector<LocalOptimum> optima{};    ///< of mixed fits: all that were found, this one first
   std::optional<Intervals> intervals{};  ///< where they were asked for: confidence_intervals()
   double seconds = 0.0;
 
@@ -146,13 +147,15 @@ struct FitModelOptions {
   /// fit starts. Searches for starts are left out if this converges; else they follow. It has to
   /// live as long as the call.
   const FittedModel* from = nullptr;
-  std::map<std::string, double> rule{};    ///< by parameter, from the catalogue
-  std::map<std::string, double> fixed{};   ///< coefficients that are held at a value
-  std::map<std::string, Bounds> bounds{};  ///< by coefficient
-  int maximum_iterations = 200;            ///< alternations of lb and gnls
-  bool reml = false;                       ///< for lb and gnls; see MixedEffectsOptions
-  int quadrature_points = 7;               ///< for agq, a random effect
-  unsigned threads = 1;                    ///< over groups, for marginal likelihoods
+  std::map<std::string, double> rule{};           ///< by parameter, from the catalogue
+  SearchEffort effort = SearchEffort::kThorough;  ///< of mixed and generalized fits
+  int spread_starts = 0;                          ///< further starts of a thorough search
+  std::map<std::string, double> fixed{};          ///< coefficients that are held at a value
+  std::map<std::string, Bounds> bounds{};         ///< by coefficient
+  int maximum_iterations = 200;                   ///< alternations of lb and gnls
+  bool reml = false;                              ///< for lb and gnls; see MixedEffectsOptions
+  int quadrature_points = 7;                      ///< for agq, a random effect
+  unsigned threads = 1;                           ///< over groups, for marginal likelihoods
   /// Called with one line for each iteration, if given.
   std::function<void(const std::string&)> trace{};
 };

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "silvafit/fit/convergence.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
@@ -18,6 +19,8 @@ struct LeastSquaresOptions {
   /// study::start_values).
   std::map<std::string, double> rule{};
   int maximum_iterations = 500;
+  /// Whether further minima are looked for: starts of mixed models.
+  bool other_minima = false;
 };
 
 /// An ordinary least-squares fit: minimizes sum (y - f(beta))^2 over beta.
@@ -33,6 +36,9 @@ struct LeastSquaresFit {
   Eigen::Index observations = 0;
   Convergence convergence{};
   Eigen::VectorXd fitted{};  ///< (N) in model order
+  /// (p) each: where exchanged terms fit as well, then other minima up to twice as high, if asked
+  /// for
+  std::vector<Eigen::VectorXd> other_minima{};
 
   double aic() const;
   double aicc() const;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,25 @@
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
+
+/// How far a search for the highest maximum goes.
+enum class SearchEffort {
+  /// From the pooled least-squares fit, and from others only where that does not converge.
+  kQuick,
+  /// From all starting points that are known, with checks of the maximum; docs/local-maxima.md.
+  kThorough,
+};
+
+/// A maximum of the likelihood, or a fixed point of Lindstrom and Bates' method, that a search
+/// found.
+struct LocalOptimum {
+  std::string origin{};         ///< what the search started from
+  Eigen::VectorXd estimate{};   ///< (p) fixed effects
+  double log_likelihood = 0.0;  ///< of the method
+  /// Of Lindstrom and Bates' method: the likelihood at these estimates by Laplace's method, or by
+  /// FOCEI where Laplace's does not hold for all fixed points; else NaN.
+  double marginal_log_likelihood = std::numeric_limits<double>::quiet_NaN();
+};
 
 struct MixedEffectsOptions {
   /// (p) further coefficients to start from; the fit with the highest likelihood is taken.
@@ -61,6 +81,7 @@ struct MixedEffectsFit {
   Eigen::VectorXd residual_sd{};         ///< (N) sigma g
   Eigen::Index floored_variances =
       0;  ///< fitted values too near zero for a power, which were floored
+  std::vector<LocalOptimum> optima{};  ///< all that were found, this one first
 
   double aic() const;
   double aicc() const;

@@ -122,6 +122,17 @@ class NonlinearModel {
   /// The model without covariates: each parameter is one coefficient of the same name.
   NonlinearModel pooled() const;
 
+  /// The model without covariates with another response and mean, which may use no further columns
+  /// or parameters.
+  /// \param response  (N)
+  NonlinearModel with_equation(data::Expression mean, Eigen::VectorXd response) const;
+
+  /// The model with fewer random effects.
+  /// \param random  of the same grouping, or none: all rows are then one group
+  /// \param outer   of the same coarser grouping; none if the model has none, or without `random`
+  NonlinearModel with_random_effects(std::optional<RandomEffects> random,
+                                     std::optional<RandomEffects> outer) const;
+
   /// Where an observation came from: the file and the line, as far as the table knew them.
   Place place(Eigen::Index observation) const;
 

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Equations solved symbolically for a part of one side.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+
+namespace silvafit::data {
+
+/// `part = value`, which holds where an expression has an outcome.
+struct SolvedEquation {
+  Expression part;   ///< the smallest part of the expression that holds all of the unknowns
+  Expression value;  ///< without unknowns if the outcome has none
+};
+
+/// Solves `expression = outcome` for the part of the expression that holds the unknowns.
+///
+/// Operations are undone from the outside inwards: + - * / ^, squares, exp, logarithms, sqrt. It
+/// ends where both operands hold unknowns, or where an operation has no inverse. Of two inverses
+/// of a square, the positive one is taken. Example: 1.3 + d^2/(a + b*d) = h for a and b gives
+/// a + b*d = d^2/(h - 1.3).
+SolvedEquation solve_for(const Expression& expression,
+                         const std::vector<std::string>& unknowns,
+                         const Expression& outcome);
+
+}  // namespace silvafit::data

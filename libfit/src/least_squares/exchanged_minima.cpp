@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "least_squares/exchanged_minima.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "least_squares/start_search.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Collects the points that have the mean of a minimum.
+class SameMean {
+ public:
+  SameMean(const NonlinearModel& model, const VectorXd& minimum)
+      : model_(model.subset(even_sample(model.response(), kSample))), minimum_(minimum) {
+    model_.evaluate(minimum, mean_, nullptr, workspace_);
+  }
+
+  void consider(const VectorXd& point) {
+    // A point of equal values, or the minimum itself, is nothing new.
+    if ((point - minimum_).cwiseAbs().maxCoeff() <= kRounding * minimum_.cwiseAbs().maxCoeff()) {
+      return;
+    }
+    VectorXd mean;
+    model_.evaluate(point, mean, nullptr, workspace_);
+    if ((mean - mean_).norm() <= kRounding * mean_.norm()) found_.push_back(point);
+  }
+
+  std::vector<VectorXd> found() && { return std::move(found_); }
+
+ private:
+  // As many rows as tell functions apart.
+  static constexpr Index kSample = 50;
+  static constexpr double kRounding = 1e-9;
+
+  NonlinearModel model_;
+  VectorXd minimum_;
+  VectorXd mean_;
+  NonlinearModel::Workspace workspace_;
+  std::vector<VectorXd> found_;
+};
+
+}  // namespace
+
+std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum) {
+  // The number of pairs of exchanges grows with the fourth power of that of coefficients.
+  constexpr Index kMostCoefficients = 10;
+  const Index p = minimum.size();
+  if (p < 2 || p > kMostCoefficients) return {};
+  SameMean same(model, minimum);
+  for (Index i = 0; i < p; ++i) {
+    for (Index j = 0; j < i; ++j) {
+      VectorXd once = minimum;
+      std::swap(once[i], once[j]);
+      same.consider(once);
+      for (Index k = 0; k < p; ++k) {
+        VectorXd turned = once;
+        turned[k] = -turned[k];
+        same.consider(turned);
+      }
+      for (Index k = 0; k < i; ++k) {
+        for (Index l = 0; l < k; ++l) {
+          if (k == j || l == j) continue;
+          VectorXd twice = once;
+          std::swap(twice[k], twice[l]);
+          same.consider(twice);
+        }
+      }
+    }
+  }
+  return std::move(same).found();
+}
+
+}  // namespace silvafit::fit

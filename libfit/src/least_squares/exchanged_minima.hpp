@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Minima at which terms of the formula have changed places.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// Other coefficients with the same mean, found by exchanging coefficients.
+///
+/// The two terms of a biexponential, the rates of absorption and elimination, and the two
+/// asymptotes of a logistic curve (with the sign of its slope changed) can change places without
+/// changing a fit that knows nothing of groups. With random effects on one of them the fits differ.
+/// One or two exchanges of pairs are tried, and one with a change of a sign.
+/// \param minimum  (p) coefficients of a fit
+std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
+                                              const Eigen::VectorXd& minimum);
+
+}  // namespace silvafit::fit

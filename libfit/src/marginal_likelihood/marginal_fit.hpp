@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// Searches of a marginal likelihood from given fits.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// \throws UsageError without random effects, or if there are too many for quadrature
+void check_marginal(const NonlinearModel& model,
+                    Integration integration,
+                    const MarginalOptions& options);
+
+/// The maximum that one search from a fit leads to, given up early where it gets nowhere.
+/// \returns a fit that is neither described nor judged; nothing where the likelihood does not hold
+std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
+                                             const MixedEffectsFit& start,
+                                             Integration integration,
+                                             const MarginalOptions& options);
+
+/// The log-likelihood at the estimates of a fit; NaN where it does not hold.
+double marginal_log_likelihood(const NonlinearModel& model,
+                               const MixedEffectsFit& fit,
+                               Integration integration,
+                               const MarginalOptions& options);
+
+/// Fits from the end of Lindstrom and Bates' method and, where that leads nowhere, from the maximum
+/// of the first-order method and the pooled fit.
+/// \param pooled      (p) coefficients of the pooled fit
+/// \param linearized  a described and judged fit by Lindstrom and Bates' method, converged or not
+MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
+                                  const Eigen::VectorXd& pooled,
+                                  const MixedEffectsFit& linearized,
+                                  Integration integration,
+                                  const MarginalOptions& options);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/optimum_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lindstrom_bates/lindstrom_bates_search.hpp"
+#include "marginal_likelihood/marginal_fit.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
+#include "mixed_effects/smaller_structures.hpp"
+#include "mixed_effects/starting_points.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Log-likelihoods of two methods or linearizations that differ by less are taken for equal.
+constexpr double kSameLikelihood = 1e-3;
+// From so many observations on, starting points are compared on a part of the data.
+constexpr Index kManyObservations = 20000;
+
+/// A fit that some start led to.
+struct Candidate {
+  MixedEffectsFit fit{};
+  std::string origin{};
+  double rank = kNaN;  ///< log-likelihood that tells which is the best
+};
+
+bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
+  if (a.convergence.converged != b.convergence.converged) return false;
+  if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;
+  constexpr double kSameFit = 1e-2;  // of the residual standard deviation
+  const VectorXd change =
+      (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
+  return change.norm() < kSameFit * std::sqrt(static_cast<double>(change.size()));
+}
+
+bool is_better(const Candidate& a, const Candidate& b) {
+  if (a.fit.convergence.converged != b.fit.convergence.converged) {
+    return a.fit.convergence.converged;
+  }
+  if (std::isnan(b.rank)) return !std::isnan(a.rank);
+  return a.rank > b.rank + kSameLikelihood;
+}
+
+/// The observations of some of the clusters, evenly chosen, or evenly chosen observations where
+/// clusters are few.
+std::vector<Index> representative_rows(const NonlinearModel& model) {
+  constexpr Index kRows = 6000;
+  constexpr Index kFewestClusters = 30;
+  const Index step = (model.observations() + kRows - 1) / kRows;
+  std::vector<Index> rows;
+  if (model.cluster_count() < step * kFewestClusters) {
+    for (Index i = 0; i < model.observations(); i += step) rows.push_back(i);
+    return rows;
+  }
+  for (Index c = 0; c < model.cluster_count(); c += step) {
+    const Index end = model.group_begin(model.cluster_begin(c + 1));
+    for (Index i = model.group_begin(model.cluster_begin(c)); i < end; ++i) rows.push_back(i);
+  }
+  return rows;
+}
+
+class OptimumSearch {
+ public:
+  OptimumSearch(const NonlinearModel& model,
+                const LeastSquaresFit& pooled,
+                const OptimumSearchOptions& options)
+      : model_(model), pooled_(pooled), options_(options) {}
+
+  MixedEffectsFit run() {
+    if (model_.observations() >= kManyObservations) learn_from_part();
+    linearize_from_all();
+    if (linearized_.empty()) return usual_fit();
+    if (!model_.specification().random) return judged(best_of(by_own_likelihood(linearized_)));
+    return options_.integration ? marginal_maximum() : best_fixed_point();
+  }
+
+  /// The coefficients of the best fit, neither described nor judged; nothing without one.
+  std::optional<VectorXd> best_coefficients() {
+    linearize_from_all();
+    if (linearized_.empty()) return std::nullopt;
+    if (model_.specification().random) rank_by_marginal_likelihood(linearized_);
+    return best_of(linearized_).fit.estimate;
+  }
+
+ private:
+  /// What is reported where no start leads anywhere.
+  MixedEffectsFit usual_fit() {
+    return options_.integration
+               ? fit_marginal(model_, pooled_.estimate, *options_.integration, options_.marginal)
+               : fit_lindstrom_bates(model_, pooled_.estimate, options_.linearized);
+  }
+
+  /// Many observations make each start dear; a part of them tells which lead to something new.
+  void learn_from_part() {
+    const NonlinearModel part = model_.subset(representative_rows(model_));
+    const LeastSquaresFit pooled = fit_least_squares(part, {.other_minima = true});
+    if (!pooled.estimate.allFinite()) return;
+    OptimumSearchOptions options = options_;
+    options.linearized.trace = nullptr;
+    if (auto found = OptimumSearch(part, pooled, options).best_coefficients()) {
+      from_part_ = *std::move(found);
+    }
+  }
+
+  std::vector<StartingPoint> points() const {
+    const std::vector<VectorXd>& given = options_.linearized.starts;
+    if (from_part_.size() == 0) {
+      return starting_points(model_, pooled_, {.given = given, .spread = options_.spread_starts});
+    }
+    std::vector<StartingPoint> result;
+    for (const VectorXd& start : given) {
+      result.push_back({.coefficients = start, .origin = "start values"});
+    }
+    result.push_back({.coefficients = pooled_.estimate, .origin = "least squares"});
+    result.push_back({.coefficients = from_part_, .origin = "a part of the observations"});
+    return result;
+  }
+
+  void linearize_from_all() {
+    MixedEffectsOptions options = options_.linearized;
+    options.starts.clear();
+    const std::vector<StartingPoint> starts = points();
+    for (const StartingPoint& point : starts) linearize_from(point, options, Persistence::kOnce);
+    const bool is_found = std::ranges::any_of(
+        linearized_, [](const Candidate& one) { return one.fit.convergence.converged; });
+    if (!is_found) linearize_from(starts.front(), options, Persistence::kUntilFound);
+  }
+
+  void linearize_from(const StartingPoint& point,
+                      const MixedEffectsOptions& options,
+                      Persistence persistence) {
+    LindstromBatesSearch found =
+        climb_lindstrom_bates(model_, point.coefficients, options, persistence);
+    if (!found.outcome.is_valid) return;
+    add(linearized_, {.fit = found.engine->result(found.outcome), .origin = point.origin});
+  }
+
+  /// Adds a fit that is not known yet; false if it is.
+  static bool add(std::vector<Candidate>& candidates, Candidate candidate) {
+    const bool is_known = std::ranges::any_of(
+        candidates, [&](const Candidate& other) { return is_same(candidate.fit, other.fit); });
+    if (is_known) return false;
+    candidates.push_back(std::move(candidate));
+    return true;
+  }
+
+  static std::vector<Candidate>& by_own_likelihood(std::vector<Candidate>& candidates) {
+    for (Candidate& candidate : candidates) candidate.rank = candidate.fit.log_likelihood;
+    return candidates;
+  }
+
+  /// By Laplace's method if it holds for all, else by the first-order method, which always does.
+  void rank_by_marginal_likelihood(std::vector<Candidate>& candidates) {
+    for (const Integration integration : {Integration::kLaplace, Integration::kInteraction}) {
+      rank_integration_ = integration;
+      bool holds = true;
+      for (Candidate& candidate : candidates) {
+        candidate.rank =
+            marginal_log_likelihood(model_, candidate.fit, integration, options_.marginal);
+        holds = holds && std::isfinite(candidate.rank);
+      }
+      if (holds) return;
+    }
+  }
+
+  static const Candidate& best_of(const std::vector<Candidate>& candidates) {
+    const Candidate* best = &candidates.front();
+    for (const Candidate& candidate : candidates) {
+      if (is_better(candidate, *best)) best = &candidate;
+    }
+    return *best;
+  }
+
+  /// The best candidates of a list, the best first.
+  static std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates,
+                                                std::size_t count) {
+    std::vector<const Candidate*> result;
+    for (const Candidate& candidate : candidates) result.push_back(&candidate);
+    std::ranges::stable_sort(
+        result, [](const Candidate* a, const Candidate* b) { return is_better(*a, *b); });
+    result.resize(std::min(count, result.size()));
+    return result;
+  }
+
+  MixedEffectsFit best_fixed_point() {
+    rank_by_marginal_likelihood(linearized_);
+    add_fixed_points_of_maxima();
+    SearchEvidence evidence;
+    evidence.contained = compare_linearized_with_smaller();
+    const Candidate& best = best_of(linearized_);
+    evidence.marginal_here = best.rank;
+    evidence.marginal_maximum = highest_marginal_;
+    evidence.marginal = rank_integration_;
+    return judged(best, evidence);
+  }
+
+  /// The maximum of the marginal likelihood near each of the best fixed points leads to further
+  /// ones.
+  void add_fixed_points_of_maxima() {
+    constexpr std::size_t kTried = 2;
+    std::vector<MixedEffectsFit> maxima;
+    for (const Candidate* const candidate : best_few(linearized_, kTried)) {
+      auto found = marginal_from(model_, candidate->fit, rank_integration_, options_.marginal);
+      if (!found || !found->convergence.converged) {
+        found = marginal_from(model_, candidate->fit, Integration::kInteraction, options_.marginal);
+      }
+      if (found && std::isfinite(found->log_likelihood)) maxima.push_back(*std::move(found));
+    }
+    bool is_new = false;
+    for (const MixedEffectsFit& maximum : maxima) {
+      highest_marginal_ = std::max(highest_marginal_, maximum.log_likelihood);
+      auto found = lindstrom_bates_from(model_, maximum, options_.linearized);
+      if (!found) continue;
+      const bool added = add(
+          linearized_, {.fit = *std::move(found), .origin = "maximum of the marginal likelihood"});
+      is_new = is_new || added;
+    }
+    if (is_new) rank_by_marginal_likelihood(linearized_);
+  }
+
+  /// Fits with a smaller random structure, from which the whole model starts where they end higher.
+  std::optional<ContainedModel> compare_linearized_with_smaller() {
+    std::optional<ContainedModel> higher;
+    for (const SmallerStructure& smaller : smaller_structures(model_)) {
+      const MixedEffectsFit before = best_of(linearized_).fit;
+      const auto found =
+          lindstrom_bates_from(smaller.model, reduced(before, smaller), options_.linearized);
+      if (!is_higher(found, before)) continue;
+      auto again = lindstrom_bates_from(
+          model_, enlarged(*found, smaller, small_deviation(smaller, before)), options_.linearized);
+      if (again &&
+          add(linearized_, {.fit = *std::move(again), .origin = "the fit " + smaller.text})) {
+        rank_by_marginal_likelihood(linearized_);
+      }
+      if (is_higher(found, best_of(linearized_).fit)) {
+        higher = {.text = smaller.text, .log_likelihood = found->log_likelihood};
+      }
+    }
+    return higher;
+  }
+
+  static bool is_higher(const std::optional<MixedEffectsFit>& smaller,
+                        const MixedEffectsFit& whole) {
+    // Linearizations at nearly the same point differ by as much.
+    constexpr double kSlack = 0.05;
+    return smaller && smaller->convergence.converged &&
+           smaller->log_likelihood > whole.log_likelihood + kSlack;
+  }
+
+  /// A tenth of what moves the mean by a residual standard deviation.
+  double small_deviation(const SmallerStructure& smaller, const MixedEffectsFit& fit) const {
+    if (smaller.left_out < 0) return 0.0;
+    const ModelSpecification& specification = model_.specification();
+    const std::vector<Index> places = model_.coefficients_of(
+        smaller.is_outer ? specification.outer_random : specification.random);
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    Eigen::MatrixXd jacobian;
+    model_.evaluate(fit.estimate, mean, &jacobian, workspace);
+    const double slope = jacobian.col(places[static_cast<std::size_t>(smaller.left_out)]).norm() /
+                         std::sqrt(static_cast<double>(model_.observations()));
+    constexpr double kShare = 0.1;
+    const double deviation = kShare * fit.residual_sd.mean() / slope;
+    return std::isfinite(deviation) ? deviation : 0.0;
+  }
+
+  MixedEffectsFit marginal_maximum() {
+    const Integration integration = *options_.integration;
+    add_first_order_maximum();
+    for (Candidate& candidate : linearized_) {
+      candidate.rank =
+          marginal_log_likelihood(model_, candidate.fit, integration, options_.marginal);
+    }
+    constexpr std::size_t kTried = 3;
+    const std::vector<const Candidate*> starts = best_few(linearized_, kTried);
+    MixedEffectsFit first = starts.front()->fit;
+    describe(model_, first);
+    judge(model_, first, Rounds::kAlternations, false);
+    maxima_.push_back(
+        {.fit = fit_marginal_from(model_, pooled_.estimate, first, integration, options_.marginal),
+         .origin = starts.front()->origin});
+    for (std::size_t k = 1; k < starts.size(); ++k) try_marginal(starts[k]->fit, starts[k]->origin);
+    SearchEvidence evidence;
+    evidence.contained = compare_marginal_with_smaller();
+    return judged(best_of(by_own_likelihood(maxima_)), evidence);
+  }
+
+  /// Where Laplace's likelihood does not hold at a fixed point, the maximum of the first-order one,
+  /// which holds everywhere, is often a point where it does.
+  void add_first_order_maximum() {
+    if (*options_.integration == Integration::kInteraction ||
+        *options_.integration == Integration::kFirstOrder) {
+      return;
+    }
+    rank_by_marginal_likelihood(linearized_);
+    if (rank_integration_ == Integration::kLaplace) return;
+    auto found = marginal_from(
+        model_, best_of(linearized_).fit, Integration::kInteraction, options_.marginal);
+    if (!found) return;
+    linearized_.push_back(
+        {.fit = *std::move(found), .origin = "maximum of the first-order likelihood"});
+  }
+
+  void try_marginal(const MixedEffectsFit& start, const std::string& origin) {
+    auto found = marginal_from(model_, start, *options_.integration, options_.marginal);
+    if (found) add(maxima_, {.fit = *std::move(found), .origin = origin});
+  }
+
+  std::optional<ContainedModel> compare_marginal_with_smaller() {
+    std::optional<ContainedModel> higher;
+    for (const SmallerStructure& smaller : smaller_structures(model_)) {
+      const MixedEffectsFit before = best_of(by_own_likelihood(maxima_)).fit;
+      if (!std::isfinite(before.log_likelihood)) break;
+      const auto found = marginal_from(
+          smaller.model, reduced(before, smaller), *options_.integration, options_.marginal);
+      if (!is_higher(found, before)) continue;
+      try_marginal(enlarged(*found, smaller, small_deviation(smaller, before)),
+                   "the fit " + smaller.text);
+      if (is_higher(found, best_of(by_own_likelihood(maxima_)).fit)) {
+        higher = {.text = smaller.text, .log_likelihood = found->log_likelihood};
+      }
+    }
+    return higher;
+  }
+
+  MixedEffectsFit judged(const Candidate& best, const SearchEvidence& evidence = {}) {
+    MixedEffectsFit fit = best.fit;
+    // A fit that failed has been judged where the reason is known.
+    if (fit.convergence.verdict.empty()) {
+      describe(model_, fit);
+      const bool is_marginal = options_.integration.has_value();
+      judge(model_,
+            fit,
+            is_marginal ? Rounds::kEvaluations : Rounds::kAlternations,
+            options_.linearized.reml);
+    }
+    fit.optima = optima_with(best);
+    judge_search(fit, evidence);
+    return fit;
+  }
+
+  std::vector<LocalOptimum> optima_with(const Candidate& best) const {
+    const bool is_marginal = options_.integration.has_value();
+    std::vector<LocalOptimum> result;
+    const auto add_optimum = [&](const Candidate& candidate) {
+      result.push_back({.origin = candidate.origin,
+                        .estimate = candidate.fit.estimate,
+                        .log_likelihood = candidate.fit.log_likelihood,
+                        .marginal_log_likelihood = is_marginal ? kNaN : candidate.rank});
+    };
+    add_optimum(best);
+    for (const Candidate& candidate : is_marginal ? maxima_ : linearized_) {
+      if (&candidate != &best && candidate.fit.convergence.converged) add_optimum(candidate);
+    }
+    std::ranges::stable_sort(
+        result.begin() + 1, result.end(), std::ranges::greater(), &LocalOptimum::log_likelihood);
+    return result;
+  }
+
+  const NonlinearModel& model_;
+  const LeastSquaresFit& pooled_;
+  const OptimumSearchOptions& options_;
+  VectorXd from_part_;                 ///< (p) the best of a part of the data; empty without one
+  std::vector<Candidate> linearized_;  ///< fixed points of Lindstrom and Bates' method
+  std::vector<Candidate> maxima_;      ///< of a marginal likelihood
+  Integration rank_integration_ = Integration::kLaplace;
+  double highest_marginal_ = -std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+MixedEffectsFit search_optimum(const NonlinearModel& model,
+                               const LeastSquaresFit& pooled,
+                               const OptimumSearchOptions& options) {
+  if (options.integration) check_marginal(model, *options.integration, options.marginal);
+  return OptimumSearch(model, pooled, options).run();
+}
+
+}  // namespace silvafit::fit

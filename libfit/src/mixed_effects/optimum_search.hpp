@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// The search for the highest maximum of a mixed model's likelihood.
+#pragma once
+
+#include <optional>
+
+#include "silvafit/fit/least_squares.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+struct OptimumSearchOptions {
+  /// The method: of a marginal likelihood, or Lindstrom and Bates' (generalized least squares
+  /// without random effects).
+  std::optional<Integration> integration{};
+  MixedEffectsOptions linearized{};  ///< its starts are the user's
+  MarginalOptions marginal{};
+  int spread_starts = 0;
+};
+
+/// The best of the fits that all starting points lead to.
+///
+/// Lindstrom and Bates' method runs from each starting point. Its fixed points are ranked by their
+/// marginal likelihood, because its own is that of a different linear model at each. The best lead
+/// to the maximum of the marginal likelihood, and that back to a further fixed point. Then each
+/// random effect is left out in turn: a model that contains another must not end below it. The fit
+/// is described and judged; docs/local-maxima.md tells how.
+/// \param pooled  the least-squares fit, with its other minima
+MixedEffectsFit search_optimum(const NonlinearModel& model,
+                               const LeastSquaresFit& pooled,
+                               const OptimumSearchOptions& options);
+
+}  // namespace silvafit::fit

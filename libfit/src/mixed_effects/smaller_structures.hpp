@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Random-effects structures that a model contains, and fits carried from one to the other.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// A model with one random effect less, or with independent random effects instead of correlated
+/// ones.
+struct SmallerStructure {
+  NonlinearModel model;
+  std::string text{};          ///< "without the random effect of a"
+  bool is_outer = false;       ///< whether the coarser grouping has changed
+  Eigen::Index left_out = -1;  ///< the effect that is left out; -1 for independent effects
+};
+
+/// The structures one step smaller: without each effect of a grouping that has several, and with a
+/// diagonal covariance.
+std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model);
+
+/// A fit of the whole model as a start of the smaller one.
+MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller);
+
+/// A fit of the smaller model as a start of the whole one, in which the effect that was left out
+/// has a small variance: none would be a stationary point.
+/// \param deviation  its standard deviation
+MixedEffectsFit enlarged(const MixedEffectsFit& fit,
+                         const SmallerStructure& smaller,
+                         double deviation);
+
+}  // namespace silvafit::fit
