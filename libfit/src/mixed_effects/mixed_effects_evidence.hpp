@@ -29,6 +29,7 @@ void judge(const NonlinearModel& model,
 struct ContainedModel {
   std::string text{};  ///< "without the random effect of a"
   double log_likelihood = 0.0;
+  double rank = 0.0;  ///< the likelihood by which fits are compared: marginal, unless it is that
 };
 
 /// What a search over starting points has found besides the fit.

@@ -23,6 +23,9 @@ using Eigen::VectorXd;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Log-likelihoods of two methods or linearizations that differ by less are taken for equal.
 constexpr double kSameLikelihood = 1e-3;
+// How much less a model's likelihood may be than that of one that it contains: linearizations at
+// nearly the same point differ by as much.
+constexpr double kSlack = 0.05;
 // From so many observations on, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 20000;
 
@@ -229,29 +232,38 @@ class OptimumSearch {
 
   /// Fits with a smaller random structure, from which the whole model starts where they end higher.
   std::optional<ContainedModel> compare_linearized_with_smaller() {
-    std::optional<ContainedModel> higher;
+    std::vector<ContainedModel> contained;
     for (const SmallerStructure& smaller : smaller_structures(model_)) {
       const MixedEffectsFit before = best_of(linearized_).fit;
       const auto found =
           lindstrom_bates_from(smaller.model, reduced(before, smaller), options_.linearized);
       if (!is_higher(found, before)) continue;
+      contained.push_back({.text = smaller.text,
+                           .log_likelihood = found->log_likelihood,
+                           .rank = marginal_log_likelihood(
+                               smaller.model, *found, rank_integration_, options_.marginal)});
       auto again = lindstrom_bates_from(
           model_, enlarged(*found, smaller, small_deviation(smaller, before)), options_.linearized);
       if (again &&
           add(linearized_, {.fit = *std::move(again), .origin = "the fit " + smaller.text})) {
         rank_by_marginal_likelihood(linearized_);
       }
-      if (is_higher(found, best_of(linearized_).fit)) {
-        higher = {.text = smaller.text, .log_likelihood = found->log_likelihood};
-      }
     }
-    return higher;
+    // At a fixed point the marginal likelihood is below its maximum; that is the method's bias.
+    return higher_than(std::max(best_of(linearized_).rank, highest_marginal_), contained);
+  }
+
+  /// The model that a fit is below most, by the likelihood that ranks fits; nothing if there is
+  /// none.
+  static std::optional<ContainedModel> higher_than(double rank,
+                                                   const std::vector<ContainedModel>& contained) {
+    const auto highest = std::ranges::max_element(contained, {}, &ContainedModel::rank);
+    if (highest == contained.end() || !(highest->rank > rank + kSlack)) return std::nullopt;
+    return *highest;
   }
 
   static bool is_higher(const std::optional<MixedEffectsFit>& smaller,
                         const MixedEffectsFit& whole) {
-    // Linearizations at nearly the same point differ by as much.
-    constexpr double kSlack = 0.05;
     return smaller && smaller->convergence.converged &&
            smaller->log_likelihood > whole.log_likelihood + kSlack;
   }
@@ -316,20 +328,20 @@ class OptimumSearch {
   }
 
   std::optional<ContainedModel> compare_marginal_with_smaller() {
-    std::optional<ContainedModel> higher;
+    std::vector<ContainedModel> contained;
     for (const SmallerStructure& smaller : smaller_structures(model_)) {
       const MixedEffectsFit before = best_of(by_own_likelihood(maxima_)).fit;
       if (!std::isfinite(before.log_likelihood)) break;
       const auto found = marginal_from(
           smaller.model, reduced(before, smaller), *options_.integration, options_.marginal);
       if (!is_higher(found, before)) continue;
+      contained.push_back({.text = smaller.text,
+                           .log_likelihood = found->log_likelihood,
+                           .rank = found->log_likelihood});
       try_marginal(enlarged(*found, smaller, small_deviation(smaller, before)),
                    "the fit " + smaller.text);
-      if (is_higher(found, best_of(by_own_likelihood(maxima_)).fit)) {
-        higher = {.text = smaller.text, .log_likelihood = found->log_likelihood};
-      }
     }
-    return higher;
+    return higher_than(best_of(by_own_likelihood(maxima_)).rank, contained);
   }
 
   MixedEffectsFit judged(const Candidate& best, const SearchEvidence& evidence = {}) {
