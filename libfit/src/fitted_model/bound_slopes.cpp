@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "fitted_model/bound_slopes.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "inference/likelihood_surface.hpp"
@@ -11,13 +12,24 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// The curvature of F along one coordinate, by differences of the exact gradient.
-double curvature(LikelihoodSurface& surface, const VectorXd& x, Index j, double step) {
+/// The direction of length one in which one coefficient grows and no other changes.
+VectorXd direction_of(const LikelihoodSurface& surface, Index coefficient) {
+  const SurfaceLayout& layout = surface.layout();
+  const Index p = layout.beta_count();
+  VectorXd direction = VectorXd::Zero(layout.size());
+  direction.head(p) = layout.frame().beta.partialPivLu().solve(VectorXd::Unit(p, coefficient));
+  return direction.normalized();
+}
+
+/// The curvature of F along a direction, by differences of the exact gradient.
+double curvature(LikelihoodSurface& surface,
+                 const VectorXd& x,
+                 const VectorXd& direction,
+                 double step) {
   VectorXd gradient;
   const auto slope_at = [&](double shift) {
-    VectorXd moved = x;
-    moved[j] += shift;
-    return std::isfinite(surface.value(moved, &gradient)) ? gradient[j] : NAN;
+    const VectorXd moved = x + shift * direction;
+    return std::isfinite(surface.value(moved, &gradient)) ? gradient.dot(direction) : NAN;
   };
   return (slope_at(step) - slope_at(-step)) / (2.0 * step);
 }
@@ -53,9 +65,11 @@ HeldPoint at_held(const FittedModel& fit,
   const double step = 1e-3 / std::sqrt(n);
   for (const auto& [name, at] : held) {
     const Index j = setting.model.coefficient_index(name);
-    const double found = curvature(*surface, x, j, step);
+    const VectorXd direction = direction_of(*surface, j);
+    const double found = curvature(*surface, x, direction, step);
     const double information = found > 0.0 && std::isfinite(found) ? found : n;
-    result.slopes[name] = std::isfinite(value) ? -gradient[j] / std::sqrt(information) : NAN;
+    result.slopes[name] =
+        std::isfinite(value) ? -gradient.dot(direction) / std::sqrt(information) : NAN;
   }
   return result;
 }

@@ -73,9 +73,9 @@ ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface)
     const SurfaceLayout& layout = surface.layout();
     const Index p = layout.beta_count();
     const double precision = std::exp(-2.0 * x[layout.sigma_at()]);
-    start.hessian.topLeftCorner(p, p) = precision * layout.unit().asDiagonal() *
+    start.hessian.topLeftCorner(p, p) = precision * layout.frame().beta.transpose() *
                                         least_squares_hessian(setting.model, setting.estimate) *
-                                        layout.unit().asDiagonal();
+                                        layout.frame().beta;
   }
   start.inverse = informed_inverse(start.hessian);
   return start;

@@ -17,7 +17,7 @@ class LeastSquaresSurface : public LikelihoodSurface {
   explicit LeastSquaresSurface(const SurfaceSetting& setting)
       : model_(setting.model),
         variance_(setting.variance),
-        layout_(setting.model, setting.variance, setting.unit, setting.unit.size()) {
+        layout_(setting.model, setting.variance, setting.frame, setting.estimate.size()) {
     model_.evaluate(setting.estimate, fitted_, nullptr, workspace_);
     double log_sigma = setting.log_sigma;
     if (setting.fit.method == Method::kOrdinary) {
@@ -32,8 +32,7 @@ class LeastSquaresSurface : public LikelihoodSurface {
     constexpr double kOutside = std::numeric_limits<double>::infinity();
     if (!x.allFinite()) return kOutside;
     const auto n = static_cast<double>(model_.observations());
-    const VectorXd beta = x.head(layout_.beta_count()).cwiseProduct(layout_.unit());
-    model_.evaluate(beta, mean_, gradient != nullptr ? &jacobian_ : nullptr, workspace_);
+    model_.evaluate(layout_.beta(x), mean_, gradient != nullptr ? &jacobian_ : nullptr, workspace_);
     const ResidualScale scale =
         variance_.scale(fitted_, layout_.variance_part(x), gradient != nullptr);
     const double log_sigma = x[layout_.sigma_at()];
@@ -46,8 +45,7 @@ class LeastSquaresSurface : public LikelihoodSurface {
     if (!std::isfinite(value)) return kOutside;
     if (gradient == nullptr) return value;
     gradient->setZero(layout_.size());
-    gradient->head(layout_.beta_count()) =
-        -(jacobian_.transpose() * weighted).cwiseProduct(layout_.unit());
+    gradient->head(layout_.beta_count()) = -layout_.beta_gradient(jacobian_.transpose() * weighted);
     if (layout_.variance_count() > 0) {
       const VectorXd surprise = (1.0 - weighted.array() * residual.array()).matrix();
       gradient->segment(layout_.variance_at(), layout_.variance_count()) =

@@ -45,20 +45,6 @@ VectorXd free_estimate(const FittedModel& fit, const std::map<std::string, doubl
   return result.head(count);
 }
 
-VectorXd units_of(const NonlinearModel& model, const VectorXd& estimate) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(estimate, mean, &jacobian, workspace);
-  VectorXd result(estimate.size());
-  const double residual = (model.response() - mean).norm();
-  for (Index j = 0; j < result.size(); ++j) {
-    const double unit = residual / jacobian.col(j).norm();
-    result[j] = std::isfinite(unit) && unit > 0.0 ? unit : 1.0;
-  }
-  return result;
-}
-
 void check_same_data(const FittedModel& fit, const NonlinearModel& model) {
   const bool is_same = fit.observations == model.observations() &&
                        (fit.response_fingerprint.empty() ||
@@ -73,6 +59,17 @@ void check_same_data(const FittedModel& fit, const NonlinearModel& model) {
 
 bool is_marginal(Method method) { return is_mixed(method) && method != Method::kLindstromBates; }
 
+/// Whether the likelihood is that of the model linear around the estimates.
+bool is_linearized(const FittedModel& fit) {
+  return fit.method == Method::kLindstromBates || fit.reml;
+}
+
+CoefficientFrame frame_of(const FittedModel& fit,
+                          const NonlinearModel& model,
+                          const VectorXd& estimate) {
+  return is_linearized(fit) ? shared_frame_at(model, estimate) : frame_at(model, estimate);
+}
+
 }  // namespace
 
 SurfaceSetting::SurfaceSetting(const FittedModel& of, const data::Table& table)
@@ -85,7 +82,7 @@ SurfaceSetting::SurfaceSetting(const FittedModel& of,
       model(held.empty() ? of.specification : with_held(of.specification, held), table),
       variance(model.specification().variance, VarianceData::of(model)),
       estimate(free_estimate(of, held)),
-      unit(units_of(model, estimate)),
+      frame(frame_of(of, model, estimate)),
       internal(variance.parameters(of.variance)),
       log_sigma(std::log(of.sigma / variance.sigma_factor(internal))) {
   check_same_data(fit, model);
@@ -98,15 +95,15 @@ VectorXd SurfaceSetting::coordinates(const SurfaceLayout& layout, double at_log_
 
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
   if (is_marginal(setting.fit.method)) return make_marginal_surface(setting);
-  const bool is_linearized = setting.fit.method == Method::kLindstromBates || setting.fit.reml;
-  return is_linearized ? make_linearized_surface(setting) : make_least_squares_surface(setting);
+  return is_linearized(setting.fit) ? make_linearized_surface(setting)
+                                    : make_least_squares_surface(setting);
 }
 
 std::string likelihood_in_words(const FittedModel& fit) {
   if (is_marginal(fit.method)) {
     return fmt::format("marginal likelihood by {}", method_text(fit.method));
   }
-  if (fit.method == Method::kLindstromBates || fit.reml) {
+  if (is_linearized(fit)) {
     return fmt::format("{}likelihood of the model linear around the estimates",
                        fit.reml ? "restricted " : "");
   }

@@ -34,7 +34,7 @@ struct SurfaceSetting {
   NonlinearModel model;
   VarianceModel variance;
   Eigen::VectorXd estimate{};  ///< (p) of the coefficients that are not held
-  Eigen::VectorXd unit{};      ///< (p) what moves the mean by about one residual standard deviation
+  CoefficientFrame frame{};    ///< whose units move the mean by about one residual sd
   Eigen::VectorXd internal{};  ///< (m) estimates of the variance parameters
   double log_sigma = 0.0;      ///< of the internal sigma
 };

@@ -15,19 +15,26 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// The frame with ones on its diagonal; empty where it is diagonal.
+MatrixXd mixing_of(const CoefficientFrame& frame) {
+  if (frame.beta.isDiagonal(0.0)) return {};
+  return frame.beta * frame.beta.diagonal().cwiseInverse().asDiagonal();
+}
+
 class LinearizedSurface : public LikelihoodSurface {
  public:
   explicit LinearizedSurface(const SurfaceSetting& setting)
       : is_restricted_(setting.fit.reml),
         layout_(setting.model,
                 setting.variance,
-                setting.unit,
-                is_restricted_ ? 0 : setting.unit.size()),
+                setting.frame,
+                is_restricted_ ? 0 : setting.estimate.size()),
         linearizer_(setting.model, setting.variance),
         point_{.coefficients = setting.estimate,
                .effects = group_effects(setting),
                .variance = setting.internal,
-               .units = setting.unit} {
+               .units = setting.frame.beta.diagonal(),
+               .mixing = mixing_of(setting.frame)} {
     optimum_ = setting.coordinates(layout_, setting.log_sigma);
     is_valid_ = linearize(setting.internal);
   }

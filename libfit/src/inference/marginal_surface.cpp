@@ -26,7 +26,7 @@ class MarginalSurface : public LikelihoodSurface {
                     curvature_of(setting.fit.method),
                     setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1,
                     1),
-        coordinates_(setting.model, setting.variance, setting.unit),
+        coordinates_(setting.model, setting.variance, setting.frame),
         optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
     const MarginalPoint point = coordinates_.point(optimum_);
     const bool is_nested = setting.model.specification().outer_random.has_value();

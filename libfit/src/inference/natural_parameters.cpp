@@ -70,13 +70,13 @@ struct CorrelatedRows {
   }
 };
 
-MatrixXd factor_of(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {
-  return layout.factor(is_outer).factor(layout.factor_part(x, is_outer));
-}
-
-void set_factor(const SurfaceLayout& layout, bool is_outer, const MatrixXd& factor, VectorXd& x) {
-  const RelativeFactor& of = layout.factor(is_outer);
-  x.segment(layout.factor_at(is_outer), of.parameter_count()) = of.from_factor(factor);
+/// Replaces the part of a gradient by x that belongs to a factor.
+void set_factor_gradient(const SurfaceLayout& layout,
+                         bool is_outer,
+                         const MatrixXd& by_own,
+                         VectorXd& gradient) {
+  const VectorXd slopes = layout.factor_gradient(is_outer, by_own);
+  gradient.segment(layout.factor_at(is_outer), slopes.size()) = slopes;
 }
 
 /// log of the factor from the internal sigma to the one that people read.
@@ -124,7 +124,8 @@ void add_random(const SurfaceSetting& setting,
   if (!random) return;
   const std::string group = specification.outer_random ? random->group : "";
   const std::vector<std::string>& names = random->coefficients;
-  const VectorXd& unit = layout.effect_unit(is_outer);
+  // What one unit of each coordinate of the factor makes together.
+  const VectorXd unit = layout.frame().effects(is_outer).rowwise().norm();
   const bool is_identity = random->covariance == Covariance::kIdentity;
   const MatrixXd one = is_identity ? layout.factor(is_outer).factor(VectorXd::Ones(1)) : MatrixXd();
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -205,6 +206,8 @@ double NaturalParameter::value(const SurfaceLayout& layout,
                                const VarianceModel& variance,
                                const VectorXd& x) const {
   switch (form) {
+    case Form::kCoefficient:
+      return weights.dot(x.head(weights.size()));
     case Form::kCoordinate:
       return scale * x[coordinate];
     case Form::kIdentity:
@@ -216,9 +219,9 @@ double NaturalParameter::value(const SurfaceLayout& layout,
     case Form::kOdds:
       return std::pow(std::tan(x[coordinate]), 2) * std::pow(scale, x[delta]);
     case Form::kDeviation:
-      return scale * factor_of(layout, x, is_outer).row(row).norm();
+      return layout.own_factor(x, is_outer).row(row).norm();
     case Form::kCorrelation: {
-      const MatrixXd factor = factor_of(layout, x, is_outer);
+      const MatrixXd factor = layout.own_factor(x, is_outer);
       return factor.row(row).dot(factor.row(other_row)) /
              (factor.row(row).norm() * factor.row(other_row).norm());
     }
@@ -234,6 +237,9 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
                                 double value) const {
   VectorXd x = free;
   switch (form) {
+    case Form::kCoefficient:
+      x[coordinate] += (value - weights.dot(x.head(weights.size()))) / weights[coordinate];
+      break;
     case Form::kCoordinate:
     case Form::kIdentity:
       x[coordinate] = value / scale;
@@ -248,21 +254,21 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
       x[coordinate] = angle_of(value, scale, x[delta]);
       break;
     case Form::kDeviation: {
-      MatrixXd factor = factor_of(layout, x, is_outer);
+      MatrixXd factor = layout.own_factor(x, is_outer);
       const double length = factor.row(row).norm();
       if (length > 0.0) {
-        factor.row(row) *= value / scale / length;
+        factor.row(row) *= value / length;
       } else {
-        factor(row, row) = value / scale;
+        factor(row, row) = value;
       }
-      set_factor(layout, is_outer, factor, x);
+      layout.set_own_factor(is_outer, factor, x);
       break;
     }
     case Form::kCorrelation: {
-      MatrixXd factor = factor_of(layout, x, is_outer);
+      MatrixXd factor = layout.own_factor(x, is_outer);
       const CorrelatedRows rows(factor, row, other_row, value);
       factor.row(other_row).head(other_row + 1) = rows.second();
-      set_factor(layout, is_outer, factor, x);
+      layout.set_own_factor(is_outer, factor, x);
       break;
     }
     case Form::kSigma:
@@ -279,6 +285,10 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
                                      const VectorXd& gradient) const {
   VectorXd result = gradient;
   switch (form) {
+    case Form::kCoefficient:
+      result.head(weights.size()) -= gradient[coordinate] / weights[coordinate] * weights;
+      result[coordinate] = 0.0;
+      break;
     case Form::kCoordinate:
     case Form::kIdentity:
     case Form::kExponential:
@@ -293,28 +303,28 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       break;
     }
     case Form::kDeviation: {
-      const MatrixXd factor = factor_of(layout, free, is_outer);
-      MatrixXd by_factor = factor_of(layout, gradient, is_outer);
+      const MatrixXd factor = layout.own_factor(free, is_outer);
+      MatrixXd by_factor = layout.own_factor_gradient(is_outer, gradient);
       const double length = factor.row(row).norm();
       if (length > 0.0) {
         const VectorXd along = factor.row(row) / length;
         const VectorXd by_row = by_factor.row(row);
-        by_factor.row(row) = value / scale / length * (by_row - by_row.dot(along) * along);
+        by_factor.row(row) = value / length * (by_row - by_row.dot(along) * along);
       } else {
         by_factor.row(row).setZero();
       }
-      set_factor(layout, is_outer, by_factor, result);
+      set_factor_gradient(layout, is_outer, by_factor, result);
       break;
     }
     case Form::kCorrelation: {
-      const CorrelatedRows rows(factor_of(layout, free, is_outer), row, other_row, value);
-      MatrixXd by_factor = factor_of(layout, gradient, is_outer);
+      const CorrelatedRows rows(layout.own_factor(free, is_outer), row, other_row, value);
+      MatrixXd by_factor = layout.own_factor_gradient(is_outer, gradient);
       VectorXd by_first = by_factor.row(row).head(other_row + 1);
       VectorXd by_second = by_factor.row(other_row).head(other_row + 1);
       rows.pull_back(by_first, by_second);
       by_factor.row(row).head(other_row + 1) = by_first;
       by_factor.row(other_row).head(other_row + 1) = by_second;
-      set_factor(layout, is_outer, by_factor, result);
+      set_factor_gradient(layout, is_outer, by_factor, result);
       break;
     }
     case Form::kSigma:
@@ -330,10 +340,13 @@ std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
                                                  const SurfaceLayout& layout) {
   std::vector<NaturalParameter> result;
   for (Index j = 0; j < layout.beta_count(); ++j) {
-    result.push_back({.kind = ParameterKind::kFixed,
-                      .name = setting.model.coefficient_names()[static_cast<std::size_t>(j)],
-                      .coordinate = j,
-                      .scale = layout.unit()[j]});
+    NaturalParameter coefficient{
+        .kind = ParameterKind::kFixed,
+        .name = setting.model.coefficient_names()[static_cast<std::size_t>(j)],
+        .form = Form::kCoefficient,
+        .weights = layout.frame().beta.row(j)};
+    coefficient.weights.cwiseAbs().maxCoeff(&coefficient.coordinate);
+    result.push_back(std::move(coefficient));
   }
   add_random(setting, layout, true, result);
   add_random(setting, layout, false, result);
@@ -344,6 +357,7 @@ std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
 
 double to_symmetric(const NaturalParameter& parameter, double value) {
   switch (parameter.form) {
+    case Form::kCoefficient:
     case Form::kCoordinate:
       return value;
     case Form::kCorrelation:
@@ -355,6 +369,7 @@ double to_symmetric(const NaturalParameter& parameter, double value) {
 
 double from_symmetric(const NaturalParameter& parameter, double value) {
   switch (parameter.form) {
+    case Form::kCoefficient:
     case Form::kCoordinate:
       return value;
     case Form::kCorrelation:

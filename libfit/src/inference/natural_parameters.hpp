@@ -18,6 +18,7 @@ namespace silvafit::fit {
 class NaturalParameter {
  public:
   enum class Form {
+    kCoefficient,  ///< a combination of the first coordinates
     kCoordinate,   ///< factor times a coordinate
     kExponential,  ///< exp of a coordinate
     kSquare,       ///< square of a coordinate
@@ -37,6 +38,7 @@ class NaturalParameter {
   Eigen::Index coordinate = 0;
   Eigen::Index delta = 0;  ///< of kOdds: the coordinate of delta
   double scale = 1.0;      ///< factor of kCoordinate and kIdentity, unit of kDeviation, v0 of kOdds
+  Eigen::VectorXd weights{};  ///< (p) of kCoefficient; `coordinate` has the largest
 
   /// The value at x.
   double value(const SurfaceLayout& layout,

@@ -13,6 +13,7 @@ using Eigen::VectorXd;
 
 std::string scale_text(const NaturalParameter& parameter) {
   switch (parameter.form) {
+    case NaturalParameter::Form::kCoefficient:
     case NaturalParameter::Form::kCoordinate:
       return "identity";
     case NaturalParameter::Form::kCorrelation:

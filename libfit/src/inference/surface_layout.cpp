@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "inference/surface_layout.hpp"
 
+#include <Eigen/LU>
 #include <utility>
 
 namespace silvafit::fit {
@@ -11,15 +12,35 @@ using Eigen::VectorXd;
 
 SurfaceLayout::SurfaceLayout(const NonlinearModel& model,
                              const VarianceModel& variance,
-                             VectorXd unit,
+                             CoefficientFrame frame,
                              Index beta_count)
-    : unit_(std::move(unit)),
-      outer_unit_(unit_(model.coefficients_of(model.specification().outer_random))),
-      inner_unit_(unit_(model.coefficients_of(model.specification().random))),
+    : frame_(std::move(frame)),
       beta_(beta_count),
       variance_(variance.parameter_count()),
-      outer_(model.specification().outer_random.value_or(RandomEffects{}), outer_unit_),
-      inner_(model.specification().random.value_or(RandomEffects{}), inner_unit_) {}
+      outer_(model.specification().outer_random.value_or(RandomEffects{}), frame_.outer.diagonal()),
+      inner_(model.specification().random.value_or(RandomEffects{}), frame_.inner.diagonal()) {}
+
+MatrixXd SurfaceLayout::own_factor(const VectorXd& x, bool is_outer) const {
+  return frame_.effects(is_outer) * factor(is_outer).factor(factor_part(x, is_outer));
+}
+
+void SurfaceLayout::set_own_factor(bool is_outer, const MatrixXd& own, VectorXd& x) const {
+  const RelativeFactor& of = factor(is_outer);
+  const MatrixXd scaled = frame_.effects(is_outer).triangularView<Eigen::Lower>().solve(own);
+  x.segment(factor_at(is_outer), of.parameter_count()) = of.from_factor(scaled);
+}
+
+VectorXd SurfaceLayout::factor_gradient(bool is_outer, const MatrixXd& by_own) const {
+  const MatrixXd lower = by_own.triangularView<Eigen::Lower>();
+  return factor(is_outer).gradient(frame_.effects(is_outer).transpose() * lower);
+}
+
+MatrixXd SurfaceLayout::own_factor_gradient(bool is_outer, const VectorXd& gradient) const {
+  const MatrixXd scaled = factor(is_outer).factor(factor_part(gradient, is_outer));
+  const MatrixXd own =
+      frame_.effects(is_outer).triangularView<Eigen::Lower>().transpose().solve(scaled);
+  return own.triangularView<Eigen::Lower>();
+}
 
 VectorXd SurfaceLayout::coordinates(const VectorXd& beta,
                                     const MatrixXd& outer,
@@ -27,14 +48,14 @@ VectorXd SurfaceLayout::coordinates(const VectorXd& beta,
                                     const VectorXd& variance,
                                     double log_sigma) const {
   VectorXd x(size());
-  if (beta_ > 0) x.head(beta_) = beta.cwiseQuotient(unit_);
+  if (beta_ > 0) x.head(beta_) = frame_.beta.partialPivLu().solve(beta);
   for (const bool is_outer : {true, false}) {
-    const VectorXd& unit = effect_unit(is_outer);
-    if (unit.size() == 0) continue;
-    const MatrixXd scaled = unit.cwiseInverse().asDiagonal() * (is_outer ? outer : inner) *
-                            unit.cwiseInverse().asDiagonal();
+    const auto frame = frame_.effects(is_outer).triangularView<Eigen::Lower>();
+    if (frame.rows() == 0) continue;
+    const MatrixXd half = frame.solve(is_outer ? outer : inner);
     const RelativeFactor& form = factor(is_outer);
-    x.segment(factor_at(is_outer), form.parameter_count()) = form.from_covariance(scaled);
+    x.segment(factor_at(is_outer), form.parameter_count()) =
+        form.from_covariance(frame.solve(half.transpose()));
   }
   x.segment(variance_at(), variance_) = variance;
   x[sigma_at()] = log_sigma;

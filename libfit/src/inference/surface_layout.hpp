@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include "model/coefficient_frame.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
@@ -11,15 +12,15 @@
 namespace silvafit::fit {
 
 /// Where the parameters are in a vector x of numbers of order one:
-/// x = (beta / unit, factor of the coarser grouping, factor of the finer one, internal variance
-/// parameters, log of the internal sigma). A factor is L of Psi = L L' with effects in units.
+/// x = (T^-1 beta, factor of the coarser grouping, factor of the finer one, internal variance
+/// parameters, log of the internal sigma). A factor is U^-1 L of Psi = L L', lower triangular. T
+/// and U are the coefficients' frame.
 class SurfaceLayout {
  public:
-  /// \param unit        (p) of each coefficient
   /// \param beta_count  p, or 0 where the likelihood is that of contrasts free of beta
   SurfaceLayout(const NonlinearModel& model,
                 const VarianceModel& variance,
-                Eigen::VectorXd unit,
+                CoefficientFrame frame,
                 Eigen::Index beta_count);
 
   Eigen::Index size() const { return sigma_at() + 1; }
@@ -30,13 +31,23 @@ class SurfaceLayout {
   Eigen::Index variance_count() const { return variance_; }
   Eigen::Index sigma_at() const { return variance_at() + variance_; }
 
-  const Eigen::VectorXd& unit() const { return unit_; }
+  const CoefficientFrame& frame() const { return frame_; }
   const RelativeFactor& factor(bool is_outer) const { return is_outer ? outer_ : inner_; }
-  /// (q) units of the effects of a grouping.
-  const Eigen::VectorXd& effect_unit(bool is_outer) const {
-    return is_outer ? outer_unit_ : inner_unit_;
-  }
   Eigen::Index factor_at(bool is_outer) const { return is_outer ? outer_at() : inner_at(); }
+  /// The coefficients.
+  Eigen::VectorXd beta(const Eigen::VectorXd& x) const { return frame_.beta * x.head(beta_); }
+  /// The gradient by the first p elements of x from that by the coefficients.
+  Eigen::VectorXd beta_gradient(const Eigen::VectorXd& by_beta) const {
+    return frame_.beta.transpose() * by_beta;
+  }
+  /// (q x q) L of a grouping, in the coefficients' own units.
+  Eigen::MatrixXd own_factor(const Eigen::VectorXd& x, bool is_outer) const;
+  /// x with the elements of a factor in place of those that it has.
+  void set_own_factor(bool is_outer, const Eigen::MatrixXd& own, Eigen::VectorXd& x) const;
+  /// The gradient by the elements of a factor in x from that by L, whose lower triangle counts.
+  Eigen::VectorXd factor_gradient(bool is_outer, const Eigen::MatrixXd& by_own) const;
+  /// The gradient by L, lower triangular, from one by x.
+  Eigen::MatrixXd own_factor_gradient(bool is_outer, const Eigen::VectorXd& gradient) const;
   /// The parameters of a grouping's factor.
   Eigen::VectorXd factor_part(const Eigen::VectorXd& x, bool is_outer) const {
     return x.segment(factor_at(is_outer), factor(is_outer).parameter_count());
@@ -54,9 +65,7 @@ class SurfaceLayout {
                               double log_sigma) const;
 
  private:
-  Eigen::VectorXd unit_;
-  Eigen::VectorXd outer_unit_;
-  Eigen::VectorXd inner_unit_;
+  CoefficientFrame frame_;
   Eigen::Index beta_ = 0;
   Eigen::Index variance_ = 0;
   RelativeFactor outer_;

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "lindstrom_bates/lindstrom_bates.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
+#include "model/coefficient_frame.hpp"
 #include "model/group_coefficients.hpp"
+#include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 
@@ -21,19 +25,48 @@ RelativeFactor factor_of(const std::optional<RandomEffects>& random, const Vecto
   return {random.value_or(RandomEffects{}), scales};
 }
 
+/// (p x p) cross products of the columns of X.
+MatrixXd column_products(const Linearization& at) {
+  const GroupMoments& moments = at.model.moments;
+  const Index w = moments.width();
+  MatrixXd sum = MatrixXd::Zero(w, w);
+  for (Index group = 0; group < moments.groups(); ++group) {
+    sum += Eigen::Map<const MatrixXd>(moments.term(group, 0), w, w);
+  }
+  return sum.topLeftCorner(w - 1, w - 1);
+}
+
 /// Root mean squares of the columns of X, 1 where there is none.
 VectorXd column_sizes(const Linearization& at) {
-  const GroupMoments& moments = at.model.moments;
-  const Index p = moments.width() - 1;
-  VectorXd squares = VectorXd::Zero(p);
-  for (Index group = 0; group < moments.groups(); ++group) {
-    for (Index j = 0; j < p; ++j) squares[j] += moments.term(group, 0)[j * (p + 1) + j];
-  }
+  const VectorXd squares = column_products(at).diagonal();
   VectorXd sizes = (squares / static_cast<double>(at.model.observations)).cwiseSqrt();
   for (double& value : sizes) {
     if (!std::isfinite(value) || value == 0.0) value = 1.0;
   }
   return sizes;
+}
+
+/// The smallest eigenvalue of the columns' correlations, which have no mean taken out: the square
+/// of how far they are from a dependence.
+double distance_from_dependence(const Linearization& at) {
+  const VectorXd unit = column_sizes(at).cwiseInverse();
+  const MatrixXd products = column_products(at) / static_cast<double>(at.model.observations);
+  if (unit.size() == 0 || !products.allFinite()) return 1.0;
+  return symmetric_eigen(unit.asDiagonal() * products * unit.asDiagonal()).values[0];
+}
+
+// Columns that are closer to a dependence are taken apart.
+constexpr double kNearDependence = 1e-4;
+
+/// M of the frame of coefficients of each group; empty where it is the identity.
+MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(coefficients, mean, &jacobian, workspace);
+  const MatrixXd frame = shared_frame(model, std::move(jacobian), 1.0).beta;
+  if (frame.isDiagonal(0.0)) return {};
+  return frame * frame.diagonal().cwiseInverse().asDiagonal();
 }
 
 /// Whether g is about one at typical values, whatever the parameters.
@@ -62,15 +95,21 @@ PooledFit pooled_fit(const NonlinearModel& model,
                      const VectorXd& start,
                      const MixedEffectsOptions& options) {
   const VarianceModel constant({}, VarianceData::of(model));
-  const LinearizationPoint point{.coefficients = start,
-                                 .effects = MatrixXd::Zero(start.size(), model.group_count()),
-                                 .variance = VectorXd(0),
-                                 .units = VectorXd::Ones(start.size())};
+  LinearizationPoint point{.coefficients = start,
+                           .effects = MatrixXd::Zero(start.size(), model.group_count()),
+                           .variance = VectorXd(0),
+                           .units = VectorXd::Ones(start.size())};
+  Linearizer linearizer(model, constant);
   Linearization at;
-  Linearizer(model, constant).linearize(point, false, nullptr, at);
+  linearizer.linearize(point, false, nullptr, at);
+  if (distance_from_dependence(at) < kNearDependence) {
+    point.mixing = mixing_at(model, start.replicate(1, model.group_count()));
+    linearizer.linearize(point, false, nullptr, at);
+  }
   PooledFit result{
       .coefficients = start,
       .scale = column_sizes(at).cwiseInverse(),
+      .mixing = point.mixing,
       .log_likelihood = least_squares_log_likelihood(at.squares.sum(), model.observations())};
   if (options.reml) {
     at.model.restricted = true;
@@ -92,12 +131,16 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       random_(model.coefficients_of(model.specification().random)),
       outer_random_(model.coefficients_of(model.specification().outer_random)),
       pooled_(pooled),
+      all_(static_cast<std::size_t>(pooled.scale.size())),
       scale_(pooled.scale),
+      mixing_(pooled.mixing),
       inner_factor_(factor_of(model.specification().random, VectorXd(scale_(random_)))),
       outer_factor_(factor_of(model.specification().outer_random, VectorXd(scale_(outer_random_)))),
       variance_(variance, VarianceData::of(model)),
       is_normalized_(normalized(variance)),
-      linearizer_(model, variance_) {}
+      linearizer_(model, variance_) {
+  std::iota(all_.begin(), all_.end(), Index{0});
+}
 
 RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
   const Index inner = inner_factor_.parameter_count();
@@ -106,12 +149,13 @@ RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
 }
 
 LindstromBatesState LindstromBates::start(double spread) {
-  adopt_scale(pooled_.scale);
+  adopt_units(pooled_.scale, pooled_.mixing);
   const auto q = static_cast<Index>(random_.size());
   const auto r = static_cast<Index>(outer_random_.size());
   LindstromBatesState state{
       .scale = pooled_.scale,
-      .beta = pooled_.coefficients.cwiseQuotient(pooled_.scale),
+      .mixing = pooled_.mixing,
+      .beta = scaled_values(all_, pooled_.coefficients),
       .spherical = MatrixXd::Zero(q, model_.group_count()),
       .outer_spherical = MatrixXd::Zero(r, r > 0 ? model_.cluster_count() : 0),
       .theta = VectorXd(random_parameter_count() + variance_.parameter_count())};
@@ -178,7 +222,7 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
   state.theta.head(random_parameter_count()) = smaller.state.theta.head(random_parameter_count());
   state.theta.tail(parameters.size()) = parameters;
   // Psi / sigma^2 with the new scale of sigma.
-  adopt_scale(state.scale);
+  adopt_units(state.scale, state.mixing);
   if (is_normalized_ && smaller.mean_log == 0.0) return state;
   Linearization at;
   if (!linearize(state, nullptr, at)) return state;
@@ -214,8 +258,24 @@ LindstromBatesState LindstromBates::first_order_start() {
   return state;
 }
 
-void LindstromBates::adopt_scale(const VectorXd& scale) {
+MatrixXd LindstromBates::own_values(const std::vector<Index>& columns,
+                                    const MatrixXd& scaled) const {
+  const MatrixXd result = VectorXd(scale_(columns)).asDiagonal() * scaled;
+  return mixing_.size() == 0 || columns.empty() ? result
+                                                : MatrixXd(mixing_(columns, columns) * result);
+}
+
+MatrixXd LindstromBates::scaled_values(const std::vector<Index>& columns,
+                                       const MatrixXd& own) const {
+  MatrixXd result = own;
+  if (mixing_.size() > 0 && !columns.empty())
+    result = MatrixXd(mixing_(columns, columns)).partialPivLu().solve(own);
+  return VectorXd(scale_(columns)).cwiseInverse().asDiagonal() * result;
+}
+
+void LindstromBates::adopt_units(const VectorXd& scale, const MatrixXd& mixing) {
   scale_ = scale;
+  mixing_ = mixing;
   const ModelSpecification& specification = model_.specification();
   inner_factor_ = factor_of(specification.random, VectorXd(scale_(random_)));
   outer_factor_ = factor_of(specification.outer_random, VectorXd(scale_(outer_random_)));
@@ -224,6 +284,7 @@ void LindstromBates::adopt_scale(const VectorXd& scale) {
 bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   const VectorXd size = column_sizes(at);
   if (size.size() == 0) return false;
+  if (remix(state, at)) return true;
   if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
   const RelativeFactors from = factors(state.theta);
   const MatrixXd inner = VectorXd(size(random_)).asDiagonal() * from.inner;
@@ -231,7 +292,7 @@ bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   state.scale = state.scale.cwiseQuotient(size);
   state.beta = state.beta.cwiseProduct(size);
   at.model.moments.divide_columns(size);
-  adopt_scale(state.scale);
+  adopt_units(state.scale, state.mixing);
   at.model.log_units = -2.0 * scale_.array().log().sum();
   const Index count = inner_factor_.parameter_count();
   state.theta.head(count) = inner_factor_.from_factor(inner);
@@ -239,23 +300,56 @@ bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   return true;
 }
 
+bool LindstromBates::remix(LindstromBatesState& state, Linearization& at) {
+  const double distance = distance_from_dependence(at);
+  if (distance >= kNearDependence) return false;
+  LindstromBatesState mixed = state;
+  const MatrixXd effects = own_effects(state);
+  mixed.mixing = mixing_at(model_, effects.colwise() + own_values(all_, state.beta).col(0));
+  const RelativeFactors from = factors(state.theta);
+  const MatrixXd inner = own_values(random_, from.inner);
+  const MatrixXd outer = own_values(outer_random_, from.outer);
+  const auto adopt = [&](const LindstromBatesState& of) { adopt_units(of.scale, of.mixing); };
+  const VectorXd beta = own_values(all_, state.beta);
+  adopt(mixed);
+  mixed.beta = scaled_values(all_, beta);
+  const Index count = inner_factor_.parameter_count();
+  mixed.theta.head(count) = inner_factor_.from_factor(scaled_values(random_, inner));
+  mixed.theta.segment(count, outer_factor_.parameter_count()) =
+      outer_factor_.from_factor(scaled_values(outer_random_, outer));
+  Linearization there;
+  constexpr double kBetter = 10.0;
+  if (!linearize(mixed, nullptr, there) ||
+      !(distance_from_dependence(there) > kBetter * distance)) {
+    adopt(state);
+    return false;
+  }
+  state = std::move(mixed);
+  at = std::move(there);
+  return true;
+}
+
+MatrixXd LindstromBates::own_effects(const LindstromBatesState& state) const {
+  const RelativeFactors now = factors(state.theta);
+  MatrixXd result = MatrixXd::Zero(scale_.size(), model_.group_count());
+  add_group_effects(model_,
+                    {.rows = random_, .effects = own_values(random_, now.inner * state.spherical)},
+                    {.rows = outer_random_,
+                     .effects = own_values(outer_random_, now.outer * state.outer_spherical)},
+                    result);
+  return result;
+}
+
 bool LindstromBates::linearize(const LindstromBatesState& state,
                                const Linearization* before,
                                Linearization& at) {
   if (passes_left_ <= 0) return false;
   --passes_left_;
-  const RelativeFactors now = factors(state.theta);
-  const MatrixXd inner = VectorXd(scale_(random_)).asDiagonal() * (now.inner * state.spherical);
-  const MatrixXd outer =
-      VectorXd(scale_(outer_random_)).asDiagonal() * (now.outer * state.outer_spherical);
-  LinearizationPoint point{.coefficients = state.beta.cwiseProduct(scale_),
-                           .effects = MatrixXd::Zero(scale_.size(), model_.group_count()),
-                           .variance = variance_parameters(state.theta),
-                           .units = scale_};
-  add_group_effects(model_,
-                    {.rows = random_, .effects = inner},
-                    {.rows = outer_random_, .effects = outer},
-                    point.effects);
+  const LinearizationPoint point{.coefficients = own_values(all_, state.beta),
+                                 .effects = own_effects(state),
+                                 .variance = variance_parameters(state.theta),
+                                 .units = scale_,
+                                 .mixing = mixing_};
   at.model.restricted = options_.reml;
   at.model.log_units = -2.0 * scale_.array().log().sum();
   return linearizer_.linearize(point, true, before, at);

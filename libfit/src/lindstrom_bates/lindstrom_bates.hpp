@@ -18,7 +18,9 @@ namespace silvafit::fit {
 
 /// Where an alternation stands.
 struct LindstromBatesState {
-  Eigen::VectorXd scale{};            ///< (p) one unit of each scaled coefficient
+  Eigen::VectorXd scale{};  ///< (p) one unit of each scaled coefficient
+  /// (p x p) M with coefficients = M scale beta; empty where it is the identity.
+  Eigen::MatrixXd mixing{};
   Eigen::VectorXd beta{};             ///< (p) scaled coefficients
   Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v, scaled
   Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same for the coarser of two groupings
@@ -60,6 +62,7 @@ enum class Alternation {
 struct PooledFit {
   Eigen::VectorXd coefficients{};  ///< (p)
   Eigen::VectorXd scale{};         ///< (p) units in which the Jacobian's columns have size one
+  Eigen::MatrixXd mixing{};        ///< (p x p) that takes nearly dependent columns apart, or empty
   double log_likelihood = 0.0;     ///< without random effects, which every mixed model contains
 };
 PooledFit pooled_fit(const NonlinearModel& model,
@@ -120,9 +123,20 @@ class LindstromBates {
   LindstromBatesState with_theta(const LindstromBatesState& state,
                                  const Eigen::VectorXd& theta) const;
   /// Works in the units of a state from now on.
-  void adopt_scale(const Eigen::VectorXd& scale);
+  void adopt_units(const Eigen::VectorXd& scale, const Eigen::MatrixXd& mixing);
+  /// (k x n) coefficients in their own units from those of some columns; these hold all that the
+  /// columns are mixed with.
+  Eigen::MatrixXd own_values(const std::vector<Eigen::Index>& columns,
+                             const Eigen::MatrixXd& scaled) const;
+  /// The inverse of own_values.
+  Eigen::MatrixXd scaled_values(const std::vector<Eigen::Index>& columns,
+                                const Eigen::MatrixXd& own) const;
   /// Measures a state in units that suit the linearization at it, if they have changed by much.
   bool rescale(LindstromBatesState& state, Linearization& at);
+  /// Takes columns apart that nearly depend on each other at a state, if its units do not.
+  bool remix(LindstromBatesState& state, Linearization& at);
+  /// (p x G) random effects of a state in the coefficients' own units.
+  Eigen::MatrixXd own_effects(const LindstromBatesState& state) const;
   bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
   bool penalized_least_squares(LindstromBatesState& state, Linearization& at);
   /// Moves towards the target while the penalized squares fall; the share of the way, 0 if none.
@@ -142,7 +156,9 @@ class LindstromBates {
   std::vector<Eigen::Index> random_;
   std::vector<Eigen::Index> outer_random_;
   PooledFit pooled_;
-  Eigen::VectorXd scale_;  ///< (p) units in use, those of the state at work
+  std::vector<Eigen::Index> all_;  ///< 0, ..., p - 1
+  Eigen::VectorXd scale_;          ///< (p) units in use, those of the state at work
+  Eigen::MatrixXd mixing_;         ///< (p x p) in use, or empty
   RelativeFactor inner_factor_;
   RelativeFactor outer_factor_;
   VarianceModel variance_;

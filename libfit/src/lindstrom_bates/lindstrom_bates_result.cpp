@@ -41,7 +41,7 @@ MatrixXd inverse_information(const LinearMixedProfile& at) {
 bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside) {
   if (random_.empty() || !outcome.is_valid) return false;
   inside = outcome.state;
-  adopt_scale(inside.scale);
+  adopt_units(inside.scale, inside.mixing);
   const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
   if (!here.is_valid) return false;
   const RelativeFactors now = factors(inside.theta);
@@ -73,24 +73,24 @@ bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromB
 
 MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   const LindstromBatesState& state = outcome.state;
-  adopt_scale(state.scale);
+  adopt_units(state.scale, state.mixing);
   const Linearization& at = *outcome.at;
   const LinearMixedProfile value = profile_at(at, state.theta, false);
   const RelativeFactors now = factors(state.theta);
 
   MixedEffectsFit fit;
-  fit.estimate = state.beta.cwiseProduct(scale_);
+  fit.estimate = own_values(all_, state.beta);
   const Index p = fit.estimate.size();
   const MatrixXd inverse = inverse_information(value);
   // nlme's factor for maximum-likelihood standard errors; restricted likelihood has it in sigma.
   const double adjusted =
       value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));
-  fit.covariance = adjusted * scale_.asDiagonal() * inverse * scale_.asDiagonal();
-  const MatrixXd factor = VectorXd(scale_(random_)).asDiagonal() * now.inner;
+  fit.covariance = adjusted * own_values(all_, own_values(all_, inverse).transpose());
+  const MatrixXd factor = own_values(random_, now.inner);
   fit.random_covariance = value.sigma2 * factor * factor.transpose();
   fit.random_effects = factor * state.spherical;
   if (!outer_random_.empty()) {
-    const MatrixXd outer = VectorXd(scale_(outer_random_)).asDiagonal() * now.outer;
+    const MatrixXd outer = own_values(outer_random_, now.outer);
     fit.outer.covariance = value.sigma2 * outer * outer.transpose();
     fit.outer.effects = outer * state.outer_spherical;
   }

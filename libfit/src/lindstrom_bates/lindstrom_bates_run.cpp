@@ -26,7 +26,7 @@ class LindstromBates::Run {
       : engine_(engine), state_(std::move(state)), last_(state_), how_(how) {}
 
   LindstromBatesOutcome run() {
-    engine_.adopt_scale(state_.scale);
+    engine_.adopt_units(state_.scale, state_.mixing);
     if (!begin()) return outcome_;
     for (int iteration = 1; iteration <= engine_.options_.maximum_iterations; ++iteration) {
       if (engine_.rescale(state_, *at_)) {

@@ -27,25 +27,24 @@ MatrixXd spherical_of(const MatrixXd& factor, const MatrixXd& effects) {
 }  // namespace
 
 LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
-  adopt_scale(pooled_.scale);
+  adopt_units(pooled_.scale, pooled_.mixing);
   const VectorXd parameters = inside_range(variance_, fit.variance);
   const double sigma = fit.sigma / variance_.sigma_factor(parameters);
-  LindstromBatesState state{.scale = scale_, .beta = fit.estimate.cwiseQuotient(scale_)};
+  LindstromBatesState state{
+      .scale = scale_, .mixing = mixing_, .beta = scaled_values(all_, fit.estimate)};
   const auto relative = [&](const MatrixXd& covariance, const std::vector<Index>& which) {
-    const VectorXd unit = (sigma * scale_(which)).cwiseInverse();
-    return MatrixXd(unit.asDiagonal() * covariance * unit.asDiagonal());
-  };
-  const auto scaled = [&](const MatrixXd& effects, const std::vector<Index>& which) {
-    return MatrixXd(scale_(which).cwiseInverse().asDiagonal() * effects);
+    const MatrixXd half = scaled_values(which, covariance);
+    return MatrixXd(scaled_values(which, half.transpose()) / (sigma * sigma));
   };
   state.theta.resize(random_parameter_count() + parameters.size());
   state.theta << inner_factor_.from_covariance(relative(fit.random_covariance, random_)),
       outer_factor_.from_covariance(relative(fit.outer.covariance, outer_random_)), parameters;
   const RelativeFactors now = factors(state.theta);
-  state.spherical = spherical_of(now.inner, scaled(fit.random_effects, random_));
-  state.outer_spherical = outer_random_.empty()
-                              ? MatrixXd::Zero(0, 0)
-                              : spherical_of(now.outer, scaled(fit.outer.effects, outer_random_));
+  state.spherical = spherical_of(now.inner, scaled_values(random_, fit.random_effects));
+  state.outer_spherical =
+      outer_random_.empty()
+          ? MatrixXd::Zero(0, 0)
+          : spherical_of(now.outer, scaled_values(outer_random_, fit.outer.effects));
   return state;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lindstrom_bates/linearization.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -20,6 +21,19 @@ constexpr Index kBlockRows = 512;
 // hardly changes, nothing is gained.
 constexpr double kTypicalChange = 0.4;
 constexpr double kLongestChange = 1.0;
+
+/// (p) the effects of a group on the columns of X before they are in units.
+VectorXd mixed_effects(const LinearizationPoint& point,
+                       const std::vector<Index>& columns,
+                       Index group) {
+  VectorXd result = point.effects.col(group);
+  if (point.mixing.size() == 0) return result;
+  const MatrixXd mixing = point.mixing(columns, columns);
+  const VectorXd own = result(columns);
+  const VectorXd mixed = mixing.partialPivLu().solve(own);
+  result(columns) = mixed;
+  return result;
+}
 
 }  // namespace
 
@@ -210,6 +224,24 @@ void Linearizer::evaluate_block(const LinearizationPoint& point,
             .head(rows)
             .cwiseProduct(Eigen::Map<const VectorXd>(multiplier + begin, rows));
   }
+  if (point.mixing.size() > 0) mix(point.mixing, rows);
+}
+
+const double* Linearizer::slope_column(Index coefficient) const {
+  if (model_.multiplier_values(coefficient) != nullptr) return products_.col(coefficient).data();
+  return outputs_.col(1 + model_.parameter_of(coefficient)).data();
+}
+
+void Linearizer::mix(const MatrixXd& mixing, Index rows) {
+  mixed_.resize(products_.rows(), mixing.cols());
+  for (Index j = 0; j < mixing.cols(); ++j) {
+    auto column = mixed_.col(j).head(rows);
+    column = Eigen::Map<const VectorXd>(slope_column(j), rows);
+    for (Index i = 0; i < mixing.rows(); ++i) {
+      if (i == j || mixing(i, j) == 0.0) continue;
+      column += mixing(i, j) * Eigen::Map<const VectorXd>(slope_column(i), rows);
+    }
+  }
 }
 
 void Linearizer::add_products(const double* weight, Index rows, double* target) {
@@ -219,6 +251,7 @@ void Linearizer::add_products(const double* weight, Index rows, double* target) 
 
 void Linearizer::add_segment(const Segment& segment,
                              Index block_begin,
+                             const LinearizationPoint& point,
                              bool expand,
                              const Linearization* before,
                              Linearization& result) {
@@ -226,9 +259,8 @@ void Linearizer::add_segment(const Segment& segment,
   const Index rows = segment.end - segment.begin;
   const auto count = static_cast<std::size_t>(rows);
   for (Index j = 0; j < model_.coefficient_count(); ++j) {
-    const auto& source = model_.multiplier_values(j) == nullptr ? outputs_ : products_;
-    const Index column = model_.multiplier_values(j) == nullptr ? 1 + model_.parameter_of(j) : j;
-    columns_[static_cast<std::size_t>(j)] = source.col(column).data() + offset;
+    const double* const column = point.mixing.size() > 0 ? mixed_.col(j).data() : slope_column(j);
+    columns_[static_cast<std::size_t>(j)] = column + offset;
   }
   const double* const residual = residual_.data() + offset;
   columns_.back() = residual;
@@ -260,12 +292,13 @@ void Linearizer::finish_group(Index group, const LinearizationPoint& point, Line
       }
     }
     // The working response w = r + Z b: column and row p take over shares of the others.
+    const VectorXd effects = mixed_effects(point, effect_columns_, group);
     for (const Index j : effect_columns_) {
-      const double share = point.effects(j, group) / point.units[j];
+      const double share = effects[j] / point.units[j];
       for (Index a = 0; a < w; ++a) products[p * w + a] += share * products[j * w + a];
     }
     for (const Index j : effect_columns_) {
-      const double share = point.effects(j, group) / point.units[j];
+      const double share = effects[j] / point.units[j];
       for (Index a = 0; a < w; ++a) products[a * w + p] += share * products[a * w + j];
     }
   }
@@ -310,7 +343,7 @@ bool Linearizer::linearize(const LinearizationPoint& point,
     const std::size_t last = blocks_[block + 1];
     evaluate_block(point, expand, first, last, result);
     for (std::size_t s = first; s < last; ++s) {
-      add_segment(segments_[s], segments_[first].begin, expand, before, result);
+      add_segment(segments_[s], segments_[first].begin, point, expand, before, result);
       if (segments_[s].is_last) finish_group(segments_[s].group, point, result);
     }
   }

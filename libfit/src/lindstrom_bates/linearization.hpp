@@ -16,18 +16,22 @@
 
 namespace silvafit::fit {
 
-/// Where to linearize; all in the coefficients' own units.
+/// Where to linearize; all in the coefficients' own units. The columns of X are those of J M, M
+/// with ones on its diagonal, times the units.
 struct LinearizationPoint {
   Eigen::VectorXd coefficients{};  ///< (p) fixed effects
   Eigen::MatrixXd effects{};   ///< (p x G) random effects of each group, zeros where there are none
   Eigen::VectorXd variance{};  ///< (m) internal parameters of the variance function
   Eigen::VectorXd units{};     ///< (p) what one unit of each column of X is worth
+  /// (p x p) M; empty where it is the identity. A column with random effects is a combination of
+  /// such columns alone.
+  Eigen::MatrixXd mixing{};
 };
 
 /// The model around a point.
 struct Linearization {
-  /// w = X beta + Z b + e with X = the Jacobian in units and beta the step from the point; the
-  /// random effects are whole.
+  /// w = X beta + Z b + e with X = the Jacobian in these units and beta the step from the point;
+  /// the random effects are whole.
   LinearMixedModel model{};
   Eigen::VectorXd mean{};            ///< (N) f
   Eigen::ArrayXd weight{};           ///< (N) g^-2; empty for a constant variance
@@ -88,6 +92,8 @@ class Linearizer {
   const NonlinearModel::Strata* strata_of(std::size_t quantity) const;
   void fill_parameters(const LinearizationPoint& point, std::size_t first, std::size_t last);
   void fill_quantities(const LinearizationPoint& point, Eigen::Index begin, Eigen::Index rows);
+  /// The column of df/d coefficient in the block at work.
+  const double* slope_column(Eigen::Index coefficient) const;
   void evaluate_block(const LinearizationPoint& point,
                       bool expand,
                       std::size_t first,
@@ -95,6 +101,7 @@ class Linearizer {
                       Linearization& result);
   void add_segment(const Segment& segment,
                    Eigen::Index block_begin,
+                   const LinearizationPoint& point,
                    bool expand,
                    const Linearization* before,
                    Linearization& result);
@@ -120,6 +127,8 @@ class Linearizer {
                                   const Segment& segment,
                                   Eigen::Index offset,
                                   Eigen::Index second);
+  /// Puts the combinations of a block's columns in their place.
+  void mix(const Eigen::MatrixXd& mixing, Eigen::Index rows);
   void finish_group(Eigen::Index group, const LinearizationPoint& point, Linearization& result);
   /// How far the series reaches.
   void center(Linearization& result) const;
@@ -142,6 +151,7 @@ class Linearizer {
   Eigen::MatrixXd quantity_values_;
   Eigen::MatrixXd outputs_;   ///< mean, df/dphi; log g, weight; its derivatives
   Eigen::MatrixXd products_;  ///< df/d coefficient where that is not df/dphi
+  Eigen::MatrixXd mixed_;     ///< (rows x p) columns of J M, where M is not the identity
   Eigen::VectorXd residual_;
   Eigen::VectorXd term_weight_;
   std::vector<const double*> columns_;

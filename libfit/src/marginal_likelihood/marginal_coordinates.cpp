@@ -7,20 +7,18 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
-  return {.observation = {.beta = x.head(layout_.beta_count()).cwiseProduct(layout_.unit()),
+  return {.observation = {.beta = layout_.beta(x),
                           .variance = layout_.variance_part(x),
                           .log_sigma = x[layout_.sigma_at()]},
-          .outer_factor = layout_.effect_unit(true).asDiagonal() * factor(x, true),
-          .inner_factor = layout_.effect_unit(false).asDiagonal() * factor(x, false)};
+          .outer_factor = layout_.own_factor(x, true),
+          .inner_factor = layout_.own_factor(x, false)};
 }
 
 VectorXd MarginalCoordinates::gradient(const MarginalValue& value) const {
   VectorXd result(layout_.size());
-  result << value.by_beta.cwiseProduct(layout_.unit()),
-      layout_.factor(true).gradient(layout_.effect_unit(true).asDiagonal() * value.by_outer_factor),
-      layout_.factor(false).gradient(layout_.effect_unit(false).asDiagonal() *
-                                     value.by_inner_factor),
-      value.by_variance, value.by_log_sigma;
+  result << layout_.beta_gradient(value.by_beta),
+      layout_.factor_gradient(true, value.by_outer_factor),
+      layout_.factor_gradient(false, value.by_inner_factor), value.by_variance, value.by_log_sigma;
   return result;
 }
 
@@ -32,7 +30,7 @@ VectorXd MarginalCoordinates::coordinates(const ObservationPoint& observation,
 }
 
 MatrixXd MarginalCoordinates::scaled_covariance(const VectorXd& x, bool is_outer) const {
-  const MatrixXd root = factor(x, is_outer);
+  const MatrixXd root = layout_.factor(is_outer).factor(layout_.factor_part(x, is_outer));
   return root * root.transpose();
 }
 

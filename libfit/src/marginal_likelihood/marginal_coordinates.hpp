@@ -9,15 +9,15 @@
 
 namespace silvafit::fit {
 
-/// What is between points of the likelihood and vectors x, laid out as SurfaceLayout says, with
-/// each coefficient in a unit that moves the mean by about one residual standard deviation.
+/// What is between points of the likelihood and vectors x, laid out as SurfaceLayout says.
 class MarginalCoordinates {
  public:
-  /// \param unit  (p) of each coefficient
+  /// \param frame  of the coefficients; one unit moves the mean by about one residual standard
+  ///   deviation
   MarginalCoordinates(const NonlinearModel& model,
                       const VarianceModel& variance,
-                      const Eigen::VectorXd& unit)
-      : layout_(model, variance, unit, unit.size()) {}
+                      const CoefficientFrame& frame)
+      : layout_(model, variance, frame, frame.beta.cols()) {}
 
   const SurfaceLayout& layout() const { return layout_; }
   MarginalPoint point(const Eigen::VectorXd& x) const;
@@ -26,20 +26,15 @@ class MarginalCoordinates {
   Eigen::VectorXd coordinates(const ObservationPoint& observation,
                               const Eigen::MatrixXd& outer,
                               const Eigen::MatrixXd& inner) const;
-  /// x with the covariance of a grouping in scaled units made larger in one direction.
+  /// x with the covariance of a grouping in the frame made larger in one direction.
   Eigen::VectorXd widened(const Eigen::VectorXd& x,
                           bool is_outer,
                           const Eigen::VectorXd& direction,
                           double size) const;
-  /// The scaled covariance of a grouping.
+  /// The covariance of a grouping in the frame.
   Eigen::MatrixXd scaled_covariance(const Eigen::VectorXd& x, bool is_outer) const;
 
  private:
-  /// (q x q) L of a grouping in scaled units.
-  Eigen::MatrixXd factor(const Eigen::VectorXd& x, bool is_outer) const {
-    return layout_.factor(is_outer).factor(layout_.factor_part(x, is_outer));
-  }
-
   SurfaceLayout layout_;
 };
 

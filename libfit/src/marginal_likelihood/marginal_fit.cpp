@@ -79,7 +79,7 @@ class MarginalSearch {
                     curvature_of(integration),
                     integration == Integration::kQuadrature ? options.quadrature_points : 1,
                     options.threads),
-        coordinates_(model, variance_, units(linearized)) {}
+        coordinates_(model, variance_, frame_at(model, linearized.estimate)) {}
 
   /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
   /// and searches in vain cost more than a start from scratch.
@@ -126,10 +126,16 @@ class MarginalSearch {
   bool has_optimum() const { return std::isfinite(best_.value); }
   bool has_converged() const { return has_optimum() && best_.decrement <= kConvergedDecrement; }
 
-  /// Whether the units of the search are not those of a fit.
+  /// Whether a unit of the search does not move the mean at a fit by about one residual standard
+  /// deviation.
   bool is_out_of_scale(const MixedEffectsFit& fit) const {
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    MatrixXd jacobian;
+    model_.evaluate(fit.estimate, mean, &jacobian, workspace);
+    jacobian *= coordinates_.layout().frame().beta;
+    const VectorXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
     constexpr double kUnsuitable = 4.0;
-    const Eigen::ArrayXd ratio = units(fit).array() / coordinates_.layout().unit().array();
     return ratio.maxCoeff() > kUnsuitable || ratio.minCoeff() < 1.0 / kUnsuitable;
   }
 
@@ -171,13 +177,11 @@ class MarginalSearch {
     const VectorXd parameters = variance_.constant();
     const ObservationPoint observation{
         .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
-    const auto covariance = [&](const std::vector<Index>& coefficients) -> MatrixXd {
-      const VectorXd deviations = spread * coordinates_.layout().unit()(coefficients);
-      return deviations.cwiseAbs2().asDiagonal();
+    const auto covariance = [&](bool is_outer) -> MatrixXd {
+      const MatrixXd& unit = coordinates_.layout().frame().effects(is_outer);
+      return spread * spread * unit * unit.transpose();
     };
-    const VectorXd x = coordinates_.coordinates(observation,
-                                                covariance(likelihood_.places().outer),
-                                                covariance(likelihood_.places().inner));
+    const VectorXd x = coordinates_.coordinates(observation, covariance(true), covariance(false));
     run(x,
         MatrixXd::Zero(outer_count(), model_.cluster_count()),
         MatrixXd::Zero(inner_count(), model_.group_count()));
@@ -200,22 +204,6 @@ class MarginalSearch {
   }
   MatrixXd outer_effects_of(const MixedEffectsFit& fit) const {
     return outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
-  }
-
-  /// What moves the mean by about one residual standard deviation.
-  VectorXd units(const MixedEffectsFit& fit) const {
-    NonlinearModel::Workspace workspace;
-    VectorXd mean;
-    MatrixXd jacobian;
-    model_.evaluate(fit.estimate, mean, &jacobian, workspace);
-    const auto n = static_cast<double>(model_.observations());
-    const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() / n);
-    VectorXd result(fit.estimate.size());
-    for (Index j = 0; j < result.size(); ++j) {
-      const double unit = residual_sd * std::sqrt(n) / jacobian.col(j).norm();
-      result[j] = std::isfinite(unit) && unit > 0.0 ? unit : 1.0;
-    }
-    return result;
   }
 
   bool is_exhausted() const { return evaluations_ >= most_evaluations_; }
@@ -368,9 +356,8 @@ class MarginalSearch {
   /// The fixed effects' block of the inverse of the observed information.
   MatrixXd fixed_covariance() const {
     const Index p = coordinates_.layout().beta_count();
-    const MatrixXd scaled = informed_inverse(best_.hessian).topLeftCorner(p, p);
-    return coordinates_.layout().unit().asDiagonal() * scaled *
-           coordinates_.layout().unit().asDiagonal();
+    const MatrixXd& frame = coordinates_.layout().frame().beta;
+    return frame * informed_inverse(best_.hessian).topLeftCorner(p, p) * frame.transpose();
   }
 
   void predict(MixedEffectsFit& fit, double scale, const VectorXd& parameters) const {

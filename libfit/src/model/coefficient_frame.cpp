@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+#include "model/coefficient_frame.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A column whose part at right angles to the others is a smaller share of it depends on them.
+constexpr double kDependent = 1e-11;
+// Columns of effects with a larger part at right angles to the others need no mixing.
+constexpr double kNearlyDependent = 0.01;
+
+/// A column less its projection on those before it.
+struct OrthogonalColumn {
+  VectorXd combination{};  ///< (p) of the columns
+  bool is_dependent = false;
+};
+
+/// Puts columns at right angles to those before them, one after the other.
+class Orthogonalizer {
+ public:
+  /// \param columns  (m x p)
+  explicit Orthogonalizer(const MatrixXd& columns) : columns_(columns) {}
+
+  /// Column j less its projection on those before it, with a length of one. Of a column that
+  /// depends on those before it nothing is left; then it is column j that would have this length.
+  OrthogonalColumn add(Index j) {
+    VectorXd combination = VectorXd::Unit(columns_.cols(), j);
+    VectorXd rest = columns_.col(j);
+    const double length = rest.norm();
+    if (!std::isfinite(length) || length == 0.0) return {combination, true};
+    combination /= length;
+    rest /= length;
+    // The second pass removes what rounding left in the first.
+    for (int pass = 0; pass < 2; ++pass) {
+      for (std::size_t k = 0; k < directions_.size(); ++k) {
+        const double share = directions_[k].dot(rest);
+        rest -= share * directions_[k];
+        combination -= share * combinations_[k];
+      }
+    }
+    const double share = rest.norm();
+    if (share <= kDependent) return {combination, true};
+    smallest_share_ = std::min(smallest_share_, share);
+    directions_.push_back(rest / share);
+    combinations_.push_back(combination / share);
+    return {combinations_.back()};
+  }
+
+  /// Of the columns that do not depend on those before them, the smallest part at right angles.
+  double smallest_share() const { return smallest_share_; }
+
+ private:
+  const MatrixXd& columns_;
+  std::vector<VectorXd> directions_;
+  std::vector<VectorXd> combinations_;
+  double smallest_share_ = 1.0;
+};
+
+/// (p x p) R of the QR decomposition of a Jacobian: columns with the same lengths and angles.
+MatrixXd same_angles(MatrixXd& jacobian) {
+  if (!jacobian.allFinite() || jacobian.rows() < jacobian.cols()) return jacobian;
+  // In place: the Jacobian is as long as the data.
+  const Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(jacobian);
+  return qr.matrixQR().topRows(jacobian.cols()).triangularView<Eigen::Upper>();
+}
+
+/// What makes a column as long as wanted.
+double unit_of(const VectorXd& column, double length) {
+  const double unit = length / column.stableNorm();
+  return std::isfinite(unit) && unit > 0.0 ? unit : 1.0;
+}
+
+/// Begins and ends of the blocks of effects whose covariances are free.
+template <typename Visit>
+void for_each_free_block(const RandomEffects& random, const Visit& visit) {
+  if (random.covariance == Covariance::kIdentity) return;
+  Index begin = 0;
+  for (const int size : random.block_sizes()) {
+    if (size > 1) visit(begin, begin + size);
+    begin += size;
+  }
+}
+
+/// (q x q) U of a grouping.
+MatrixXd effect_frame(const NonlinearModel& model,
+                      const std::optional<RandomEffects>& random,
+                      const MatrixXd& columns,
+                      double length) {
+  const std::vector<Index> places = model.coefficients_of(random);
+  const auto q = static_cast<Index>(places.size());
+  MatrixXd result = MatrixXd::Zero(q, q);
+  for (Index k = 0; k < q; ++k) {
+    result(k, k) = unit_of(columns.col(places[static_cast<std::size_t>(k)]), length);
+  }
+  if (!random) return result;
+  for_each_free_block(*random, [&](Index begin, Index end) {
+    Orthogonalizer block(columns);
+    MatrixXd mixed = result;
+    for (Index k = end - 1; k >= begin; --k) {
+      const OrthogonalColumn column = block.add(places[static_cast<std::size_t>(k)]);
+      if (!column.is_dependent) mixed.col(k) = length * column.combination(places);
+    }
+    if (block.smallest_share() < kNearlyDependent) result = mixed;
+  });
+  return result;
+}
+
+/// Coefficients with random effects that may be mixed with others, block by block; effects of both
+/// groupings only where their blocks are the same.
+std::vector<std::vector<Index>> blocks_of_columns(const NonlinearModel& model) {
+  const ModelSpecification& specification = model.specification();
+  const auto blocks_of = [&](const std::optional<RandomEffects>& random) {
+    std::vector<std::vector<Index>> blocks;
+    const std::vector<Index> places = model.coefficients_of(random);
+    if (!random) return blocks;
+    for_each_free_block(*random, [&](Index begin, Index end) {
+      blocks.emplace_back(places.begin() + begin, places.begin() + end);
+    });
+    return blocks;
+  };
+  std::vector<std::vector<Index>> inner = blocks_of(specification.random);
+  if (!specification.outer_random) return inner;
+  const std::vector<std::vector<Index>> outer = blocks_of(specification.outer_random);
+  std::erase_if(inner, [&](const std::vector<Index>& block) {
+    return std::ranges::find(outer, block) == outer.end();
+  });
+  return inner;
+}
+
+/// (p x p) T such that the columns of J T are at right angles as far as each column with random
+/// effects is a combination of those in its block alone; diagonal where no columns nearly depend on
+/// each other. Columns that depend on others stay as they are.
+MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, double length) {
+  const Index p = columns.cols();
+  MatrixXd scaled = MatrixXd::Zero(p, p);
+  for (Index j = 0; j < p; ++j) scaled(j, j) = unit_of(columns.col(j), length);
+  MatrixXd result = scaled;
+  for (const std::vector<Index>& block : blocks_of_columns(model)) {
+    Orthogonalizer of_block(columns);
+    for (auto j = block.rbegin(); j != block.rend(); ++j) {
+      const OrthogonalColumn column = of_block.add(*j);
+      if (!column.is_dependent) result.col(*j) = length * column.combination;
+    }
+  }
+  // Columns without random effects come last: they may be mixed with all others.
+  std::vector<Index> random = model.coefficients_of(model.specification().random);
+  const std::vector<Index> outer = model.coefficients_of(model.specification().outer_random);
+  random.insert(random.end(), outer.begin(), outer.end());
+  Orthogonalizer all(columns);
+  for (const Index j : random) all.add(j);
+  for (Index j = 0; j < p; ++j) {
+    if (std::ranges::find(random, j) != random.end()) continue;
+    const OrthogonalColumn column = all.add(j);
+    if (!column.is_dependent) result.col(j) = length * column.combination;
+  }
+  return all.smallest_share() < kNearlyDependent ? result : scaled;
+}
+
+}  // namespace
+
+CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian, double length) {
+  const MatrixXd columns = same_angles(jacobian);
+  const Index p = columns.cols();
+  CoefficientFrame frame{
+      .beta = MatrixXd(p, p),
+      .outer = effect_frame(model, model.specification().outer_random, columns, length),
+      .inner = effect_frame(model, model.specification().random, columns, length)};
+  Orthogonalizer all(columns);
+  for (Index j = 0; j < p; ++j) {
+    frame.beta.col(j) = length * all.add(j).combination;
+  }
+  return frame;
+}
+
+CoefficientFrame shared_frame(const NonlinearModel& model, MatrixXd jacobian, double length) {
+  const MatrixXd columns = same_angles(jacobian);
+  const std::vector<Index> outer = model.coefficients_of(model.specification().outer_random);
+  const std::vector<Index> inner = model.coefficients_of(model.specification().random);
+  const MatrixXd frame = shared_columns(model, columns, length);
+  return {.beta = frame, .outer = frame(outer, outer), .inner = frame(inner, inner)};
+}
+
+namespace {
+
+template <typename MakeFrame>
+CoefficientFrame made_at(const NonlinearModel& model,
+                         const VectorXd& coefficients,
+                         const MakeFrame& make) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(coefficients, mean, &jacobian, workspace);
+  const double length = (model.response() - mean).norm();
+  return make(model, std::move(jacobian), std::isfinite(length) && length > 0.0 ? length : 1.0);
+}
+
+}  // namespace
+
+CoefficientFrame frame_at(const NonlinearModel& model, const VectorXd& coefficients) {
+  return made_at(model, coefficients, orthogonal_frame);
+}
+
+CoefficientFrame shared_frame_at(const NonlinearModel& model, const VectorXd& coefficients) {
+  return made_at(model, coefficients, shared_frame);
+}
+
+}  // namespace silvafit::fit
