@@ -1,0 +1,2 @@
+def family(_folder, _seed):
+    return []

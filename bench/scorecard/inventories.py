@@ -1,0 +1,4 @@
+def run(chosen):
+    return []
+def report(results):
+    return ""

@@ -1,0 +1,2 @@
+def write(score, root):
+    pass
