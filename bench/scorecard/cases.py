@@ -17,7 +17,7 @@ class Case:
     random, variance, covariance, parameters and options are those of `silvafit fit`. nlme is the log-likelihood that R's nlme
     (of gnls, lme) was recorded with, None where it failed. truth has the coefficients that drawn data come from, and by names
     such as sd(a), cor(a, b) and sigma the variance components. starts are texts for --start by a name of where they come from.
-    expected says, in family "degenerate", what a sound result is.
+    expected, a degenerate.Expected, says what a sound end is where that is not simply the best fit.
     """
 
     family: str
@@ -33,7 +33,7 @@ class Case:
     nlme: float | None = None
     truth: dict | None = None
     starts: dict = dataclasses.field(default_factory=dict)
-    expected: "Expected | None" = None
+    expected: object = None
 
     def arguments(self, method, start=""):
         """Of `silvafit`, for this case by one method."""
@@ -43,19 +43,6 @@ class Case:
         for parameter in self.parameters:
             words += ["--parameter", parameter]
         return words + list(self.options)
-
-
-@dataclasses.dataclass(frozen=True)
-class Expected:
-    """same_as: the case whose fit, moved by shift, this one must have; says: what else the verdict must name (a regular expression).
-
-    Either is enough where both are given. ratios: of standard errors of coefficients that must be equal in both.
-    """
-
-    same_as: str = ""
-    shift: float = 0.0
-    says: str = ""
-    ratios: tuple = ()
 
 
 def methods_for(random):

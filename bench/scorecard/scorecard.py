@@ -36,6 +36,7 @@ FAMILIES = {
     "fol": drawn.fol,
     "emax": drawn.emax,
     "degenerate": degenerate.family,
+    "subsets": degenerate.subsets,
     "near-singular": drawn.near_singular,
 }
 
