@@ -4,9 +4,8 @@
 record_books.R has the R calls of the same names.
 """
 
-import csv
-
 import cases
+import recorded
 
 LOGISTIC = "Asym/(1 + exp((xmid - {x})/scal))"
 FOUR_PARAMETERS = "B + (A - B)/(1 + exp((log(Dose) - ld50)/th))"
@@ -124,13 +123,8 @@ STARTS = {
 }
 
 
-def recorded():
-    with open(cases.FOLDER / "recorded" / "books.csv", newline="", encoding="ascii") as file:
-        return {row["name"]: float(row["log_likelihood"]) if row["log_likelihood"] else None for row in csv.DictReader(file)}
-
-
 def family(_folder, _seed):
-    nlme = recorded()
+    nlme = recorded.log_likelihoods("books")
     for name, (data, formula, random, more) in FITS.items():
         start = STARTS.get(name, STARTS.get(data, "") if not more.get("parameters") or data == "Wafer" else "")
         settings = {"methods": cases.methods_for(random), **more}

@@ -9,6 +9,7 @@ import math
 import random
 
 import cases
+import recorded
 
 BIEXPONENTIAL = "y ~ A1*exp(-exp(l1)*t) + A2*exp(-exp(l2)*t)"
 ABSORPTION = "y ~ 4*exp(lke + lka - lcl)*(exp(-exp(lke)*t) - exp(-exp(lka)*t))/(exp(lka) - exp(lke))"
@@ -45,7 +46,7 @@ def biexp(folder, seed):
     truth = {"A1": 2.8, "l1": 0.8, "A2": 0.5, "l2": -1.4, "sd(A1)": 0.5, "sigma": 0.08}
     exchanged = {"A1": 0.5, "l1": -1.4, "A2": 2.8, "l2": 0.8}
     starts = {"the truth": cases.start_text(first(truth, exchanged)), "exchanged terms": cases.start_text(exchanged)}
-    nlme = recorded("biexp", seed)
+    nlme = recorded.log_likelihoods("biexp") if seed == 1 else {}
     for name, data in sets(folder, seed, "biexp", "g,t,y", lambda draw: biexponential(draw, truth)):
         yield cases.Case(family="biexp", name=name, data=data, formula=BIEXPONENTIAL, random="A1 | g", truth=truth, starts=starts,
                          nlme=nlme.get(name))
@@ -65,7 +66,7 @@ def fol(folder, seed):
     truth = {"lka": 0.4, "lke": -2.4, "lcl": -3.2, "sd(lka)": 0.5, "sd(lcl)": 0.2, "cor(lka, lcl)": 0.0, "sigma": 0.4}
     exchanged = {"lka": -2.4, "lke": 0.4, "lcl": -3.2}
     starts = {"the truth": cases.start_text(first(truth, exchanged)), "exchanged terms": cases.start_text(exchanged)}
-    nlme = recorded("fol", seed)
+    nlme = recorded.log_likelihoods("fol") if seed == 1 else {}
     for name, data in sets(folder, seed, "fol", "g,t,y", lambda draw: absorption(draw, truth)):
         yield cases.Case(family="fol", name=name, data=data, formula=ABSORPTION, random="lka + lcl | g", truth=truth, starts=starts,
                          nlme=nlme.get(name))
@@ -101,7 +102,7 @@ def dose_response(draw, truth, doses, residuals):
 
 
 def emax(folder, seed):
-    nlme = recorded("emax", seed)
+    nlme = recorded.log_likelihoods("emax") if seed == 1 else {}
     for design, (exponent, doses, residuals) in DESIGNS.items():
         truth = {"lE0": math.log(5), "lEm": math.log(30), "lED": math.log(500), "g": exponent, "sd(lE0)": 0.3, "sd(lEm)": 0.7, "sd(lED)": 0.7,
                  "cor(lEm, lED)": 0.5, "sigma": 0.1 if residuals == "proportional" else 2}
@@ -152,7 +153,7 @@ def small_sample(draw, curve, span, groups, rows, truth):
 
 
 def near_singular(folder, seed):
-    nlme = recorded("near-singular", seed)
+    nlme = recorded.log_likelihoods("near-singular") if seed == 1 else {}
     for design, (formula, curve, span, groups, rows, truth) in NEAR_SINGULAR.items():
         varying = [name for name in coefficients(truth) if f"sd({name})" in truth]
         for number in range(1, SETS_OF_A_DESIGN + 1):
@@ -161,14 +162,3 @@ def near_singular(folder, seed):
                          small_sample(stream(seed, design, number), curve, span, groups, rows, truth))
             yield cases.Case(family="near-singular", name=name, data=data, formula=formula, random=" + ".join(varying) + " | g", truth=truth,
                              nlme=nlme.get(name), starts={"the truth": cases.start_text(first(truth, coefficients(truth)))})
-
-
-# ---------------------------------------------------------------- nlme's results
-
-def recorded(family, seed):
-    """nlme's log-likelihoods from the truth, by case; they were recorded for the sets of seed 1 only."""
-    path = cases.FOLDER / "recorded" / "drawn.csv"
-    if seed != 1 or not path.exists():
-        return {}
-    rows = [line.split(",") for line in path.read_text(encoding="ascii").splitlines()[1:]]
-    return {name: float(value) for kind, name, value, *_ in rows if kind == family and value}

@@ -25,6 +25,7 @@ import drawn
 import fitting
 import inventories
 import page
+import recorded
 import spati
 import summary
 
@@ -73,6 +74,16 @@ def work(chosen, all_cases):
             if (not wanted or method in wanted) and re.search(chosen.only, f"{case.name} {method}")]
 
 
+def with_nlme(results):
+    """Before them, what nlme said of the same cases."""
+    names = {one.case for one in results}
+    return [one for family in dict.fromkeys(one.family for one in results) for one in recorded.results(family).values() if one.case in names] + results
+
+
+def score_of(results, known, seed):
+    return summary.Score(with_nlme(results) if seed == 1 else results, known, summary.read_best() if seed == 1 else {})
+
+
 def print_summary(score):
     print(summary.main_table(score))
     accuracy = summary.accuracy_tables(score)
@@ -117,10 +128,10 @@ def main():
         compare(chosen, known)
         return
     if chosen.page:
-        page.write(summary.Score(fitting.read(chosen.page), known, summary.read_best()), ROOT)
+        page.write(score_of(fitting.read(chosen.page), known, chosen.seed), ROOT)
         return
     if chosen.summary:
-        print_summary(summary.Score(fitting.read(chosen.summary), known, summary.read_best()))
+        print_summary(score_of(fitting.read(chosen.summary), known, chosen.seed))
         return
     if not os.access(chosen.program, os.X_OK):
         sys.exit(f"{chosen.program} is not here: build it, or name the program by --program or the environment variable SILVAFIT")
@@ -132,7 +143,7 @@ def main():
         results += inventories.run(chosen)
     pathlib.Path(chosen.out).parent.mkdir(parents=True, exist_ok=True)
     fitting.write(chosen.out, results)
-    print_summary(summary.Score(results, known, summary.read_best()))
+    print_summary(score_of(results, known, chosen.seed))
 
 
 if __name__ == "__main__":

@@ -7,8 +7,10 @@ without 1.3 m, as the function of that version computes it and as nlme was recor
 
 import csv
 import math
+import re
 
 import cases
+import recorded
 
 # Height at DBH d.
 CURVES = {
@@ -36,18 +38,14 @@ CURVES = {
 VARIANCES = ("", "power(d)", "power(w2)")
 
 
-def recorded():
-    """nlme's log-likelihood by (curve, random effects, variance), None where it failed."""
-    with open(cases.FOLDER / "recorded" / "spati.csv", newline="", encoding="ascii") as file:
-        return {(row["curve"], int(row["random_effects"]), int(row["variance"])): float(row["log_likelihood"]) if row["log_likelihood"] else None
-                for row in csv.DictReader(file)}
-
-
 def family(_folder, _seed):
-    for (curve, random_effects, variance), nlme in recorded().items():
-        random = " + ".join("abc"[:random_effects]) + " | plot"
-        yield cases.Case(family="spati", name=f"{curve}-{random_effects}-{variance}", data=cases.FOLDER / "data-gpl" / "spati.csv",
-                         formula="h ~ " + CURVES[curve], random=random, variance=VARIANCES[variance], nlme=nlme)
+    nlme = recorded.log_likelihoods("spati")
+    for curve, height in CURVES.items():
+        for random_effects in range(1, 3 if "c" not in re.findall(r"\b[abc]\b", height) else 4):
+            for number, variance in enumerate(VARIANCES):
+                name = f"{curve}-{random_effects}-{number}"
+                yield cases.Case(family="spati", name=name, data=cases.FOLDER / "data-gpl" / "spati.csv", formula="h ~ " + height,
+                                 random=" + ".join("abc"[:random_effects]) + " | plot", variance=variance, nlme=nlme.get(name))
 
 
 def trees():

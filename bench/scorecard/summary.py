@@ -7,6 +7,7 @@ import statistics
 
 import cases
 
+LIKE_NLME = ("lb", "ols", "gnls")  # methods whose log-likelihoods compare with those of nlme and gnls
 TOLERANCE = 0.05  # of log-likelihoods: what optimizers leave, and nlme's own tolerance, stay below
 BEST_KNOWN = cases.FOLDER / "best_known.csv"
 
@@ -37,9 +38,10 @@ class Score:
 
     def known(self, result):
         """The best known (log-likelihood, where found) of a result's case and method; None if nothing is."""
-        found = [self.best[key] for key in [(result.case, result.method)] if key in self.best]
+        method = "lb" if result.method == "nlme" else result.method
+        found = [self.best[(result.case, method)]] if (result.case, method) in self.best else []
         case = self.cases.get(result.case)
-        if result.method in ("lb", "ols", "gnls") and case is not None and case.nlme is not None:
+        if method in LIKE_NLME and case is not None and case.nlme is not None:
             found.append((case.nlme, "nlme"))
         return max(found) if found else None
 
@@ -62,7 +64,7 @@ class Score:
         return [one for one in self.results if one.family == family and one.method == method]
 
     def kinds(self):
-        order = ["lb", "laplace", "focei", "agq", "ols", "gnls", "study"]
+        order = ["nlme", "lb", "laplace", "focei", "agq", "ols", "gnls", "study"]
         pairs = {(one.family, one.method) for one in self.results}
         families = list(dict.fromkeys(one.family for one in self.results))
         return sorted(pairs, key=lambda pair: (families.index(pair[0]), order.index(pair[1]) if pair[1] in order else 99))
@@ -75,6 +77,11 @@ def table(head, rows):
 
 def share(part, whole):
     return f"{part} ({100 * part / whole:.1f} %)" if whole else "0"
+
+
+def time_of(result):
+    """Seconds of the fit, as the program says; where other work on the machine delayed it, those of the processor for the whole process."""
+    return result.cpu_seconds if result.fit_seconds is None else min(result.fit_seconds, result.cpu_seconds)
 
 
 def seconds(values):
@@ -91,28 +98,14 @@ def main_row(score, family, method):
     nlme = [sum(value > TOLERANCE for value in beside), sum(value < -TOLERANCE for value in beside)]
     return [family, method, len(chosen), share(sum(one.converged for one in chosen), len(chosen)),
             sum(score.below(one) > 0 for one in chosen),
-            *(nlme if method in ("lb", "ols", "gnls") else ["", ""]),
-            *seconds([one.fit_seconds if one.fit_seconds is not None else one.cpu_seconds for one in chosen])]
-
-
-def nlme_rows(score):
-    """How many of the recorded fits of nlme have a value; its seconds are in the recorded files."""
-    for family in dict.fromkeys(one.family for one in score.results):
-        chosen = [score.cases[name] for name in dict.fromkeys(one.case for one in score.results if one.family == family) if name in score.cases]
-        if any(case.nlme is not None for case in chosen):
-            lower = sum(case.nlme is not None and score.best.get((case.name, "lb"), (-math.inf, ""))[0] - case.nlme > TOLERANCE for case in chosen)
-            yield [family, "nlme", len(chosen), share(sum(case.nlme is not None for case in chosen), len(chosen)), lower, "", "", "", "", ""]
+            *(nlme if method in LIKE_NLME else ["", ""]), *seconds([time_of(one) for one in chosen])]
 
 
 HEAD = ["family", "method", "cases", "converged", "converged below the best known", "above nlme", "below nlme", "median [s]", "90 % [s]", "longest [s]"]
 
 
 def main_table(score):
-    rows = [main_row(score, *pair) for pair in score.kinds() if pair[1] != "study"]
-    for extra in nlme_rows(score):
-        last = max(index for index, row in enumerate(rows) if row[0] == extra[0])
-        rows.insert(last + 1, extra)
-    return table(HEAD, rows)
+    return table(HEAD, [main_row(score, *pair) for pair in score.kinds() if pair[1] != "study"])
 
 
 def before_and_after_table(before, after):
@@ -123,7 +116,7 @@ def before_and_after_table(before, after):
         cells = []
         for score in (before, after):
             chosen = [one for one in score.select(family, method) if (one.case, one.method) in both]
-            times = seconds([one.fit_seconds if one.fit_seconds is not None else one.cpu_seconds for one in chosen])
+            times = seconds([time_of(one) for one in chosen])
             cells.append((sum(one.converged for one in chosen), sum(score.below(one) > 0 for one in chosen), times[0], times[2], len(chosen)))
         if cells[0][4]:
             rows.append([family, method, cells[0][4]] + [cells[side][what] for what in range(4) for side in (0, 1)])
@@ -133,7 +126,7 @@ def before_and_after_table(before, after):
 
 def bad_cases(score):
     """Called converged, and below the best known: worst first."""
-    found = [(score.below(one), one) for one in score.results if score.below(one) > 0]
+    found = [(score.below(one), one) for one in score.results if score.below(one) > 0 and one.method != "nlme"]
     rows = []
     for amount, one in sorted(found, key=lambda pair: -pair[0]):
         value, where = score.known(one)
@@ -147,7 +140,7 @@ BAD_HEAD = ["family", "case", "method", "log-likelihood", "best known", "found b
 def better_than_known(score):
     """Fits that beat the record: best_known.csv should learn of them."""
     for one in score.results:
-        known = score.known(one)
+        known = score.known(one) if one.method != "nlme" else None
         if one.usable() and known is not None and one.log_likelihood - known[0] > TOLERANCE:
             yield one, one.log_likelihood - known[0], known
 
@@ -156,7 +149,7 @@ def not_converged(score):
     """How many verdicts of each kind, numbers left out."""
     counts = {}
     for one in score.results:
-        if not one.converged:
+        if not one.converged and one.method != "nlme":
             text = "".join("#" if letter.isdigit() else letter for letter in (one.verdict or one.ended))[:110]
             key = (one.family, one.method, text)
             counts[key] = counts.get(key, 0) + 1
@@ -194,7 +187,7 @@ def accuracy_tables(score):
     designs = {}
     for one in score.results:
         case = score.cases.get(one.case)
-        if case is not None and case.truth and "given" not in one.case:
+        if case is not None and case.truth and one.method != "nlme" and "given" not in one.case:
             designs.setdefault((one.family, one.case.rsplit("-", 1)[0] + "-"), case)
     for (family, prefix), case in designs.items():
         rows = list(accuracy_rows(score, family, prefix))
@@ -207,5 +200,5 @@ def degenerate_rows(score):
     by_key = {(one.case, one.method): one for one in score.results}
     for one in score.results:
         case = score.cases.get(one.case)
-        if case is not None and case.expected is not None:
+        if case is not None and case.expected is not None and one.method != "nlme":
             yield one, case.expected.judge(one, by_key.get((case.expected.same_as, one.method)))
