@@ -11,7 +11,7 @@ import spati
 import summary
 
 DISTINCT = 0.05  # two starts are the same where no coefficient differs by more than this share
-MOST_STARTS = 10
+MOST_STARTS = 6
 
 
 def group_starts(program, wanted, limit, jobs):
