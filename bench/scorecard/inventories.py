@@ -201,17 +201,26 @@ def run(chosen):
         return [one.result() for one in running]
 
 
-def report(results):
-    """Tables of times and faults; nothing without inventories."""
-    chosen = [one for one in results if one.method == "study"]
-    if not chosen:
-        return ""
+def studies(results):
+    return [one for one in results if one.method == "study"]
+
+
+def table_of(results):
+    """Times and how many are plausible, by kind."""
     rows = []
     for kind in [*KINDS, "all"]:
-        mine = [one for one in chosen if kind in ("all", one.case.split("-")[1])]
+        mine = [one for one in studies(results) if kind in ("all", one.case.split("-")[1])]
         if mine:
             rows.append([kind, len(mine), sum(one.ended == "yes" for one in mine), sum(one.converged for one in mine),
                          sum(one.cpu_seconds > 5 for one in mine), *summary.seconds([one.cpu_seconds for one in mine])])
-    text = summary.table(["inventories", "number", "studies that ended", "all models plausible", "over 5 s", "median [s]", "90 % [s]", "longest [s]"], rows)
-    faults = [[one.case, one.ended, fault] for one in chosen for fault in (one.verdict.split("; ") if one.verdict else [])]
-    return text + ("\n\n" + summary.table(["inventory", "ended", "fault"], faults) if faults else "")
+    return summary.table(["inventories", "number", "studies that ended", "all models plausible", "over 5 s", "median [s]", "90 % [s]", "longest [s]"], rows)
+
+
+def fault_table(results):
+    faults = [[one.case, one.ended, fault] for one in studies(results) for fault in (one.verdict.split("; ") if one.verdict else [])]
+    return summary.table(["inventory", "ended", "fault"], faults) if faults else ""
+
+
+def report(results):
+    """Both tables; nothing without inventories."""
+    return f"{table_of(results)}\n\n{fault_table(results)}".strip() if studies(results) else ""

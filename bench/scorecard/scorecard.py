@@ -58,6 +58,7 @@ def options():
     parser.add_argument("--best", action="store_true", help="look for better fits from many starts and record them")
     parser.add_argument("--compare", nargs=2, metavar=("BEFORE", "AFTER"), help="files of results")
     parser.add_argument("--summary", metavar="RESULTS", help="print the tables of a file of results, without running anything")
+    parser.add_argument("--baseline", nargs="+", metavar="RESULTS", help="keep these results as what the page calls before")
     parser.add_argument("--page", metavar="RESULTS", help="write the tables of docs/scorecard.md from a file of results")
     return parser.parse_args()
 
@@ -127,8 +128,12 @@ def main():
     if chosen.compare:
         compare(chosen, known)
         return
+    if chosen.baseline:
+        page.keep_baseline([one for path in chosen.baseline for one in fitting.read(path)])
+        return
     if chosen.page:
-        page.write(score_of(fitting.read(chosen.page), known, chosen.seed), ROOT)
+        before = summary.Score(fitting.read(page.BASELINE), known, summary.read_best())
+        page.write(score_of(fitting.read(chosen.page), known, chosen.seed), before, ROOT)
         return
     if chosen.summary:
         print_summary(score_of(fitting.read(chosen.summary), known, chosen.seed))
