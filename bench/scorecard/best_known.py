@@ -11,7 +11,7 @@ import spati
 import summary
 
 DISTINCT = 0.05  # two starts are the same where no coefficient differs by more than this share
-MOST_STARTS = 6
+MOST_STARTS = 5
 
 
 def group_starts(program, wanted, limit, jobs):
@@ -63,9 +63,15 @@ def starts_of(case, method, defaults, medians):
     return found + [(where, cases.start_text(values)) for where, values in kept[:MOST_STARTS]]
 
 
-def improve(program, wanted, limit, jobs):
-    """Records in best_known.csv the best log-likelihood of converged fits, and of models that a case contains."""
-    defaults = fitting.fit_all(program, [(case, method, "") for case, method in wanted], limit, jobs)
+def improve(program, wanted, limit, jobs, results=()):
+    """Records in best_known.csv the best log-likelihood of converged fits, and of models that a case contains.
+
+    results are fits without a start that need not be made again; all methods' ends of a case are starts for each of its methods.
+    """
+    made = {(one.case, one.method) for one in results}
+    names = {case.name for case, _ in wanted}
+    defaults = [one for one in results if one.case in names]
+    defaults += fitting.fit_all(program, [(case, method, "") for case, method in wanted if (case.name, method) not in made], limit, jobs)
     medians = group_starts(program, wanted, limit, jobs)
     work, whence, whose = [], [], []
     for case, method in wanted:

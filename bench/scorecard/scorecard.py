@@ -56,6 +56,7 @@ def options():
     parser.add_argument("--folder", default=str(ROOT / "build" / "scorecard" / "data"), help="where drawn data are written")
     parser.add_argument("--draw", action="store_true", help="only write the drawn data")
     parser.add_argument("--best", action="store_true", help="look for better fits from many starts and record them")
+    parser.add_argument("--results", metavar="RESULTS", help="for --best: fits without a start that need not be made again")
     parser.add_argument("--compare", nargs=2, metavar=("BEFORE", "AFTER"), help="files of results")
     parser.add_argument("--summary", metavar="RESULTS", help="print the tables of a file of results, without running anything")
     parser.add_argument("--baseline", nargs="+", metavar="RESULTS", help="keep these results as what the page calls before")
@@ -141,7 +142,8 @@ def main():
     if not os.access(chosen.program, os.X_OK):
         sys.exit(f"{chosen.program} is not here: build it, or name the program by --program or the environment variable SILVAFIT")
     if chosen.best:
-        best_known.improve(chosen.program, work(chosen, all_cases), chosen.time_out, chosen.jobs)
+        best_known.improve(chosen.program, work(chosen, all_cases), chosen.time_out, chosen.jobs,
+                            fitting.read(chosen.results) if chosen.results else [])
         return
     results = fitting.fit_all(chosen.program, [(*one, "") for one in work(chosen, all_cases)], chosen.time_out, chosen.jobs)
     if not chosen.family or "inventories" in chosen.family:
