@@ -57,7 +57,7 @@ bench-deps: deps
 bench: deps
 	@bench/run
 
-# Most of an hour on two processors; docs/scorecard.md.
+# Twenty minutes on two processors; docs/scorecard.md.
 scorecard: build
 	@bench/scorecard/scorecard.py --out build/scorecard/results.csv >build/scorecard.md
 	@bench/scorecard/scorecard.py --page build/scorecard/results.csv

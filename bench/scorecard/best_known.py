@@ -12,6 +12,7 @@ import summary
 
 DISTINCT = 0.05  # two starts are the same where no coefficient differs by more than this share
 MOST_STARTS = 5
+SLICE = 300
 
 
 def group_starts(program, wanted, limit, jobs):
@@ -84,10 +85,17 @@ def improve(program, wanted, limit, jobs, results=()):
                 work.append((smaller, smaller.methods[0], ""))
                 whence.append("contained: " + why)
                 whose.append((case.name, method))
-    tried = fitting.fit_all(program, work, limit, jobs)
+    keep([(one.case, one.method) for one in defaults], ["no start"] * len(defaults), defaults)
+    # In slices, so that little is lost where this is interrupted.
+    for first in range(0, len(work), SLICE):
+        part = slice(first, first + SLICE)
+        keep(whose[part], whence[part], fitting.fit_all(program, work[part], limit, jobs))
+
+
+def keep(keys, where_from, results):
+    """Puts what is better than the record into it."""
     best = summary.read_best()
-    candidates = list(zip([(one.case, one.method) for one in defaults], ["no start"] * len(defaults), defaults)) + list(zip(whose, whence, tried))
-    for key, where, result in candidates:
+    for key, where, result in zip(keys, where_from, results):
         # A tiny gain is no reason to call the record by another name.
         if result.usable() and (key not in best or result.log_likelihood > best[key][0] + 0.002):
             best[key] = (result.log_likelihood, where)
