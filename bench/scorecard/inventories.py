@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Family "inventories": `silvafit simulate` draws forests of six kinds, a default `silvafit study` is run on each.
+"""Family "inventories": `silvafit simulate` draws forests of eight kinds, a default `silvafit study` is run on each.
 
 What is recorded: processor seconds, and chosen models that are absurd. Heights are looked at over 1 cm to 1.2 times the largest DBH, for the
 population and for every plot, at indices of 0.5 and the mean elevation.
@@ -13,6 +13,7 @@ import pathlib
 import shutil
 import sys
 
+import cases
 import drawn
 import fitting
 import summary
@@ -27,6 +28,8 @@ KINDS = {
     "pure": (25, lambda draw: draw.uniform(25, 60), 0.12, (0.94, 0.06)),
     "wide": (16, lambda draw: draw.uniform(30, 70), 0.30, (0.45, 0.35, 0.20)),
     "few": (4, lambda draw: 110, 0.15, (0.25, 0.25, 0.25, 0.25)),
+    "sparse": (25, lambda draw: draw.uniform(25, 60), 0.01, (0.1,) * 10),
+    "fir": None,  # examples/fir-mixed
 }
 HEIGHTS = (
     ("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"a": (18, 36), "b": (0.025, 0.06)}),
@@ -40,6 +43,8 @@ HEIGHTS = (
 
 def design_of(kind, draw):
     """A design for `silvafit simulate`, about TREES trees."""
+    if KINDS[kind] is None:
+        return json.loads((cases.FOLDER.parent.parent / "examples" / "fir-mixed" / "design.json").read_text(encoding="utf-8"))
     count, side, spread, shares = KINDS[kind]
     sides = [side(draw) for _ in range(count)]
     scale = math.sqrt(5e4 / sum(length**2 for length in sides))  # 5 ha in all, so that the density is 980 stems/ha
@@ -54,7 +59,7 @@ def design_of(kind, draw):
         "plots": plots,
         "stems": {"minimum_distance": 0.5, "patch_length": 20},
         "terrain": {"base": 300, "slope_north": 0.05, "hill_sd": 5, "hill_length": 80},
-        "neighbors": {"count": 4, "within": "plot"},
+        "neighbors": {"count": 4, "within": "stand"},
         "species": [species(f"S{number}", TREES * share / area, spread, draw) for number, share in enumerate(shares, 1)],
     }
 
