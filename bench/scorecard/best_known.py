@@ -11,7 +11,7 @@ import spati
 import summary
 
 DISTINCT = 0.05  # two starts are the same where no coefficient differs by more than this share
-MOST_STARTS = 5
+MOST_STARTS = 4
 SLICE = 300
 
 
