@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps configure build demo test fuzz sanitize sanitize-threads tidy coverage bench-deps bench docs package check-package format check-format clean
+.PHONY: help deps configure build demo test fuzz sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build, and run a whole study on the example"
@@ -8,6 +8,7 @@ help:
 	@echo "make sanitize, make sanitize-threads, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make fuzz SECONDS=60   every reader of files with libFuzzer, so many seconds each"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
+	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
 	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
 	@echo "make format  rewrite the sources as .clang-format says"
@@ -55,6 +56,11 @@ bench-deps: deps
 
 bench: deps
 	@bench/run
+
+# Twenty minutes on two processors; docs/scorecard.md.
+scorecard: build
+	@bench/scorecard/scorecard.py --out build/scorecard/results.csv >build/scorecard.md
+	@bench/scorecard/scorecard.py --page build/scorecard/results.csv
 
 package: build
 	@./scripts/install-dependencies packages-debian12-package.txt

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""Writes the tables of docs/scorecard.md between their marks."""
+
+import re
+
+import cases
+import fitting
+import inventories
+import summary
+
+BASELINE = cases.FOLDER / "recorded" / "baseline.csv"
+SHOWN = 40
+
+
+def keep_baseline(results):
+    """What later results are compared with, without the estimates; verdicts only of studies."""
+    for one in results:
+        one.estimates = {}
+        if one.method != "study":
+            one.verdict = ""
+    fitting.write(BASELINE, results)
+
+
+def overview(score, before):
+    rows = []
+    for family, method in score.kinds():
+        if method == "study":
+            continue
+        chosen = score.select(family, method)
+        old = chosen if method == "nlme" else before.select(family, method)
+        beside = [value for value in map(score.beside_nlme, chosen) if value is not None] if method in summary.LIKE_NLME else None
+        rows.append([family, method, len(chosen),
+                     sum(one.converged for one in old) if old else "", sum(one.converged for one in chosen),
+                     sum(before.below(one) > 0 for one in old) if old else "", sum(score.below(one) > 0 for one in chosen),
+                     "" if beside is None else sum(value > summary.TOLERANCE for value in beside),
+                     "" if beside is None else sum(value < -summary.TOLERANCE for value in beside),
+                     *summary.seconds([summary.time_of(one) for one in chosen])])
+    return summary.table(["family", "method", "cases", "converged before", "now", "below the best known before", "now", "above nlme", "below nlme",
+                          "median [s]", "90 % [s]", "longest [s]"], rows)
+
+
+def bad_list(score):
+    bad = summary.bad_cases(score)
+    if not bad:
+        return "None."
+    more = f"\n\nand {len(bad) - SHOWN} more." if len(bad) > SHOWN else ""
+    return f"{len(bad)} fits:\n\n" + summary.table(summary.BAD_HEAD, bad[:SHOWN]) + more
+
+
+def degenerate_table(score):
+    """By case: each method's end."""
+    ends = {}
+    for one, judgement in summary.degenerate_rows(score):
+        ends.setdefault(one.case, {})[one.method] = judgement
+    methods = ["lb", "laplace", "focei", "agq"]
+    return summary.table(["case", *methods], [[case, *(by.get(method, "") for method in methods)] for case, by in ends.items()])
+
+
+def studies(score, before):
+    now, old = inventories.table_of(score.results), inventories.table_of(before.results)
+    faults = inventories.fault_table(score.results)
+    return f"{now}\n\nBefore:\n\n{old}" + (f"\n\n{faults}" if faults else "")
+
+
+def write(score, before, root):
+    parts = {
+        "overview": overview(score, before),
+        "worst": bad_list(score),
+        "accuracy": summary.accuracy_tables(score),
+        "degenerate": degenerate_table(score),
+        "inventories": studies(score, before),
+    }
+    path = root / "docs" / "scorecard.md"
+    text = path.read_text(encoding="utf-8")
+    for name, table in parts.items():
+        text = re.sub(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", lambda found, table=table: f"{found[1]}\n{table}\n\n{found[2]}", text, flags=re.S)
+    path.write_text(text, encoding="utf-8")
+    print(f"the tables of {path} are written")
