@@ -60,13 +60,31 @@ struct Task {
   fit::FitModelOptions options{};
 };
 
+/// Where the part that begins at a place ends: at a comma outside parentheses and quotes, which the
+/// names of coefficients may have: a:min(x, 20), a:(species == "oak, red").
+std::size_t end_of_part(std::string_view text, std::size_t begin) {
+  int depth = 0;
+  char quote = '\0';
+  for (std::size_t i = begin; i < text.size(); ++i) {
+    const char byte = text[i];
+    if (quote != '\0') {
+      if (byte == quote) quote = '\0';
+      continue;
+    }
+    if (byte == '"' || byte == '\'' || byte == '`') quote = byte;
+    if (byte == ',' && depth == 0) return i;
+    depth += static_cast<int>(byte == '(') - static_cast<int>(byte == ')');
+  }
+  return text.size();
+}
+
 /// The texts of `name=text,...` by name.
 std::map<std::string, std::string_view> parse_assignments(std::string_view text,
                                                           const std::string& option) {
   std::map<std::string, std::string_view> result;
   std::size_t begin = 0;
   while (begin < text.size()) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::size_t end = end_of_part(text, begin);
     const std::string_view part = text.substr(begin, end - begin);
     // A coefficient may be of a comparison: b:species == "SM".
     const std::size_t sign = part.rfind('=');
@@ -418,9 +436,11 @@ void add_model_options(CLI::App& command, FitArguments& arguments) {
       ->type_name("ID")
       ->allow_extra_args(false);
   command
-      .add_option("--parameter",
-                  arguments.parameters,
-                  "Linear sub-model of a parameter, such as \"b ~ 1 + C\"; repeatable")
+      .add_option(
+          "--parameter",
+          arguments.parameters,
+          "Linear sub-model of a parameter, as R's formulas: \"b ~ 1 + C\", \"b ~ C*species\" "
+          "(text columns are factors), \"b ~ I(dbh^2)\"; repeatable")
       ->type_name("SUBMODEL")
       ->allow_extra_args(false);
   command

@@ -34,9 +34,9 @@ std::vector<std::string> name_columns(const ColumnTexts& texts) {
   for (const std::string& text : texts.formulas) uses.add(data::parse_formula(text).right);
   if (!texts.where.empty()) uses.add(data::Expression::parse(texts.where));
   for (const std::string& text : texts.parameters) {
-    for (const fit::Covariate& covariate : fit::parse_parameter_model(text).covariates) {
-      uses.add(covariate.value);
-    }
+    const fit::SubModelColumns columns = fit::sub_model_columns(text);
+    uses.as_numbers.insert(columns.as_numbers.begin(), columns.as_numbers.end());
+    uses.as_names.insert(columns.as_names.begin(), columns.as_names.end());
   }
   if (!texts.random.empty()) {
     for (const fit::RandomEffects& effects : fit::parse_random_effects(texts.random)) {

@@ -61,6 +61,45 @@ class Substitution {
   std::unordered_map<const ExpressionNode*, NodePointer> results_;
 };
 
+/// Whether an operation has another slope on each side of some values of its arguments.
+bool has_kink(Operation operation) {
+  switch (operation) {
+    case Operation::kAbs:
+    case Operation::kSign:
+    case Operation::kMin:
+    case Operation::kMax:
+    case Operation::kLess:
+    case Operation::kLessEqual:
+    case Operation::kEqual:
+    case Operation::kAnd:
+    case Operation::kOr:
+    case Operation::kNot:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Which parts of a graph depend on a variable.
+class Dependence {
+ public:
+  explicit Dependence(std::string_view name) : name_(name) {}
+
+  bool of(const NodePointer& node) {
+    if (node->operation == Operation::kVariable) return node->name == name_;
+    const auto known = results_.find(node.get());
+    if (known != results_.end()) return known->second;
+    bool result = false;
+    for (int i = 0; i < node->operand_count; ++i) result = of(node->operands[i]) || result;
+    results_.emplace(node.get(), result);
+    return result;
+  }
+
+ private:
+  std::string_view name_;
+  std::unordered_map<const ExpressionNode*, bool> results_;
+};
+
 /// The value of a graph for given variables; shared parts are computed once.
 class Valuation {
  public:
@@ -122,6 +161,21 @@ Expression Expression::derivative(std::string_view name) const {
 
 Expression Expression::substitute(std::string_view name, const Expression& replacement) const {
   return Expression(Substitution(name, replacement.node_).of(node_));
+}
+
+bool Expression::has_kink_in(std::string_view name) const {
+  Dependence dependence(name);
+  bool result = false;
+  for_each_node(node_, [&](const ExpressionNode& node) {
+    if (node.operation == Operation::kIfElse) {
+      result = result || dependence.of(node.operands[0]);
+    } else if (has_kink(node.operation)) {
+      for (int i = 0; i < node.operand_count; ++i) {
+        result = result || dependence.of(node.operands[i]);
+      }
+    }
+  });
+  return result;
 }
 
 bool Expression::is_constant() const { return node_->operation == Operation::kConstant; }

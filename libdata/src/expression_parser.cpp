@@ -218,6 +218,7 @@ class Parser {
   }
 
   NodePointer call(std::string_view name, std::size_t begin) {
+    if (name == "I") return primary();  // as in R's formulas; everything is arithmetic here
     const auto function = find_function(name);
     if (!function) fail_at(fmt::format("there is no function '{}'", name), begin);
     expect("(", "before the arguments");

@@ -213,3 +213,30 @@ TEST_CASE("substitution rebuilds and simplifies") {
   const Expression richards = Expression::parse("a*(1 - exp(-b*x))^c");
   CHECK(richards.substitute("c", Expression::constant(1.0)).text() == "a*(1 - exp(-b*x))");
 }
+
+TEST_CASE("I() encloses arithmetic, as in R's formulas") {
+  CHECK(value_of("2*I(1 + 2)^2") == 18.0);
+  CHECK(Expression::parse("I(x^2)").text() == Expression::parse("x^2").text());
+  CHECK_THROWS_AS(Expression::parse("I(x, 2)"), FormulaError);
+  CHECK(Expression::parse("I*x").variables() == std::vector<std::string>{"I", "x"});
+}
+
+TEST_CASE("an expression knows where its slope jumps") {
+  const auto has_kink = [](const char* text) { return Expression::parse(text).has_kink_in("a"); };
+  for (const char* text : {"max(a*x, 3)",
+                           "x + min(x, exp(-a))",
+                           "abs(1 - a)",
+                           "sign(a)",
+                           "ifelse(a > 2, 1, x)",
+                           "(a <= x)*b",
+                           "x && a",
+                           "!a",
+                           "x*(a == 1)"}) {
+    INFO(text);
+    CHECK(has_kink(text));
+  }
+  for (const char* text : {"a*max(x, 3)", "ifelse(x > 2, a, b)", "a^2 + abs(x)", "max(b, x)"}) {
+    INFO(text);
+    CHECK_FALSE(has_kink(text));
+  }
+}

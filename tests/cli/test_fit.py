@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What other programs rely on in `silvafit fit`."""
 
+import csv
+import io
+import json
 import math
 import unittest
 
@@ -9,6 +12,91 @@ from silvafit_program import ProgramTest, stand_csv
 MEYER = "h ~ 1.3 + a*(1 - exp(-b*dbh))"
 # y = 1 + 2x with errors -1, 1, 1, -1: slope and intercept stay, SSE = 4.
 LINE = "x,y\n1,2\n2,6\n3,8\n4,8\n"
+
+
+def kinds_csv():
+    """Trees of three species in two zones, without random numbers, so that R can have the same."""
+    rows = ["x,z,species,zone,y"]
+    for i in range(24):
+        x, z = 10 + 7 * i % 24, (0.5, 1, 2, 0.25)[i % 4]
+        species, zone = ("fir", "oak", "elm")[i % 3], 1 + i // 3 % 2
+        y = 3 + 0.5 * x + (2 - 0.1 * x if species == "oak" else 0) + (zone if species == "elm" else 0) + math.sin(7 * i * i)
+        rows.append(f"{x},{z},{species},{zone},{y!r}")
+    return "\n".join(rows) + "\n"
+
+
+class SubModels(ProgramTest):
+    """What the right side of --parameter means, beside lm() of R 4.2.2 on the same data:
+
+    i <- 0:23
+    d <- data.frame(x = 10 + (7*i) %% 24, z = c(0.5, 1, 2, 0.25)[i %% 4 + 1], species = c("fir", "oak", "elm")[i %% 3 + 1],
+                    zone = 1 + (i %/% 3) %% 2)
+    d$y <- 3 + 0.5*d$x + ifelse(d$species == "oak", 2 - 0.1*d$x, 0) + d$zone*(d$species == "elm") + sin(7*i*i)
+    """
+
+    def fit(self, right_side, *arguments, status=0):
+        self.write("kinds.csv", kinds_csv())
+        return self.run_json("fit", "kinds.csv", "--formula", "y ~ a", "--parameter", "a ~ " + right_side, *arguments,
+                             status=status)
+
+    def test_likelihoods_are_those_of_lm(self):
+        # logLik(lm(y ~ right side, d)) and length(coef())
+        for right_side, likelihood, coefficients in (
+                ("species*x", -21.6892503578, 6),
+                ("0 + species + x:species", -21.6892503578, 6),
+                ("x + species:factor(zone) - 1", -21.3225790245, 7),
+                ("(species + factor(zone) + x)^2", -20.4308120762, 10),
+                ("log(x)*z", -32.3849264354, 4),
+                ("x*z - z", -29.9633791732, 3),
+        ):
+            with self.subTest(right_side):
+                fit = self.fit(right_side)
+                # R printed ten decimals.
+                self.assertAlmostEqual(fit["log_likelihood"], likelihood, 8)
+                self.assertEqual(len(fit["fixed"]), coefficients)
+
+    def test_contrasts_are_to_the_first_level(self):
+        fixed = self.fit("species*x")["fixed"]
+        # coef(lm(y ~ species*x, d))
+        for name, value in (("a", 4.6076409629124), ('a:(species == "fir")', -1.7289067921835),
+                            ('a:(species == "oak")', -0.6725591939605), ("a:x", 0.4958830196653),
+                            ('a:(species == "fir"):x', 0.0225340319820), ('a:(species == "oak"):x', -0.0253469644087)):
+            self.assertAlmostEqual(fixed[name]["estimate"], value, 9)
+
+    def test_coefficients_of_products_and_levels_can_be_named(self):
+        fit = self.fit("species*x", "--fix", 'a:(species == "fir"):x=0', "--start", 'a:(species == "oak")=1,a:x=0.5')
+        self.assertEqual(fit["fixed"]['a:(species == "fir"):x']["estimate"], 0)
+        self.assertIsNone(fit["fixed"]['a:(species == "fir"):x']["se"])
+
+    def test_a_comma_in_a_level_is_no_end_of_a_value(self):
+        self.write("kinds.csv", kinds_csv().replace("oak", '"oak, red"'))
+        fit = self.run_json("fit", "kinds.csv", "--formula", "y ~ a", "--parameter", "a ~ species + min(x, 20)", "--fix",
+                            'a:(species == "oak, red")=0.5,a:min(x, 20)=0.25')
+        self.assertEqual(fit["fixed"]['a:(species == "oak, red")']["estimate"], 0.5)
+        self.assertEqual(fit["fixed"]["a:min(x, 20)"]["estimate"], 0.25)
+
+    def test_what_r_means_otherwise_is_refused(self):
+        self.write("kinds.csv", kinds_csv())
+        for right_side, message in (("x^2", "write I(x^2)"), ("x/10", "write I(x/10)"), ("x*2", "write I(x*2)"),
+                                    ("x - 5", "I(x - 5)"), ("species:factor(zone)", "not independent")):
+            with self.subTest(right_side):
+                done = self.run_program("fit", "kinds.csv", "--formula", "y ~ a", "--parameter", "a ~ " + right_side, status=2)
+                self.assertIn(message, done.stderr)
+
+    def test_a_slip_in_a_column_of_numbers_makes_no_factor(self):
+        self.write("kinds.csv", kinds_csv().replace("\n12,", "\n12a,"))
+        done = self.run_program("fit", "kinds.csv", "--formula", "y ~ a", "--parameter", "a ~ x", status=3)
+        self.assertIn("x: '12a' is not a number", done.stderr)
+
+    def test_a_level_that_the_fit_has_not_seen_has_no_prediction(self):
+        fit = self.fit("species + factor(zone)")
+        self.assertEqual(fit["factors"], ["species", "zone"])
+        self.write("fit.json", json.dumps(fit))
+        self.write("new.csv", "species,zone\noak,1\nash,1\noak,3\nelm,02\n")
+        done = self.run_program("predict", "fit.json", "new.csv")
+        rows = list(csv.DictReader(io.StringIO(done.stdout)))
+        self.assertEqual([row["flag"] for row in rows], ["", "unknown species", "unknown zone", ""])
+        self.assertEqual([row["y_pred"] == "" for row in rows], [False, True, True, False])
 
 
 class LeastSquares(ProgramTest):

@@ -53,12 +53,9 @@ ModelSpecification read_specification(const JsonReader& json) {
   const JsonReader fixed = json.at("fixed");
   for (const std::string& name : specification.formula.right.variables()) {
     if (sub_models.has(name)) {
-      specification.parameters.push_back(
-          read_with(sub_models.at(name), [&name](const std::string& text) {
-            ParameterModel model = parse_parameter_model("p ~ " + text);
-            model.name = name;
-            return model;
-          }));
+      specification.parameters.push_back(read_with(
+          sub_models.at(name),
+          [&name](const std::string& text) { return parse_stored_parameter_model(name, text); }));
     } else if (fixed.has(name)) {
       specification.parameters.push_back({.name = name});
     }
@@ -340,6 +337,7 @@ FittedModel from_json(const JsonReader& json) {
     }
   }
   if (json.has("optima")) fit.optima = read_optima(json.at("optima"), fit.coefficient_names);
+  if (json.has("factors")) fit.specification.factors = json.at("factors").texts();
   if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number_or_missing();
   return fit;

@@ -126,6 +126,29 @@ TEST_CASE("a fit from JSON predicts what the fit itself predicts") {
   }
 }
 
+TEST_CASE("factors and products come back from JSON") {
+  const data::Table table = stand();
+  const ModelSpecification specification =
+      specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ C*species", "a ~ I(C^2)"}, table);
+  const FittedModel fit = fit_model(specification, table).fit;
+  const FittedModel read = round_trip(fit);
+  check_same(read, fit);
+  CHECK(to_json(read) == to_json(fit));
+  CHECK(read.specification.factors == std::vector<std::string>{"species"});
+  CHECK(fit.coefficient_names ==
+        std::vector<std::string>{
+            "a", "a:I(C^2)", "b", "b:C", R"(b:(species == "SM"))", R"(b:C:(species == "SM"))"});
+  CHECK(same_bits(predict(fit, table, Level::kPopulation).value,
+                  predict(read, table, Level::kPopulation).value));
+}
+
+TEST_CASE("sub-models of files are columns, of which old ones may be arithmetic") {
+  // Before sub-models were those of R, `log(C + 1)*dbh` was one covariate.
+  const ParameterModel model = parse_stored_parameter_model("b", "0 + log(C + 1)*dbh + C^2 + C/10");
+  CHECK(model.coefficient_names() ==
+        std::vector<std::string>{"b:log(C + 1)*dbh", "b:C^2", "b:C/10"});
+}
+
 TEST_CASE("the keys are those of the contract, in its order") {
   const ordered_json json = ordered_json::parse(to_json(mixed_fit("power")));
   std::vector<std::string> keys;

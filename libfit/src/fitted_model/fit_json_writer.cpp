@@ -312,6 +312,7 @@ ordered_json json_of(const FittedModel& model) {
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
   if (!fit.levels.empty()) result["levels"] = levels(fit);
+  if (!fit.specification.factors.empty()) result["factors"] = fit.specification.factors;
   if (!fit.coefficients_between.empty()) result["coefficients_between"] = fit.coefficients_between;
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   if (!fit.optima.empty()) result["optima"] = optima(fit);

@@ -8,14 +8,16 @@
 #include <cstddef>
 #include <utility>
 
+#include "model/factor_columns.hpp"
+#include "model/sub_model_terms.hpp"
 #include "model/text_parts.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
 namespace {
 
-Covariate parse_covariate(std::string_view text, Part part) {
-  // `C:U` is the product, as in R's formulas.
+/// A column of a model as it is stored: `:` is the product, all else is arithmetic.
+Covariate stored_covariate(std::string_view text, Part part) {
   std::string with_products(text);
   Quotes quotes;
   for (std::size_t i = part.begin; i < part.end; ++i) {
@@ -23,6 +25,12 @@ Covariate parse_covariate(std::string_view text, Part part) {
   }
   return {.label = std::string(of(text, part)),
           .value = data::Expression::parse(with_products, part.begin, part.end)};
+}
+
+/// The columns that a variable of an expression is read from: its own, or one compared with text.
+std::string column_of(const std::string& variable) {
+  data::TextMatch match;
+  return data::is_text_match(variable, match) ? match.column : variable;
 }
 
 bool equal_but_for_case(std::string_view a, std::string_view b) {
@@ -53,18 +61,72 @@ void check_parameter_name(const std::string& name,
   }
 }
 
-void check_covariates(const ParameterModel& model,
-                      std::string_view text,
-                      const data::Table& table) {
-  for (const Covariate& covariate : model.covariates) {
-    for (const std::string& name : covariate.value.variables()) {
-      data::TextMatch match;
-      const std::string& column = data::is_text_match(name, match) ? match.column : name;
+void check_columns(const TermFormula& formula, std::string_view text, const data::Table& table) {
+  for (const TermVariable& variable : formula.variables) {
+    for (const std::string& name : variable.value.variables()) {
+      const std::string column = column_of(name);
       if (table.has(column)) continue;
-      refuse_missing_column(column, text, text.find(column, text.find('~')) + 1, table);
+      refuse_missing_column(column, text, text.find(column, variable.position - 1) + 1, table);
     }
   }
 }
+
+/// Adds sub-models to a model: their terms become columns, for which factors need the data.
+class SubModels {
+ public:
+  SubModels(ModelSpecification& model,
+            const std::vector<std::string>& texts,
+            const data::Table& table)
+      : model_(model), texts_(texts), table_(table) {
+    for (const std::string& text : texts) {
+      formulas_.push_back(parse_terms(text));
+      static_cast<void>(target(formulas_.back(), text));
+      check_columns(formulas_.back(), text, table);
+    }
+  }
+
+  void add() {
+    const bool needs_rows = std::ranges::any_of(
+        formulas_, [this](const TermFormula& formula) { return has_factor(formula, table_); });
+    std::vector<bool> complete;
+    if (needs_rows) complete = complete_rows(columns(), table_);
+    for (std::size_t k = 0; k < texts_.size(); ++k) {
+      target(formulas_[k], texts_[k]) =
+          expanded(formulas_[k], texts_[k], table_, complete, model_.factors);
+    }
+  }
+
+ private:
+  ParameterModel& target(const TermFormula& formula, const std::string& text) const {
+    const auto found =
+        std::ranges::find(model_.parameters, formula.parameter, &ParameterModel::name);
+    if (found != model_.parameters.end()) return *found;
+    throw FormulaError(
+        fmt::format(
+            "'{}' is no parameter of the formula {}", formula.parameter, model_.formula.text),
+        text,
+        1);
+  }
+
+  /// What has a value in each row that the mean can be fitted to.
+  std::vector<std::string> columns() const {
+    std::vector<std::string> names = model_.predictors();
+    names.push_back(model_.formula.left);
+    for (const TermFormula& formula : formulas_) {
+      for (const TermVariable& variable : formula.variables) {
+        for (const std::string& name : variable.value.variables()) names.push_back(name);
+      }
+    }
+    for (std::string& name : names) name = column_of(name);
+    std::erase_if(names, [this](const std::string& name) { return !table_.has(name); });
+    return names;
+  }
+
+  ModelSpecification& model_;
+  const std::vector<std::string>& texts_;
+  const data::Table& table_;
+  std::vector<TermFormula> formulas_;
+};
 
 void check_random_effects(const RandomEffects& random,
                           const std::vector<std::string>& known,
@@ -155,26 +217,36 @@ std::vector<std::string> ModelSpecification::predictors() const {
 }
 
 ParameterModel parse_parameter_model(std::string_view text) {
-  const std::size_t tilde = text.find('~');
-  if (tilde == std::string_view::npos) {
-    throw FormulaError("a sub-model has the form `parameter ~ 1 + covariate`; there is no ~",
-                       text,
-                       text.size() + 1);
-  }
-  ParameterModel model{.name = std::string(of(text, trimmed(text, 0, tilde)))};
-  for (const Part part : split(text, tilde + 1, text.size(), '+')) {
-    const std::string_view term = of(text, part);
-    if (term.empty()) throw FormulaError("a covariate is expected", text, part.begin + 1);
+  return expanded(parse_terms(text), text);
+}
+
+ParameterModel parse_stored_parameter_model(const std::string& name, std::string_view columns) {
+  ParameterModel model{.name = name};
+  for (const Part part : split(columns, 0, columns.size(), '+')) {
+    const std::string_view term = of(columns, part);
+    if (term.empty()) throw FormulaError("a covariate is expected", columns, part.begin + 1);
     if (term == "0" || term == "1") {
       model.has_intercept = term == "1";
     } else {
-      model.covariates.push_back(parse_covariate(text, part));
+      model.covariates.push_back(stored_covariate(columns, part));
     }
   }
   if (!model.has_intercept && model.covariates.empty()) {
-    throw FormulaError("a sub-model needs an intercept or a covariate", text, tilde + 2);
+    throw FormulaError("a sub-model needs an intercept or a covariate", columns, 1);
   }
   return model;
+}
+
+SubModelColumns sub_model_columns(std::string_view text) {
+  SubModelColumns result;
+  for (const TermVariable& variable : parse_terms(text).variables) {
+    for (const std::string& name : variable.value.variables()) {
+      const std::string column = column_of(name);
+      const bool is_name = variable.is_factor || column != name;
+      (is_name ? result.as_names : result.as_numbers).push_back(column);
+    }
+  }
+  return result;
 }
 
 ModelSpecification specify_model(std::string_view formula,
@@ -192,17 +264,7 @@ ModelSpecification specify_model(std::string_view formula,
                        formula,
                        formula.find('~') + 1);
   }
-  for (const std::string& text : sub_models) {
-    ParameterModel model = parse_parameter_model(text);
-    const auto target =
-        std::ranges::find(specification.parameters, model.name, &ParameterModel::name);
-    if (target == specification.parameters.end()) {
-      throw FormulaError(
-          fmt::format("'{}' is no parameter of the formula {}", model.name, formula), text, 1);
-    }
-    check_covariates(model, text, table);
-    *target = std::move(model);
-  }
+  SubModels(specification, sub_models, table).add();
   return specification;
 }
 

@@ -54,7 +54,8 @@ TEST_CASE("a colon in quotes is text, elsewhere a product") {
   const ModelSpecification model =
       specify_model("h ~ a*dbh", {R"(a ~ 1 + dbh:(kind == "A:B") + (kind == "A + B"))"}, table);
   REQUIRE(model.parameters[0].covariates.size() == 2);
-  const auto values = silvafit::data::evaluate(model.parameters[0].covariates[0].value, table);
+  // As in R, products come behind single variables.
+  const auto values = silvafit::data::evaluate(model.parameters[0].covariates[1].value, table);
   CHECK(values == std::vector<double>{1.0, 0.0});
   CHECK(model.label_columns() == std::vector<std::string>{"kind"});
 }

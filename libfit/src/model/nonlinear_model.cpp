@@ -231,33 +231,14 @@ void NonlinearModel::compile() {
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (!parameter_bilinear_[i][i] || is_straight(i)) continue;
+    // Where all second derivatives vanish, a kink (abs, max, ifelse, ...) may bend the mean.
+    const std::string& name = specification_.parameters[i].name;
+    const bool has_kink = specification_.formula.right.has_kink_in(name);
+    if (!parameter_bilinear_[i][i] || !has_kink) continue;
     for (std::size_t j = 0; j < count; ++j) {
       parameter_bilinear_[i][j] = parameter_bilinear_[j][i] = false;
     }
   }
-}
-
-bool NonlinearModel::is_straight(std::size_t parameter) const {
-  std::vector<std::string> names = variables_;
-  std::vector<double> values;
-  for (Index k = 0; k < columns_.cols(); ++k) values.push_back(columns_(0, k));
-  for (const ParameterModel& other : specification_.parameters) {
-    names.push_back(other.name);
-    values.push_back(0.7);
-  }
-  const auto mean_at = [&](double value) {
-    values[variables_.size() + parameter] = value;
-    return specification_.formula.right.value(names, values);
-  };
-  const double origin = mean_at(0.0);
-  const double slope = mean_at(1.0) - origin;
-  for (const double value : {-20.0, -1.0, 20.0, 400.0}) {
-    const double expected = origin + slope * value;
-    const double size = std::abs(origin) + std::abs(slope * value);
-    if (std::abs(mean_at(value) - expected) > 1e-9 * size) return false;
-  }
-  return true;
 }
 
 Index NonlinearModel::coefficient_index(std::string_view name) const {

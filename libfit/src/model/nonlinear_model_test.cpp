@@ -95,3 +95,27 @@ TEST_CASE("a coefficient knows its parameter and what it is multiplied by") {
   CHECK(model.multiplier(1) == VectorXd::Ones(4));
   CHECK(model.multiplier(2) == VectorXd(Eigen::Vector4d(0, 2, 4, 3)));
 }
+
+TEST_CASE("a parameter behind a kink does not enter linearly, wherever the kink is") {
+  struct Formula {
+    const char* text = nullptr;
+    bool is_linear = false;
+  };
+  const Table table = five_trees();
+  for (const auto& [text, is_linear] : {
+           Formula{"h ~ max(a*dbh, 3)", false},
+           Formula{"h ~ max(a*dbh, -1e9)", false},
+           Formula{"h ~ min(dbh, a + 1e6)", false},
+           Formula{"h ~ abs(a*dbh + 1e6)", false},
+           Formula{"h ~ ifelse(a > 1e6, 2, 1)*dbh + a", false},
+           Formula{"h ~ a*dbh + (a < -1e6)", false},
+           Formula{"h ~ ifelse(dbh > 25, a*dbh, a + 1)", true},
+           Formula{"h ~ a*max(dbh, 30) + abs(C - 2)", true},
+           Formula{"h ~ a*dbh^2", true},
+           Formula{"h ~ exp(a*dbh)", false},
+       }) {
+    INFO(text);
+    const NonlinearModel model(specify_model(text, {}, table), table);
+    CHECK(model.is_bilinear(0, 0) == is_linear);
+  }
+}

@@ -36,8 +36,8 @@ void add_block(std::string_view text, Part part, RandomEffects& random) {
 
 /// Reads `a + b | plot` or `a + b | stand/plot`.
 std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
-  const std::size_t bar = text.substr(0, whole.end).find('|', whole.begin);
-  if (bar == std::string_view::npos) {
+  const std::size_t bar = find_outside(text, whole, "|");
+  if (bar == whole.end) {
     throw FormulaError(
         "random effects have the form `a + b:C | group`; there is no |", text, whole.end + 1);
   }

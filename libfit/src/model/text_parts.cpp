@@ -23,8 +23,19 @@ bool Quotes::cover(char byte) {
     if (byte == open_) open_ = '\0';
     return true;
   }
-  if (byte == '`' || byte == '"') open_ = byte;
+  if (byte == '`' || byte == '"' || byte == '\'') open_ = byte;
   return open_ != '\0';
+}
+
+std::size_t find_outside(std::string_view text, Part part, std::string_view characters) {
+  int depth = 0;
+  Quotes quotes;
+  for (std::size_t i = part.begin; i < part.end; ++i) {
+    if (quotes.cover(text[i])) continue;
+    if (depth == 0 && characters.find(text[i]) != std::string_view::npos) return i;
+    depth += static_cast<int>(text[i] == '(') - static_cast<int>(text[i] == ')');
+  }
+  return part.end;
 }
 
 std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator) {

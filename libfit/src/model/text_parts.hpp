@@ -18,7 +18,7 @@ Part trimmed(std::string_view text, std::size_t begin, std::size_t end);
 
 std::string_view of(std::string_view text, Part part);
 
-/// Tells what is quoted, byte by byte: between backquotes or quotation marks.
+/// Tells what is quoted, byte by byte: between backquotes or quotation marks, single or double.
 class Quotes {
  public:
   /// Whether the next byte of the text is quoted, the marks included.
@@ -27,6 +27,9 @@ class Quotes {
  private:
   char open_ = '\0';  ///< the mark that ends the quotation, none outside
 };
+
+/// The place of the first of some characters outside parentheses and quotes, or the end.
+std::size_t find_outside(std::string_view text, Part part, std::string_view characters);
 
 /// Parts between separators that stand outside parentheses and quotes.
 std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "model/coefficient_sets.hpp"
+#include "prediction/known_levels.hpp"
 #include "prediction/marginal_mean.hpp"
 #include "prediction/prediction_intervals.hpp"
 #include "prediction/residual_spread.hpp"
@@ -91,6 +92,9 @@ Prediction predict(const FittedModel& fit,
                    Level level,
                    const PredictionOptions& options) {
   check(options);
+  if (const auto known = without_unknown_levels(fit, table)) {
+    return predict(fit, *known, level, options);
+  }
   const bool with_errors = options.interval.has_value() || options.standard_errors;
   CoefficientSets sets = coefficient_sets(fit, table, level, options, with_errors);
   const RowMean mean(fit.specification, table);

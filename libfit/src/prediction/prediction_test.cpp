@@ -86,6 +86,34 @@ TEST_CASE("without random effects both levels are the same") {
   CHECK(prediction.value[0] == Approx(height(1.6, 10.0)).epsilon(1e-14));
 }
 
+TEST_CASE("a level that a factor of the fit has not seen has no prediction") {
+  data::Table table(4);
+  table.set("y", std::vector<double>{10, 20, 12, 22});
+  data::TextColumn kind;
+  for (const char* label : {"fir", "oak", "fir", "oak"}) kind.append(label);
+  table.set("kind", kind);
+  table.set("zone", std::vector<double>{1, 1, 2, 2});
+  data::Table there(4);
+  data::TextColumn other;
+  for (const char* label : {"oak", "ash", "fir", "fir"}) other.append(label);
+  there.set("kind", other);
+  there.set("zone", std::vector<double>{2, 1, 3, 1});
+  for (const char* terms : {"kind + factor(zone)", "0 + kind + factor(zone)"}) {
+    const FittedModel fit =
+        fit_model(specify_model("y ~ a", {std::string("a ~ ") + terms}, table), table).fit;
+    const Prediction prediction = predict(fit, there, Level::kPopulation, {.interval = 0.9});
+    CHECK(prediction.value[0] == Approx(22.0).epsilon(1e-12));
+    CHECK(std::isnan(prediction.value[1]));
+    CHECK(std::isnan(prediction.value[2]));
+    CHECK(std::isnan(prediction.lower[2]));
+    CHECK(prediction.value[3] == Approx(10.0).epsilon(1e-12));
+  }
+  // A comparison has a value for every label.
+  const FittedModel compared =
+      fit_model(specify_model("y ~ a", {"a ~ (kind == \"oak\")"}, table), table).fit;
+  CHECK(predict(compared, there, Level::kPopulation).value[1] == Approx(11.0).epsilon(1e-12));
+}
+
 TEST_CASE("the variance may follow a column") {
   FittedModel fit = power_curve();
   fit.variance.factors[0].factor.column = "dbh";

@@ -26,7 +26,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 fit::ModelSpecification specification_of(const JsonReader& model) {
   fit::ModelSpecification specification{.formula = data::parse_formula(model.at("formula").text())};
   for (const auto& [name, terms] : model.at("parameters").members_by_name()) {
-    specification.parameters.push_back(fit::parse_parameter_model(name + " ~ " + terms.text()));
+    specification.parameters.push_back(fit::parse_stored_parameter_model(name, terms.text()));
   }
   return specification;
 }

@@ -144,8 +144,8 @@ std::string name_at(const std::string& text, std::size_t& place) {
 std::vector<std::string> names_in(const std::string& text) {
   std::vector<std::string> names;
   for (std::size_t place = 0; place < text.size();) {
-    if (text[place] == '"') {
-      const std::size_t end = text.find('"', place + 1);
+    if (text[place] == '"' || text[place] == '\'') {
+      const std::size_t end = text.find(text[place], place + 1);
       place = end == std::string::npos ? text.size() : end + 1;
       continue;
     }

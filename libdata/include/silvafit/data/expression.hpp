@@ -17,7 +17,8 @@ struct ExpressionNode;
 /// Text: numbers, names (letters, digits, `_`, `.`, or anything in backquotes), + - * / ^
 /// (right-associative, binds tighter than the sign), comparisons < <= > >= == != (1 or 0), && || !,
 /// parentheses, `name == "text"` for text columns, and the functions exp log log10 log2 log1p expm1
-/// sqrt abs sin cos tan asin acos atan sinh cosh tanh pow min max ifelse; the constant pi.
+/// sqrt abs sign sin cos tan asin acos atan sinh cosh tanh pow min max ifelse; the constant pi.
+/// I(...) is what it encloses. docs/formula-language.md describes them.
 class Expression {
  public:
   /// \throws FormulaError with the column in `text`
@@ -36,6 +37,10 @@ class Expression {
 
   /// The expression with a variable replaced.
   Expression substitute(std::string_view name, const Expression& replacement) const;
+
+  /// Whether abs, sign, min, max, a comparison, logic or the condition of an ifelse depends on a
+  /// variable: the derivative by it then jumps, which its symbolic form does not show.
+  bool has_kink_in(std::string_view name) const;
 
   bool is_constant() const;
   bool is_zero() const;

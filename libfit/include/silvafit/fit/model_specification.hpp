@@ -17,7 +17,9 @@ namespace silvafit::fit {
 
 /// A covariate of a parameter: any expression of data columns.
 struct Covariate {
-  std::string label{};  ///< as written, e.g. "C" or "log(dbh)"
+  /// A term of the sub-model, e.g. "C", "log(dbh)" or "C:U"; of a factor, the comparison with one
+  /// of its levels: `(species == "SM")`.
+  std::string label{};
   data::Expression value;
 };
 
@@ -41,6 +43,8 @@ struct ModelSpecification {
   /// Of a coarser grouping, within whose groups those of `random` are told apart.
   std::optional<RandomEffects> outer_random{};
   VarianceFunction variance{};
+  /// Columns that sub-models use as factors: other values than those of the fit have no prediction.
+  std::vector<std::string> factors{};
 
   /// All coefficients in the order of the parameters.
   std::vector<std::string> coefficient_names() const;
@@ -54,9 +58,14 @@ struct ModelSpecification {
 
 /// A model of a formula: the names in it that are no columns of the table are its parameters, in
 /// the order of their first appearance, each constant unless a sub-model is given for it.
-/// \param sub_models  texts such as "b ~ 1 + C + U" or "b ~ 0 + C"
+///
+/// The formula is arithmetic. The right sides of sub-models mean what they mean in R: terms of
+/// variables, with + - : * ( ) and ^ of sums; columns of text and factor(column) are factors with
+/// contrasts to their first level. What R reads otherwise than as arithmetic (x^2, x/10) is refused
+/// outside of I(...) and function calls. docs/formula-language.md has the rules.
+/// \param sub_models  texts such as "b ~ 1 + C + U", "b ~ C*species" or "b ~ 0 + I(dbh^2)"
 /// \throws FormulaError if a text cannot be read, the formula has no parameter, or a sub-model is
-///   for none of them; InputError if a covariate is no column
+///   for none of them; InputError if a covariate is no column, or a factor none that can be coded
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table);
@@ -66,8 +75,21 @@ ModelSpecification specify_model(std::string_view formula,
 ///   sub-model depends on it
 void check_response(const ModelSpecification& specification, const data::Table& table);
 
-/// Reads one sub-model; covariates are not checked against any table.
+/// Reads one sub-model without a table: all columns are taken for numbers.
+/// \throws FormulaError also if there is a factor()
 ParameterModel parse_parameter_model(std::string_view text);
+
+/// Reads what ParameterModel::text() wrote: columns joined by +, one coefficient each, where `:` is
+/// a product and all else arithmetic.
+ParameterModel parse_stored_parameter_model(const std::string& name, std::string_view columns);
+
+/// The columns that a sub-model reads.
+struct SubModelColumns {
+  std::vector<std::string> as_numbers{};  ///< or as factors, if they hold text
+  std::vector<std::string> as_names{};    ///< factor(column), and what is compared with text
+};
+/// \throws FormulaError if the text cannot be read
+SubModelColumns sub_model_columns(std::string_view text);
 
 /// Gives a model the random effects of a text.
 /// \throws FormulaError that points at what is no coefficient of the model or is named twice;

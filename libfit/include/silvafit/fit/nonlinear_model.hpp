@@ -148,9 +148,6 @@ class NonlinearModel {
   void load_covariates(const data::Table& table);
   void load_strata(const data::Table& table);
   void compile();
-  /// Where all second derivatives vanish: false if a kink (abs, max, ifelse, ...) bends the mean of
-  /// the first row all the same.
-  bool is_straight(std::size_t parameter) const;
   void fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
                        Eigen::Index begin,
                        Eigen::Index end,
