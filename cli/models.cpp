@@ -52,6 +52,17 @@ void print_table(const std::vector<const BaseModel*>& models) {
   }
 }
 
+/// Its limits, and where a study takes the curve for one that makes sense.
+void print_sense(const BaseModel& model) {
+  fmt::print("at DBH 0\n  {}\n", model.at_zero.text());
+  if (model.at_infinity) fmt::print("for large DBH\n  {}\n", model.at_infinity->text());
+  if (model.sensible.empty()) return;
+  fmt::print("sensible where (top_dbh: 1.2 times the largest DBH)\n");
+  for (const study::SensibleCondition& each : model.sensible) {
+    fmt::print("  {}; else {}\n", each.condition.text(), each.otherwise);
+  }
+}
+
 void print_entry(const BaseModel& model) {
   fmt::print("{} {}\n  {}\n", model.id, model.name, model.formula);
   fmt::print("parameters\n");
@@ -63,6 +74,7 @@ void print_entry(const BaseModel& model) {
                word_of(parameter.sign),
                parameter.start.text());
   }
+  print_sense(model);
   fmt::print("domain\n");
   for (const data::Expression& condition : model.domain) fmt::print("  {}\n", condition.text());
   for (const study::Equivalence& equivalence : model.equals) {

@@ -140,6 +140,38 @@ std::string base_model(const study::ResponseStudy& result) {
   return fit.model.empty() ? fit.specification.formula.text : fit.model;
 }
 
+/// The first lines: which models to rely on, and why not on the others.
+void print_soundness(const study::Study& study) {
+  if (study.results.empty()) return;
+  const auto sound = std::ranges::count_if(study.results, &study::ResponseStudy::is_sound);
+  fmt::print("Sound: {} of {} final models.\n", sound, study.results.size());
+  for (const study::ResponseStudy& result : study.results) {
+    if (result.is_sound()) continue;
+    std::vector<std::string> reasons = result.doubts;
+    if (!result.converged()) reasons.insert(reasons.begin(), result.verdict());
+    fmt::print("Doubtful: {} {}. {}\n", result.species, result.response, fmt::join(reasons, " "));
+  }
+  fmt::print("\n");
+}
+
+/// Why the best candidates of a level were not chosen, one line each.
+void print_passed_over(const study::Study& study) {
+  bool is_first = true;
+  for (const study::ResponseStudy& result : study.results) {
+    for (const std::string& sentence : result.passed_over()) {
+      if (is_first) fmt::print("\n");
+      is_first = false;
+      fmt::print("{} {}: {}\n", result.species, result.response, sentence);
+    }
+  }
+}
+
+/// The last column: whether a model can be relied on.
+const char* mark_of(const study::ResponseStudy& result) {
+  if (!result.converged()) return "not converged";
+  return result.is_sound() ? "" : "doubtful";
+}
+
 void print_table(const study::Study& study) {
   std::size_t width = 4;
   for (const study::ResponseStudy& result : study.results) {
@@ -171,8 +203,16 @@ void print_table(const study::Study& study) {
                result.nlme ? result.nlme->fit.variance.function().text() : "-",
                percent(ols),
                percent(nlme),
-               result.converged() ? "" : "not converged");
+               mark_of(result));
   }
+}
+
+ordered_json left_out(const study::ResponseStudy& result) {
+  if (!result.left_out) return nullptr;
+  return {{"rmse_ols", number_or_null(result.left_out->rmse_ols)},
+          {"rmse_covariates", number_or_null(result.left_out->rmse_covariates)},
+          {"rmse_nlme", number_or_null(result.left_out->rmse_nlme)},
+          {"worse", result.left_out->is_worse}};
 }
 
 void print_json(const study::StudyRecord& record, const std::filesystem::path& folder) {
@@ -196,7 +236,11 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
          {"r2_ols", number_or_null(result.ols ? result.ols->fit.population.r2 : NAN)},
          {"r2_nlme", number_or_null(result.nlme ? result.nlme->fit.conditional.r2 : NAN)},
          {"converged", result.converged()},
-         {"verdict", result.verdict()}});
+         {"verdict", result.verdict()},
+         {"sound", result.is_sound()},
+         {"doubts", result.doubts},
+         {"passed_over", result.passed_over()},
+         {"left_out", left_out(result)}});
   }
   print_json_value(summary);
 }
@@ -323,7 +367,9 @@ void run_whole_study(StudyArguments& arguments, const std::filesystem::path& pag
   if (arguments.common.json) {
     print_json(record, folder);
   } else {
+    print_soundness(record.study);
     print_table(record.study);
+    print_passed_over(record.study);
     fmt::print("\n{} fits in {:.1f} s, {:.0f} a second. The report: {}\n",
                record.study.fit_count(),
                seconds.count(),

@@ -10,7 +10,8 @@ from pathlib import Path
 
 EXAMPLE = Path(os.environ["SILVAFIT_EXAMPLE"])
 TABLES = ("species", "candidates", "covariates", "random_effects", "variance_functions", "estimates",
-          "variance_components", "statistics", "gains", "level_tests")
+          "variance_components", "statistics", "gains", "level_tests",
+          "passed_over", "plots_left_out")
 # Level and prediction in statistics.csv, and the column of predictions.csv behind it.
 PREDICTIONS = {("ols", "population"): "ols",
                ("nlme", "population"): "population",

@@ -49,11 +49,24 @@ class StudyFiles(unittest.TestCase):
         self.assertEqual(run_record["fits"], sum(stage["fits"] for stage in run_record["stages"]))
         rows = sum(len(self.folder.tables[name])
                    for name in ("candidates", "covariates", "random_effects", "variance_functions"))
-        self.assertEqual(run_record["fits"], rows)
+        # Three levels are fitted again for each fold of plots left out.
+        left_out = sum(3 * int(row["folds"]) for row in self.folder.tables["plots_left_out"])
+        self.assertEqual(run_record["fits"], rows + left_out)
         self.assertTrue(all(stage["seconds"] >= 0 for stage in run_record["stages"]))
         self.assertIn("--window", run_record["command"])
         self.assertEqual(run_record["input"]["fingerprint"],
                          self.folder.library["inventory"]["fingerprint"])
+
+    def test_soundness_is_the_same_everywhere(self):
+        results = self.folder.run["results"]
+        self.assertEqual([result["sound"] for result in results],
+                         [result["sound"] for result in self.folder.report["results"]])
+        sound = sum(result["sound"] for result in results)
+        self.assertTrue(self.done.stdout.startswith(f"Sound: {sound} of {len(results)} final models.\n"))
+        for result in results:
+            self.assertEqual(result["sound"], result["converged"] and not result["doubts"])
+            worse = bool(result["left_out"]) and result["left_out"]["worse"]
+            self.assertEqual(worse, any("plots left out" in doubt for doubt in result["doubts"]))
 
     def test_gains_follow_from_the_statistics(self):
         statistics = {(row["response"], row["level"], row["prediction"]): row

@@ -45,9 +45,8 @@ export function disclosure(summary, content) {
   return details;
 }
 
-/** The mark that a fit cannot be used, or can. Word and sign say it, not color alone. */
-export function verdictMark(converged) {
-  return converged
-    ? element("span", { class: "mark good" }, "\u2713 converged")
-    : element("span", { class: "mark bad" }, "\u26a0 not converged");
+/** The mark that a fit cannot be used, can, or can with doubts. Word and sign say it, not color alone. */
+export function verdictMark(converged, sound = converged) {
+  if (!converged) return element("span", { class: "mark bad" }, "\u26a0 not converged");
+  return sound ? element("span", { class: "mark good" }, "\u2713 converged") : element("span", { class: "mark bad" }, "\u26a0 doubtful");
 }

@@ -39,30 +39,52 @@ function whatItIs({ inventory, results }) {
   );
 }
 
+/** Models of data that say nothing of it, from earlier versions, are sound where they converged. */
+export const isSound = ({ converged, sound }) => sound ?? converged;
+
 function verdict(report) {
-  const failed = report.results.map((result, index) => ({ result, index })).filter(({ result }) => !result.converged);
+  const doubtful = report.results.map((result, index) => ({ result, index })).filter(({ result }) => !isSound(result));
   return element(
     "section",
-    { id: "verdict", class: failed.length > 0 || report.results.length === 0 ? "panel warn" : "panel", "aria-labelledby": "verdict-title" },
+    { id: "verdict", class: doubtful.length > 0 || report.results.length === 0 ? "panel warn" : "panel", "aria-labelledby": "verdict-title" },
     element("h2", { id: "verdict-title" }, "Verdict"),
-    element("p", { class: "headline" }, headline(report.results, failed)),
-    failed.length > 0 ? element("ul", {}, ...failed.map(failure)) : null,
+    element("p", { class: "headline" }, headline(report.results)),
+    soundList(report.results, doubtful),
+    doubtful.length > 0 ? element("ul", {}, ...doubtful.map(doubt)) : null,
     gainSentence(report.results),
     effort(report.results),
     ...report.notes.map((note) => element("p", { class: "note" }, note)),
   );
 }
 
-function headline(results, failed) {
+function headline(results) {
   if (results.length === 0) return "No model was fitted.";
+  const failed = results.filter(({ converged }) => !converged).length;
+  const doubtful = results.filter((result) => !isSound(result)).length - failed;
   const models = plural(results.length, "final model");
-  if (failed.length === 0) return results.length === 1 ? "The final model converged." : `All ${models} converged.`;
-  return `${failed.length} of ${models} did not converge. Do not use what the report says about ${failed.length === 1 ? "it" : "them"}.`;
+  if (failed === 0 && doubtful === 0) return results.length === 1 ? "The final model is sound." : `All ${models} are sound.`;
+  const sentences = [];
+  if (failed > 0) sentences.push(`${failed} of ${models} did not converge. Do not use what the report says about ${failed === 1 ? "it" : "them"}.`);
+  if (doubtful > 0) sentences.push(`${doubtful} of ${models} ${doubtful === 1 ? "is" : "are"} doubtful.`);
+  return sentences.join(" ");
 }
 
-function failure({ result, index }) {
-  const name = `${result.species}, ${responseName(result.response).toLowerCase()}`;
-  return element("li", {}, element("a", { href: `#${resultId(index)}` }, name), `: ${result.verdict}`);
+const nameOf = ({ species, response }) => `${species}, ${responseName(response).toLowerCase()}`;
+const linkTo = (result, index) => element("a", { href: `#${resultId(index)}` }, nameOf(result));
+
+/** The models to rely on, by name where there are others too. */
+function soundList(results, doubtful) {
+  const sound = results.map((result, index) => ({ result, index })).filter(({ result }) => isSound(result));
+  if (sound.length === 0) return null;
+  const meaning = "they converged, their curves are plausible for the population and every plot, and they predict plots left out no worse than least squares";
+  if (doubtful.length === 0) return element("p", {}, `Sound: ${meaning}.`);
+  const names = sound.flatMap(({ result, index }, place) => [place > 0 ? "; " : "", linkTo(result, index)]);
+  return element("p", {}, `Sound (${meaning}): `, ...names, ".");
+}
+
+function doubt({ result, index }) {
+  const reasons = [...(result.converged ? [] : [result.verdict]), ...(result.doubts ?? [])];
+  return element("li", {}, linkTo(result, index), `: ${reasons.join(" ")}`);
 }
 
 /** "+2.53 (SM, height) to +30.32 (BHN, crown width)". */
@@ -94,7 +116,9 @@ function effort(results) {
   }).filter((level) => level.all > 0);
   if (counts.length === 0) return null;
   const parts = counts.map(({ name, all, failed }) => `${count(all)} ${name}${failed > 0 ? ` (${count(failed)} not converged)` : ""}`);
-  return element("p", {}, `Compared: ${listing(parts)}. Those that did not converge were not ranked.`);
+  const passed = results.flatMap((result) => LEVELS.flatMap(([level]) => result[level])).filter((row) => row.objection && !row.chosen).length;
+  const passedOver = passed > 0 ? ` ${plural(passed, "candidate")} that ranked well ${passed === 1 ? "was" : "were"} passed over; the table is below.` : "";
+  return element("p", {}, `Compared: ${listing(parts)}. Those that did not converge were not ranked.${passedOver}`);
 }
 
 /** Covariates of the chosen level 2 model, "none" if the base won, a dash if the level was left out. */
@@ -130,7 +154,7 @@ function summary(report) {
       value: (result) =>
         element("a", { href: `#${resultId(result.index)}` }, `${result.species} ${responseName(result.response).toLowerCase()}`),
     },
-    { title: "Converged", text: true, value: (result) => verdictMark(result.converged) },
+    { title: "Converged", text: true, value: (result) => verdictMark(result.converged, isSound(result)) },
     numeric("Gain, percent points of R²", ({ gain }) => gain.conditional, points),
     numeric("R² OLS", ({ fits }) => stat(fits.ols, "population", "r2"), r2),
     numeric("R² NLME population", ({ fits }) => stat(fits.nlme, "population", "r2"), r2),
@@ -160,7 +184,7 @@ function summary(report) {
 }
 
 const baseText = (row) => (row === null ? MISSING : `${row.id} ${row.name}`);
-const failedRow = (result) => (result.converged ? null : "failed");
+const failedRow = (result) => (isSound(result) ? null : "failed");
 
 /** @param {import("./types.js").Report} report */
 export function whatWasDone({ inventory, options }) {

@@ -26,20 +26,26 @@ const OUTCOME = { title: "Outcome", text: true, value: outcome };
 
 function outcome(row) {
   if (!row.converged) return element("span", { class: "bad" }, `\u26a0 ${row.verdict}`);
+  if (row.objection) {
+    const what = row.chosen ? "chosen for want of another" : "passed over";
+    return element("span", { class: "bad" }, `\u26a0 ${what}: ${row.objection}`);
+  }
   return row.chosen ? element("strong", { title: row.verdict }, "chosen") : element("span", { title: row.verdict }, "converged");
 }
 
-const rowClass = (row) => (row.chosen ? "chosen" : row.converged ? null : "failed");
+const rowClass = (row) => (row.chosen ? "chosen" : row.converged && !row.objection ? null : "failed");
 
 /** "Level 1, base equation: M4 Meyer, of 16 (2 not converged)". */
 function line(title, rows, name) {
   const winner = rows.find((row) => row.chosen);
   const failed = rows.filter((row) => !row.converged).length;
+  const passed = rows.filter((row) => row.objection && !row.chosen).length;
   return [
     element("span", { class: "level" }, `${title}: `),
     element("strong", {}, winner ? name(winner) : "none could be used"),
     ` of ${plural(rows.length, "candidate")}`,
     failed > 0 ? element("span", { class: "bad" }, ` (${count(failed)} not converged)`) : null,
+    passed > 0 ? element("span", { class: "bad" }, ` (${count(passed)} passed over)`) : null,
   ].filter((part) => part !== null);
 }
 

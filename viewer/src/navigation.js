@@ -18,7 +18,8 @@ function bySpecies(results) {
 }
 
 function entry({ result, index }) {
-  const warning = result.converged ? null : element("span", { class: "bad", title: "not converged" }, " \u26a0");
+  const reason = result.converged ? "doubtful" : "not converged";
+  const warning = (result.sound ?? result.converged) ? null : element("span", { class: "bad", title: reason }, " \u26a0");
   return element("li", {}, element("a", { href: `#${resultId(index)}` }, responseName(result.response), warning));
 }
 

@@ -2,6 +2,7 @@
 // One species and response: verdict, charts, chosen models, and how they were chosen.
 import { figures } from "./figures.js";
 import { element, verdictMark } from "./dom.js";
+import { isSound } from "./head.js";
 import { plural, responseName } from "./format.js";
 import { levels } from "./levels.js";
 import { chosenModels } from "./models.js";
@@ -11,10 +12,11 @@ export function resultSection(result, id) {
   const title = `${result.species}: ${responseName(result.response).toLowerCase()}`;
   return element(
     "section",
-    { id, class: result.converged ? "result" : "result failed", "aria-labelledby": `${id}-title` },
+    { id, class: isSound(result) ? "result" : "result failed", "aria-labelledby": `${id}-title` },
     element("h2", { id: `${id}-title` }, title),
-    element("p", {}, verdictMark(result.converged), ` ${plural(result.n, "tree")} on ${plural(result.plots, "plot")}`),
+    element("p", {}, verdictMark(result.converged, isSound(result)), ` ${plural(result.n, "tree")} on ${plural(result.plots, "plot")}`),
     element("p", { class: result.converged ? "small" : "note bad" }, result.verdict),
+    ...(result.doubts ?? []).map((doubt) => element("p", { class: "note bad" }, doubt)),
     ...result.notes.map((note) => element("p", { class: "note" }, note)),
     ...figures(result),
     element("h3", {}, "Chosen models"),

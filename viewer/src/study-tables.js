@@ -10,7 +10,7 @@ import { numeric, table } from "./table.js";
 const LEVELS = ["ols", "covariates", "nlme"];
 const ACCURACY = ["r2", "mean_error", "rmse", "mae"];
 const TEST = ["likelihood_ratio", "df", "p"];
-const CRITERIA = ["k", "log_likelihood", "aic", "bic", "cv_rmse", "cv_failed_folds", "rank", "chosen", "converged", "verdict"];
+const CRITERIA = ["k", "log_likelihood", "aic", "bic", "cv_rmse", "cv_failed_folds", "rank", "chosen", "converged", "verdict", "objection"];
 
 const rowsOf = (results, level) => results.flatMap((result) => result[level].map((row) => ({ ...row, species: result.species, response: result.response })));
 const fitsOf = (results) => results.flatMap(({ species, response, fits }) => LEVELS.filter((level) => fits[level] !== null).map((level) => ({ species, response, level, fit: fits[level] })));

@@ -3,7 +3,7 @@
 
 /**
  * @typedef {{converged: boolean, verdict: string, k: number|null, log_likelihood: number|null, aic: number|null,
- *   bic: number|null, cv_rmse?: number|null, cv_failed_folds?: number|null, rank: number|null, chosen: boolean}} Criteria
+ *   bic: number|null, cv_rmse?: number|null, cv_failed_folds?: number|null, rank: number|null, chosen: boolean, objection?: string|null}} Criteria
  * @typedef {{r2: number|null, mean_error: number|null, rmse: number|null, mae: number|null}} Accuracy
  * @typedef {{likelihood_ratio: number|null, df: number|null, p: number|null}} LikelihoodRatio
  * @typedef {Criteria & Accuracy & {id: string, name: string, formula: string}} BaseCandidate
@@ -24,8 +24,9 @@
  * @typedef {{held_at: Record<string, number>, dbh: number[], h?: number[], ols: number[], population: number[],
  *   plots: Record<string, number[]>, by_class: ClassCurves[]}} Curves
  * @typedef {{name: string, version: string}} Version
+ * @typedef {{folds: number, trees: number, rmse_ols: number|null, rmse_covariates: number|null, rmse_nlme: number|null, t: number|null, worse: boolean}} LeftOut
  * @typedef {{species: string, response: string, unit: string, n: number, plots: number, converged: boolean,
- *   verdict: string, notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
+ *   verdict: string, sound?: boolean, doubts?: string[], left_out?: LeftOut|null, notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
  *   random: RandomCandidate[], variance: VarianceCandidate[], fits: {ols: Fit|null, covariates: Fit|null, nlme: Fit|null},
  *   gain: {population: number|null, conditional: number|null}, observations: Observations, curves: Curves|null}} Result
  * @typedef {{areas: {name: string|null, rings: number[][][]}[], buffer: number, torus: boolean, species_names: string[],

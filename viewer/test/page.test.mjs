@@ -120,6 +120,24 @@ test("a fit that has not converged cannot be overlooked", { skip }, () => {
   });
 });
 
+test("doubtful models are told from sound ones, with the reasons, first of all", { skip }, () => {
+  const data = example();
+  const [sound, doubtful] = data.results;
+  Object.assign(sound, { sound: true, doubts: [] });
+  Object.assign(doubtful, { sound: false, doubts: ["For plots without measured trees least squares predicts better."] });
+  Object.assign(doubtful.base.find((row) => row.converged && !row.chosen), { objection: "The curve of plot 3 falls." });
+  return withPage(data, {}, async (page) => {
+    const verdict = await page.locator("#verdict").textContent();
+    assert.match(verdict, /1 of 2 final models is doubtful\..*Sound \(.*\): SM, height\..*least squares predicts better/s);
+    assert.match(verdict, /1 candidate that ranked well was passed over/);
+    assert.match(await page.locator("#summary tr.failed").textContent(), /doubtful/);
+    assert.match(await page.locator("#result-2").textContent(), /doubtful.*least squares predicts better/s);
+    assert.equal(await page.locator("nav .bad").count(), 1);
+    await openAll(page);
+    assert.match(await page.locator("#result-2 details tr.failed", { hasText: "passed over" }).textContent(), /passed over: The curve of plot 3 falls/);
+  });
+});
+
 test("levels that were left out are said to be, and missing numbers are dashes", { skip }, () => {
   const data = example();
   const [result] = data.results;

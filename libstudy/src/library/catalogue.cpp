@@ -21,6 +21,9 @@ namespace {
 using data::JsonReader;
 using Names = std::vector<std::string>;
 
+/// In sensible conditions, 1.2 times the largest DBH.
+constexpr const char* kTopDbh = "top_dbh";
+
 bool contains(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -113,6 +116,26 @@ Equivalence read_equivalence(const JsonReader& json, const Names& parameters) {
   return result;
 }
 
+/// Where the curve makes sense, and its limits there.
+void read_sense(const JsonReader& json, BaseModel& model) {
+  Names known = model.parameter_names();
+  known.emplace_back(kTopDbh);
+  for (const JsonReader& item : json.at("sensible").items()) {
+    item.allow_only({"condition", "otherwise"});
+    model.sensible.push_back(
+        {.condition = item.at("condition").expression(), .otherwise = item.at("otherwise").text()});
+    check_names(item.at("condition"), model.sensible.back().condition, known);
+  }
+  known.back() = "h";
+  if (!contains(model.covariates, "h")) known.pop_back();
+  model.at_zero = json.at("at_zero").expression();
+  check_names(json.at("at_zero"), model.at_zero, known);
+  if (const auto limit = json.find("at_infinity")) {
+    model.at_infinity = limit->expression();
+    check_names(*limit, *model.at_infinity, known);
+  }
+}
+
 void read_domain(const JsonReader& json, BaseModel& model) {
   for (const JsonReader& item : json.at("domain").items()) {
     model.domain.push_back(item.expression());
@@ -145,6 +168,9 @@ BaseModel read_model(const std::filesystem::path& path) {
                    "formula",
                    "parameters",
                    "monotone",
+                   "at_zero",
+                   "at_infinity",
+                   "sensible",
                    "domain",
                    "invalid",
                    "equals",
@@ -166,6 +192,7 @@ BaseModel read_model(const std::filesystem::path& path) {
     model.monotone = monotone->one_of({"increasing", "decreasing"}) == 0 ? Monotone::kIncreasing
                                                                          : Monotone::kDecreasing;
   }
+  read_sense(json, model);
   read_domain(json, model);
   if (const auto equals = json.find("equals")) {
     for (const JsonReader& item : equals->items()) {
@@ -250,6 +277,14 @@ double BaseModel::value(const std::map<std::string, double>& arguments,
   std::map<std::string, double> all = arguments;
   all.insert(parameter_values.begin(), parameter_values.end());
   return evaluate(mean, all);
+}
+
+std::string BaseModel::nonsense(std::map<std::string, double> values, double top_dbh_cm) const {
+  values[kTopDbh] = top_dbh_cm;
+  for (const SensibleCondition& each : sensible) {
+    if (evaluate(each.condition, values) != 1.0) return each.otherwise;
+  }
+  return "";
 }
 
 Catalogue Catalogue::load(const std::filesystem::path& models_directory) {

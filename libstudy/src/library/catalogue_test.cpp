@@ -3,10 +3,12 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "reference.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/table_checks.hpp"
 
@@ -160,6 +162,73 @@ TEST_CASE("the parameters of reference points have the stated signs") {
   }
 }
 
+TEST_CASE("the limits of base models are those of their formulas") {
+  for (const BaseModel& model : catalogue().models()) {
+    for (const study::ReferencePoint& point : model.reference_points) {
+      INFO(model.id);
+      Values known = point.arguments;
+      known.insert(point.parameters.begin(), point.parameters.end());
+      Values arguments = point.arguments;
+      arguments["dbh"] = 1e-12;
+      // Powers of DBH below one approach their limit slowly: (1e-12)^0.4 = 2e-5.
+      CHECK(model.value(arguments, point.parameters) ==
+            Approx(values_of({{"limit", model.at_zero}}, known).at("limit")).margin(1e-3));
+      if (!model.at_infinity) continue;
+      arguments["dbh"] = 1e12;
+      CHECK(model.value(arguments, point.parameters) ==
+            Approx(values_of({{"limit", *model.at_infinity}}, known).at("limit")).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("the parameters of reference points make sense") {
+  for (const BaseModel& model : catalogue().models()) {
+    for (const study::ReferencePoint& point : model.reference_points) {
+      INFO(model.id);
+      CHECK(model.nonsense(point.parameters, 72.0).empty());
+    }
+  }
+}
+
+TEST_CASE("parameters that make sense give plausible curves, whatever they are") {
+  constexpr double kTop = 72.0;
+  Random random(5);
+  for (const BaseModel& model : catalogue().models()) {
+    std::set<std::string> broken;
+    int sensible = 0;
+    for (int draw = 0; draw < 2000; ++draw) {
+      const auto& point = model.reference_points[draw % model.reference_points.size()];
+      Values parameters = point.parameters;
+      for (auto& [name, value] : parameters) value *= random.uniform(-1.0, 2.5);
+      const std::string nonsense = model.nonsense(parameters, kTop);
+      if (!nonsense.empty()) {
+        broken.insert(nonsense);
+        continue;
+      }
+      ++sensible;
+      INFO(model.id << " " << nlohmann::json(parameters).dump());
+      Values arguments = point.arguments;
+      double last = 0.0;
+      bool is_plausible = true;
+      for (double dbh = 0.1; dbh <= kTop; dbh += 0.1) {
+        arguments["dbh"] = dbh;
+        const double value = model.value(arguments, parameters);
+        is_plausible = is_plausible && std::isfinite(value) && value >= 0.0;
+        // Rounding of a curve that is flat.
+        if (model.response == "h") is_plausible = is_plausible && value >= last * (1.0 - 1e-12);
+        if (model.response == "hcb") is_plausible = is_plausible && value <= arguments.at("h");
+        last = value;
+      }
+      CHECK(is_plausible);
+    }
+    INFO(model.id);
+    CHECK(sensible > 100);
+    std::set<std::string> all;
+    for (const study::SensibleCondition& each : model.sensible) all.insert(each.otherwise);
+    CHECK(broken == all);  // none that is never met
+  }
+}
+
 TEST_CASE("the derivatives of base models agree with differences") {
   for (const BaseModel& model : catalogue().models()) {
     for (const std::string& name : model.parameter_names()) {
@@ -261,6 +330,10 @@ TEST_CASE("a wrong entry is refused with its file and key") {
   SECTION("a missing key") {
     entry.erase("source");
     message = "the key \"source\" is missing";
+  }
+  SECTION("a sensible condition on something else than parameters") {
+    entry["sensible"][0]["condition"] = "a > top";
+    message = "sensible[0].condition: 'top' is not known here; known are a, b, top_dbh";
   }
   SECTION("a reference point without a parameter") {
     entry["reference_points"][0]["parameters"].erase("b");

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "library/json_values.hpp"
+#include "report/left_out_json.hpp"
 #include "report/report_fit.hpp"
 #include "report/report_map.hpp"
 #include "report/report_repeat.hpp"
@@ -42,6 +43,8 @@ void add_criteria(ordered_json& row, const Candidate& candidate) {
   row["cv_failed_folds"] = validated ? ordered_json(validated->failed) : ordered_json(nullptr);
   row["rank"] = candidate.rank > 0 ? ordered_json(candidate.rank) : ordered_json(nullptr);
   row["chosen"] = candidate.chosen;
+  row["objection"] =
+      candidate.objection.empty() ? ordered_json(nullptr) : ordered_json(candidate.objection);
 }
 
 void add_test(ordered_json& row, const Candidate& candidate) {
@@ -227,6 +230,13 @@ ordered_json curves_object(const Curves& curves) {
   return object;
 }
 
+/// What was noted, and the best candidates that were passed over.
+std::vector<std::string> joined_notes(const ResponseStudy& result) {
+  std::vector<std::string> notes = result.notes;
+  for (std::string& sentence : result.passed_over()) notes.push_back(std::move(sentence));
+  return notes;
+}
+
 ordered_json result_object(const ResponseStudy& result,
                            const StudyRecord& record,
                            const Catalogue& catalogue) {
@@ -237,7 +247,10 @@ ordered_json result_object(const ResponseStudy& result,
                       {"plots", result.plots},
                       {"converged", result.converged()},
                       {"verdict", result.verdict()},
-                      {"notes", result.notes},
+                      {"sound", result.is_sound()},
+                      {"doubts", result.doubts},
+                      {"left_out", left_out_object(result)},
+                      {"notes", joined_notes(result)},
                       {"base", base_rows(result, catalogue)},
                       {"covariates", covariate_rows(result)},
                       {"random", random_rows(result)},
@@ -315,8 +328,9 @@ ordered_json cell_value(const TableCell& cell) {
 ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogue) {
   ordered_json tables = ordered_json::array();
   for (const FormattedTable& table : study_tables(record, catalogue)) {
-    const bool is_summary =
-        table.name == "species" || table.name == "gains" || table.name == "level_tests";
+    const bool is_summary = table.name == "species" || table.name == "gains" ||
+                            table.name == "level_tests" || table.name == "passed_over" ||
+                            table.name == "plots_left_out";
     if (!is_summary || table.rows.empty()) continue;
     ordered_json columns = ordered_json::array();
     for (const TableColumn& column : table.columns) {

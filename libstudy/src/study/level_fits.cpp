@@ -26,9 +26,14 @@ fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   return result;
 }
 
-fit::FitResult fit_trial(const Trial& trial, const data::Table& table) {
+/// \param from  a fit to other trees to start from, if given
+fit::FitResult fit_trial(const Trial& trial,
+                         const data::Table& table,
+                         const fit::FittedModel* from = nullptr) {
   try {
-    fit::FitResult result = fit::fit_model(trial.specification, table, trial.options);
+    fit::FitModelOptions options = trial.options;
+    options.from = from;
+    fit::FitResult result = fit::fit_model(trial.specification, table, options);
     result.fit.model = trial.model;
     return result;
   } catch (const Error& error) {
@@ -116,7 +121,7 @@ void LevelFits::run(unsigned threads,
   std::atomic<std::size_t> done{0};
   parallel_for(tasks_.size(), threads, [&](std::size_t i) {
     const Task& task = tasks_[i];
-    const data::Table& table = works_[task.work].table;
+    const data::Table& table = works_[task.work].compared_trees();
     fit::FitResult result = fit_trial(task.trial, table);
     if (criterion_ == Criterion::kCrossValidation) {
       cross_validated_[task.work][task.position] = cross_validated(result.fit, table, group_);
@@ -156,6 +161,9 @@ const LevelFits::Task& LevelFits::task_of(std::size_t work, std::size_t position
 
 fit::FitResult LevelFits::result(std::size_t work, std::size_t position) const {
   const fit::FitResult& known = results_[work][position];
+  if (works_[work].is_sampled()) {
+    return fit_trial(task_of(work, position).trial, works_[work].table, &known.fit);
+  }
   if (std::ranges::find(whole_[work], position) != whole_[work].end()) return known;
   fit::FitResult again = fit_trial(task_of(work, position).trial, works_[work].table);
   again.fit = known.fit;

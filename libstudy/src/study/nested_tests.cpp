@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "study/nested_tests.hpp"
 
+#include <fmt/format.h>
+
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/likelihood_ratio.hpp"
 
@@ -19,6 +21,36 @@ std::optional<LikelihoodRatioTest> nested_test(const fit::FittedModel& larger,
 
 void add_random_effect_tests(std::vector<Candidate>& candidates, const fit::FittedModel& without) {
   for (Candidate& candidate : candidates) candidate.test = nested_test(candidate.fit, without);
+}
+
+std::string objection_to_likelihood(const fit::FittedModel& larger,
+                                    const std::vector<SmallerModel>& smaller) {
+  // Where the larger model is the smaller one, their fits end at the same point but for this.
+  constexpr double kSlack = 1e-3;
+  for (const SmallerModel& each : smaller) {
+    if (each.fit == &larger || larger.log_likelihood >= each.fit->log_likelihood - kSlack) continue;
+    if (!nested_test(larger, *each.fit)) continue;
+    return fmt::format(
+        "Its log-likelihood ({:.2f}) lies below that of the model {} ({:.2f}), which it contains.",
+        larger.log_likelihood,
+        each.name,
+        each.fit->log_likelihood);
+  }
+  return "";
+}
+
+std::string objection_to_error(const fit::FittedModel& mixed,
+                               const fit::FittedModel& least_squares) {
+  constexpr double kRounding = 1e-6;
+  constexpr double kWeights = 0.05;
+  const double room = mixed.specification.variance.is_constant() ? kRounding : kWeights;
+  const double limit = (1.0 + room) * least_squares.population.rmse;
+  if (!mixed.has_random_effects() || !(mixed.conditional.rmse > limit)) return "";
+  return fmt::format(
+      "With random effects its fitted values are farther from the observations (RMSE {:.3f}) than "
+      "those of least squares ({:.3f}), which no maximum is.",
+      mixed.conditional.rmse,
+      least_squares.population.rmse);
 }
 
 }  // namespace silvafit::study

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "silvafit/study/study.hpp"
@@ -18,5 +19,24 @@ std::optional<LikelihoodRatioTest> nested_test(const fit::FittedModel& larger,
 
 /// Tests each mixed model against the one without random effects.
 void add_random_effect_tests(std::vector<Candidate>& candidates, const fit::FittedModel& without);
+
+/// A model that a larger one may contain, and what it is: "without random effects".
+struct SmallerModel {
+  std::string name{};
+  const fit::FittedModel* fit = nullptr;
+};
+
+/// What is wrong with a model that is less likely than one that it contains, as a sentence; empty
+/// if it is not.
+std::string objection_to_likelihood(const fit::FittedModel& larger,
+                                    const std::vector<SmallerModel>& smaller);
+
+/// What is wrong with a mixed model whose fitted values with random effects are farther from the
+/// observations than those of least squares, as a sentence; empty if they are not. At a maximum
+/// they are nearer: coefficients and random effects minimize the squares with a penalty for the
+/// random effects, and least squares is one of the points to choose from. Variance functions weigh
+/// the squares, which leaves some room.
+std::string objection_to_error(const fit::FittedModel& mixed,
+                               const fit::FittedModel& least_squares);
 
 }  // namespace silvafit::study

@@ -9,161 +9,14 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
-#include "study/level_fits.hpp"
-#include "study/nested_tests.hpp"
-#include "study/study_levels.hpp"
+#include "study/study_stages.hpp"
 #include "study/study_work.hpp"
 
 namespace silvafit::study {
 namespace {
 
-// A loss of R2 that changes which model to use for plots without measured trees.
-constexpr double kNoticeablyWorse = 0.01;
-
 /// Names in the order of the enumeration.
 constexpr std::array<std::string_view, 4> kCriterionNames{"aic", "aicc", "bic", "cv"};
-
-void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  LevelFits level("base models", works, study.options.criteria.base, study.options.group);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    level.add(i, base_trials(works[i].candidates, works[i].table));
-  }
-  level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    ResponseStudy& result = works[i].result;
-    result.base = level.candidates(i);
-    if (const auto chosen = choose_base(result.base, study.options))
-      result.ols = level.result(i, *chosen);
-  }
-}
-
-/// Tests against the first candidate; a fit that failed has no likelihood to test. A gain that
-/// cannot be tested, since the first one failed, counts as none.
-void add_tests(std::vector<Candidate>& candidates) {
-  for (std::size_t i = 1; i < candidates.size(); ++i) {
-    if (!candidates[i].fit.convergence.converged) continue;
-    candidates[i].test =
-        nested_test(candidates[i].fit, candidates[0].fit).value_or(LikelihoodRatioTest{});
-  }
-}
-
-/// Tries the chosen sub-model without its intercept, which some published models lack.
-void run_without_intercept(std::vector<Work>& works,
-                           Study& study,
-                           const ProgressCallback& progress) {
-  LevelFits level(
-      "covariates alone", works, study.options.criteria.covariates, study.options.group);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    for (const Candidate& candidate : works[i].result.covariates) {
-      if (!candidate.chosen) continue;
-      if (auto trial = without_intercept(candidate, works[i].table)) level.add(i, {*trial});
-    }
-  }
-  level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    ResponseStudy& result = works[i].result;
-    for (Candidate& candidate : level.candidates(i)) {
-      // Not nested in level 1, so there is no likelihood-ratio test: the criterion alone decides.
-      result.covariates.push_back(std::move(candidate));
-      if (choose_covariates(result.covariates, study.options) == result.covariates.size() - 1) {
-        result.with_covariates = level.result(i, 0);
-      }
-    }
-  }
-}
-
-void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  LevelFits level(
-      "structural covariates", works, study.options.criteria.covariates, study.options.group);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    if (!works[i].result.ols || works[i].covariates.empty()) continue;
-    level.add(i,
-              covariate_trials(works[i].result.ols->fit,
-                               works[i].covariates,
-                               study.options.covariate_parameters,
-                               works[i].table));
-  }
-  level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    ResponseStudy& result = works[i].result;
-    result.covariates = level.candidates(i);
-    result.with_covariates = result.ols;
-    add_tests(result.covariates);
-    if (const auto chosen = choose_covariates(result.covariates, study.options)) {
-      result.with_covariates = level.result(i, *chosen);
-    }
-  }
-  run_without_intercept(works, study, progress);
-}
-
-/// A mixed model on the edge of its range is the best only where no other is left.
-void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
-  if (fit.convergence.boundary.empty()) return;
-  notes.push_back(
-      fmt::format("Every mixed model ends on the edge of its range ({}): these plots do not tell "
-                  "more effects apart.",
-                  fmt::join(fit.convergence.boundary, "; ")));
-}
-
-void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  LevelFits level("random effects", works, study.options.criteria.random, study.options.group);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    const ResponseStudy& result = works[i].result;
-    if (!result.with_covariates || result.plots < 2) continue;
-    level.add(i,
-              random_effect_trials(result.with_covariates->fit,
-                                   study.options.group,
-                                   study.options.maximum_random_effects));
-  }
-  level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    ResponseStudy& result = works[i].result;
-    result.random = level.candidates(i);
-    if (result.with_covariates) {
-      add_random_effect_tests(result.random, result.with_covariates->fit);
-    }
-    if (const auto chosen = choose_random_effects(result.random, study.options)) {
-      result.nlme = level.result(i, *chosen);
-      note_edge(result.nlme->fit, result.notes);
-    }
-  }
-}
-
-void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
-  LevelFits level(
-      "variance functions", works, study.options.criteria.variance, study.options.group);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    for (const Candidate& candidate : works[i].result.random) {
-      if (candidate.chosen)
-        level.add(i, variance_trials(candidate, study.options.variance_functions));
-    }
-  }
-  level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    ResponseStudy& result = works[i].result;
-    result.variance = level.candidates(i);
-    add_tests(result.variance);
-    if (const auto chosen = choose_variance(result.variance, study.options)) {
-      result.nlme = level.result(i, *chosen);
-    }
-  }
-}
-
-/// The mixed model with b = 0 predicts a typical plot, which may be far from the mean of all plots.
-void note_worse_populations(std::vector<Work>& works) {
-  for (Work& work : works) {
-    ResponseStudy& result = work.result;
-    if (!result.ols || !result.nlme) continue;
-    const double ols = result.ols->fit.population.r2;
-    const double population = result.nlme->fit.population.r2;
-    if (population >= ols - kNoticeablyWorse) continue;
-    result.notes.push_back(
-        fmt::format("For plots without measured trees the base model by least squares predicts "
-                    "better (R2 {:.3f}) than the mixed model with random effects zero (R2 {:.3f}).",
-                    ols,
-                    population));
-  }
-}
 
 void check_options(const Catalogue& catalogue, const StudyOptions& options) {
   std::set<std::string> known;
@@ -284,22 +137,6 @@ class SmallParts {
 
 }  // namespace
 
-bool ResponseStudy::converged() const {
-  if (nlme) return nlme->fit.convergence.converged;
-  return plots < 2 && with_covariates && with_covariates->fit.convergence.converged;
-}
-
-std::string ResponseStudy::verdict() const {
-  if (nlme) return nlme->fit.convergence.verdict;
-  if (!ols) return "No base model converged.";
-  if (plots < 2) {
-    return fmt::format("There is one {}: level 3 was left out. {}",
-                       group == "plot" ? "plot" : "value of '" + group + "'",
-                       with_covariates->fit.convergence.verdict);
-  }
-  return "No mixed model converged; the least-squares model stands.";
-}
-
 std::size_t Study::fit_count() const {
   std::size_t count = 0;
   for (const StageTime& stage : stages) count += stage.fits;
@@ -346,11 +183,7 @@ Study run_study(const data::Table& table,
     }
   }
   small.note(options.minimum_trees, study);
-  run_base(works, study, progress);
-  run_covariates(works, study, progress);
-  run_random_effects(works, study, progress);
-  run_variance(works, study, progress);
-  note_worse_populations(works);
+  run_stages(works, study, progress);
   for (Work& work : works) study.results.push_back(std::move(work.result));
   return study;
 }

@@ -92,6 +92,9 @@ void read_choice(const JsonReader& json, StudyOptions& options) {
     options.significance = value->number_between(0.0, 1.0);
   }
   if (const auto value = json.find("minimum_trees")) options.minimum_trees = value->count();
+  if (const auto value = json.find("compared_trees")) {
+    options.compared_trees = static_cast<std::size_t>(value->count_or_zero());
+  }
 }
 
 void read_inventory_keys(const JsonReader& json,
@@ -145,6 +148,7 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                    "equally_good",
                    "tests",
                    "significance",
+                   "compared_trees",
                    "columns",
                    "window",
                    "edge",

@@ -46,7 +46,7 @@ TEST_CASE("a configuration may say everything, with comments") {
     "covariates": ["C", "slope"], "covariate_parameters": 2,
     "group": "stand", "maximum_random_effects": 2, "variance_functions": ["none", "power(dbh)"],
     "criteria": {"base": "bic", "variance": "aicc"}, "choice": "parsimonious", "equally_good": 4,
-    "significance": 0.01,
+    "significance": 0.01, "compared_trees": 5000,
     "columns": {"dbh": "DBH_cm"}, "window": "plots.geojson", "edge": "hanisch", "buffer": 3,
     "per": "stand", "neighbors": 6})json");
   const StudyOptions& study = configuration.study;
@@ -64,6 +64,7 @@ TEST_CASE("a configuration may say everything, with comments") {
   CHECK(study.parsimonious);
   CHECK(study.equally_good == 4.0);
   CHECK(study.significance == 0.01);
+  CHECK(study.compared_trees == 5000);
   CHECK(configuration.columns == std::vector<std::string>{"dbh=DBH_cm"});
   CHECK_THAT(*configuration.window, Catch::Matchers::EndsWith("/plots.geojson"));
   CHECK(configuration.edge == "hanisch");
@@ -97,7 +98,7 @@ TEST_CASE("the configuration to start from reads back as a study's defaults") {
   CHECK_THAT(text, Contains("SM (240)"));
   CHECK_THAT(text, Contains("\"M4\",  // Meyer: h ~ 1.3 + a*(1 - exp(-b*dbh))"));
   const StudyConfiguration configuration = read(text);
-  CHECK(configuration.mentioned.size() == 28);
+  CHECK(configuration.mentioned.size() == 29);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
   CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has nothing else

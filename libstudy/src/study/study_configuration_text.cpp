@@ -208,6 +208,9 @@ void describe_choice(const ordered_json& values, CommentedJson& json) {
            values.at("tests"),
            "likelihood-ratio tests must be significant (required), or are shown only");
   json.add("significance", values.at("significance"), "of the tests");
+  json.add("compared_trees",
+           values.at("compared_trees"),
+           "candidates are compared on so many trees of a species at most; 0: on all");
 }
 
 std::string describe_inventory(const ordered_json& values, CommentedJson& json) {

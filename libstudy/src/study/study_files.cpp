@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "library/fingerprint.hpp"
+#include "report/left_out_json.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
@@ -85,6 +86,16 @@ std::string run_json(const StudyRecord& record, const ModelLibrary& library) {
   for (const StageTime& stage : record.study.stages) {
     run["stages"].push_back(
         {{"name", stage.name}, {"fits", stage.fits}, {"seconds", stage.seconds}});
+  }
+  run["results"] = ordered_json::array();
+  for (const ResponseStudy& result : record.study.results) {
+    run["results"].push_back({{"species", result.species},
+                              {"response", result.response},
+                              {"converged", result.converged()},
+                              {"verdict", result.verdict()},
+                              {"sound", result.is_sound()},
+                              {"doubts", result.doubts},
+                              {"left_out", left_out_object(result)}});
   }
   return json_text(run, 2) + "\n";
 }

@@ -82,14 +82,33 @@ std::optional<std::size_t> mark(std::vector<Candidate>& candidates, std::size_t 
   return chosen;
 }
 
-/// The first in order whose test is significant, if that is asked for. Candidates without a test
-/// stand on their rank: the reference of the tests, and what is not nested with it.
+/// Whether nothing speaks against a candidate.
+bool passes(Candidate& candidate, std::size_t index, const Examination& examine) {
+  if (!examine) return true;
+  if (!candidate.is_examined) candidate.objection = examine(index);
+  candidate.is_examined = true;
+  return candidate.objection.empty();
+}
+
+/// What is left of an order from the first candidate that passes; empty if none does.
+std::vector<std::size_t> from_first_passing(std::vector<Candidate>& candidates,
+                                            const std::vector<std::size_t>& order,
+                                            const Examination& examine) {
+  const auto first =
+      std::ranges::find_if(order, [&](std::size_t i) { return passes(candidates[i], i, examine); });
+  return {first, order.end()};
+}
+
+/// The first in order whose test is significant, if that is asked for, and that passes. Candidates
+/// without a test stand on their rank: the reference of the tests, and what is not nested with it.
 std::optional<std::size_t> first_significant(std::vector<Candidate>& candidates,
                                              const std::vector<std::size_t>& order,
-                                             const StudyOptions& options) {
+                                             const StudyOptions& options,
+                                             const Examination& examine) {
   for (const std::size_t i : order) {
     const bool needs_test = options.needs_tests && candidates[i].test.has_value();
-    if (!needs_test || candidates[i].test->p < options.significance) return mark(candidates, i);
+    if (needs_test && !(candidates[i].test->p < options.significance)) continue;
+    if (passes(candidates[i], i, examine)) return mark(candidates, i);
   }
   return std::nullopt;
 }
@@ -253,41 +272,51 @@ std::vector<Trial> variance_trials(const Candidate& mixed,
 }
 
 std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates,
-                                       const StudyOptions& options) {
+                                       const StudyOptions& options,
+                                       const Examination& examine) {
   const Criterion criterion = options.criteria.base;
-  const std::vector<std::size_t> order = ranked(candidates, criterion);
-  if (order.empty()) return std::nullopt;
-  const auto close = equally_good(candidates, order, criterion, options);
-  return mark(candidates, simplest_first(candidates, close).front());
+  const std::vector<std::size_t> all = ranked(candidates, criterion);
+  if (all.empty()) return std::nullopt;
+  const std::vector<std::size_t> order = from_first_passing(candidates, all, examine);
+  if (order.empty()) return mark(candidates, all.front());
+  const auto close =
+      simplest_first(candidates, equally_good(candidates, order, criterion, options));
+  return mark(candidates, from_first_passing(candidates, close, examine).front());
 }
 
 std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates,
-                                             const StudyOptions& options) {
-  return first_significant(candidates, ranked(candidates, options.criteria.covariates), options);
+                                             const StudyOptions& options,
+                                             const Examination& examine) {
+  return first_significant(
+      candidates, ranked(candidates, options.criteria.covariates), options, examine);
 }
 
 std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates,
-                                                 const StudyOptions& options) {
+                                                 const StudyOptions& options,
+                                                 const Examination& examine) {
   const Criterion criterion = options.criteria.random;
-  const std::vector<std::size_t> order = ranked(candidates, criterion);
-  if (order.empty()) return std::nullopt;
+  const std::vector<std::size_t> all = ranked(candidates, criterion);
   std::vector<std::size_t> inside;
   std::ranges::copy_if(
-      order, std::back_inserter(inside), [&](std::size_t i) { return !is_on_edge(candidates[i]); });
-  const std::vector<std::size_t>& eligible = inside.empty() ? order : inside;
-  if (!options.parsimonious) return mark(candidates, eligible.front());
-  const auto close = equally_good(candidates, eligible, criterion, options);
-  return mark(candidates, simplest_first(candidates, close).front());
+      all, std::back_inserter(inside), [&](std::size_t i) { return !is_on_edge(candidates[i]); });
+  std::vector<std::size_t> order = from_first_passing(candidates, inside, examine);
+  if (order.empty()) order = from_first_passing(candidates, all, examine);
+  if (order.empty()) return std::nullopt;
+  if (!options.parsimonious) return mark(candidates, order.front());
+  const auto close =
+      simplest_first(candidates, equally_good(candidates, order, criterion, options));
+  return mark(candidates, from_first_passing(candidates, close, examine).front());
 }
 
 std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
-                                           const StudyOptions& options) {
+                                           const StudyOptions& options,
+                                           const Examination& examine) {
   const Criterion criterion = options.criteria.variance;
   std::vector<std::size_t> order = ranked(candidates, criterion);
   if (options.parsimonious && !order.empty()) {
     order = simplest_first(candidates, equally_good(candidates, order, criterion, options));
   }
-  return first_significant(candidates, order, options);
+  return first_significant(candidates, order, options, examine);
 }
 
 }  // namespace silvafit::study

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,15 +51,25 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
 std::vector<Trial> variance_trials(const Candidate& mixed,
                                    const std::vector<std::string>& functions);
 
-/// The choices of the levels (run_study has the rules). Each ranks its candidates, marks the chosen
-/// one and gives its index; nothing if none converged.
+/// What speaks against the candidate of an index, as a sentence; empty: nothing. Asked of no
+/// candidate twice, and only of those that would be chosen.
+using Examination = std::function<std::string(std::size_t)>;
+
+/// The choices of the levels (run_study has the rules). Each ranks its candidates, passes over
+/// those with an objection, marks the chosen one and gives its index; nothing if none converged or,
+/// but at level 1, all have an objection. Level 1 then takes the best one with its objection, so
+/// that the data have a model at all.
 std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates,
-                                       const StudyOptions& options);
+                                       const StudyOptions& options,
+                                       const Examination& examine = {});
 std::optional<std::size_t> choose_covariates(std::vector<Candidate>& candidates,
-                                             const StudyOptions& options);
+                                             const StudyOptions& options,
+                                             const Examination& examine = {});
 std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candidates,
-                                                 const StudyOptions& options);
+                                                 const StudyOptions& options,
+                                                 const Examination& examine = {});
 std::optional<std::size_t> choose_variance(std::vector<Candidate>& candidates,
-                                           const StudyOptions& options);
+                                           const StudyOptions& options,
+                                           const Examination& examine = {});
 
 }  // namespace silvafit::study

@@ -279,3 +279,71 @@ TEST_CASE("a criterion that is asked for decides without tests") {
   CHECK(criterion_text(parse_criterion("aicc")) == "aicc");
   CHECK_THROWS_AS(parse_criterion("mse"), UsageError);
 }
+
+TEST_CASE(
+    "candidates with an objection are passed over, and only those that could be chosen asked") {
+  std::vector<std::size_t> asked;
+  const Examination examine = [&](std::size_t i) {
+    asked.push_back(i);
+    return std::string(i == 0 ? "It falls." : "");
+  };
+  // AIC 206, 210, 211 (fewest parameters), 290.
+  std::vector<Candidate> candidates{
+      candidate(-100.0, 3), candidate(-101.0, 4), candidate(-103.5, 2), candidate(-140.0, 5)};
+  CHECK(choose_base(candidates, {}, examine) == 2U);
+  CHECK(asked == std::vector<std::size_t>{0, 1, 2});
+  CHECK(candidates[0].objection == "It falls.");
+  CHECK(candidates[0].rank == 1);
+  CHECK_FALSE(candidates[0].chosen);
+  CHECK_FALSE(candidates[3].is_examined);
+  // What was found is kept.
+  asked.clear();
+  CHECK(choose_base(candidates, {}, examine) == 2U);
+  CHECK(asked.empty());
+}
+
+TEST_CASE("level 1 takes the best where all have an objection, the other levels none") {
+  const Examination never = [](std::size_t) { return std::string("It falls."); };
+  std::vector<Candidate> candidates{candidate(-100.0, 4), candidate(-90.0, 4)};
+  CHECK(choose_base(candidates, {}, never) == 1U);
+  CHECK(candidates[1].objection == "It falls.");
+  CHECK_FALSE(choose_covariates(candidates, {}, never));
+  CHECK_FALSE(choose_random_effects(candidates, {}, never));
+  CHECK_FALSE(choose_variance(candidates, {}, never));
+}
+
+TEST_CASE("a mixed model on the edge stands where those inside have an objection") {
+  std::vector<Candidate> candidates{candidate(-60.0, 6), on_edge(-80.0, 6)};
+  const Examination examine = [](std::size_t i) { return std::string(i == 0 ? "It falls." : ""); };
+  CHECK(choose_random_effects(candidates, {}, examine) == 1U);
+}
+
+TEST_CASE("a model less likely than one that it contains has an objection") {
+  const fit::FittedModel power = fitted("h ~ 1.3 + a*dbh^b");
+  fit::FittedModel with_covariate =
+      fit::fit_model(fit::specify_model("h ~ 1.3 + a*dbh^b", {"a ~ 1 + W"}, trees()), trees()).fit;
+  const std::vector<SmallerModel> smaller{{.name = "without W", .fit = &power}};
+  CHECK(objection_to_likelihood(with_covariate, smaller).empty());
+  with_covariate.log_likelihood = power.log_likelihood - 1.0;
+  CHECK_THAT(objection_to_likelihood(with_covariate, smaller),
+             Catch::Matchers::Contains("lies below that of the model without W"));
+  // The other way round nothing is contained.
+  CHECK(objection_to_likelihood(power, {{.name = "with W", .fit = &with_covariate}}).empty());
+}
+
+TEST_CASE("a mixed model farther from the observations than least squares has an objection") {
+  const Candidate plain = candidate(-100.0, 3);
+  fit::FittedModel least_squares = plain.fit;
+  least_squares.population.rmse = 2.0;
+  fit::FittedModel mixed = plain.fit;
+  mixed.random_names = {"a"};
+  mixed.conditional.rmse = 1.9;
+  CHECK(objection_to_error(mixed, least_squares).empty());
+  mixed.conditional.rmse = 2.01;
+  CHECK_THAT(objection_to_error(mixed, least_squares), Catch::Matchers::Contains("RMSE 2.010"));
+  // Weights may move the unweighted error a little.
+  mixed.specification.variance = fit::parse_variance_function("power");
+  CHECK(objection_to_error(mixed, least_squares).empty());
+  mixed.conditional.rmse = 2.2;
+  CHECK_FALSE(objection_to_error(mixed, least_squares).empty());
+}

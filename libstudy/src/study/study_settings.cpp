@@ -39,7 +39,8 @@ ordered_json search_json(const StudyOptions& options) {
           {"choice", options.parsimonious ? "parsimonious" : "best"},
           {"equally_good", options.equally_good},
           {"tests", options.needs_tests ? "required" : "shown"},
-          {"significance", options.significance}};
+          {"significance", options.significance},
+          {"compared_trees", options.compared_trees}};
 }
 
 }  // namespace

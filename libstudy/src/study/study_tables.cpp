@@ -47,7 +47,8 @@ const Columns kCriteria{{"k", "k", ColumnKind::kCount},
                         {"rank", "Rank", ColumnKind::kCount},
                         {"chosen", "Chosen"},
                         {"converged", "Converged"},
-                        {"verdict", "Verdict"}};
+                        {"verdict", "Verdict"},
+                        {"objection", "Objection"}};
 
 TableRow criteria(const Candidate& candidate) {
   const fit::FittedModel& fit = candidate.fit;
@@ -61,7 +62,8 @@ TableRow criteria(const Candidate& candidate) {
           rank_cell(candidate.rank),
           yes_or_no(candidate.chosen),
           yes_or_no(fit.convergence.converged),
-          fit.convergence.verdict};
+          fit.convergence.verdict,
+          candidate.objection};
 }
 
 const Columns kStatistics{{"r2", "R2", ColumnKind::kShare},
@@ -320,6 +322,66 @@ FormattedTable gains_table(const Study& study) {
   return table;
 }
 
+FormattedTable passed_over_table(const Study& study) {
+  FormattedTable table{
+      .name = "passed_over",
+      .caption = "Candidates that converged and were passed over",
+      .columns = joined(kSubject,
+                        {{"level", "Level"},
+                         {"candidate", "Candidate"},
+                         {"rank", "Rank", ColumnKind::kCount},
+                         {"log_likelihood", "Log-likelihood", ColumnKind::kCriterion},
+                         {"objection", "Objection"}})};
+  const std::vector<std::pair<std::vector<Candidate> ResponseStudy::*, std::string>> levels{
+      {&ResponseStudy::base, "base"},
+      {&ResponseStudy::covariates, "covariates"},
+      {&ResponseStudy::random, "random effects"},
+      {&ResponseStudy::variance, "variance function"}};
+  for (const ResponseStudy& result : study.results) {
+    for (const auto& [level, name] : levels) {
+      for (const Candidate& candidate : result.*level) {
+        if (candidate.objection.empty() || candidate.chosen) continue;
+        table.rows.push_back(joined(subject(result),
+                                    {name,
+                                     name_of(candidate, level),
+                                     rank_cell(candidate.rank),
+                                     candidate.fit.log_likelihood,
+                                     candidate.objection}));
+      }
+    }
+  }
+  return table;
+}
+
+FormattedTable plots_left_out_table(const Study& study) {
+  FormattedTable table{
+      .name = "plots_left_out",
+      .caption =
+          "Predictions for plots left out, random effects zero; t above 0: the mixed model "
+          "is worse than the better one of least squares",
+      .columns = joined(kSubject,
+                        {{"folds", "Folds", ColumnKind::kCount},
+                         {"trees", "Trees", ColumnKind::kCount},
+                         {"rmse_ols", "RMSE OLS", ColumnKind::kShare},
+                         {"rmse_covariates", "RMSE OLS with covariates", ColumnKind::kShare},
+                         {"rmse_nlme", "RMSE NLME", ColumnKind::kShare},
+                         {"t", "t", ColumnKind::kCriterion},
+                         {"worse", "Worse"}})};
+  for (const ResponseStudy& result : study.results) {
+    if (!result.left_out) continue;
+    const LeftOutPlots& left_out = *result.left_out;
+    table.rows.push_back(joined(subject(result),
+                                {count(left_out.folds),
+                                 count(left_out.trees),
+                                 left_out.rmse_ols,
+                                 left_out.rmse_covariates,
+                                 left_out.rmse_nlme,
+                                 left_out.t,
+                                 yes_or_no(left_out.is_worse)}));
+  }
+  return table;
+}
+
 /// Models that are not nested count as different where their AIC are apart.
 bool differ(const fit::FittedModel& larger,
             const fit::FittedModel& smaller,
@@ -415,7 +477,9 @@ std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalo
           variance_components_table(study),
           statistics_table(study),
           gains_table(study),
-          level_tests_table(study)};
+          level_tests_table(study),
+          passed_over_table(study),
+          plots_left_out_table(study)};
 }
 
 void write_study_tables(const StudyRecord& record,

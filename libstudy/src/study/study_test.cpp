@@ -53,7 +53,8 @@ TEST_CASE("a study tries every model of each level and finds the covariate that 
   CHECK(result.converged());
   std::size_t rows =
       result.base.size() + result.covariates.size() + result.random.size() + result.variance.size();
-  CHECK(study.fit_count() == rows);
+  // Three levels in five folds of plots left out.
+  CHECK(study.fit_count() == rows + 15);
 }
 
 TEST_CASE("mixed models are never less likely than the least squares they contain") {
@@ -219,4 +220,41 @@ TEST_CASE("species with too few core trees are told with how many were measured"
   CHECK_THAT(run_study(table, test::catalogue(), options).notes,
              Catch::Matchers::VectorContains(
                  std::string("Too few trees for models (fewer than 100): SM h (80).")));
+}
+
+TEST_CASE("of very many trees candidates are compared on some, and chosen models fitted to all") {
+  const data::Table table = test::stand({.plots = 12, .trees = 60, .has_indices = false});
+  StudyOptions options;
+  options.compared_trees = 480;
+  const Study study = study_of(table, options);
+  const ResponseStudy& result = study.results.front();
+  CHECK(any_contains(result.notes, "compared on 480 of the 720 trees"));
+  CHECK(result.base.front().fit.observations == 480);
+  CHECK(result.random.front().fit.observations == 480);
+  REQUIRE(result.nlme);
+  CHECK(result.ols->fit.observations == 720);
+  CHECK(result.nlme->fit.observations == 720);
+  CHECK(result.nlme->fit.convergence.converged);
+  // What is reported is the fit to all: the same as by itself.
+  fit::FitModelOptions alone;
+  alone.method = fit::Method::kLindstromBates;
+  const auto again = fit::fit_model(result.nlme->fit.specification, table, alone);
+  CHECK(result.nlme->fit.log_likelihood == Approx(again.fit.log_likelihood).epsilon(1e-8));
+  // All are compared on all if that is asked for.
+  options.compared_trees = 0;
+  CHECK(study_of(table, options).results.front().base.front().fit.observations == 720);
+}
+
+TEST_CASE("base models without plausible curves are taken with a doubt") {
+  StudyOptions options;
+  // Heights level off; a parabola through them falls from its vertex on.
+  options.candidates["h"] = {"h ~ a + b*dbh + c*dbh^2"};
+  const ResponseStudy result =
+      study_of(test::stand({.has_indices = false}), options).results.front();
+  REQUIRE(result.ols);
+  CHECK(result.base.front().chosen);
+  CHECK_FALSE(result.base.front().objection.empty());
+  CHECK_FALSE(result.is_sound());
+  REQUIRE_FALSE(result.doubts.empty());
+  CHECK_THAT(result.doubts.front(), Contains("No base model has plausible curves"));
 }

@@ -12,6 +12,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/variance_function.hpp"
+#include "study/representative_rows.hpp"
 
 namespace silvafit::study {
 
@@ -150,6 +151,14 @@ std::vector<std::string> variance_columns(const StudyOptions& options) {
 
 }  // namespace
 
+std::string Work::objection_to_curves(const fit::FittedModel& fit) const {
+  if (!plausibility) return "";
+  const auto own = std::ranges::find_if(candidates, [&](const BaseCandidate& candidate) {
+    return candidate.entry != nullptr && candidate.entry->id == fit.model;
+  });
+  return plausibility->objection(fit, own == candidates.end() ? nullptr : own->entry);
+}
+
 std::string tree_counts(const Work& work) {
   const std::size_t used = work.result.rows.size();
   if (used == work.measured) return std::to_string(used);
@@ -198,6 +207,15 @@ Work prepared(const data::Table& table,
   for (const std::string& name : variance_columns(options)) columns.push_back(name);
   // Not all of them: a study of a million trees would have each column nine times.
   work.table = with_columns(table, columns).select(work.result.rows);
+  if (options.compared_trees > 0 && work.table.rows() > options.compared_trees) {
+    work.sample =
+        work.table.select(representative_rows(work.table, options.group, options.compared_trees));
+    work.result.notes.push_back(fmt::format(
+        "Candidates were compared on {} of the {} trees, which represent all; the chosen "
+        "models are fitted to all. study.json: compared_trees.",
+        work.sample.rows(),
+        work.table.rows()));
+  }
   work.result.group = options.group;
   work.result.plots = count_groups(work.table, options.group);
   return work;

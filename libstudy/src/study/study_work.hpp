@@ -2,11 +2,13 @@
 // What a study works on: a species and a response, their trees, and what the models may use.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/study.hpp"
+#include "study/plausibility.hpp"
 #include "study/study_levels.hpp"
 
 namespace silvafit::study {
@@ -14,11 +16,22 @@ namespace silvafit::study {
 /// A species and response in work: its trees and what it may use.
 struct Work {
   ResponseStudy result{};
-  data::Table table{};
+  data::Table table{};   ///< its trees
+  data::Table sample{};  ///< those that candidates are compared on; empty: all
   std::vector<BaseCandidate> candidates{};
   std::vector<std::string> covariates{};
   std::size_t measured = 0;  ///< trees with all that the candidates need
   std::size_t core = 0;      ///< those of them that are core; all where the table does not say
+  /// Of its trees. It refers to the table, so it is made when the work has found its place.
+  std::optional<Plausibility> plausibility{};
+
+  /// The chosen least-squares model as it was compared: its fit to the sample, if there is one.
+  std::optional<fit::FittedModel> compared{};
+
+  bool is_sampled() const { return sample.rows() > 0; }
+  const data::Table& compared_trees() const { return is_sampled() ? sample : table; }
+  /// What is wrong with the curves of a fit to the trees, as a sentence; empty if nothing is.
+  std::string objection_to_curves(const fit::FittedModel& fit) const;
 };
 
 /// How many trees there are, for messages: "10", or "10 core trees of 80 measured".

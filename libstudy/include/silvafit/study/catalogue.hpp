@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,6 +45,13 @@ struct Equivalence {
   std::map<std::string, data::Expression> with{};
 };
 
+/// What must hold of the parameters for a curve that makes sense, and what is wrong otherwise.
+struct SensibleCondition {
+  /// 1 or 0, over the parameters and `top_dbh`, 1.2 times the largest DBH [cm]: `a > 0`.
+  data::Expression condition = data::Expression::constant(1.0);
+  std::string otherwise{};  ///< part of a sentence: "the curve has a pole"
+};
+
 /// One candidate equation for height (h), height to crown base (hcb) or crown width (cw).
 struct BaseModel {
   std::string id{};    ///< "M4"
@@ -56,6 +64,11 @@ struct BaseModel {
   /// The data columns that the mean uses: dbh, and h for hcb.
   std::vector<std::string> covariates{};
   Monotone monotone = Monotone::kUnknown;
+  /// Limits of the response as DBH goes to 0 and to infinity, for sensible parameters: expressions
+  /// of the parameters and, for hcb, of h. The second only where there is one.
+  data::Expression at_zero = data::Expression::constant(0.0);
+  std::optional<data::Expression> at_infinity{};
+  std::vector<SensibleCondition> sensible{};  ///< all must hold, whatever the data
   /// Conditions on the covariates, 1 or 0, all of which must hold.
   std::vector<data::Expression> domain{};
   std::vector<Equivalence> equals{};
@@ -71,6 +84,10 @@ struct BaseModel {
   /// \throws UsageError if a name is missing
   double value(const std::map<std::string, double>& arguments,
                const std::map<std::string, double>& parameters) const;
+  /// What is wrong with a curve of these parameters by the first sensible condition that does not
+  /// hold; empty if all hold.
+  /// \param top_dbh_cm  1.2 times the largest DBH
+  std::string nonsense(std::map<std::string, double> parameters, double top_dbh_cm) const;
 };
 
 /// All base models of a folder `models`.

@@ -62,7 +62,11 @@ struct StudyOptions {
   bool parsimonious = false;
   std::size_t minimum_trees = 100;         ///< of a species with the response measured
   std::size_t maximum_random_effects = 3;  ///< coefficients that vary by plot at once
-  unsigned threads = 0;                    ///< 0: as many as there are cores
+  /// Of more trees of a species, candidates are compared on about so many that represent all: every
+  /// plot has its share, from its thinnest to its thickest trees. The chosen models are fitted to
+  /// all trees. 0: candidates are always compared on all.
+  std::size_t compared_trees = 10000;
+  unsigned threads = 0;  ///< 0: as many as there are cores
 };
 
 /// A likelihood-ratio test against the simpler model of the same level.
@@ -89,6 +93,28 @@ struct Candidate {
   std::optional<CrossValidated> cross_validated{};
   int rank = 0;  ///< from 1 by the level's criterion; 0 if it did not converge
   bool chosen = false;
+  /// Whether its curves and its likelihood were examined, as is done from the best rank down to the
+  /// chosen one, and what was found that speaks against it, as a sentence; empty: nothing.
+  bool is_examined = false;
+  std::string objection{};
+};
+
+/// How the chosen models predict plots that were left out of their fits, by cross-validation:
+/// random effects are zero, since nothing is known of such a plot.
+struct LeftOutPlots {
+  std::size_t folds = 0;
+  std::size_t trees = 0;  ///< that all models predict: a fold whose fit failed has none
+  std::size_t trees_without = 0;
+  /// Root mean square errors; NaN without such a model.
+  double rmse_ols = 0.0;
+  double rmse_covariates = 0.0;
+  double rmse_nlme = 0.0;
+  /// t of the differences of squared errors between the mixed model and the better one of least
+  /// squares, with the plots as replicates; positive where the mixed model is worse.
+  double t = 0.0;
+  /// Whether its error is larger by more than 1 % and by more than the noise between plots, or by
+  /// more than 5 % whatever the noise.
+  bool is_worse = false;
 };
 
 /// All that was found for one species and response.
@@ -106,10 +132,17 @@ struct ResponseStudy {
   std::optional<fit::FitResult> ols{};              ///< chosen at level 1
   std::optional<fit::FitResult> with_covariates{};  ///< chosen at level 2, or that of level 1
   std::optional<fit::FitResult> nlme{};             ///< chosen at level 3
+  std::optional<LeftOutPlots> left_out{};           ///< where there is a mixed model
+  /// What speaks against the chosen models although they converged, as sentences.
+  std::vector<std::string> doubts{};
 
+  /// Whether the final model converged and nothing speaks against the chosen models.
+  bool is_sound() const { return converged() && doubts.empty(); }
   /// Whether the last level that was tried ended in a model to rely on, and the sentence on it.
   bool converged() const;
   std::string verdict() const;
+  /// A sentence for each level whose best candidates were passed over, on the first of them.
+  std::vector<std::string> passed_over() const;
 };
 
 struct StageTime {
@@ -139,9 +172,10 @@ using ProgressCallback =
 /// 5 %; the chosen one also without intercept. Level 3: random effects of the group on every subset
 /// of the coefficients (at most maximum_random_effects), lowest BIC of those that converge away
 /// from the edge; then the variance functions, lowest AIC where the test against a constant
-/// variance is significant at 5 %. The options change criteria and thresholds. All fits of a
-/// species and response use the same trees. Deterministic whatever the number of threads. A fit
-/// that fails is listed with its reason.
+/// variance is significant at 5 %. Candidates whose curves cannot be those of trees, and mixed
+/// models that are less likely than a model that they contain, are passed over (docs/study.md). The
+/// options change criteria and thresholds. All fits of a species and response use the same trees.
+/// Deterministic whatever the number of threads. A fit that fails is listed with its reason.
 ///
 /// \param table  an inventory with our column names, optionally W, M, U, C and `core` (only rows
 ///   with 1 count); a response that it does not have is left out with a note
@@ -151,6 +185,10 @@ Study run_study(const data::Table& table,
                 const Catalogue& catalogue,
                 const StudyOptions& options,
                 const ProgressCallback& progress = {});
+
+/// What to call a candidate at its level: the id of a base model, sub-models, random coefficients,
+/// or the variance function.
+std::string name_of(const Candidate& candidate, std::vector<Candidate> ResponseStudy::*level);
 
 /// Unit of a response: "m".
 std::string unit_of(const std::string& response);

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "study/plots_left_out.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <limits>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/cross_validation.hpp"
+
+namespace silvafit::study {
+namespace {
+
+/// As many as tell a bad model from a good one; each costs a fit of every level.
+constexpr std::size_t kFolds = 5;
+/// One-sided significance of being worse.
+constexpr double kSignificance = 0.05;
+/// Worse by this share of the error is said whatever the noise.
+constexpr double kMuchWorse = 0.05;
+/// Many plots make any difference significant; one below this share changes no decision.
+constexpr double kWorse = 0.01;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool can_be_left_out(const std::optional<fit::FitResult>& fit) {
+  return fit && fit->fit.convergence.converged;
+}
+
+/// Errors of the trees of the table, NaN where a fold has no fit; empty without any.
+Eigen::VectorXd errors_of(const std::optional<fit::FitResult>& fit,
+                          const data::Table& table,
+                          const std::string& group,
+                          const std::function<void()>& on_fit) {
+  if (!can_be_left_out(fit)) return {};
+  fit::CrossValidationOptions options{.folds = kFolds, .group = group, .measured = 0};
+  options.threads = 1;  // the tasks of a study are parallel already
+  if (on_fit) options.progress = [&on_fit](std::size_t, std::size_t) { on_fit(); };
+  try {
+    const fit::CrossValidation result = fit::cross_validate(fit->fit, table, options);
+    if (result.predicted_count == 0) return {};
+    Eigen::VectorXd errors =
+        Eigen::VectorXd::Constant(static_cast<Eigen::Index>(table.rows()), kNaN);
+    for (std::size_t i = 0; i < result.rows.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      errors[static_cast<Eigen::Index>(result.rows[i])] =
+          result.predicted[at] - result.observed[at];
+    }
+    return errors;
+  } catch (const Error&) {
+    // One plot alone cannot be left out.
+    return {};
+  }
+}
+
+/// Rows of the table that all of the models predict.
+std::vector<Eigen::Index> rows_in_all(const std::vector<const Eigen::VectorXd*>& errors) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index row = 0; row < errors.front()->size(); ++row) {
+    const bool has_all = std::ranges::all_of(errors, [row](const Eigen::VectorXd* each) {
+      return each->size() == 0 || std::isfinite((*each)[row]);
+    });
+    if (has_all) rows.push_back(row);
+  }
+  return rows;
+}
+
+double rmse_of(const Eigen::VectorXd& errors, const std::vector<Eigen::Index>& rows) {
+  if (errors.size() == 0) return kNaN;
+  return std::sqrt(errors(rows).squaredNorm() / static_cast<double>(rows.size()));
+}
+
+/// The upper quantile of t for the plots of the rows.
+double critical_t(const std::vector<std::size_t>& plot) {
+  std::vector<std::size_t> plots = plot;
+  std::ranges::sort(plots);
+  const auto freedom =
+      static_cast<double>(std::unique(plots.begin(), plots.end()) - plots.begin()) - 1.0;
+  if (freedom < 1.0) return std::numeric_limits<double>::infinity();
+  return boost::math::quantile(boost::math::complement(
+      boost::math::students_t_distribution<double>(freedom), kSignificance));
+}
+
+}  // namespace
+
+double paired_t(const Eigen::VectorXd& first,
+                const Eigen::VectorXd& second,
+                const std::vector<std::size_t>& plot) {
+  if (plot.empty()) return 0.0;
+  const auto count = static_cast<Eigen::Index>(*std::ranges::max_element(plot)) + 1;
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(count);
+  std::vector<bool> has_trees(static_cast<std::size_t>(count), false);
+  for (std::size_t i = 0; i < plot.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    sums[static_cast<Eigen::Index>(plot[i])] += first[at] * first[at] - second[at] * second[at];
+    has_trees[plot[i]] = true;
+  }
+  const auto n = static_cast<double>(std::ranges::count(has_trees, true));
+  const double mean = sums.sum() / n;
+  double squares = 0.0;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    if (has_trees[static_cast<std::size_t>(k)]) squares += std::pow(sums[k] - mean, 2);
+  }
+  // Differences that are all the same, mostly zero, have no noise.
+  if (n < 2.0 || squares == 0.0) return 0.0;
+  return mean / std::sqrt(squares / (n - 1.0) / n);
+}
+
+std::size_t left_out_fits(const ResponseStudy& result) {
+  if (!can_be_left_out(result.nlme) || result.plots < 2) return 0;
+  const auto levels = static_cast<std::size_t>(1 + can_be_left_out(result.ols) +
+                                               can_be_left_out(result.with_covariates));
+  return levels * std::min(kFolds, result.plots);
+}
+
+std::optional<LeftOutPlots> cross_validate_levels(const ResponseStudy& result,
+                                                  const data::Table& table,
+                                                  const std::function<void()>& on_fit) {
+  if (left_out_fits(result) == 0) return std::nullopt;
+  const Eigen::VectorXd nlme = errors_of(result.nlme, table, result.group, on_fit);
+  const Eigen::VectorXd ols = errors_of(result.ols, table, result.group, on_fit);
+  const Eigen::VectorXd covariates = errors_of(result.with_covariates, table, result.group, on_fit);
+  if (nlme.size() == 0 || ols.size() == 0) return std::nullopt;
+  const std::vector<Eigen::Index> rows = rows_in_all({&nlme, &ols, &covariates});
+  if (rows.empty()) return std::nullopt;
+  LeftOutPlots left_out{.folds = std::min(kFolds, result.plots),
+                        .trees = rows.size(),
+                        .trees_without = table.rows() - rows.size(),
+                        .rmse_ols = rmse_of(ols, rows),
+                        .rmse_covariates = rmse_of(covariates, rows),
+                        .rmse_nlme = rmse_of(nlme, rows)};
+  const bool is_better_with = left_out.rmse_covariates < left_out.rmse_ols;
+  const Eigen::VectorXd& least_squares = is_better_with ? covariates : ols;
+  const data::TextColumn labels = table.labels(result.group);
+  std::vector<std::size_t> plot;
+  for (const Eigen::Index row : rows) plot.push_back(labels.code(static_cast<std::size_t>(row)));
+  left_out.t = paired_t(nlme(rows), least_squares(rows), plot);
+  const double least = is_better_with ? left_out.rmse_covariates : left_out.rmse_ols;
+  const double share = left_out.rmse_nlme / least - 1.0;
+  left_out.is_worse = share > kMuchWorse || (share > kWorse && left_out.t > critical_t(plot));
+  return left_out;
+}
+
+std::string doubt_of(const LeftOutPlots& left_out, const std::string& unit) {
+  if (!left_out.is_worse) return "";
+  const bool is_better_with = left_out.rmse_covariates < left_out.rmse_ols;
+  const double least = is_better_with ? left_out.rmse_covariates : left_out.rmse_ols;
+  const std::string of = unit.empty() ? "" : " " + unit;
+  return fmt::format(
+      "For plots without measured trees the mixed model predicts worse than least squares{}: "
+      "RMSE {:.3f}{} against {:.3f}{} for plots left out ({} folds). Use least squares for such "
+      "plots.",
+      is_better_with ? " with covariates" : "",
+      left_out.rmse_nlme,
+      of,
+      least,
+      of,
+      left_out.folds);
+}
+
+}  // namespace silvafit::study

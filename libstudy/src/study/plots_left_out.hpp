@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Whether the mixed model predicts plots that it has not seen worse than least squares.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/study/study.hpp"
+
+namespace silvafit::study {
+
+/// How many fits cross_validate_levels() will do for a result: none without a mixed model.
+std::size_t left_out_fits(const ResponseStudy& result);
+
+/// Cross-validates the chosen models of a result on the same folds of its plots.
+/// \param on_fit  called after each fit
+/// \return nothing without a mixed model, or where no fold of it can be fitted
+std::optional<LeftOutPlots> cross_validate_levels(const ResponseStudy& result,
+                                                  const data::Table& table,
+                                                  const std::function<void()>& on_fit = {});
+
+/// t of the sums of differences between squared errors: positive where the first errors are larger.
+/// Plots are independent, their trees are not.
+/// \param first, second  (N) errors
+/// \param plot           (N) from 0
+double paired_t(const Eigen::VectorXd& first,
+                const Eigen::VectorXd& second,
+                const std::vector<std::size_t>& plot);
+
+/// "For plots left out ...", where the mixed model is worse; else empty.
+std::string doubt_of(const LeftOutPlots& left_out, const std::string& unit);
+
+}  // namespace silvafit::study

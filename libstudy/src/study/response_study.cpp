@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// What a study says of one species and response.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "silvafit/study/study.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Level = std::vector<Candidate> ResponseStudy::*;
+
+/// The levels and what their candidates are called.
+const std::vector<std::pair<Level, std::string>> kLevels{
+    {&ResponseStudy::base, "base model"},
+    {&ResponseStudy::covariates, "covariates"},
+    {&ResponseStudy::random, "random effects"},
+    {&ResponseStudy::variance, "variance function"}};
+
+}  // namespace
+
+bool ResponseStudy::converged() const {
+  if (nlme) return nlme->fit.convergence.converged;
+  return plots < 2 && with_covariates && with_covariates->fit.convergence.converged;
+}
+
+std::string ResponseStudy::verdict() const {
+  if (nlme) return nlme->fit.convergence.verdict;
+  if (!ols) return "No base model converged.";
+  if (plots < 2) {
+    return fmt::format("There is one {}: level 3 was left out. {}",
+                       group == "plot" ? "plot" : "value of '" + group + "'",
+                       with_covariates->fit.convergence.verdict);
+  }
+  const bool has_objections =
+      std::ranges::any_of(random, [](const Candidate& each) { return !each.objection.empty(); });
+  return has_objections ? "No mixed model can be used; the least-squares model stands."
+                        : "No mixed model converged; the least-squares model stands.";
+}
+
+std::vector<std::string> ResponseStudy::passed_over() const {
+  std::vector<std::string> sentences;
+  for (const auto& [level, what] : kLevels) {
+    const std::vector<Candidate>& candidates = this->*level;
+    std::vector<const Candidate*> passed;
+    for (const Candidate& each : candidates) {
+      if (!each.objection.empty() && !each.chosen) passed.push_back(&each);
+    }
+    if (passed.empty()) continue;
+    std::ranges::stable_sort(passed, {}, &Candidate::rank);
+    const Candidate& first = *passed.front();
+    const std::string others =
+        passed.size() > 1 ? fmt::format(" and {} more", passed.size() - 1) : std::string();
+    sentences.push_back(fmt::format(
+        "Passed over: {} {}{}. {}", what, name_of(first, level), others, first.objection));
+  }
+  return sentences;
+}
+
+std::string name_of(const Candidate& candidate, std::vector<Candidate> ResponseStudy::*level) {
+  const fit::FittedModel& fit = candidate.fit;
+  if (level == &ResponseStudy::base) {
+    return fit.model.empty() ? fit.specification.formula.text : fit.model;
+  }
+  if (level == &ResponseStudy::variance) return fit.specification.variance.text();
+  const char* joint = level == &ResponseStudy::covariates ? "; " : " + ";
+  return candidate.terms.empty() ? "none" : fmt::format("{}", fmt::join(candidate.terms, joint));
+}
+
+}  // namespace silvafit::study

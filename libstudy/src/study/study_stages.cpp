@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT
+#include "study/study_stages.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "silvafit/base/parallel.hpp"
+#include "study/level_fits.hpp"
+#include "study/nested_tests.hpp"
+#include "study/plots_left_out.hpp"
+#include "study/study_levels.hpp"
+
+namespace silvafit::study {
+namespace {
+
+/// Examines the curves of a level's candidates.
+Examination curves_of(const Work& work, const std::vector<Candidate>& candidates) {
+  return
+      [&work, &candidates](std::size_t i) { return work.objection_to_curves(candidates[i].fit); };
+}
+
+/// Examines mixed models: no less likely than what they contain, no farther from the observations
+/// than least squares, and with plausible curves.
+Examination mixed_models_of(const Work& work,
+                            const std::vector<Candidate>& candidates,
+                            std::vector<SmallerModel> smaller) {
+  return [&work, &candidates, smaller = std::move(smaller)](std::size_t i) {
+    const fit::FittedModel& fit = candidates[i].fit;
+    std::string objection = objection_to_likelihood(fit, smaller);
+    if (objection.empty() && work.compared) objection = objection_to_error(fit, *work.compared);
+    return objection.empty() ? work.objection_to_curves(fit) : objection;
+  };
+}
+
+/// What random effects may contain: none, and fewer of them.
+std::vector<SmallerModel> smaller_random_effects(const Work& work) {
+  std::vector<SmallerModel> smaller;
+  if (work.compared) smaller.push_back({.name = "without random effects", .fit = &*work.compared});
+  for (const Candidate& candidate : work.result.random) {
+    smaller.push_back(
+        {.name = fmt::format("with random effects on {}", fmt::join(candidate.terms, ", ")),
+         .fit = &candidate.fit});
+  }
+  return smaller;
+}
+
+/// What a variance function may contain: a constant variance, and simpler functions.
+std::vector<SmallerModel> smaller_variances(const ResponseStudy& result) {
+  std::vector<SmallerModel> smaller;
+  for (const Candidate& candidate : result.variance) {
+    smaller.push_back(
+        {.name = "with the variance function " + candidate.fit.specification.variance.text(),
+         .fit = &candidate.fit});
+  }
+  return smaller;
+}
+
+/// A chosen candidate and its fit to all trees.
+struct Settled {
+  std::size_t chosen = 0;
+  fit::FitResult result;
+};
+
+/// What speaks against the fit to all trees of a candidate that was compared on some of them.
+std::string objection_with_all_trees(const Work& work, const fit::FittedModel& fit) {
+  if (!fit.convergence.converged) return "With all trees: " + fit.convergence.verdict;
+  return work.objection_to_curves(fit);
+}
+
+/// Takes a fit over unless something speaks against it, which is returned.
+std::string take_if_sound(const Work& work,
+                          fit::FitResult fit,
+                          std::optional<fit::FitResult>& target) {
+  if (work.is_sampled()) {
+    std::string objection = objection_with_all_trees(work, fit.fit);
+    if (!objection.empty()) return objection;
+  }
+  target = std::move(fit);
+  return "";
+}
+
+/// Chooses until a choice stands with all trees, too; nothing if none does.
+std::optional<Settled> settle(const Work& work,
+                              const LevelFits& level,
+                              std::size_t index,
+                              std::vector<Candidate>& candidates,
+                              const std::function<std::optional<std::size_t>()>& choose) {
+  while (const auto chosen = choose()) {
+    Settled settled{.chosen = *chosen, .result = level.result(index, *chosen)};
+    Candidate& candidate = candidates[*chosen];
+    // What has an objection already is the last resort.
+    if (!work.is_sampled() || !candidate.objection.empty()) return settled;
+    candidate.objection = objection_with_all_trees(work, settled.result.fit);
+    if (candidate.objection.empty()) return settled;
+  }
+  return std::nullopt;
+}
+
+void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  LevelFits level("base models", works, study.options.criteria.base, study.options.group);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    level.add(i, base_trials(works[i].candidates, works[i].table));
+  }
+  level.run(study.options.threads, progress, study.stages);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    ResponseStudy& result = works[i].result;
+    result.base = level.candidates(i);
+    const Examination examine = curves_of(works[i], result.base);
+    const auto settled = settle(works[i], level, i, result.base, [&] {
+      return choose_base(result.base, study.options, examine);
+    });
+    if (!settled) continue;
+    result.ols = settled->result;
+    works[i].compared = result.base[settled->chosen].fit;
+    const std::string& objection = result.base[settled->chosen].objection;
+    if (objection.empty()) continue;
+    result.doubts.push_back(
+        fmt::format("No base model has plausible curves; this is the best of them. {}", objection));
+  }
+}
+
+/// Tests against the first candidate; a fit that failed has no likelihood to test. A gain that
+/// cannot be tested, since the first one failed, counts as none.
+void add_tests(std::vector<Candidate>& candidates) {
+  for (std::size_t i = 1; i < candidates.size(); ++i) {
+    if (!candidates[i].fit.convergence.converged) continue;
+    candidates[i].test =
+        nested_test(candidates[i].fit, candidates[0].fit).value_or(LikelihoodRatioTest{});
+  }
+}
+
+/// Tries the chosen sub-model without its intercept, which some published models lack.
+void run_without_intercept(std::vector<Work>& works,
+                           Study& study,
+                           const ProgressCallback& progress) {
+  LevelFits level(
+      "covariates alone", works, study.options.criteria.covariates, study.options.group);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    for (const Candidate& candidate : works[i].result.covariates) {
+      if (!candidate.chosen) continue;
+      if (auto trial = without_intercept(candidate, works[i].table)) level.add(i, {*trial});
+    }
+  }
+  level.run(study.options.threads, progress, study.stages);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    ResponseStudy& result = works[i].result;
+    for (Candidate& candidate : level.candidates(i)) {
+      // Not nested in level 1, so there is no likelihood-ratio test: the criterion alone decides.
+      result.covariates.push_back(std::move(candidate));
+      const std::size_t last = result.covariates.size() - 1;
+      const auto choose = [&] {
+        return choose_covariates(
+            result.covariates, study.options, curves_of(works[i], result.covariates));
+      };
+      if (choose() != last) continue;
+      const std::string objection =
+          take_if_sound(works[i], level.result(i, 0), result.with_covariates);
+      if (objection.empty()) {
+        works[i].compared = result.covariates[last].fit;
+      } else {
+        result.covariates[last].objection = objection;
+        choose();
+      }
+    }
+  }
+}
+
+void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  LevelFits level(
+      "structural covariates", works, study.options.criteria.covariates, study.options.group);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    if (!works[i].result.ols || works[i].covariates.empty()) continue;
+    level.add(i,
+              covariate_trials(works[i].result.ols->fit,
+                               works[i].covariates,
+                               study.options.covariate_parameters,
+                               works[i].table));
+  }
+  level.run(study.options.threads, progress, study.stages);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    ResponseStudy& result = works[i].result;
+    result.covariates = level.candidates(i);
+    result.with_covariates = result.ols;
+    add_tests(result.covariates);
+    const Examination examine = curves_of(works[i], result.covariates);
+    const auto settled = settle(works[i], level, i, result.covariates, [&] {
+      return choose_covariates(result.covariates, study.options, examine);
+    });
+    if (!settled) continue;
+    result.with_covariates = settled->result;
+    works[i].compared = result.covariates[settled->chosen].fit;
+  }
+  run_without_intercept(works, study, progress);
+}
+
+/// A mixed model on the edge of its range is the best only where no other is left.
+void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
+  if (fit.convergence.boundary.empty()) return;
+  notes.push_back(
+      fmt::format("Every mixed model ends on the edge of its range ({}): these plots do not tell "
+                  "more effects apart.",
+                  fmt::join(fit.convergence.boundary, "; ")));
+}
+
+/// Says why no mixed model stands, by the best of those that were passed over.
+void doubt_mixed_models(ResponseStudy& result) {
+  const auto best = std::ranges::min_element(result.random, {}, [](const Candidate& candidate) {
+    return candidate.objection.empty() ? std::numeric_limits<int>::max() : candidate.rank;
+  });
+  if (best == result.random.end() || best->objection.empty()) return;
+  result.doubts.push_back(
+      fmt::format("With random effects on {}: {}", fmt::join(best->terms, ", "), best->objection));
+}
+
+void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  LevelFits level("random effects", works, study.options.criteria.random, study.options.group);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    const ResponseStudy& result = works[i].result;
+    if (!result.with_covariates || result.plots < 2) continue;
+    level.add(i,
+              random_effect_trials(result.with_covariates->fit,
+                                   study.options.group,
+                                   study.options.maximum_random_effects));
+  }
+  level.run(study.options.threads, progress, study.stages);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    ResponseStudy& result = works[i].result;
+    result.random = level.candidates(i);
+    if (works[i].compared) add_random_effect_tests(result.random, *works[i].compared);
+    const Examination examine =
+        mixed_models_of(works[i], result.random, smaller_random_effects(works[i]));
+    const auto settled = settle(works[i], level, i, result.random, [&] {
+      return choose_random_effects(result.random, study.options, examine);
+    });
+    if (settled) {
+      result.nlme = settled->result;
+      note_edge(result.nlme->fit, result.notes);
+    } else {
+      doubt_mixed_models(result);
+    }
+  }
+}
+
+void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  LevelFits level(
+      "variance functions", works, study.options.criteria.variance, study.options.group);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    for (const Candidate& candidate : works[i].result.random) {
+      if (candidate.chosen)
+        level.add(i, variance_trials(candidate, study.options.variance_functions));
+    }
+  }
+  level.run(study.options.threads, progress, study.stages);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    ResponseStudy& result = works[i].result;
+    result.variance = level.candidates(i);
+    add_tests(result.variance);
+    const Examination examine =
+        mixed_models_of(works[i], result.variance, smaller_variances(result));
+    const auto settled = settle(works[i], level, i, result.variance, [&] {
+      return choose_variance(result.variance, study.options, examine);
+    });
+    if (settled) result.nlme = settled->result;
+  }
+}
+
+/// The mixed model with b = 0 predicts a typical plot, which may be far from the mean of all plots.
+void run_plots_left_out(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  const std::string name = "plots left out";
+  const auto start = std::chrono::steady_clock::now();
+  StageTime stage{.name = name};
+  for (const Work& work : works) stage.fits += left_out_fits(work.result);
+  std::atomic<std::size_t> done{0};
+  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
+    ResponseStudy& result = works[i].result;
+    result.left_out = cross_validate_levels(result, works[i].compared_trees(), [&] {
+      const std::size_t count = ++done;
+      if (progress) progress(name, count, stage.fits);
+    });
+  });
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  stage.seconds = seconds.count();
+  for (Work& work : works) {
+    ResponseStudy& result = work.result;
+    if (!result.left_out || !result.left_out->is_worse) continue;
+    result.doubts.push_back(doubt_of(*result.left_out, unit_of(result.response)));
+  }
+  study.stages.push_back(stage);
+}
+
+}  // namespace
+
+void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  for (Work& work : works) {
+    work.plausibility.emplace(work.result.response, work.table, study.options.group);
+  }
+  run_base(works, study, progress);
+  run_covariates(works, study, progress);
+  run_random_effects(works, study, progress);
+  run_variance(works, study, progress);
+  run_plots_left_out(works, study, progress);
+}
+
+}  // namespace silvafit::study
