@@ -57,9 +57,10 @@ def degenerate_table(score):
 
 
 def studies(score, before):
-    now, old = inventories.table_of(score.results), inventories.table_of(before.results)
-    faults = inventories.fault_table(score.results)
-    return f"{now}\n\nBefore:\n\n{old}" + (f"\n\n{faults}" if faults else "")
+    parts = [inventories.report(score.results) or "Not run."]
+    if inventories.studies(before.results):
+        parts.append("Before:\n\n" + inventories.table_of(before.results))
+    return "\n\n".join(parts)
 
 
 def write(score, before, root):
