@@ -478,6 +478,17 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
     return;
   }
   constexpr double kDoubtful = 2.0;
+  if (evidence.first_order_maximum > fit.log_likelihood + 10.0 * kDoubtful) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the first-order likelihood (focei) has a far higher maximum ({:.2f} "
+        "against "
+        "{:.2f}), at which this method's likelihood does not hold, because the random effects of a "
+        "group have no clear mode. Use --method focei.",
+        evidence.first_order_maximum,
+        fit.log_likelihood);
+    return;
+  }
   constexpr double kUseless = 0.1;  // an observation
   const double error = linearization_error(fit, evidence);
   const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";

@@ -40,6 +40,9 @@ struct SearchEvidence {
   double marginal_here = std::numeric_limits<double>::quiet_NaN();
   double marginal_maximum = -std::numeric_limits<double>::infinity();
   Integration marginal = Integration::kLaplace;
+  /// Of a marginal likelihood with all second derivatives: the maximum of the first-order one,
+  /// where that lies at a point at which Laplace's may not hold; else NaN.
+  double first_order_maximum = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Puts into the verdict what the search has found. A fit below a model that it contains has not

@@ -129,20 +129,16 @@ class OptimumSearch {
   }
 
   void linearize_from_all() {
-    MixedEffectsOptions options = options_.linearized;
-    options.starts.clear();
     const std::vector<StartingPoint> starts = points();
-    for (const StartingPoint& point : starts) linearize_from(point, options, Persistence::kOnce);
+    for (const StartingPoint& point : starts) linearize_from(point, Persistence::kOnce);
     const bool is_found = std::ranges::any_of(
         linearized_, [](const Candidate& one) { return one.fit.convergence.converged; });
-    if (!is_found) linearize_from(starts.front(), options, Persistence::kUntilFound);
+    if (!is_found) linearize_from(starts.front(), Persistence::kUntilFound);
   }
 
-  void linearize_from(const StartingPoint& point,
-                      const MixedEffectsOptions& options,
-                      Persistence persistence) {
+  void linearize_from(const StartingPoint& point, Persistence persistence) {
     LindstromBatesSearch found =
-        climb_lindstrom_bates(model_, point.coefficients, options, persistence);
+        climb_lindstrom_bates(model_, point.coefficients, without_starts(), persistence);
     if (!found.outcome.is_valid) return;
     add(linearized_, {.fit = found.engine->result(found.outcome), .origin = point.origin});
   }
@@ -230,27 +226,57 @@ class OptimumSearch {
     if (is_new) rank_by_marginal_likelihood(linearized_);
   }
 
-  /// Fits with a smaller random structure, from which the whole model starts where they end higher.
+  /// Fits with a smaller random structure. The whole model starts from those that end higher than
+  /// it, and from those that have not come from it.
   std::optional<ContainedModel> compare_linearized_with_smaller() {
     std::vector<ContainedModel> contained;
     for (const SmallerStructure& smaller : smaller_structures(model_)) {
-      const MixedEffectsFit before = best_of(linearized_).fit;
-      const auto found =
-          lindstrom_bates_from(smaller.model, reduced(before, smaller), options_.linearized);
-      if (!is_higher(found, before)) continue;
-      contained.push_back({.text = smaller.text,
-                           .log_likelihood = found->log_likelihood,
-                           .rank = marginal_log_likelihood(
-                               smaller.model, *found, rank_integration_, options_.marginal)});
-      auto again = lindstrom_bates_from(
-          model_, enlarged(*found, smaller, small_deviation(smaller, before)), options_.linearized);
-      if (again &&
-          add(linearized_, {.fit = *std::move(again), .origin = "the fit " + smaller.text})) {
-        rank_by_marginal_likelihood(linearized_);
+      const Candidate best = best_of(linearized_);
+      for (const MixedEffectsFit& found : smaller_fits(smaller, best.fit)) {
+        const double rank =
+            marginal_log_likelihood(smaller.model, found, rank_integration_, options_.marginal);
+        const bool is_contained = is_higher(found, best.fit);
+        if (is_contained) {
+          contained.push_back(
+              {.text = smaller.text, .log_likelihood = found.log_likelihood, .rank = rank});
+        }
+        auto again = lindstrom_bates_from(
+            model_, enlarged(found, smaller, small_deviation(smaller, found)), options_.linearized);
+        if (again &&
+            add(linearized_, {.fit = *std::move(again), .origin = "the fit " + smaller.text})) {
+          rank_by_marginal_likelihood(linearized_);
+        }
       }
     }
     // At a fixed point the marginal likelihood is below its maximum; that is the method's bias.
     return higher_than(std::max(best_of(linearized_).rank, highest_marginal_), contained);
+  }
+
+  /// The fit of a smaller structure that the whole model's fit leads to, if it is higher, and that
+  /// from the pooled coefficients, if it is another.
+  std::vector<MixedEffectsFit> smaller_fits(const SmallerStructure& smaller,
+                                            const MixedEffectsFit& whole) const {
+    std::vector<MixedEffectsFit> result;
+    const auto near =
+        lindstrom_bates_from(smaller.model, reduced(whole, smaller), without_starts());
+    if (is_higher(near, whole)) result.push_back(*near);
+    if (smaller.left_out < 0) return result;
+    LindstromBatesSearch own = climb_lindstrom_bates(
+        smaller.model, first_coefficients(), without_starts(), Persistence::kOnce);
+    if (!own.outcome.is_valid || !own.outcome.converged) return result;
+    MixedEffectsFit fit = own.engine->result(own.outcome);
+    if (!near || !is_same(*near, fit)) result.push_back(std::move(fit));
+    return result;
+  }
+
+  const VectorXd& first_coefficients() const {
+    return from_part_.size() > 0 ? from_part_ : pooled_.estimate;
+  }
+
+  MixedEffectsOptions without_starts() const {
+    MixedEffectsOptions options = options_.linearized;
+    options.starts.clear();
+    return options;
   }
 
   /// The model that a fit is below most, by the likelihood that ranks fits; nothing if there is
@@ -287,6 +313,8 @@ class OptimumSearch {
 
   MixedEffectsFit marginal_maximum() {
     const Integration integration = *options_.integration;
+    rank_by_marginal_likelihood(linearized_);
+    compare_linearized_with_smaller();
     add_first_order_maximum();
     for (Candidate& candidate : linearized_) {
       candidate.rank =
@@ -303,6 +331,7 @@ class OptimumSearch {
     for (std::size_t k = 1; k < starts.size(); ++k) try_marginal(starts[k]->fit, starts[k]->origin);
     SearchEvidence evidence;
     evidence.contained = compare_marginal_with_smaller();
+    evidence.first_order_maximum = first_order_maximum_;
     return judged(best_of(by_own_likelihood(maxima_)), evidence);
   }
 
@@ -313,11 +342,11 @@ class OptimumSearch {
         *options_.integration == Integration::kFirstOrder) {
       return;
     }
-    rank_by_marginal_likelihood(linearized_);
     if (rank_integration_ == Integration::kLaplace) return;
     auto found = marginal_from(
         model_, best_of(linearized_).fit, Integration::kInteraction, options_.marginal);
     if (!found) return;
+    first_order_maximum_ = found->log_likelihood;
     linearized_.push_back(
         {.fit = *std::move(found), .origin = "maximum of the first-order likelihood"});
   }
@@ -385,6 +414,8 @@ class OptimumSearch {
   std::vector<Candidate> linearized_;  ///< fixed points of Lindstrom and Bates' method
   std::vector<Candidate> maxima_;      ///< of a marginal likelihood
   Integration rank_integration_ = Integration::kLaplace;
+  /// Of the first-order likelihood, where Laplace's does not hold at all fixed points.
+  double first_order_maximum_ = kNaN;
   double highest_marginal_ = -std::numeric_limits<double>::infinity();
 };
 

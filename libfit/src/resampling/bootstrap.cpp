@@ -168,6 +168,7 @@ std::vector<Replicate> run(const FittedModel& fit,
   refit.method = fit.method;
   refit.reml = fit.reml;
   refit.quadrature_points = fit.quadrature_points > 0 ? fit.quadrature_points : 1;
+  refit.effort = SearchEffort::kQuick;
   refit.threads = 1;
   refit.trace = nullptr;
   std::vector<Replicate> replicates(options.replicates);

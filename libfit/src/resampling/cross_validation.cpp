@@ -169,6 +169,7 @@ FitModelOptions refit_options(const FittedModel& fit, const CrossValidationOptio
   refit.method = fit.method;
   refit.reml = fit.reml;
   if (fit.quadrature_points > 0) refit.quadrature_points = fit.quadrature_points;
+  refit.effort = SearchEffort::kQuick;
   refit.threads = 1;
   refit.trace = nullptr;
   return refit;

@@ -33,6 +33,7 @@ fit::FitResult fit_trial(const Trial& trial,
   try {
     fit::FitModelOptions options = trial.options;
     options.from = from;
+    options.effort = fit::SearchEffort::kQuick;
     fit::FitResult result = fit::fit_model(trial.specification, table, options);
     result.fit.model = trial.model;
     return result;
