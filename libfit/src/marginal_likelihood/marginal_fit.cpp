@@ -11,6 +11,7 @@
 #include "marginal_likelihood/marginal_coordinates.hpp"
 #include "marginal_likelihood/marginal_likelihood.hpp"
 #include "marginal_likelihood/mode_objectives.hpp"
+#include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
@@ -126,10 +127,9 @@ class MarginalSearch {
         .variance = parameters,
         .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
     const VectorXd x = coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
-    const MarginalPoint point = coordinates_.point(x);
     run(x,
-        spherical_effects(point.outer_factor, outer_effects_of(fit)),
-        spherical_effects(point.inner_factor, fit.random_effects));
+        coordinates_.spherical(x, true, outer_effects_of(fit)),
+        coordinates_.spherical(x, false, fit.random_effects));
   }
 
   /// From the pooled fit with random effects of several spreads, until one converges.
@@ -407,6 +407,7 @@ MixedEffectsFit result_of(MarginalSearch& search,
 MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit fit) {
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
+  if (has_no_maximum(model, fit)) return fit;
   fit.convergence.converged = false;
   fit.convergence.verdict =
       "Not converged: where the first-order method (focei) ends, whose values are shown, the "
@@ -416,9 +417,9 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   return fit;
 }
 
-MixedEffectsFit without_modes(MixedEffectsFit linearized) {
-  // The linear model's search says better why it could not begin.
-  if (std::isnan(linearized.sigma)) return linearized;
+MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linearized) {
+  // The linear model's search says better why it could not begin, or what it ran into.
+  if (std::isnan(linearized.sigma) || has_no_maximum(model, linearized)) return linearized;
   linearized.convergence.converged = false;
   linearized.convergence.verdict =
       "Not converged: no mode of the random effects was found at any start. Try fewer random "
@@ -466,12 +467,14 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
   }
   if (!search.has_converged()) search.try_pooled(start);
   if (!search.has_optimum()) {
-    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearized);
+    return smooth ? without_clear_modes(model, *std::move(smooth))
+                  : without_modes(model, linearized);
   }
   MixedEffectsFit fit = result_of(search, model, integration, options);
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
-  if (!fit.convergence.converged && !search.has_converged() && search.has_met_wall()) {
+  const bool is_explained = fit.convergence.converged || has_no_maximum(model, fit);
+  if (!is_explained && !search.has_converged() && search.has_met_wall()) {
     fit.convergence.verdict =
         "Not converged: the likelihood rises towards points where the random effects of a group "
         "have no clear mode, and where it does not hold. Use focei or agq, or fewer random "
