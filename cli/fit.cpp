@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "command.hpp"
@@ -299,6 +300,14 @@ std::vector<Task> tasks_of(const FitArguments& arguments,
   return tasks;
 }
 
+/// Threads of each fit, so that all of them together have what was asked for.
+unsigned threads_of_one(const CommonOptions& common, std::size_t fits) {
+  if (fits == 1) return common.threads;
+  const unsigned all =
+      common.threads > 0 ? common.threads : std::max(1U, std::thread::hardware_concurrency());
+  return std::max(1U, all / static_cast<unsigned>(fits));
+}
+
 std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
                                       const data::Table& table,
                                       const InferenceOptions& inference,
@@ -306,8 +315,11 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   std::vector<std::optional<fit::FittedModel>> fits(tasks.size());
   Progress progress(common);
   std::atomic<std::size_t> done{0};
+  const unsigned threads = threads_of_one(common, tasks.size());
   parallel_for(tasks.size(), common.threads, [&](std::size_t i) {
-    fits[i] = fit::fit_model(tasks[i].specification, table, tasks[i].options).fit;
+    fit::FitModelOptions options = tasks[i].options;
+    options.threads = threads;
+    fits[i] = fit::fit_model(tasks[i].specification, table, options).fit;
     fits[i]->model = tasks[i].id;
     add_inference(inference, table, *fits[i]);
     progress.show("fitting", ++done, tasks.size());

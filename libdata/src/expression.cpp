@@ -159,6 +159,8 @@ Expression Expression::derivative(std::string_view name) const {
   return Expression(differentiate(node_, name));
 }
 
+Expression Expression::with_limits() const { return Expression(marked_for_limits(node_)); }
+
 Expression Expression::substitute(std::string_view name, const Expression& replacement) const {
   return Expression(Substitution(name, replacement.node_).of(node_));
 }

@@ -34,7 +34,9 @@ const NodePointer& zero() {
 /// The derivatives of one graph; each shared part is differentiated once.
 class Differentiation {
  public:
-  explicit Differentiation(std::string_view variable) : variable_(variable) {}
+  /// \param at_limits  whether products are zero where a factor is, even if the other is infinite
+  Differentiation(std::string_view variable, bool at_limits)
+      : variable_(variable), at_limits_(at_limits) {}
 
   NodePointer of(const NodePointer& node) {
     const auto known = derivatives_.find(node.get());
@@ -45,13 +47,17 @@ class Differentiation {
   }
 
  private:
+  NodePointer product(const NodePointer& a, const NodePointer& b) const {
+    return at_limits_ ? make_limit_product(a, b) : a * b;
+  }
+
   NodePointer compute(const NodePointer& node) {
     switch (node->operand_count) {
       case 0:
         return node->operation == Operation::kVariable && node->name == variable_ ? one() : zero();
       case 1: {
         const NodePointer inner = of(node->operands[0]);
-        return is_constant(inner, 0.0) ? zero() : outer_of_one(node) * inner;
+        return is_constant(inner, 0.0) ? zero() : product(outer_of_one(node), inner);
       }
       default:
         return of_several(node);
@@ -121,9 +127,10 @@ class Differentiation {
       case Operation::kSubtract:
         return of(u) - of(v);
       case Operation::kMultiply:
-        return of(u) * v + u * of(v);
+      case Operation::kLimitProduct:
+        return product(of(u), v) + product(u, of(v));
       case Operation::kDivide:
-        return (of(u) - node * of(v)) / v;
+        return (of(u) - product(node, of(v))) / v;
       case Operation::kPower:
         return of_power(node);
       case Operation::kMin:
@@ -140,10 +147,10 @@ class Differentiation {
   NodePointer of_power(const NodePointer& node) {
     const NodePointer& base = node->operands[0];
     const NodePointer& exponent = node->operands[1];
-    const NodePointer by_base =
-        exponent * make_operation(Operation::kPower, base, exponent - one()) * of(base);
+    const NodePointer by_base = product(
+        product(exponent, make_operation(Operation::kPower, base, exponent - one())), of(base));
     const NodePointer by_exponent =
-        node * make_operation(Operation::kLogFloored, base) * of(exponent);
+        product(product(node, make_operation(Operation::kLogFloored, base)), of(exponent));
     return by_base + by_exponent;
   }
 
@@ -154,13 +161,16 @@ class Differentiation {
   }
 
   std::string_view variable_;
+  bool at_limits_;
   std::unordered_map<const ExpressionNode*, NodePointer> derivatives_;
 };
 
 }  // namespace
 
 NodePointer differentiate(const NodePointer& node, std::string_view variable) {
-  return Differentiation(variable).of(node);
+  const bool at_limits = is_marked_for_limits(node);
+  NodePointer result = Differentiation(variable, at_limits).of(node);
+  return at_limits ? marked_for_limits(result) : result;
 }
 
 }  // namespace silvafit::data

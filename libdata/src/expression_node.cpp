@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "expression_node.hpp"
 
+#include <unordered_set>
 #include <utility>
+#include <vector>
 
 namespace silvafit::data {
 namespace {
@@ -71,6 +73,31 @@ NodePointer power(const NodePointer& a, const NodePointer& b) {
 
 bool is_constant(const NodePointer& node, double value) {
   return node->operation == Operation::kConstant && node->value == value;
+}
+
+NodePointer make_limit_product(const NodePointer& a, const NodePointer& b) {
+  if (is_constant(a, 0.0) || is_constant(b, 0.0)) return make_constant(0.0);
+  if (is_constant(a, 1.0)) return b;
+  if (is_constant(b, 1.0)) return a;
+  return make_operation(Operation::kLimitProduct, a, b);
+}
+
+NodePointer marked_for_limits(const NodePointer& node) {
+  if (is_constant(node)) return node;
+  return raw(Operation::kLimitProduct, {make_constant(1.0), node}, 2);
+}
+
+bool is_marked_for_limits(const NodePointer& root) {
+  std::unordered_set<const ExpressionNode*> seen;
+  std::vector<const ExpressionNode*> waiting{root.get()};
+  while (!waiting.empty()) {
+    const ExpressionNode* const node = waiting.back();
+    waiting.pop_back();
+    if (!seen.insert(node).second) continue;
+    if (node->operation == Operation::kLimitProduct) return true;
+    for (int k = 0; k < node->operand_count; ++k) waiting.push_back(node->operands[k].get());
+  }
+  return false;
 }
 
 NodePointer make_constant(double value) {

@@ -240,3 +240,30 @@ TEST_CASE("an expression knows where its slope jumps") {
     CHECK_FALSE(has_kink(text));
   }
 }
+
+TEST_CASE("slopes at the edge of a domain are the limits of those inside") {
+  // As x falls to 0 the logistic curve of log x reaches its asymptote faster than any power of log
+  // x grows, and so does exp(-b/x): the slopes by what shapes the approach have the limit 0.
+  const std::vector<std::string> names{"x", "A", "B", "m", "s"};
+  const std::vector<double> at{0.0, 5.0, 2.0, -1.0, 0.5};
+  const Expression logistic = Expression::parse("A + (B - A)/(1 + exp((m - log(x))/s))");
+  CHECK(std::isnan(logistic.derivative("m").value(names, at)));
+  const Expression limits = logistic.with_limits();
+  CHECK(limits.value(names, at) == 5.0);
+  CHECK(limits.derivative("A").value(names, at) == 1.0);
+  for (const char* const first : {"B", "m", "s"}) {
+    CHECK(limits.derivative(first).value(names, at) == 0.0);
+    for (const char* const second : {"A", "B", "m", "s"}) {
+      CHECK(limits.derivative(first).derivative(second).value(names, at) == 0.0);
+      CHECK(limits.derivative(first).derivative(second).derivative("s").value(names, at) == 0.0);
+    }
+  }
+  const Expression korf = Expression::parse("A*exp(-m*m/x)").with_limits();
+  CHECK(korf.derivative("m").value(names, at) == 0.0);
+  // Inside they are what they were.
+  const std::vector<double> inside{3.0, 5.0, 2.0, -1.0, 0.5};
+  for (const char* const name : {"A", "B", "m", "s"}) {
+    CHECK(limits.derivative(name).value(names, inside) ==
+          Approx(logistic.derivative(name).value(names, inside)).epsilon(1e-14));
+  }
+}

@@ -46,6 +46,7 @@ Operator operator_of(Operation operation) {
     case Operation::kSubtract:
       return {" - ", kSum};
     case Operation::kMultiply:
+    case Operation::kLimitProduct:
       return {"*", kProduct};
     case Operation::kDivide:
       return {"/", kProduct};

@@ -62,6 +62,11 @@ double chosen(double condition, double a, double b) {
   return condition != 0.0 ? a : b;
 }
 
+double limit_product(double a, double b) {
+  const double product = a * b;
+  return std::isnan(product) && !std::isnan(a) && !std::isnan(b) ? 0.0 : product;
+}
+
 double sign_of(double a) {
   if (std::isnan(a)) return a;
   return as_number(a > 0.0) - as_number(a < 0.0);
@@ -92,6 +97,8 @@ double apply(Operation operation, double a, double b, double c) {
       return a - b;
     case Operation::kMultiply:
       return a * b;
+    case Operation::kLimitProduct:
+      return limit_product(a, b);
     case Operation::kDivide:
       return a / b;
     case Operation::kPower:

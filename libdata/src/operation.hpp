@@ -14,6 +14,7 @@ enum class Operation : std::uint8_t {
   kAdd,
   kSubtract,
   kMultiply,
+  kLimitProduct,  ///< product, but 0 for 0 times infinity: in slopes at the edge of a domain
   kDivide,
   kPower,
   kNegate,

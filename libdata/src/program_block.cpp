@@ -129,6 +129,13 @@ struct Subtract {
 struct Multiply {
   HWY_INLINE Vector operator()(Vector a, Vector b) const { return hn::Mul(a, b); }
 };
+struct LimitProduct {
+  HWY_INLINE Vector operator()(Vector a, Vector b) const {
+    const Vector product = hn::Mul(a, b);
+    const Mask is_missing = hn::Or(hn::IsNaN(a), hn::IsNaN(b));
+    return hn::IfThenZeroElse(hn::AndNot(is_missing, hn::IsNaN(product)), product);
+  }
+};
 struct Divide {
   HWY_INLINE Vector operator()(Vector a, Vector b) const { return hn::Div(a, b); }
 };
@@ -372,6 +379,8 @@ void run_operation(const Place& place) {
       return binary<Subtract>(place);
     case Operation::kMultiply:
       return binary<Multiply>(place);
+    case Operation::kLimitProduct:
+      return binary<LimitProduct>(place);
     case Operation::kDivide:
       return binary<Divide>(place);
     case Operation::kPower:

@@ -153,6 +153,26 @@ TEST_CASE("a block gives what single values give, for every operation") {
   }
 }
 
+TEST_CASE("blocks of slopes at the edge of a domain are those of single values") {
+  const std::vector<std::string> names{"x", "m", "s"};
+  const std::vector<double> x{0.0, 2.0, 0.0, 1e-3, 40.0};
+  const double m = 1.0;
+  const double s = 0.25;
+  const Expression slope =
+      Expression::parse("1/(1 + exp((m - log(x))/s))").with_limits().derivative("s");
+  const Program program(std::vector<Expression>{slope}, {{"x"}, {"m", true}, {"s", true}});
+  std::vector<double> result(x.size());
+  double* target = result.data();
+  const std::vector<const double*> inputs{x.data(), &m, &s};
+  Program::Workspace workspace;
+  program.evaluate(inputs, x.size(), std::span(&target, 1), workspace);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    // A few units in the last place of exponents near 30.
+    CHECK(result[i] == Approx(slope.value(names, {x[i], m, s})).epsilon(1e-13));
+  }
+  CHECK(result[0] == 0.0);
+}
+
 TEST_CASE("an expression of a table's columns compares text") {
   Table table;
   table.set("dbh", {10.0, 20.0, 30.0, 40.0});

@@ -14,7 +14,7 @@ namespace {
 
 bool commutes(Operation operation) {
   return operation == Operation::kAdd || operation == Operation::kMultiply ||
-         operation == Operation::kEqual;
+         operation == Operation::kLimitProduct || operation == Operation::kEqual;
 }
 
 }  // namespace

@@ -200,6 +200,18 @@ class MixedEffects(ProgramTest):
                 del fit["seconds"]
         self.assertEqual(one, two)
 
+    def test_threads_within_a_fit_do_not_change_a_byte(self):
+        # More rows than a thread works on at a time.
+        rows = [f"{tree % 60},{5 + tree * 7 % 31},{tree % 60 % 7 + 12 * (1 - 0.94 ** (5 + tree * 7 % 31)) + tree * 13 % 17 / 10}"
+                for tree in range(12000)]
+        self.write("stand.csv", "plot,dbh,h\n" + "\n".join(rows))
+        arguments = ("fit", "stand.csv", "--formula", MEYER, "--random", "a | plot", "--method", "laplace")
+        one, two, three = (self.run_json(*arguments, "--threads", n) for n in ("1", "2", "3"))
+        for fit in (one, two, three):
+            del fit["seconds"]
+        self.assertEqual(one, two)
+        self.assertEqual(one, three)
+
 
 class Catalogue(ProgramTest):
     def test_one_model_by_its_id(self):

@@ -40,13 +40,17 @@ ModelSpecification height_curve(const data::Table& table,
   return model;
 }
 
-/// Checks that a refit ends where the fit from scratch ends; whether it ends higher instead, which
-/// only a likelihood with several maxima allows.
+/// Where a refit ends beside the fit from scratch. Only a likelihood with several maxima has them
+/// end apart.
+enum class End { kSame, kHigher, kLower };
+
+/// Checks that a refit converges where the fit from scratch does, and has its estimates if it ends
+/// at the same maximum.
 ///
 /// Both have converged to within 1e-6 standard errors. At a maximum that leaves the likelihood
 /// exact to 1e-12; 1e-8 is asked for. That of lb and gnls belongs to a linear model which moves
 /// with the coefficients, so that its error is of first order: 1e-8 of its size is asked for.
-bool ends_higher(const ModelSpecification& model,
+End end_of_refit(const ModelSpecification& model,
                  const data::Table& table,
                  const FittedModel& earlier,
                  FitModelOptions options) {
@@ -57,16 +61,16 @@ bool ends_higher(const ModelSpecification& model,
        << ", variance " << model.variance.text() << ", " << scratch.convergence.verdict << " / "
        << refit.convergence.verdict);
   CHECK(refit.convergence.converged == scratch.convergence.converged);
-  if (!scratch.convergence.converged) return false;
+  if (!scratch.convergence.converged) return End::kSame;
   const bool is_marginal = is_mixed(scratch.method) && scratch.method != Method::kLindstromBates;
   const double tolerance = is_marginal || scratch.method == Method::kOrdinary
                                ? 1e-8
                                : 1e-8 * std::abs(scratch.log_likelihood);
-  CHECK(refit.log_likelihood > scratch.log_likelihood - tolerance);
-  if (refit.log_likelihood > scratch.log_likelihood + tolerance) return true;
+  if (refit.log_likelihood > scratch.log_likelihood + tolerance) return End::kHigher;
+  if (refit.log_likelihood < scratch.log_likelihood - tolerance) return End::kLower;
   const Eigen::VectorXd errors = scratch.standard_errors();
   CHECK(((refit.estimate - scratch.estimate).cwiseQuotient(errors)).cwiseAbs().maxCoeff() < 1e-4);
-  return false;
+  return End::kSame;
 }
 
 }  // namespace
@@ -74,6 +78,7 @@ bool ends_higher(const ModelSpecification& model,
 TEST_CASE("a refit from an earlier fit reaches the optimum of a fit from scratch", "[slow]") {
   int refits = 0;
   int higher = 0;
+  int lower = 0;
   for (const std::string species : {"SM", "BHN", "MH"}) {
     const data::Table table = trees_of(species);
     const data::Table fewer = without_plot(table, 4.0);
@@ -91,14 +96,18 @@ TEST_CASE("a refit from an earlier fit reaches the optimum of a fit from scratch
           const FittedModel whole = fit_model(model, table, options).fit;
           INFO(species << ", random effects '" << random << "'");
           refits += 2;
-          higher += static_cast<int>(ends_higher(model, table, whole, options));
-          higher += static_cast<int>(ends_higher(model, fewer, whole, options));
+          for (const data::Table* const data : {&table, &fewer}) {
+            const End end = end_of_refit(model, *data, whole, options);
+            if (end == End::kHigher) ++higher;
+            if (end == End::kLower) ++lower;
+          }
         }
       }
     }
   }
   CHECK(refits == 264);
   // SM without plot 4, random effects a + b, constant plus power: two maxima on the edge cor(a, b)
-  // = -1, of which the four marginal likelihoods' fits from scratch end at the lower one.
-  CHECK(higher <= 4);
+  // = -1, between which the four marginal likelihoods' fits from scratch choose by their last
+  // digits.
+  CHECK(higher + lower <= 4);
 }

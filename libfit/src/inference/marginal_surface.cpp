@@ -31,9 +31,9 @@ class MarginalSurface : public LikelihoodSurface {
     const MarginalPoint point = coordinates_.point(optimum_);
     const bool is_nested = setting.model.specification().outer_random.has_value();
     likelihood_.set_modes(is_nested
-                              ? spherical_effects(point.outer_factor, setting.fit.outer.effects)
+                              ? coordinates_.spherical(optimum_, true, setting.fit.outer.effects)
                               : MatrixXd(0, setting.model.cluster_count()),
-                          spherical_effects(point.inner_factor, setting.fit.random_effects));
+                          coordinates_.spherical(optimum_, false, setting.fit.random_effects));
     likelihood_.evaluate(point, false);
     outer_modes_ = likelihood_.outer_modes();
     inner_modes_ = likelihood_.inner_modes();

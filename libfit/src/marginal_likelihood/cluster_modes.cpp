@@ -16,6 +16,9 @@ using Eigen::VectorXd;
 constexpr double kModeDecrement = 1e-18;
 // Below this, a decrement that no longer falls is rounding.
 constexpr double kRoundedDecrement = 1e-12;
+// Below this, Newton's steps converge by themselves, and rounding of the objective may hide their
+// descent: of a mean that is the difference of large terms, eleven digits are left.
+constexpr double kSettledDecrement = 1e-9;
 constexpr int kModeSteps = 100;
 // So few rows of clusters that are done are evaluated again rather than leave a gap.
 constexpr Index kGapRows = 128;
@@ -111,7 +114,8 @@ bool ClusterModes::advance(const RandomDesign& design, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   const double reached = objective_of(c);
   const double rounding = 1e-13 * (1.0 + std::abs(cluster.objective));
-  if (!(reached <= cluster.objective + rounding)) {
+  const bool is_settled = cluster.decrement < kSettledDecrement && std::isfinite(reached);
+  if (!is_settled && !(reached <= cluster.objective + rounding)) {
     constexpr double kShortest = 1e-9;
     if (!std::isfinite(cluster.objective) || cluster.length < kShortest) return false;
     cluster.length *= 0.5;

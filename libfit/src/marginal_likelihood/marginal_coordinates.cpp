@@ -29,6 +29,15 @@ VectorXd MarginalCoordinates::coordinates(const ObservationPoint& observation,
       observation.beta, outer, inner, observation.variance, observation.log_sigma);
 }
 
+MatrixXd MarginalCoordinates::spherical(const VectorXd& x,
+                                        bool is_outer,
+                                        const MatrixXd& effects) const {
+  const auto frame = layout_.frame().effects(is_outer).triangularView<Eigen::Lower>();
+  if (frame.rows() == 0) return effects;
+  const MatrixXd factor = layout_.factor(is_outer).factor(layout_.factor_part(x, is_outer));
+  return spherical_effects(factor, frame.solve(effects));
+}
+
 MatrixXd MarginalCoordinates::scaled_covariance(const VectorXd& x, bool is_outer) const {
   const MatrixXd root = layout_.factor(is_outer).factor(layout_.factor_part(x, is_outer));
   return root * root.transpose();

@@ -26,6 +26,11 @@ class MarginalCoordinates {
   Eigen::VectorXd coordinates(const ObservationPoint& observation,
                               const Eigen::MatrixXd& outer,
                               const Eigen::MatrixXd& inner) const;
+  /// (q x G) the modes v of random effects b = L v, as far as L can hold them.
+  /// \param effects  in the coefficients' own units
+  Eigen::MatrixXd spherical(const Eigen::VectorXd& x,
+                            bool is_outer,
+                            const Eigen::MatrixXd& effects) const;
   /// x with the covariance of a grouping in the frame made larger in one direction.
   Eigen::VectorXd widened(const Eigen::VectorXd& x,
                           bool is_outer,

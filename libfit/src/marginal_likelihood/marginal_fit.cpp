@@ -13,6 +13,7 @@
 #include "marginal_likelihood/marginal_coordinates.hpp"
 #include "marginal_likelihood/marginal_likelihood.hpp"
 #include "marginal_likelihood/mode_objectives.hpp"
+#include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
@@ -93,10 +94,9 @@ class MarginalSearch {
   void try_fit(const MixedEffectsFit& fit) {
     if (!std::isfinite(fit.sigma) || !(fit.sigma > 0.0)) return;
     const VectorXd x = coordinates_of(fit);
-    const MarginalPoint point = coordinates_.point(x);
     run(x,
-        spherical_effects(point.outer_factor, outer_effects_of(fit)),
-        spherical_effects(point.inner_factor, fit.random_effects));
+        coordinates_.spherical(x, true, outer_effects_of(fit)),
+        coordinates_.spherical(x, false, fit.random_effects));
   }
 
   /// From the pooled fit with random effects of several spreads, until one converges.
@@ -116,9 +116,8 @@ class MarginalSearch {
   double value_of(const MixedEffectsFit& fit) {
     const VectorXd x = coordinates_of(fit);
     if (!x.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-    const MarginalPoint point = coordinates_.point(x);
-    likelihood_.set_modes(spherical_effects(point.outer_factor, outer_effects_of(fit)),
-                          spherical_effects(point.inner_factor, fit.random_effects));
+    likelihood_.set_modes(coordinates_.spherical(x, true, outer_effects_of(fit)),
+                          coordinates_.spherical(x, false, fit.random_effects));
     const double value = value_at(x, nullptr);
     return std::isfinite(value) ? -value : std::numeric_limits<double>::quiet_NaN();
   }
@@ -412,6 +411,7 @@ MixedEffectsFit result_of(MarginalSearch& search,
 MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit fit) {
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
+  if (has_no_maximum(model, fit)) return fit;
   fit.convergence.converged = false;
   fit.convergence.verdict =
       "Not converged: where the first-order method (focei) ends, whose values are shown, the "
@@ -421,9 +421,9 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   return fit;
 }
 
-MixedEffectsFit without_modes(MixedEffectsFit linearized) {
-  // The linear model's search says better why it could not begin.
-  if (std::isnan(linearized.sigma)) return linearized;
+MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linearized) {
+  // The linear model's search says better why it could not begin, or what it ran into.
+  if (std::isnan(linearized.sigma) || has_no_maximum(model, linearized)) return linearized;
   linearized.convergence.converged = false;
   linearized.convergence.verdict =
       "Not converged: no mode of the random effects was found at any start. Try fewer random "
@@ -527,12 +527,14 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   }
   if (!search.has_converged()) search.try_pooled(pooled);
   if (!search.has_optimum()) {
-    return smooth ? without_clear_modes(model, *std::move(smooth)) : without_modes(linearized);
+    return smooth ? without_clear_modes(model, *std::move(smooth))
+                  : without_modes(model, linearized);
   }
   MixedEffectsFit fit = result_of(search, model, integration, options);
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
-  if (!fit.convergence.converged && !search.has_converged() && search.has_met_wall()) {
+  const bool is_explained = fit.convergence.converged || has_no_maximum(model, fit);
+  if (!is_explained && !search.has_converged() && search.has_met_wall()) {
     fit.convergence.verdict =
         "Not converged: the likelihood rises towards points where the random effects of a group "
         "have no clear mode, and where it does not hold. Use focei or agq, or fewer random "

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +12,9 @@
 
 #include "least_squares/jacobian_factors.hpp"
 #include "mixed_effects/confounded_variances.hpp"
+#include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
+#include "model/coefficient_frame.hpp"
 #include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
@@ -28,7 +31,8 @@ using Eigen::VectorXd;
 struct Level {
   const std::vector<std::string>& names;
   const MatrixXd& covariance;
-  std::string group{};  ///< said where there are two groupings: " | stand"
+  const MatrixXd& frame;  ///< coordinates of the effects
+  std::string group{};    ///< said where there are two groupings: " | stand"
 };
 
 /// Random effects whose spread is nothing beside what one standard error of the residuals would
@@ -50,16 +54,32 @@ std::vector<std::string> vanished_effects(const NonlinearModel& model,
   return names;
 }
 
+// Of the correlations of effects that depend on each other: the smallest eigenvalue.
+constexpr double kDependence = 1e-6;
+
+MatrixXd correlation_of(const MatrixXd& covariance) {
+  return MixedEffectsFit{.random_covariance = covariance}.random_correlation();
+}
+
+/// Whether effects are inside the range of their covariance though their correlation is nearly one,
+/// because a covariate has a large mean: seen in coordinates that take them apart.
+bool is_inside_in_frame(const Level& level) {
+  if (level.frame.isDiagonal(0.0)) return false;
+  const auto frame = level.frame.triangularView<Eigen::Lower>();
+  const MatrixXd half = frame.solve(level.covariance);
+  const MatrixXd correlation = correlation_of(frame.solve(half.transpose()));
+  return correlation.allFinite() && symmetric_eigen(correlation).values[0] >= kDependence;
+}
+
 /// Correlations that have run to one, or a dependence among three or more.
 std::vector<std::string> dependent_effects(const Level& level) {
-  constexpr double kTiny = 1e-6;
   std::vector<std::string> names;
-  const MatrixXd correlation =
-      MixedEffectsFit{.random_covariance = level.covariance}.random_correlation();
+  const MatrixXd correlation = correlation_of(level.covariance);
   if (!correlation.allFinite() || correlation.rows() < 2) return names;
+  if (is_inside_in_frame(level)) return names;
   for (Index i = 0; i < correlation.rows(); ++i) {
     for (Index j = 0; j < i; ++j) {
-      if (1.0 - std::abs(correlation(i, j)) > kTiny) continue;
+      if (1.0 - std::abs(correlation(i, j)) > kDependence) continue;
       names.push_back(fmt::format("cor({}, {}{}) = {}",
                                   level.names[static_cast<std::size_t>(j)],
                                   level.names[static_cast<std::size_t>(i)],
@@ -67,7 +87,7 @@ std::vector<std::string> dependent_effects(const Level& level) {
                                   correlation(i, j) > 0 ? 1 : -1));
     }
   }
-  if (names.empty() && symmetric_eigen(correlation).values[0] < kTiny) {
+  if (names.empty() && symmetric_eigen(correlation).values[0] < kDependence) {
     names.push_back(fmt::format("the random effects {}{} depend linearly on each other",
                                 fmt::join(level.names, ", "),
                                 level.group));
@@ -75,28 +95,42 @@ std::vector<std::string> dependent_effects(const Level& level) {
   return names;
 }
 
-/// Root mean square of the derivatives by the coefficients.
-VectorXd mean_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
+/// What the mean of the population depends on at the estimates.
+struct PopulationSlopes {
+  VectorXd sizes{};          ///< (p) root mean squares of the derivatives by the coefficients
+  CoefficientFrame frame{};  ///< of the coefficients
+};
+
+PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(fit.estimate, mean, &jacobian, workspace);
-  return (jacobian.colwise().norm() / std::sqrt(static_cast<double>(jacobian.rows()))).transpose();
+  const double root = std::sqrt(static_cast<double>(jacobian.rows()));
+  PopulationSlopes result{.sizes = jacobian.colwise().norm() / root};
+  result.frame = orthogonal_frame(model, std::move(jacobian), 1.0);
+  return result;
 }
 
-std::vector<std::string> boundary_of(const NonlinearModel& model, const MixedEffectsFit& fit) {
+std::vector<std::string> boundary_of(const NonlinearModel& model,
+                                     const PopulationSlopes& slopes,
+                                     const MixedEffectsFit& fit) {
   const ModelSpecification& specification = model.specification();
-  const VectorXd slopes = mean_slopes(model, fit);
   std::vector<Level> levels;
-  if (specification.random) levels.push_back({fit.random_names, fit.random_covariance});
+  if (specification.random) {
+    levels.push_back({fit.random_names, fit.random_covariance, slopes.frame.inner});
+  }
   if (specification.outer_random) {
     levels.front().group = " | " + specification.random->group;
-    levels.push_back(
-        {fit.outer.names, fit.outer.covariance, " | " + specification.outer_random->group});
+    levels.push_back({fit.outer.names,
+                      fit.outer.covariance,
+                      slopes.frame.outer,
+                      " | " + specification.outer_random->group});
   }
   std::vector<std::string> boundary;
   for (const Level& level : levels) {
-    std::vector<std::string> names = vanished_effects(model, level, slopes, fit.residual_sd.mean());
+    std::vector<std::string> names =
+        vanished_effects(model, level, slopes.sizes, fit.residual_sd.mean());
     if (names.empty()) names = dependent_effects(level);
     boundary.insert(boundary.end(), names.begin(), names.end());
   }
@@ -154,9 +188,11 @@ bool is_constant(const VarianceFactorEstimate& factor, const VectorXd& v) {
          (has_one_constant(factor) && count_with_power(factor, v, kNothing) == 0);
 }
 
-void name_boundary(const NonlinearModel& model, MixedEffectsFit& fit) {
+void name_boundary(const NonlinearModel& model,
+                   const PopulationSlopes& slopes,
+                   MixedEffectsFit& fit) {
   std::vector<std::string>& boundary = fit.convergence.boundary;
-  boundary = boundary_of(model, fit);
+  boundary = boundary_of(model, slopes, fit);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     if (factor.factor.constant || factor.constant.size() == 0) continue;
     const VectorXd v = variable_of(model, fit, factor);
@@ -187,13 +223,19 @@ struct Confounded {
 
 Confounded confounded_parameters(const NonlinearModel& model,
                                  const MixedEffectsFit& fit,
+                                 bool has_full_rank,
                                  bool is_restricted) {
   const MatrixXd coefficients = group_coefficients(model, fit);
   Confounded result;
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
+  // Where the population's curve cannot tell coefficients apart, groups that differ may seem to.
+  if (has_full_rank) {
+    model.evaluate(coefficients, mean, &jacobian, workspace);
+  } else {
+    model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  }
   // With all coefficients held, there are none to tell apart.
   if (jacobian.cols() > 0 && jacobian.allFinite()) {
     result.coefficients = JacobianFactors(jacobian).confounded();
@@ -211,13 +253,17 @@ Confounded confounded_parameters(const NonlinearModel& model,
   return result;
 }
 
-/// Coefficients that the data cannot tell apart, from the information matrix at the optimum.
-int information_rank(const MixedEffectsFit& fit) {
-  if (fit.covariance.size() == 0) return 0;
-  const VectorXd deviations = fit.covariance.diagonal().cwiseSqrt();
+/// Coefficients that the data can tell apart, from the information matrix at the optimum, in
+/// coordinates in which the origin of a covariate does not matter.
+int information_rank(const CoefficientFrame& frame, const MixedEffectsFit& fit) {
+  if (fit.covariance.size() == 0 || !fit.covariance.allFinite()) return 0;
+  const Eigen::PartialPivLU<MatrixXd> inverse(frame.beta);
+  const MatrixXd half = inverse.solve(fit.covariance);
+  const MatrixXd covariance = inverse.solve(half.transpose());
+  const VectorXd deviations = covariance.diagonal().cwiseSqrt();
   if (!deviations.allFinite() || deviations.minCoeff() <= 0.0) return 0;
-  const MatrixXd correlation = deviations.cwiseInverse().asDiagonal() * fit.covariance *
-                               deviations.cwiseInverse().asDiagonal();
+  const MatrixXd correlation =
+      deviations.cwiseInverse().asDiagonal() * covariance * deviations.cwiseInverse().asDiagonal();
   const VectorXd values = symmetric_eigen(correlation).values;
   constexpr double kConfounded = 1e-12;
   return static_cast<int>((values.array() > kConfounded * values.maxCoeff()).count());
@@ -356,11 +402,19 @@ std::string confounding(const NonlinearModel& model,
   return {};
 }
 
-/// Takes note of what the data cannot tell apart.
-void note_confounding(const NonlinearModel& model, bool is_restricted, MixedEffectsFit& fit) {
+/// Takes note of what the data cannot tell apart; false where nothing was found. Where a fit has
+/// not converged, only coefficients that no place of the mean tells apart explain it.
+bool note_confounding(const NonlinearModel& model,
+                      bool has_full_rank,
+                      bool is_restricted,
+                      MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
-  if (!convergence.converged) return;
-  const Confounded confounded = confounded_parameters(model, fit, is_restricted);
+  if (!convergence.converged && has_full_rank) return false;
+  Confounded confounded = confounded_parameters(model, fit, has_full_rank, is_restricted);
+  if (!convergence.converged) {
+    if (confounded.coefficients.empty()) return false;
+    confounded.variances = {};
+  }
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   for (const Index j : confounded.coefficients) {
     fit.covariance.row(j).setConstant(kNaN);
@@ -371,9 +425,20 @@ void note_confounding(const NonlinearModel& model, bool is_restricted, MixedEffe
   }
   convergence.rank = std::max(0, convergence.rank - confounded.variances.directions);
   const std::string verdict = confounding(model, fit, confounded);
-  if (verdict.empty()) return;
+  if (verdict.empty()) return false;
   convergence.converged = false;
   convergence.verdict = verdict;
+  return true;
+}
+
+/// Takes note where the likelihood has no maximum.
+void note_degeneracy(const NonlinearModel& model,
+                     const CoefficientFrame& frame,
+                     MixedEffectsFit& fit) {
+  const std::string what = degeneracy(model, frame, fit);
+  if (what.empty()) return;
+  fit.convergence.converged = false;
+  fit.convergence.verdict = "Not converged: " + what;
 }
 
 std::string verdict_of(const NonlinearModel& model, const MixedEffectsFit& fit, Rounds rounds) {
@@ -419,10 +484,12 @@ void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
 }
 
 void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds, bool is_restricted) {
-  fit.convergence.rank = information_rank(fit);
-  name_boundary(model, fit);
+  const PopulationSlopes slopes = population_slopes(model, fit);
+  fit.convergence.rank = information_rank(slopes.frame, fit);
+  name_boundary(model, slopes, fit);
   fit.convergence.verdict = verdict_of(model, fit, rounds);
-  note_confounding(model, is_restricted, fit);
+  if (note_confounding(model, slopes.frame.has_full_rank, is_restricted, fit)) return;
+  note_degeneracy(model, slopes.frame, fit);
 }
 
 namespace {

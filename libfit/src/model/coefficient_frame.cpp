@@ -178,7 +178,9 @@ CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian
       .inner = effect_frame(model, model.specification().random, columns, length)};
   Orthogonalizer all(columns);
   for (Index j = 0; j < p; ++j) {
-    frame.beta.col(j) = length * all.add(j).combination;
+    const OrthogonalColumn column = all.add(j);
+    frame.beta.col(j) = length * column.combination;
+    if (column.is_dependent) frame.has_full_rank = false;
   }
   return frame;
 }

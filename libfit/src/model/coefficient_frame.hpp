@@ -14,9 +14,10 @@ namespace silvafit::fit {
 /// What is computed in these coordinates does not depend on the units of the data or on the origin
 /// of a covariate.
 struct CoefficientFrame {
-  Eigen::MatrixXd beta{};   ///< (p x p) T, with a positive diagonal
-  Eigen::MatrixXd outer{};  ///< (s x s) U of the coarser grouping, lower triangular
-  Eigen::MatrixXd inner{};  ///< (q x q) U of the only or the finer grouping, lower triangular
+  Eigen::MatrixXd beta{};     ///< (p x p) T, with a positive diagonal
+  Eigen::MatrixXd outer{};    ///< (s x s) U of the coarser grouping, lower triangular
+  Eigen::MatrixXd inner{};    ///< (q x q) U of the only or the finer grouping, lower triangular
+  bool has_full_rank = true;  ///< whether no column of the Jacobian depends on those before it
 
   const Eigen::MatrixXd& effects(bool is_outer) const { return is_outer ? outer : inner; }
 };

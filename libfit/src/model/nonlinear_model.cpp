@@ -47,6 +47,43 @@ Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<st
   return result;
 }
 
+/// Whether the mean is finite in a row but a slope is zero times infinity.
+/// \param columns  (N x k) values of the variables of the formula
+bool is_at_edge(const ModelSpecification& specification,
+                const std::vector<std::string>& variables,
+                const Eigen::MatrixXd& columns,
+                Index row) {
+  std::vector<std::string> names = variables;
+  std::vector<double> values(columns.row(row).begin(), columns.row(row).end());
+  for (const ParameterModel& parameter : specification.parameters) names.push_back(parameter.name);
+  const data::Expression& mean = specification.formula.right;
+  // Which way the limit is approached depends on the signs of the parameters.
+  for (const double parameter : {1.0, 0.5, -1.0}) {
+    values.resize(variables.size());
+    values.resize(names.size(), parameter);
+    if (!std::isfinite(mean.value(names, values))) continue;
+    for (const ParameterModel& of : specification.parameters) {
+      if (std::isnan(mean.derivative(of.name).value(names, values))) return true;
+    }
+  }
+  return false;
+}
+
+/// Whether a column is zero where the formula has such an edge, as log(x) inside exp() has.
+bool has_edge(const ModelSpecification& specification,
+              const std::vector<std::string>& variables,
+              const Eigen::MatrixXd& columns) {
+  for (Index k = 0; k < columns.cols(); ++k) {
+    const auto column = columns.col(k);
+    const auto zero = std::find(column.begin(), column.end(), 0.0);
+    const bool is_there = zero != column.end();
+    if (is_there && is_at_edge(specification, variables, columns, zero - column.begin())) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// Columns whose values are the strata of the variance function.
 std::vector<std::string> strata_columns(const ModelSpecification& specification) {
   std::vector<std::string> names;
@@ -93,6 +130,9 @@ NonlinearModel::NonlinearModel(ModelSpecification specification, const data::Tab
   load_levels(table);
   load_covariates(table);
   load_strata(table);
+  if (has_edge(specification_, variables_, columns_)) {
+    specification_.formula.right = specification_.formula.right.with_limits();
+  }
   compile();
 }
 

@@ -39,7 +39,9 @@ void update_bfgs(MatrixXd& hessian, const VectorXd& step, const VectorXd& change
       change * change.transpose() / curvature - product * product.transpose() / old_curvature;
 }
 
-double step_of(double x) { return 1e-5 * std::max(std::abs(x), 0.1); }
+/// Of a variable whose unit is of order one. Where it is far from zero, as a constant near 1e6 with
+/// residuals of order one, the function bends no less for that.
+double step_of(double x) { return 1e-5 * std::clamp(std::abs(x), 1.0, 10.0); }
 
 VectorXd unknown(Index size) {
   return VectorXd::Constant(size, std::numeric_limits<double>::quiet_NaN());

@@ -35,6 +35,11 @@ class Expression {
   /// The symbolic derivative with respect to a variable, simplified.
   Expression derivative(std::string_view name) const;
 
+  /// The same expression, whose derivatives of all orders take a product to be zero where a factor
+  /// is zero and the other infinite. So it is at the edge of a domain where the value is finite:
+  /// there exp(-b/x) and 1/(1 + exp((b - log(x))/c)) of x = 0 do not depend on b and c.
+  Expression with_limits() const;
+
   /// The expression with a variable replaced.
   Expression substitute(std::string_view name, const Expression& replacement) const;
 

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/degenerate_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "model/symmetric_eigen.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Residuals that are a smaller share of the response's spread are rounding: no one measures to so
+// many digits.
+constexpr double kRounding = 1e-6;
+// With one observation a group, the residual that the random effects leave over.
+constexpr double kNothingLeft = 1e-2;
+// Curves that are further away, in spreads of the response, mean nothing.
+constexpr double kBeyondMeasure = 1e6;
+// Curves that differ by less, in spreads of the response, are the same.
+constexpr double kSame = 1e-6;
+
+/// Standard deviation of the response, or its size where it is constant.
+double spread_of(const VectorXd& response) {
+  const auto n = static_cast<double>(response.size());
+  const double spread = (response.array() - response.mean()).matrix().norm() / std::sqrt(n);
+  return spread > 0.0 ? spread : std::abs(response.mean());
+}
+
+double typical_residual(const MixedEffectsFit& fit) {
+  return fit.residual_sd.norm() / std::sqrt(static_cast<double>(fit.residual_sd.size()));
+}
+
+std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, double spread) {
+  const double residual = typical_residual(fit);
+  const ModelSpecification& specification = model.specification();
+  const bool is_single = specification.random && model.group_count() == model.observations();
+  if (is_single && residual < kNothingLeft * spread) {
+    return fmt::format(
+        "each group of {} has one observation, and its random effects go through it: the residual "
+        "standard deviation goes to 0. Leave the random effects out, or take groups with several "
+        "observations.",
+        specification.random->group);
+  }
+  if (!(residual < kRounding * spread)) return {};
+  return fmt::format(
+      "perfect fit: the model{} goes through all observations, so that the residual standard "
+      "deviation goes to 0 and the likelihood has no maximum. Check whether the response was "
+      "computed from the covariates instead of measured.",
+      specification.random ? " with its random effects" : "");
+}
+
+/// The curves of the population and of groups whose effects lie along one direction.
+class Curves {
+ public:
+  Curves(const NonlinearModel& model, const VectorXd& estimate)
+      : model_(model), estimate_(estimate), population_(at(VectorXd::Zero(estimate.size()))) {}
+
+  VectorXd at(const VectorXd& shift) {
+    VectorXd mean;
+    model_.evaluate(estimate_ + shift, mean, nullptr, workspace_);
+    return mean;
+  }
+
+  /// The median distance of two curves over the rows; rows outside the domain do not count.
+  static double distance(const VectorXd& a, const VectorXd& b) {
+    std::vector<double> distances;
+    for (Index i = 0; i < a.size(); ++i) {
+      const double distance = std::abs(a[i] - b[i]);
+      if (!std::isnan(distance)) distances.push_back(distance);
+    }
+    if (distances.empty()) return 0.0;
+    const auto middle = distances.begin() + std::ssize(distances) / 2;
+    std::nth_element(distances.begin(), middle, distances.end());
+    return *middle;
+  }
+
+  /// Whether one standard deviation moves the curve by less than the response is spread, on either
+  /// side: so it is in nearly all models, and nothing more need be looked at.
+  bool is_ordinary(const VectorXd& shift, double spread) {
+    return distance(at(shift), population_) < spread && distance(at(-shift), population_) < spread;
+  }
+
+  bool is_beyond_measure(const VectorXd& shift, double spread) {
+    return std::ranges::any_of(std::vector{2.0, -2.0}, [&](double size) {
+      return distance(at(size * shift), population_) > kBeyondMeasure * spread;
+    });
+  }
+
+  /// Whether one standard deviation and two make the same curve on either side, and the sides
+  /// differ.
+  bool is_saturated(const VectorXd& shift, double spread) {
+    const VectorXd above = at(shift);
+    const VectorXd below = at(-shift);
+    return distance(above, below) > 1e-3 * spread &&
+           distance(at(2.0 * shift), above) < kSame * spread &&
+           distance(at(-2.0 * shift), below) < kSame * spread;
+  }
+
+ private:
+  const NonlinearModel& model_;
+  const VectorXd& estimate_;
+  NonlinearModel::Workspace workspace_;
+  VectorXd population_;
+};
+
+/// The random effects of one grouping.
+struct Level {
+  const std::vector<std::string>& names;
+  const MatrixXd& covariance;
+  const MatrixXd& frame;
+  std::vector<Index> places{};
+};
+
+/// "sd(a)", or of several effects that run off together "sd(a), sd(b)".
+std::string names_of(const Level& level, const VectorXd& direction) {
+  const VectorXd size = direction.cwiseAbs().cwiseQuotient(level.frame.diagonal());
+  constexpr double kShare = 0.5;
+  std::vector<std::string> names;
+  for (Index k = 0; k < size.size(); ++k) {
+    if (size[k] < kShare * size.maxCoeff()) continue;
+    names.push_back(fmt::format("sd({})", level.names[static_cast<std::size_t>(k)]));
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Where one of the principal components of the effects of a grouping leads to no curve.
+std::string unbounded_effect(const Level& level, Curves& curves, Index p, double spread) {
+  if (level.places.empty() || !level.covariance.allFinite()) return {};
+  const auto frame = level.frame.triangularView<Eigen::Lower>();
+  const MatrixXd half = frame.solve(level.covariance);
+  const SymmetricEigen of = symmetric_eigen(frame.solve(half.transpose()));
+  for (Index k = 0; k < of.values.size(); ++k) {
+    const VectorXd direction =
+        level.frame * of.vectors.col(k) * std::sqrt(std::max(0.0, of.values[k]));
+    VectorXd shift = VectorXd::Zero(p);
+    shift(level.places) = direction;
+    if (curves.is_ordinary(shift, spread)) continue;
+    if (curves.is_beyond_measure(shift, spread)) {
+      return fmt::format(
+          "{} grows without bound: two standard deviations from the centre, the curve is more than "
+          "a million times the spread of the response away. The data do not hold this random "
+          "effect; leave it out, or choose another variance function.",
+          names_of(level, direction));
+    }
+    if (curves.is_saturated(shift, spread)) {
+      return fmt::format(
+          "{} grows without bound: one standard deviation from the centre, the curve no longer "
+          "depends on the random effect. Leave it out.",
+          names_of(level, direction));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string degeneracy(const NonlinearModel& model,
+                       const CoefficientFrame& frame,
+                       const MixedEffectsFit& fit) {
+  if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
+  const double spread = spread_of(model.response());
+  const std::string exact = exactness(model, fit, spread);
+  const ModelSpecification& specification = model.specification();
+  if (!exact.empty() || !specification.random) return exact;
+  Curves curves(model, fit.estimate);
+  const Index p = fit.estimate.size();
+  const Level inner{.names = fit.random_names,
+                    .covariance = fit.random_covariance,
+                    .frame = frame.inner,
+                    .places = model.coefficients_of(specification.random)};
+  const std::string of_inner = unbounded_effect(inner, curves, p, spread);
+  if (!of_inner.empty() || !specification.outer_random) return of_inner;
+  const Level outer{.names = fit.outer.names,
+                    .covariance = fit.outer.covariance,
+                    .frame = frame.outer,
+                    .places = model.coefficients_of(specification.outer_random)};
+  return unbounded_effect(outer, curves, p, spread);
+}
+
+bool has_no_maximum(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  return !degeneracy(model, frame_at(model, fit.estimate), fit).empty();
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/degenerate_fit.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Contains;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/// Growth curves of plots, with residuals of a given size.
+data::Table curves(double residual, int trees = 8) {
+  Random random(3);
+  data::Table table;
+  data::TextColumn plot;
+  std::vector<double> d;
+  std::vector<double> h;
+  std::vector<double> z;
+  for (int i = 0; i < 10; ++i) {
+    const double limit = 23.0 + random.normal(0.0, 2.3);
+    for (int j = 0; j < trees; ++j) {
+      d.push_back(random.uniform(5.0, 40.0));
+      z.push_back(random.uniform(-1.0, 1.0));
+      h.push_back(limit * (1.0 - std::exp(-0.06 * d.back())) + random.normal(0.0, residual));
+      plot.append(std::to_string(i));
+    }
+  }
+  std::vector<double> twice;
+  for (const double value : z) twice.push_back(2.0 * value);
+  table.set("d", d);
+  table.set("h", h);
+  table.set("z", z);
+  table.set("twice", twice);
+  table.set("plot", plot);
+  return table;
+}
+
+Convergence fitted(const data::Table& table,
+                   const std::string& method,
+                   const std::vector<std::string>& parameters = {},
+                   const char* random = "a | plot") {
+  ModelSpecification model = specify_model("h ~ a*(1 - exp(-b*d))", parameters, table);
+  add_random_effects(model, random, table);
+  FitModelOptions options;
+  options.method = parse_method(method);
+  return fit_model(model, table, options).fit.convergence;
+}
+
+/// What is wrong with a fit of "h ~ ..." with the given estimate and standard deviation of `a`.
+std::string at(const char* formula, const VectorXd& estimate, double deviation) {
+  const data::Table table = curves(0.5);
+  ModelSpecification specification = specify_model(formula, {}, table);
+  add_random_effects(specification, "a | plot", table);
+  const NonlinearModel model(specification, table);
+  MixedEffectsFit fit;
+  fit.estimate = estimate;
+  fit.random_names = {"a"};
+  fit.random_covariance = MatrixXd::Constant(1, 1, deviation * deviation);
+  fit.residual_sd = VectorXd::Constant(model.observations(), 0.5);
+  return degeneracy(model, frame_at(model, estimate), fit);
+}
+
+}  // namespace
+
+TEST_CASE("curves through all observations have no maximum of the likelihood") {
+  for (const char* const method : {"lb", "laplace", "focei", "agq"}) {
+    for (const char* const random : {"a | plot", "a + b | plot"}) {
+      INFO(method << ", " << random);
+      const Convergence exact = fitted(curves(0.0), method, {}, random);
+      CHECK_FALSE(exact.converged);
+      CHECK_THAT(exact.verdict, Contains("perfect fit"));
+    }
+    CHECK(fitted(curves(0.01), method).converged);
+  }
+}
+
+TEST_CASE("a variance component without bound is named") {
+  const VectorXd estimate = Eigen::Vector2d(3.0, 0.06);
+  const char* const exponential = "h ~ exp(a)*(1 - exp(-b*d))";
+  CHECK(at(exponential, estimate, 0.1).empty());
+  CHECK_THAT(at(exponential, estimate, 8.6e4), Contains("sd(a) grows without bound"));
+  CHECK_THAT(at("h ~ a*(1 - exp(-b*d))", estimate, 5e8), Contains("a million times the spread"));
+  // With a standard deviation of 1e6 the curve is at one asymptote or at the other.
+  const char* const bounded = "h ~ 20*b/(b + exp(a))";
+  CHECK_THAT(at(bounded, estimate, 1e6), Contains("no longer depends on the random effect"));
+  CHECK(at(bounded, estimate, 1.0).empty());
+}
+
+TEST_CASE("groups of one observation whose random effects take up the residual are named") {
+  const data::Table table = curves(0.5, 1);
+  ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*d))", {}, table);
+  add_random_effects(specification, "a | plot", table);
+  const NonlinearModel model(specification, table);
+  MixedEffectsFit fit;
+  fit.estimate = Eigen::Vector2d(23.0, 0.06);
+  fit.random_names = {"a"};
+  fit.random_covariance = MatrixXd::Constant(1, 1, 4.0);
+  fit.residual_sd = VectorXd::Constant(model.observations(), 1e-4);
+  const std::string what = degeneracy(model, frame_at(model, fit.estimate), fit);
+  CHECK_THAT(what, Contains("each group of plot has one observation"));
+}
+
+TEST_CASE("collinear covariates are named by every method") {
+  for (const char* const method : {"lb", "laplace", "focei", "agq"}) {
+    INFO(method);
+    const Convergence convergence = fitted(curves(0.5), method, {"a ~ 1 + z + twice"});
+    CHECK_FALSE(convergence.converged);
+    CHECK_THAT(convergence.verdict, Contains("cannot tell") && Contains("a:twice"));
+  }
+}
