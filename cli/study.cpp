@@ -168,7 +168,7 @@ void print_passed_over(const study::Study& study) {
 
 /// The last column: whether a model can be relied on.
 const char* mark_of(const study::ResponseStudy& result) {
-  if (!result.converged()) return "not converged";
+  if (!result.converged()) return result.ols && !result.nlme ? "no mixed model" : "not converged";
   return result.is_sound() ? "" : "doubtful";
 }
 

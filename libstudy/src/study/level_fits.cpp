@@ -26,6 +26,8 @@ fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   return result;
 }
 
+/// The one place where a study fits: candidates by run(), chosen models by result(). An effort of
+/// the search for maxima belongs into these options, small for the first and large for the second.
 /// \param from  a fit to other trees to start from, if given
 fit::FitResult fit_trial(const Trial& trial,
                          const data::Table& table,

@@ -152,7 +152,7 @@ std::string list_of(const std::map<std::string, double>& parameters) {
 }  // namespace
 
 Plausibility::Plausibility(std::string response, const data::Table& trees, std::string group)
-    : response_(std::move(response)), trees_(trees), group_(std::move(group)) {
+    : response_(std::move(response)), trees_(&trees), group_(std::move(group)) {
   const data::TextColumn labels = trees.labels(group_);
   strata_.resize(1 + labels.levels().size());
   strata_[0].name = "the population";
@@ -198,11 +198,11 @@ data::Table Plausibility::typical_trees(const fit::FittedModel& fit) const {
   const std::size_t count = is_one_curve(fit) ? 1 : strata_.size();
   std::vector<std::size_t> rows;
   for (std::size_t k = 0; k < count; ++k) rows.push_back(strata_[k].row);
-  data::Table table = trees_.select(rows);
+  data::Table table = trees_->select(rows);
   for (const std::string& name : numeric_predictors(fit)) {
     std::vector<double> medians;
     for (std::size_t k = 0; k < count; ++k) {
-      medians.push_back(median_of(trees_.numbers(name), strata_[k].rows));
+      medians.push_back(median_of(trees_->numbers(name), strata_[k].rows));
     }
     table.set(name, std::move(medians));
   }
@@ -330,15 +330,15 @@ std::string Plausibility::text_of(double value) const {
 std::string Plausibility::objection_to_values(const fit::FittedModel& fit) const {
   for (const fit::Level level : {fit::Level::kPopulation, fit::Level::kConditional}) {
     if (level == fit::Level::kConditional && !fit.has_random_effects()) break;
-    const Eigen::VectorXd values = fit::predict(fit, trees_, level).value;
+    const Eigen::VectorXd values = fit::predict(fit, *trees_, level).value;
     for (Eigen::Index row = 0; row < values.size(); ++row) {
       const auto at = static_cast<std::size_t>(row);
       if (is_possible(at, values[row])) continue;
       return fmt::format("The fitted value of a tree of {} {} is {}; {} was measured.",
                          group_,
-                         trees_.labels(group_)[at],
+                         trees_->labels(group_)[at],
                          text_of(values[row]),
-                         text_of(trees_.numbers(response_)[at]));
+                         text_of(trees_->numbers(response_)[at]));
     }
   }
   return "";
@@ -348,7 +348,7 @@ bool Plausibility::is_possible(std::size_t row, double value) const {
   if (!std::isfinite(value)) return false;
   if (!is_tree_measure()) return true;
   const bool is_below_top =
-      response_ != "hcb" || !trees_.has("h") || value <= trees_.numbers("h")[row] + kFlat;
+      response_ != "hcb" || !trees_->has("h") || value <= trees_->numbers("h")[row] + kFlat;
   return is_below_top && value > 0.0 && value <= kExplodes * largest_;
 }
 

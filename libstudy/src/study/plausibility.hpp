@@ -27,7 +27,7 @@ namespace silvafit::study {
 /// dbh are judged by their fitted values alone.
 class Plausibility {
  public:
-  /// \param trees  the rows of the fits, with all columns that these read; kept by reference
+  /// \param trees  the rows of the fits, with all columns that these read; must outlive this
   /// \param group  column of the random effects
   Plausibility(std::string response, const data::Table& trees, std::string group);
 
@@ -65,7 +65,7 @@ class Plausibility {
   std::string text_of(double value) const;
 
   std::string response_;
-  const data::Table& trees_;
+  const data::Table* trees_;
   std::string group_;
   std::vector<Stratum> strata_;  ///< the population first
   std::vector<double> dbh_cm_;   ///< of each point of a curve

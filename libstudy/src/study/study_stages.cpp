@@ -8,6 +8,7 @@
 #include <chrono>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -112,6 +113,10 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
   for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.base = level.candidates(i);
+    for (const auto& [barred, why] : works[i].barred) {
+      result.base[barred].objection = why;
+      result.base[barred].is_examined = true;
+    }
     const Examination examine = curves_of(works[i], result.base);
     const auto settled = settle(works[i], level, i, result.base, [&] {
       return choose_base(result.base, study.options, examine);
@@ -295,9 +300,7 @@ void run_plots_left_out(std::vector<Work>& works, Study& study, const ProgressCa
   study.stages.push_back(stage);
 }
 
-}  // namespace
-
-void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+void run_levels(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   for (Work& work : works) {
     work.plausibility.emplace(work.result.response, work.table, study.options.group);
   }
@@ -305,6 +308,86 @@ void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& 
   run_covariates(works, study, progress);
   run_random_effects(works, study, progress);
   run_variance(works, study, progress);
+}
+
+/// Whether mixed models were fitted and all of them passed over.
+bool lacks_mixed_model(const ResponseStudy& result) {
+  return !result.nlme && std::ranges::any_of(result.random, [](const Candidate& candidate) {
+    return !candidate.objection.empty();
+  });
+}
+
+/// Bars the chosen base model; false if no other is left.
+bool bar_base(Work& work) {
+  bool has_other = false;
+  for (std::size_t k = 0; k < work.result.base.size(); ++k) {
+    const Candidate& candidate = work.result.base[k];
+    if (candidate.chosen) {
+      work.barred[k] = "All mixed models built on it were passed over. " +
+                       (work.result.doubts.empty() ? "" : work.result.doubts.back());
+    } else {
+      has_other = has_other || (candidate.rank > 0 && candidate.objection.empty());
+    }
+  }
+  return has_other;
+}
+
+/// What a result is before its first level.
+ResponseStudy without_levels(const ResponseStudy& result, std::vector<std::string> notes) {
+  return {.species = result.species,
+          .response = result.response,
+          .rows = result.rows,
+          .group = result.group,
+          .plots = result.plots,
+          .notes = std::move(notes)};
+}
+
+/// Adds the times and fits of stages to those of the same names.
+void merge_stages(std::vector<StageTime>& stages, std::size_t begin) {
+  for (std::size_t k = begin; k < stages.size(); ++k) {
+    const auto known = std::ranges::find(stages, stages[k].name, &StageTime::name);
+    known->seconds += stages[k].seconds;
+    known->fits += stages[k].fits;
+  }
+  stages.resize(begin);
+}
+
+/// Where no mixed model of the chosen base model can be used, the next base models get their turn.
+/// If none of them has one either, the first choice stands.
+void run_other_bases(std::vector<Work>& works,
+                     const std::vector<std::vector<std::string>>& notes,
+                     Study& study,
+                     const ProgressCallback& progress) {
+  constexpr int kOthers = 3;
+  std::map<std::size_t, ResponseStudy> first;
+  for (int attempt = 0; attempt < kOthers; ++attempt) {
+    std::vector<std::size_t> places;
+    std::vector<Work> part;
+    for (std::size_t i = 0; i < works.size(); ++i) {
+      if (!lacks_mixed_model(works[i].result) || !bar_base(works[i])) continue;
+      first.try_emplace(i, works[i].result);
+      works[i].result = without_levels(works[i].result, notes[i]);
+      places.push_back(i);
+      part.push_back(std::move(works[i]));
+    }
+    if (places.empty()) break;
+    const std::size_t begin = study.stages.size();
+    run_levels(part, study, progress);
+    merge_stages(study.stages, begin);
+    for (std::size_t k = 0; k < places.size(); ++k) works[places[k]] = std::move(part[k]);
+  }
+  for (auto& [i, result] : first) {
+    if (!works[i].result.nlme) works[i].result = std::move(result);
+  }
+}
+
+}  // namespace
+
+void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  std::vector<std::vector<std::string>> notes;
+  for (const Work& work : works) notes.push_back(work.result.notes);
+  run_levels(works, study, progress);
+  run_other_bases(works, notes, study, progress);
   run_plots_left_out(works, study, progress);
 }
 

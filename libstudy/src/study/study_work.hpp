@@ -2,6 +2,7 @@
 // What a study works on: a species and a response, their trees, and what the models may use.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,6 +28,9 @@ struct Work {
 
   /// The chosen least-squares model as it was compared: its fit to the sample, if there is one.
   std::optional<fit::FittedModel> compared{};
+
+  /// Base models whose mixed models were all passed over, by their numbers, and why.
+  std::map<std::size_t, std::string> barred{};
 
   bool is_sampled() const { return sample.rows() > 0; }
   const data::Table& compared_trees() const { return is_sampled() ? sample : table; }
