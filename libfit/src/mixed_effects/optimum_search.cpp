@@ -33,7 +33,8 @@ constexpr Index kManyObservations = 20000;
 struct Candidate {
   MixedEffectsFit fit{};
   std::string origin{};
-  double rank = kNaN;  ///< log-likelihood that tells which is the best
+  double rank = kNaN;        ///< log-likelihood that tells which is the best
+  bool is_followed = false;  ///< whether the marginal maximum near it is known
 };
 
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
@@ -192,9 +193,10 @@ class OptimumSearch {
 
   MixedEffectsFit best_fixed_point() {
     rank_by_marginal_likelihood(linearized_);
-    add_fixed_points_of_maxima();
+    follow_to_maxima();
     SearchEvidence evidence;
     evidence.contained = compare_linearized_with_smaller();
+    follow_to_maxima();
     const Candidate& best = best_of(linearized_);
     evidence.marginal_here = best.rank;
     evidence.marginal_maximum = highest_marginal_;
@@ -203,33 +205,58 @@ class OptimumSearch {
   }
 
   /// The maximum of the marginal likelihood near each of the best fixed points leads to further
-  /// ones.
-  void add_fixed_points_of_maxima() {
-    constexpr std::size_t kTried = 2;
-    std::vector<MixedEffectsFit> maxima;
-    for (const Candidate* const candidate : best_few(linearized_, kTried)) {
-      auto found = marginal_from(model_, candidate->fit, rank_integration_, options_.marginal);
-      if (!found || !found->convergence.converged) {
-        found = marginal_from(model_, candidate->fit, Integration::kInteraction, options_.marginal);
+  /// ones, from which it goes on.
+  void follow_to_maxima() {
+    constexpr int kRounds = 3;
+    constexpr std::size_t kBest = 2;
+    for (int round = 0; round < kRounds; ++round) {
+      const std::size_t known = linearized_.size();
+      std::vector<MixedEffectsFit> starts;
+      for (const Candidate* const candidate : best_few(linearized_, kBest)) {
+        if (!candidate->is_followed) starts.push_back(candidate->fit);
       }
-      if (found && std::isfinite(found->log_likelihood)) maxima.push_back(*std::move(found));
+      for (Candidate& candidate : linearized_) {
+        candidate.is_followed =
+            candidate.is_followed || std::ranges::any_of(starts, [&](const MixedEffectsFit& fit) {
+              return is_same(candidate.fit, fit);
+            });
+      }
+      for (const MixedEffectsFit& start : starts) follow_to_maximum(start);
+      if (linearized_.size() == known) return;
+      rank_by_marginal_likelihood(linearized_);
     }
-    bool is_new = false;
-    for (const MixedEffectsFit& maximum : maxima) {
-      highest_marginal_ = std::max(highest_marginal_, maximum.log_likelihood);
-      auto found = lindstrom_bates_from(model_, maximum, options_.linearized);
-      if (!found) continue;
-      const bool added = add(
-          linearized_, {.fit = *std::move(found), .origin = "maximum of the marginal likelihood"});
-      is_new = is_new || added;
+  }
+
+  void follow_to_maximum(const MixedEffectsFit& start) {
+    auto maximum = marginal_from(model_, start, rank_integration_, options_.marginal);
+    if (!maximum || !maximum->convergence.converged) {
+      maximum = marginal_from(model_, start, Integration::kInteraction, options_.marginal);
     }
-    if (is_new) rank_by_marginal_likelihood(linearized_);
+    if (!maximum || !std::isfinite(maximum->log_likelihood)) return;
+    highest_marginal_ = std::max(highest_marginal_, maximum->log_likelihood);
+    const std::string origin = "maximum of the marginal likelihood";
+    if (auto found = lindstrom_bates_from(model_, *maximum, without_starts())) {
+      add(linearized_, {.fit = *std::move(found), .origin = origin});
+    }
+  }
+
+  /// The model without random effects, by generalized least squares: a maximum of its likelihood is
+  /// one of the mixed model's, too, on the boundary.
+  void compare_without_random_effects(std::vector<ContainedModel>& contained) const {
+    const NonlinearModel fixed = model_.with_random_effects(std::nullopt, std::nullopt);
+    const LindstromBatesSearch found = climb_lindstrom_bates(
+        fixed, first_coefficients(), without_starts(), Persistence::kOnce);
+    if (!found.outcome.is_valid || !found.outcome.converged) return;
+    contained.push_back({.text = "without random effects",
+                         .log_likelihood = found.outcome.log_likelihood,
+                         .rank = found.outcome.log_likelihood});
   }
 
   /// Fits with a smaller random structure. The whole model starts from those that end higher than
   /// it, and from those that have not come from it.
   std::optional<ContainedModel> compare_linearized_with_smaller() {
     std::vector<ContainedModel> contained;
+    compare_without_random_effects(contained);
     for (const SmallerStructure& smaller : smaller_structures(model_)) {
       const Candidate best = best_of(linearized_);
       for (const MixedEffectsFit& found : smaller_fits(smaller, best.fit)) {
@@ -242,10 +269,11 @@ class OptimumSearch {
         }
         auto again = lindstrom_bates_from(
             model_, enlarged(found, smaller, small_deviation(smaller, found)), options_.linearized);
-        if (again &&
-            add(linearized_, {.fit = *std::move(again), .origin = "the fit " + smaller.text})) {
-          rank_by_marginal_likelihood(linearized_);
-        }
+        const std::string origin = "the fit " + smaller.text;
+        const std::size_t known = linearized_.size();
+        if (again) add(linearized_, {.fit = *std::move(again), .origin = origin});
+        linearize_from({.coefficients = found.estimate, .origin = origin}, Persistence::kOnce);
+        if (linearized_.size() > known) rank_by_marginal_likelihood(linearized_);
       }
     }
     // At a fixed point the marginal likelihood is below its maximum; that is the method's bias.
@@ -265,7 +293,7 @@ class OptimumSearch {
         smaller.model, first_coefficients(), without_starts(), Persistence::kOnce);
     if (!own.outcome.is_valid || !own.outcome.converged) return result;
     MixedEffectsFit fit = own.engine->result(own.outcome);
-    if (!near || !is_same(*near, fit)) result.push_back(std::move(fit));
+    if (!near || result.empty() || !is_same(*near, fit)) result.push_back(std::move(fit));
     return result;
   }
 
@@ -358,6 +386,7 @@ class OptimumSearch {
 
   std::optional<ContainedModel> compare_marginal_with_smaller() {
     std::vector<ContainedModel> contained;
+    compare_without_random_effects(contained);
     for (const SmallerStructure& smaller : smaller_structures(model_)) {
       const MixedEffectsFit before = best_of(by_own_likelihood(maxima_)).fit;
       if (!std::isfinite(before.log_likelihood)) break;

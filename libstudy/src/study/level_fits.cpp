@@ -26,16 +26,17 @@ fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   return result;
 }
 
-/// The one place where a study fits: candidates by run(), chosen models by result(). An effort of
-/// the search for maxima belongs into these options, small for the first and large for the second.
+/// The one place where a study fits: candidates by run() with one start each, chosen models by
+/// result() from all starts.
 /// \param from  a fit to other trees to start from, if given
 fit::FitResult fit_trial(const Trial& trial,
                          const data::Table& table,
+                         fit::SearchEffort effort,
                          const fit::FittedModel* from = nullptr) {
   try {
     fit::FitModelOptions options = trial.options;
     options.from = from;
-    options.effort = fit::SearchEffort::kQuick;
+    options.effort = effort;
     fit::FitResult result = fit::fit_model(trial.specification, table, options);
     result.fit.model = trial.model;
     return result;
@@ -125,7 +126,7 @@ void LevelFits::run(unsigned threads,
   parallel_for(tasks_.size(), threads, [&](std::size_t i) {
     const Task& task = tasks_[i];
     const data::Table& table = works_[task.work].compared_trees();
-    fit::FitResult result = fit_trial(task.trial, table);
+    fit::FitResult result = fit_trial(task.trial, table, fit::SearchEffort::kQuick);
     if (criterion_ == Criterion::kCrossValidation) {
       cross_validated_[task.work][task.position] = cross_validated(result.fit, table, group_);
     }
@@ -163,12 +164,14 @@ const LevelFits::Task& LevelFits::task_of(std::size_t work, std::size_t position
 }
 
 fit::FitResult LevelFits::result(std::size_t work, std::size_t position) const {
+  using enum fit::SearchEffort;
   const fit::FitResult& known = results_[work][position];
-  if (works_[work].is_sampled()) {
-    return fit_trial(task_of(work, position).trial, works_[work].table, &known.fit);
-  }
+  const Trial& trial = task_of(work, position).trial;
+  const data::Table& table = works_[work].table;
+  if (works_[work].is_sampled()) return fit_trial(trial, table, kQuick, &known.fit);
+  if (trial.specification.random) return fit_trial(trial, table, kThorough);
   if (std::ranges::find(whole_[work], position) != whole_[work].end()) return known;
-  fit::FitResult again = fit_trial(task_of(work, position).trial, works_[work].table);
+  fit::FitResult again = fit_trial(trial, table, kQuick);
   again.fit = known.fit;
   return again;
 }

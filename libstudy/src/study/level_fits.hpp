@@ -28,7 +28,7 @@ class LevelFits {
   /// The fits of one work as candidates, in the order in which they were added.
   std::vector<Candidate> candidates(std::size_t work) const;
   /// One fit of a work to all of its trees, in that order. Fits that are far from the best are done
-  /// again, and so are those to a sample.
+  /// again, and so are those to a sample; mixed ones are searched from all starts.
   fit::FitResult result(std::size_t work, std::size_t position) const;
 
  private:

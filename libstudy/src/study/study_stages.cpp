@@ -69,9 +69,12 @@ struct Settled {
   fit::FitResult result;
 };
 
-/// What speaks against the fit to all trees of a candidate that was compared on some of them.
-std::string objection_with_all_trees(const Work& work, const fit::FittedModel& fit) {
-  if (!fit.convergence.converged) return "With all trees: " + fit.convergence.verdict;
+/// What speaks against the fit of a chosen candidate: to all trees, of which some were compared, or
+/// from all starts, where one was.
+std::string objection_to_final_fit(const Work& work, const fit::FittedModel& fit) {
+  if (!fit.convergence.converged) {
+    return (work.is_sampled() ? "With all trees: " : "From all starts: ") + fit.convergence.verdict;
+  }
   return work.objection_to_curves(fit);
 }
 
@@ -80,14 +83,14 @@ std::string take_if_sound(const Work& work,
                           fit::FitResult fit,
                           std::optional<fit::FitResult>& target) {
   if (work.is_sampled()) {
-    std::string objection = objection_with_all_trees(work, fit.fit);
+    std::string objection = objection_to_final_fit(work, fit.fit);
     if (!objection.empty()) return objection;
   }
   target = std::move(fit);
   return "";
 }
 
-/// Chooses until a choice stands with all trees, too; nothing if none does.
+/// Chooses until a choice stands with its final fit, too; nothing if none does.
 std::optional<Settled> settle(const Work& work,
                               const LevelFits& level,
                               std::size_t index,
@@ -97,8 +100,9 @@ std::optional<Settled> settle(const Work& work,
     Settled settled{.chosen = *chosen, .result = level.result(index, *chosen)};
     Candidate& candidate = candidates[*chosen];
     // What has an objection already is the last resort.
-    if (!work.is_sampled() || !candidate.objection.empty()) return settled;
-    candidate.objection = objection_with_all_trees(work, settled.result.fit);
+    if (!candidate.objection.empty()) return settled;
+    candidate.objection = objection_to_final_fit(work, settled.result.fit);
+    if (!work.is_sampled()) candidate.fit = settled.result.fit;
     if (candidate.objection.empty()) return settled;
   }
   return std::nullopt;
