@@ -27,7 +27,7 @@ constexpr double kSameLikelihood = 1e-3;
 // nearly the same point differ by as much.
 constexpr double kSlack = 0.05;
 // From so many observations on, starting points are compared on a part of the data.
-constexpr Index kManyObservations = 20000;
+constexpr Index kManyObservations = 4000;
 
 /// A fit that some start led to.
 struct Candidate {
@@ -57,7 +57,7 @@ bool is_better(const Candidate& a, const Candidate& b) {
 /// The observations of some of the clusters, evenly chosen, or evenly chosen observations where
 /// clusters are few.
 std::vector<Index> representative_rows(const NonlinearModel& model) {
-  constexpr Index kRows = 6000;
+  constexpr Index kRows = 2000;
   constexpr Index kFewestClusters = 30;
   const Index step = (model.observations() + kRows - 1) / kRows;
   std::vector<Index> rows;
@@ -91,7 +91,7 @@ class OptimumSearch {
   std::optional<VectorXd> best_coefficients() {
     linearize_from_all();
     if (linearized_.empty()) return std::nullopt;
-    if (model_.specification().random) rank_by_marginal_likelihood(linearized_);
+    if (model_.specification().random) compare_fixed_points();
     return best_of(linearized_).fit.estimate;
   }
 
@@ -191,12 +191,27 @@ class OptimumSearch {
     return result;
   }
 
-  MixedEffectsFit best_fixed_point() {
+  /// Whether a part of the observations has told all starts apart: on all of them one fixed point
+  /// is left, and its likelihood is near the marginal one.
+  bool is_settled() const {
+    constexpr double kNear = 2.0;
+    return from_part_.size() > 0 && linearized_.size() == 1 &&
+           std::abs(linearized_.front().rank - linearized_.front().fit.log_likelihood) < kNear;
+  }
+
+  /// Ranks the fixed points and goes on from them to others.
+  std::optional<ContainedModel> compare_fixed_points() {
     rank_by_marginal_likelihood(linearized_);
+    if (is_settled()) return compare_linearized_with_smaller();
     follow_to_maxima();
+    std::optional<ContainedModel> higher = compare_linearized_with_smaller();
+    follow_to_maxima();
+    return higher;
+  }
+
+  MixedEffectsFit best_fixed_point() {
     SearchEvidence evidence;
-    evidence.contained = compare_linearized_with_smaller();
-    follow_to_maxima();
+    evidence.contained = compare_fixed_points();
     const Candidate& best = best_of(linearized_);
     evidence.marginal_here = best.rank;
     evidence.marginal_maximum = highest_marginal_;
@@ -244,8 +259,8 @@ class OptimumSearch {
   /// one of the mixed model's, too, on the boundary.
   void compare_without_random_effects(std::vector<ContainedModel>& contained) const {
     const NonlinearModel fixed = model_.with_random_effects(std::nullopt, std::nullopt);
-    const LindstromBatesSearch found = climb_lindstrom_bates(
-        fixed, first_coefficients(), without_starts(), Persistence::kOnce);
+    const LindstromBatesSearch found =
+        climb_lindstrom_bates(fixed, first_coefficients(), without_starts(), Persistence::kOnce);
     if (!found.outcome.is_valid || !found.outcome.converged) return;
     contained.push_back({.text = "without random effects",
                          .log_likelihood = found.outcome.log_likelihood,
@@ -257,7 +272,7 @@ class OptimumSearch {
   std::optional<ContainedModel> compare_linearized_with_smaller() {
     std::vector<ContainedModel> contained;
     compare_without_random_effects(contained);
-    for (const SmallerStructure& smaller : smaller_structures(model_)) {
+    for (const SmallerStructure& smaller : structures_to_compare()) {
       const Candidate best = best_of(linearized_);
       for (const MixedEffectsFit& found : smaller_fits(smaller, best.fit)) {
         const double rank =
@@ -278,6 +293,11 @@ class OptimumSearch {
     }
     // At a fixed point the marginal likelihood is below its maximum; that is the method's bias.
     return higher_than(std::max(best_of(linearized_).rank, highest_marginal_), contained);
+  }
+
+  /// None where a part of the observations has done.
+  std::vector<SmallerStructure> structures_to_compare() const {
+    return is_settled() ? std::vector<SmallerStructure>() : smaller_structures(model_);
   }
 
   /// The fit of a smaller structure that the whole model's fit leads to, if it is higher, and that
@@ -387,7 +407,7 @@ class OptimumSearch {
   std::optional<ContainedModel> compare_marginal_with_smaller() {
     std::vector<ContainedModel> contained;
     compare_without_random_effects(contained);
-    for (const SmallerStructure& smaller : smaller_structures(model_)) {
+    for (const SmallerStructure& smaller : structures_to_compare()) {
       const MixedEffectsFit before = best_of(by_own_likelihood(maxima_)).fit;
       if (!std::isfinite(before.log_likelihood)) break;
       const auto found = marginal_from(

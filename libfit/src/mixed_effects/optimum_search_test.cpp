@@ -107,15 +107,14 @@ TEST_CASE("start values are starts that are used") {
   // Observations at multiples of 0.4 do not tell w from w + 2 pi/0.4, and no search can choose; the
   // start does.
   const double truth = 4.5 + 2.0 * 3.141592653589793 / 0.4;
-  const Table table = simulated({.groups = 8,
-                                 .x = {0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2},
-                                 .effect_sd = 0.5,
-                                 .sigma = 0.05,
-                                 .mean =
-                                     [](double x, double effect) {
-                                       return 3.0 + effect + 2.0 * std::cos(4.5 * x + 0.7);
-                                     }},
-                                3);
+  const Table table = simulated(
+      {.groups = 8,
+       .x = {0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2},
+       .effect_sd = 0.5,
+       .sigma = 0.05,
+       .mean = [](double x,
+                  double effect) { return 3.0 + effect + 2.0 * std::cos(4.5 * x + 0.7); }},
+      3);
   const FittedModel fit = fitted(table,
                                  "y ~ a + b*cos(w*x + 0.7)",
                                  "a | g",
