@@ -26,9 +26,6 @@ using Eigen::VectorXd;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Sums of squares that differ by less than this share are the same minimum.
 constexpr double kSameMinimum = 1e-10;
-/// Trust region of a descent from given start values, in lengths of the scaled coefficients: small,
-/// so that the first step does not leave the valley that the values are in.
-constexpr double kNearStart = 1.0;
 /// From so many observations on, descents begin on a sample.
 constexpr Index kManyObservations = 20000;
 
@@ -347,10 +344,9 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
   const std::vector<VectorXd> given = complete_starts(model, options.start);
   if (!given.empty()) {
     ProjectedModel projected(model);
-    const Descent minimum =
-        descend(projected,
-                projected.nonlinear_part(given.front()),
-                {.maximum_iterations = options.maximum_iterations, .first_radius = kNearStart});
+    const Descent minimum = descend(projected,
+                                    projected.nonlinear_part(given.front()),
+                                    {.maximum_iterations = options.maximum_iterations});
     if (minimum.coefficients.size() > 0) {
       LeastSquaresFit fit = described(model, minimum, options);
       if (fit.convergence.converged) return with_other_minima(std::move(fit), model, options);

@@ -65,7 +65,6 @@ ceres::Solver::Options solver_options(const DescentOptions& options) {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_QR;
   solver.max_num_iterations = options.maximum_iterations;
-  solver.initial_trust_region_radius = options.first_radius;
   solver.function_tolerance = options.tolerance;
   solver.parameter_tolerance = 1e-15;
   solver.gradient_tolerance = std::numeric_limits<double>::min();

@@ -14,8 +14,6 @@ struct DescentOptions {
   double tolerance = 1e-14;
   /// Number of a nonlinear coefficient that does not move, -1 for none.
   int held = -1;
-  /// Radius of the trust region of the first step; this one lets a Gauss-Newton step through.
-  double first_radius = 1e4;
 };
 
 /// The lowest point that a descent saw.

@@ -32,6 +32,9 @@ using Eigen::VectorXd;
 
 // Squared distance to the optimum in standard errors at which a fit has converged.
 constexpr double kConvergedDecrement = 1e-10;
+// The same where rounding of gradients keeps a search from coming closer, as with random slopes on
+// a covariate far from its origin.
+constexpr double kRoundedDecrement = 1e-6;
 // The search stops a little closer; much closer, rounding of the likelihood hides all descent.
 constexpr double kStopDecrement = 1e-11;
 // Two log-likelihoods that differ by less are the same but for rounding.
@@ -59,7 +62,7 @@ struct Optimum {
   VectorXd x{};
   double value = std::numeric_limits<double>::infinity();
   double decrement = std::numeric_limits<double>::infinity();
-  int evaluations = 0;
+  bool is_rounded = false;  ///< rounding hides all further descent
   MatrixXd hessian{};
   MatrixXd outer_modes{};
   MatrixXd inner_modes{};
@@ -123,7 +126,9 @@ class MarginalSearch {
   }
 
   bool has_optimum() const { return std::isfinite(best_.value); }
-  bool has_converged() const { return has_optimum() && best_.decrement <= kConvergedDecrement; }
+  bool has_converged() const {
+    return has_optimum() && (best_.decrement <= kConvergedDecrement || best_.is_rounded);
+  }
 
   /// Whether a unit of the search does not move the mean at a fit by about one residual standard
   /// deviation.
@@ -288,6 +293,7 @@ class MarginalSearch {
                  start,
                  {},
                  {.decrement = kStopDecrement, .maximum_steps = 2 * steps_, .one_sided = true});
+    double last = std::numeric_limits<double>::infinity();
     for (int round = 0; round < rounds_ && std::isfinite(found.value); ++round) {
       // The certificate is the true Hessian's, not that of the updates on the way.
       VectorXd gradient;
@@ -308,7 +314,11 @@ class MarginalSearch {
                          {.decrement = kStopDecrement, .maximum_steps = steps_, .one_sided = true});
       } else if (optimum.decrement <= kConvergedDecrement) {
         break;
+      } else if (optimum.decrement <= kRoundedDecrement && optimum.decrement > 0.5 * last) {
+        optimum.is_rounded = true;
+        break;
       } else {
+        last = optimum.decrement;
         found = minimize(objective,
                          found.x,
                          optimum.hessian,
