@@ -35,7 +35,7 @@ class LindstromBates::Run {
       }
       if (!optimize_theta()) break;
       note(iteration);
-      if (outcome_.converged || gives_up() || !advance()) break;
+      if (outcome_.converged || is_lost() || gives_up() || !advance()) break;
     }
     return outcome_;
   }
@@ -51,6 +51,17 @@ class LindstromBates::Run {
       waited_ = 0;
     }
     return ++waited_ > kPatience;
+  }
+
+  /// Whether the likelihood has fallen far below what it was, and stays there: groups have run off
+  /// to where the mean no longer follows their effects.
+  bool is_lost() {
+    constexpr double kFar = 0.5;  // log-likelihood units an observation
+    constexpr int kRounds = 5;
+    highest_ = std::max(highest_, here_);
+    const double fall = highest_ - here_;
+    lost_ = fall > kFar * static_cast<double>(engine_.model_.observations()) ? lost_ + 1 : 0;
+    return lost_ >= kRounds;
   }
 
   bool gives_up() {
@@ -211,6 +222,8 @@ class LindstromBates::Run {
   double curve_decrement_ = 0.0;
   double length_ = 1.0;
   int refusals_ = 0;
+  double highest_ = -std::numeric_limits<double>::infinity();
+  int lost_ = 0;
   double best_decrement_ = std::numeric_limits<double>::infinity();
   int waited_ = 0;
   LinearMixedProfile profile_;  // the last that was computed, and where

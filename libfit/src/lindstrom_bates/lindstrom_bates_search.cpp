@@ -69,10 +69,12 @@ class Search {
     if (is_better(outcome, best_)) best_ = std::move(outcome);
   }
 
-  /// From a wide spread of the random effects, which suits most fits.
-  void try_once() {
+  /// From one spread of the random effects. A wide one suits most fits; a narrow one stays near the
+  /// coefficients that it starts from.
+  void try_once(double spread = 1.0) {
     engine_.set_patience(kImpatient);
-    consider(engine_.start(1.0), Alternation::kInterleaved);
+    consider(engine_.start(spread),
+             spread < 1.0 ? Alternation::kCareful : Alternation::kInterleaved);
   }
 
   /// From the first-order start, then from spreads of the random effects from wide to narrow, the
@@ -153,10 +155,12 @@ class Ladder {
   Ladder(const NonlinearModel& model,
          const VectorXd& start,
          const MixedEffectsOptions& options,
-         Persistence persistence)
+         Persistence persistence,
+         double spread)
       : model_(model),
         options_(options),
         persistence_(persistence),
+        spread_(spread),
         pooled_(pooled_fit(model, start, options)) {}
 
   LindstromBatesSearch climb(const VarianceFunction& function, double tolerance) {
@@ -176,7 +180,7 @@ class Ladder {
     }
     if (!search.best().converged || is_below(contained, search.best(), tolerance)) {
       if (persistence_ == Persistence::kOnce) {
-        search.try_once();
+        search.try_once(spread_);
       } else {
         search.try_all_starts();
       }
@@ -220,6 +224,7 @@ class Ladder {
   const NonlinearModel& model_;
   const MixedEffectsOptions& options_;
   Persistence persistence_;
+  double spread_;
   PooledFit pooled_;
   std::map<std::string, Known> known_;
 };
@@ -242,8 +247,9 @@ bool lies_by(const NonlinearModel& model, const VectorXd& pooled, const VectorXd
 LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            const VectorXd& start,
                                            const MixedEffectsOptions& options,
-                                           Persistence persistence) {
-  return Ladder(model, start, options, persistence)
+                                           Persistence persistence,
+                                           double spread) {
+  return Ladder(model, start, options, persistence, spread)
       .climb(model.specification().variance, kTolerance);
 }
 

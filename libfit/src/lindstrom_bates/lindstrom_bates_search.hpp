@@ -26,7 +26,8 @@ struct LindstromBatesSearch {
 LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            const Eigen::VectorXd& start,
                                            const MixedEffectsOptions& options,
-                                           Persistence persistence);
+                                           Persistence persistence,
+                                           double spread = 1.0);
 
 /// The same, from a typical group as well where the start does not lead to a fit, or is doubtful.
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,

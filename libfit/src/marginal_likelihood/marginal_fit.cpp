@@ -392,7 +392,7 @@ class MarginalSearch {
   Optimum best_;
   int rounds_ = 6;   ///< of a search and its certificate
   int steps_ = 100;  ///< of a search within a round
-  int most_evaluations_ = std::numeric_limits<int>::max();
+  int most_evaluations_ = 500 + 50 * static_cast<int>(coordinates_.layout().size());
   int evaluations_ = 0;
   int outside_ = 0;  ///< evaluations at points where the likelihood does not hold
 };
@@ -491,9 +491,10 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
 std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MixedEffectsFit& start,
                                              Integration integration,
-                                             const MarginalOptions& options) {
+                                             const MarginalOptions& options,
+                                             bool is_patient) {
   MarginalSearch search(model, integration, options, start);
-  search.be_impatient();
+  if (!is_patient) search.be_impatient();
   search.try_fit(start);
   if (!search.has_optimum()) return std::nullopt;
   return result_of(search, model, integration, options);

@@ -15,12 +15,14 @@ void check_marginal(const NonlinearModel& model,
                     Integration integration,
                     const MarginalOptions& options);
 
-/// The maximum that one search from a fit leads to, given up early where it gets nowhere.
+/// The maximum that one search from a fit leads to, given up early where it gets nowhere unless it
+/// is to be patient.
 /// \returns a fit that is neither described nor judged; nothing where the likelihood does not hold
 std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MixedEffectsFit& start,
                                              Integration integration,
-                                             const MarginalOptions& options);
+                                             const MarginalOptions& options,
+                                             bool is_patient = false);
 
 /// The log-likelihood at the estimates of a fit; NaN where it does not hold.
 double marginal_log_likelihood(const NonlinearModel& model,

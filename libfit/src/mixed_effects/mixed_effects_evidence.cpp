@@ -556,6 +556,16 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         fit.log_likelihood);
     return;
   }
+  constexpr double kSlack = 0.05;
+  if (evidence.unfinished > fit.log_likelihood + kSlack) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start led to "
+        "{:.2f}, where the search found no end. Use --method focei, or fewer random effects.",
+        fit.log_likelihood,
+        evidence.unfinished);
+    return;
+  }
   constexpr double kUseless = 0.1;  // an observation
   const double error = linearization_error(fit, evidence);
   const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";
@@ -579,6 +589,14 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         evidence.marginal_maximum);
   }
   if (fit.optima.size() < 2) return;
+  const auto from_start = std::ranges::find(fit.optima, kStartValues, &LocalOptimum::origin);
+  if (from_start != fit.optima.end() && from_start != fit.optima.begin()) {
+    convergence.verdict +=
+        fmt::format(" The start values lead to a lower optimum: log-likelihood {:.2f} at {}.",
+                    from_start->log_likelihood,
+                    estimates_text(fit, from_start->estimate));
+    return;
+  }
   if (const LocalOptimum* const other = close_optimum(fit)) {
     convergence.verdict += fmt::format(" Another optimum is close: log-likelihood {:.2f} at {}.",
                                        other->log_likelihood,

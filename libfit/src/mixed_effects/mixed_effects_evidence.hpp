@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -12,6 +13,9 @@ namespace silvafit::fit {
 
 /// What the iterations of a method are: alternations of its two steps, or values of a likelihood.
 enum class Rounds { kAlternations, kEvaluations };
+
+/// The origin of optima that the user's start values lead to.
+inline constexpr std::string_view kStartValues = "start values";
 
 /// Fills in names, labels and the degrees of freedom of the t tests.
 void describe(const NonlinearModel& model, MixedEffectsFit& fit);
@@ -43,6 +47,9 @@ struct SearchEvidence {
   /// Of a marginal likelihood with all second derivatives: the maximum of the first-order one,
   /// where that lies at a point at which Laplace's may not hold; else NaN.
   double first_order_maximum = std::numeric_limits<double>::quiet_NaN();
+  /// Of a marginal likelihood: the log-likelihood of a point from which a search went on rising
+  /// without an end, if it is the highest; else NaN.
+  double unfinished = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Puts into the verdict what the search has found. A fit below a model that it contains has not

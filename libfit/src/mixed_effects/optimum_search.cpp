@@ -122,7 +122,7 @@ class OptimumSearch {
     }
     std::vector<StartingPoint> result;
     for (const VectorXd& start : given) {
-      result.push_back({.coefficients = start, .origin = "start values"});
+      result.push_back({.coefficients = start, .origin = std::string(kStartValues)});
     }
     result.push_back({.coefficients = pooled_.estimate, .origin = "least squares"});
     result.push_back({.coefficients = from_part_, .origin = "a part of the observations"});
@@ -131,17 +131,64 @@ class OptimumSearch {
 
   void linearize_from_all() {
     const std::vector<StartingPoint> starts = points();
-    for (const StartingPoint& point : starts) linearize_from(point, Persistence::kOnce);
-    const bool is_found = std::ranges::any_of(
-        linearized_, [](const Candidate& one) { return one.fit.convergence.converged; });
-    if (!is_found) linearize_from(starts.front(), Persistence::kUntilFound);
+    const std::size_t given = options_.linearized.starts.size();
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      // What the user asks for, and the pooled fit, are tried whatever they cost.
+      if (k > given && is_spent() && has_converged()) break;
+      linearize_from(starts[k], Persistence::kOnce);
+      if (k >= given) continue;
+      for (const double spread : {0.1, 0.01}) {
+        linearize_from(starts[k], Persistence::kOnce, spread);
+      }
+    }
+    if (!has_converged()) linearize_from(starts.front(), Persistence::kUntilFound);
   }
 
-  void linearize_from(const StartingPoint& point, Persistence persistence) {
+  bool has_converged() const {
+    return std::ranges::any_of(linearized_,
+                               [](const Candidate& one) { return one.fit.convergence.converged; });
+  }
+
+  void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0) {
     LindstromBatesSearch found =
-        climb_lindstrom_bates(model_, point.coefficients, without_starts(), persistence);
+        climb_lindstrom_bates(model_, point.coefficients, without_starts(), persistence, spread);
+    spend_alternations(found.outcome.iterations);
     if (!found.outcome.is_valid) return;
     add(linearized_, {.fit = found.engine->result(found.outcome), .origin = point.origin});
+  }
+
+  /// About how many seconds the search has taken so far, counted by its steps so that the result
+  /// does not depend on the machine.
+  void spend_alternations(int count) {
+    const auto effects = static_cast<double>(random_count());
+    const auto p = static_cast<double>(model_.coefficient_count());
+    const double pass = 6e-9 * static_cast<double>(model_.observations()) * (p + effects + 2.0);
+    const double components =
+        25e-9 * static_cast<double>(model_.group_count()) * std::pow(p + effects + 1.0, 3);
+    spent_ += count * (pass + components);
+  }
+
+  void spend_evaluations(int count) {
+    const auto effects = static_cast<double>(random_count());
+    const bool is_quadrature = options_.integration == Integration::kQuadrature;
+    const double nodes =
+        is_quadrature ? std::pow(options_.marginal.quadrature_points, effects) : 1.0;
+    spent_ += count * static_cast<double>(model_.observations()) *
+              (2.5e-8 * (1.0 + effects) * (1.0 + effects) + 1e-8 * nodes);
+  }
+
+  bool is_spent() const {
+    constexpr double kSeconds = 2.0;
+    return spent_ > kSeconds;
+  }
+
+  std::size_t random_count() const {
+    const ModelSpecification& specification = model_.specification();
+    std::size_t count = 0;
+    for (const auto* const random : {&specification.random, &specification.outer_random}) {
+      if (*random) count += (*random)->coefficients.size();
+    }
+    return count;
   }
 
   /// Adds a fit that is not known yet; false if it is.
@@ -224,7 +271,7 @@ class OptimumSearch {
   void follow_to_maxima() {
     constexpr int kRounds = 3;
     constexpr std::size_t kBest = 2;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kRounds && !is_spent(); ++round) {
       const std::size_t known = linearized_.size();
       std::vector<MixedEffectsFit> starts;
       for (const Candidate* const candidate : best_few(linearized_, kBest)) {
@@ -247,10 +294,13 @@ class OptimumSearch {
     if (!maximum || !maximum->convergence.converged) {
       maximum = marginal_from(model_, start, Integration::kInteraction, options_.marginal);
     }
+    constexpr int kTypical = 100;
+    spend_evaluations(maximum ? maximum->convergence.iterations : kTypical);
     if (!maximum || !std::isfinite(maximum->log_likelihood)) return;
     highest_marginal_ = std::max(highest_marginal_, maximum->log_likelihood);
     const std::string origin = "maximum of the marginal likelihood";
     if (auto found = lindstrom_bates_from(model_, *maximum, without_starts())) {
+      spend_alternations(found->convergence.iterations);
       add(linearized_, {.fit = *std::move(found), .origin = origin});
     }
   }
@@ -273,8 +323,10 @@ class OptimumSearch {
     std::vector<ContainedModel> contained;
     compare_without_random_effects(contained);
     for (const SmallerStructure& smaller : structures_to_compare()) {
+      if (is_spent()) break;
       const Candidate best = best_of(linearized_);
       for (const MixedEffectsFit& found : smaller_fits(smaller, best.fit)) {
+        spend_alternations(2 * found.convergence.iterations);
         const double rank =
             marginal_log_likelihood(smaller.model, found, rank_integration_, options_.marginal);
         const bool is_contained = is_higher(found, best.fit);
@@ -286,6 +338,7 @@ class OptimumSearch {
             model_, enlarged(found, smaller, small_deviation(smaller, found)), options_.linearized);
         const std::string origin = "the fit " + smaller.text;
         const std::size_t known = linearized_.size();
+        if (again) spend_alternations(again->convergence.iterations);
         if (again) add(linearized_, {.fit = *std::move(again), .origin = origin});
         linearize_from({.coefficients = found.estimate, .origin = origin}, Persistence::kOnce);
         if (linearized_.size() > known) rank_by_marginal_likelihood(linearized_);
@@ -368,18 +421,27 @@ class OptimumSearch {
       candidate.rank =
           marginal_log_likelihood(model_, candidate.fit, integration, options_.marginal);
     }
-    constexpr std::size_t kTried = 3;
-    const std::vector<const Candidate*> starts = best_few(linearized_, kTried);
+    const std::vector<const Candidate*> starts = best_few(linearized_, linearized_.size());
     MixedEffectsFit first = starts.front()->fit;
     describe(model_, first);
     judge(model_, first, Rounds::kAlternations, false);
     maxima_.push_back(
         {.fit = fit_marginal_from(model_, pooled_.estimate, first, integration, options_.marginal),
          .origin = starts.front()->origin});
-    for (std::size_t k = 1; k < starts.size(); ++k) try_marginal(starts[k]->fit, starts[k]->origin);
+    spend_evaluations(maxima_.front().fit.convergence.iterations);
+    constexpr std::size_t kTried = 3;
+    for (std::size_t k = 1; k < starts.size(); ++k) {
+      // Further ones are tried only until one leads to a maximum.
+      const bool has_maximum = std::ranges::any_of(
+          maxima_, [](const Candidate& one) { return one.fit.convergence.converged; });
+      if (k >= kTried ? has_maximum || is_spent() : has_maximum && is_spent()) break;
+      try_marginal(starts[k]->fit, starts[k]->origin);
+    }
     SearchEvidence evidence;
     evidence.contained = compare_marginal_with_smaller();
     evidence.first_order_maximum = first_order_maximum_;
+    finish_highest();
+    evidence.unfinished = highest_unfinished();
     return judged(best_of(by_own_likelihood(maxima_)), evidence);
   }
 
@@ -399,8 +461,34 @@ class OptimumSearch {
         {.fit = *std::move(found), .origin = "maximum of the first-order likelihood"});
   }
 
+  /// The highest point that was reached, whether or not it is a maximum.
+  const Candidate& highest() const {
+    return *std::ranges::max_element(maxima_, {}, [](const Candidate& candidate) {
+      const double value = candidate.fit.log_likelihood;
+      return std::isnan(value) ? -std::numeric_limits<double>::infinity() : value;
+    });
+  }
+
+  /// A search that was given up at the highest point goes on to its end.
+  void finish_highest() {
+    if (highest().fit.convergence.converged || !std::isfinite(highest().fit.log_likelihood)) return;
+    const Candidate start = highest();
+    auto found = marginal_from(model_, start.fit, *options_.integration, options_.marginal, true);
+    if (found) add(maxima_, {.fit = *std::move(found), .origin = start.origin});
+  }
+
+  /// The log-likelihood of the highest point if no search has come to its end there; else NaN.
+  /// Laplace's rises without bound towards points at which it does not hold, which tells nothing.
+  double highest_unfinished() const {
+    const bool is_first_order = options_.integration == Integration::kInteraction ||
+                                options_.integration == Integration::kFirstOrder;
+    if (!is_first_order) return kNaN;
+    return highest().fit.convergence.converged ? kNaN : highest().fit.log_likelihood;
+  }
+
   void try_marginal(const MixedEffectsFit& start, const std::string& origin) {
     auto found = marginal_from(model_, start, *options_.integration, options_.marginal);
+    if (found) spend_evaluations(found->convergence.iterations);
     if (found) add(maxima_, {.fit = *std::move(found), .origin = origin});
   }
 
@@ -408,10 +496,12 @@ class OptimumSearch {
     std::vector<ContainedModel> contained;
     compare_without_random_effects(contained);
     for (const SmallerStructure& smaller : structures_to_compare()) {
+      if (is_spent()) break;
       const MixedEffectsFit before = best_of(by_own_likelihood(maxima_)).fit;
       if (!std::isfinite(before.log_likelihood)) break;
       const auto found = marginal_from(
           smaller.model, reduced(before, smaller), *options_.integration, options_.marginal);
+      if (found) spend_evaluations(found->convergence.iterations);
       if (!is_higher(found, before)) continue;
       contained.push_back({.text = smaller.text,
                            .log_likelihood = found->log_likelihood,
@@ -462,6 +552,7 @@ class OptimumSearch {
   VectorXd from_part_;                 ///< (p) the best of a part of the data; empty without one
   std::vector<Candidate> linearized_;  ///< fixed points of Lindstrom and Bates' method
   std::vector<Candidate> maxima_;      ///< of a marginal likelihood
+  double spent_ = 0.0;                 ///< about how many seconds the search has taken
   Integration rank_integration_ = Integration::kLaplace;
   /// Of the first-order likelihood, where Laplace's does not hold at all fixed points.
   double first_order_maximum_ = kNaN;

@@ -8,6 +8,7 @@
 
 #include "least_squares/start_search.hpp"
 #include "mixed_effects/group_fits.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
 #include "mixed_effects/strata_start.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
@@ -139,7 +140,7 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
                                            const LeastSquaresFit& pooled,
                                            const StartingPointOptions& options) {
   Collection collection(model);
-  for (const VectorXd& given : options.given) collection.add(given, "start values");
+  for (const VectorXd& given : options.given) collection.add(given, std::string(kStartValues));
   collection.add(pooled.estimate, "least squares");
   for (const VectorXd& other : pooled.other_minima) {
     collection.add(other, "other least-squares minimum");
