@@ -2,20 +2,12 @@
 // What the evidence of a mixed-effects fit means: rank, boundary and verdict.
 #pragma once
 
-#include <limits>
-#include <optional>
-#include <string>
-#include <string_view>
-
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
 
 /// What the iterations of a method are: alternations of its two steps, or values of a likelihood.
 enum class Rounds { kAlternations, kEvaluations };
-
-/// The origin of optima that the user's start values lead to.
-inline constexpr std::string_view kStartValues = "start values";
 
 /// Fills in names, labels and the degrees of freedom of the t tests.
 void describe(const NonlinearModel& model, MixedEffectsFit& fit);
@@ -28,33 +20,5 @@ void judge(const NonlinearModel& model,
            MixedEffectsFit& fit,
            Rounds rounds,
            bool is_restricted = false);
-
-/// A model that the fitted one contains, with a higher likelihood.
-struct ContainedModel {
-  std::string text{};  ///< "without the random effect of a"
-  double log_likelihood = 0.0;
-  double rank = 0.0;  ///< the likelihood by which fits are compared: marginal, unless it is that
-};
-
-/// What a search over starting points has found besides the fit.
-struct SearchEvidence {
-  std::optional<ContainedModel> contained{};
-  /// Of a fit by Lindstrom and Bates' method: the marginal log-likelihood at its estimates, the
-  /// highest one, and of which method; NaN or -infinity where they are not known.
-  double marginal_here = std::numeric_limits<double>::quiet_NaN();
-  double marginal_maximum = -std::numeric_limits<double>::infinity();
-  Integration marginal = Integration::kLaplace;
-  /// Of a marginal likelihood with all second derivatives: the maximum of the first-order one,
-  /// where that lies at a point at which Laplace's may not hold; else NaN.
-  double first_order_maximum = std::numeric_limits<double>::quiet_NaN();
-  /// Of a marginal likelihood: the log-likelihood of a point from which a search went on rising
-  /// without an end, if it is the highest; else NaN.
-  double unfinished = std::numeric_limits<double>::quiet_NaN();
-};
-
-/// Puts into the verdict what the search has found. A fit below a model that it contains has not
-/// converged, nor has one whose linearized likelihood has nothing to do with the marginal one;
-/// where they differ by more than 2 units, the linearization is doubtful.
-void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence);
 
 }  // namespace silvafit::fit

@@ -10,7 +10,10 @@
 
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
+#include "mixed_effects/candidate_fits.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "mixed_effects/search_budget.hpp"
+#include "mixed_effects/search_verdict.hpp"
 #include "mixed_effects/smaller_structures.hpp"
 #include "mixed_effects/starting_points.hpp"
 
@@ -21,38 +24,11 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// Log-likelihoods of two methods or linearizations that differ by less are taken for equal.
-constexpr double kSameLikelihood = 1e-3;
 // How much less a model's likelihood may be than that of one that it contains: linearizations at
 // nearly the same point differ by as much.
 constexpr double kSlack = 0.05;
 // From so many observations on, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 4000;
-
-/// A fit that some start led to.
-struct Candidate {
-  MixedEffectsFit fit{};
-  std::string origin{};
-  double rank = kNaN;        ///< log-likelihood that tells which is the best
-  bool is_followed = false;  ///< whether the marginal maximum near it is known
-};
-
-bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
-  if (a.convergence.converged != b.convergence.converged) return false;
-  if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;
-  constexpr double kSameFit = 1e-2;  // of the residual standard deviation
-  const VectorXd change =
-      (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
-  return change.norm() < kSameFit * std::sqrt(static_cast<double>(change.size()));
-}
-
-bool is_better(const Candidate& a, const Candidate& b) {
-  if (a.fit.convergence.converged != b.fit.convergence.converged) {
-    return a.fit.convergence.converged;
-  }
-  if (std::isnan(b.rank)) return !std::isnan(a.rank);
-  return a.rank > b.rank + kSameLikelihood;
-}
 
 /// The observations of some of the clusters, evenly chosen, or evenly chosen observations where
 /// clusters are few.
@@ -77,7 +53,12 @@ class OptimumSearch {
   OptimumSearch(const NonlinearModel& model,
                 const LeastSquaresFit& pooled,
                 const OptimumSearchOptions& options)
-      : model_(model), pooled_(pooled), options_(options) {}
+      : model_(model),
+        pooled_(pooled),
+        options_(options),
+        budget_(model,
+                options.integration == Integration::kQuadrature ? options.marginal.quadrature_points
+                                                                : 1) {}
 
   MixedEffectsFit run() {
     if (model_.observations() >= kManyObservations) learn_from_part();
@@ -134,7 +115,7 @@ class OptimumSearch {
     const std::size_t given = options_.linearized.starts.size();
     for (std::size_t k = 0; k < starts.size(); ++k) {
       // What the user asks for, and the pooled fit, are tried whatever they cost.
-      if (k > given && is_spent() && has_converged()) break;
+      if (k > given && budget_.is_spent() && has_converged()) break;
       linearize_from(starts[k], Persistence::kOnce);
       if (k >= given) continue;
       for (const double spread : {0.1, 0.01}) {
@@ -152,52 +133,10 @@ class OptimumSearch {
   void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0) {
     LindstromBatesSearch found =
         climb_lindstrom_bates(model_, point.coefficients, without_starts(), persistence, spread);
-    spend_alternations(found.outcome.iterations);
+    budget_.spend_alternations(found.outcome.iterations);
     if (!found.outcome.is_valid) return;
-    add(linearized_, {.fit = found.engine->result(found.outcome), .origin = point.origin});
-  }
-
-  /// About how many seconds the search has taken so far, counted by its steps so that the result
-  /// does not depend on the machine.
-  void spend_alternations(int count) {
-    const auto effects = static_cast<double>(random_count());
-    const auto p = static_cast<double>(model_.coefficient_count());
-    const double pass = 6e-9 * static_cast<double>(model_.observations()) * (p + effects + 2.0);
-    const double components =
-        25e-9 * static_cast<double>(model_.group_count()) * std::pow(p + effects + 1.0, 3);
-    spent_ += count * (pass + components);
-  }
-
-  void spend_evaluations(int count) {
-    const auto effects = static_cast<double>(random_count());
-    const bool is_quadrature = options_.integration == Integration::kQuadrature;
-    const double nodes =
-        is_quadrature ? std::pow(options_.marginal.quadrature_points, effects) : 1.0;
-    spent_ += count * static_cast<double>(model_.observations()) *
-              (2.5e-8 * (1.0 + effects) * (1.0 + effects) + 1e-8 * nodes);
-  }
-
-  bool is_spent() const {
-    constexpr double kSeconds = 2.0;
-    return spent_ > kSeconds;
-  }
-
-  std::size_t random_count() const {
-    const ModelSpecification& specification = model_.specification();
-    std::size_t count = 0;
-    for (const auto* const random : {&specification.random, &specification.outer_random}) {
-      if (*random) count += (*random)->coefficients.size();
-    }
-    return count;
-  }
-
-  /// Adds a fit that is not known yet; false if it is.
-  static bool add(std::vector<Candidate>& candidates, Candidate candidate) {
-    const bool is_known = std::ranges::any_of(
-        candidates, [&](const Candidate& other) { return is_same(candidate.fit, other.fit); });
-    if (is_known) return false;
-    candidates.push_back(std::move(candidate));
-    return true;
+    add_candidate(linearized_,
+                  {.fit = found.engine->result(found.outcome), .origin = point.origin});
   }
 
   static std::vector<Candidate>& by_own_likelihood(std::vector<Candidate>& candidates) {
@@ -217,25 +156,6 @@ class OptimumSearch {
       }
       if (holds) return;
     }
-  }
-
-  static const Candidate& best_of(const std::vector<Candidate>& candidates) {
-    const Candidate* best = &candidates.front();
-    for (const Candidate& candidate : candidates) {
-      if (is_better(candidate, *best)) best = &candidate;
-    }
-    return *best;
-  }
-
-  /// The best candidates of a list, the best first.
-  static std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates,
-                                                std::size_t count) {
-    std::vector<const Candidate*> result;
-    for (const Candidate& candidate : candidates) result.push_back(&candidate);
-    std::ranges::stable_sort(
-        result, [](const Candidate* a, const Candidate* b) { return is_better(*a, *b); });
-    result.resize(std::min(count, result.size()));
-    return result;
   }
 
   /// Whether a part of the observations has told all starts apart: on all of them one fixed point
@@ -271,7 +191,7 @@ class OptimumSearch {
   void follow_to_maxima() {
     constexpr int kRounds = 3;
     constexpr std::size_t kBest = 2;
-    for (int round = 0; round < kRounds && !is_spent(); ++round) {
+    for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
       const std::size_t known = linearized_.size();
       std::vector<MixedEffectsFit> starts;
       for (const Candidate* const candidate : best_few(linearized_, kBest)) {
@@ -295,13 +215,13 @@ class OptimumSearch {
       maximum = marginal_from(model_, start, Integration::kInteraction, options_.marginal);
     }
     constexpr int kTypical = 100;
-    spend_evaluations(maximum ? maximum->convergence.iterations : kTypical);
+    budget_.spend_evaluations(maximum ? maximum->convergence.iterations : kTypical);
     if (!maximum || !std::isfinite(maximum->log_likelihood)) return;
     highest_marginal_ = std::max(highest_marginal_, maximum->log_likelihood);
     const std::string origin = "maximum of the marginal likelihood";
     if (auto found = lindstrom_bates_from(model_, *maximum, without_starts())) {
-      spend_alternations(found->convergence.iterations);
-      add(linearized_, {.fit = *std::move(found), .origin = origin});
+      budget_.spend_alternations(found->convergence.iterations);
+      add_candidate(linearized_, {.fit = *std::move(found), .origin = origin});
     }
   }
 
@@ -323,10 +243,10 @@ class OptimumSearch {
     std::vector<ContainedModel> contained;
     compare_without_random_effects(contained);
     for (const SmallerStructure& smaller : structures_to_compare()) {
-      if (is_spent()) break;
+      if (budget_.is_spent()) break;
       const Candidate best = best_of(linearized_);
       for (const MixedEffectsFit& found : smaller_fits(smaller, best.fit)) {
-        spend_alternations(2 * found.convergence.iterations);
+        budget_.spend_alternations(2 * found.convergence.iterations);
         const double rank =
             marginal_log_likelihood(smaller.model, found, rank_integration_, options_.marginal);
         const bool is_contained = is_higher(found, best.fit);
@@ -338,8 +258,8 @@ class OptimumSearch {
             model_, enlarged(found, smaller, small_deviation(smaller, found)), options_.linearized);
         const std::string origin = "the fit " + smaller.text;
         const std::size_t known = linearized_.size();
-        if (again) spend_alternations(again->convergence.iterations);
-        if (again) add(linearized_, {.fit = *std::move(again), .origin = origin});
+        if (again) budget_.spend_alternations(again->convergence.iterations);
+        if (again) add_candidate(linearized_, {.fit = *std::move(again), .origin = origin});
         linearize_from({.coefficients = found.estimate, .origin = origin}, Persistence::kOnce);
         if (linearized_.size() > known) rank_by_marginal_likelihood(linearized_);
       }
@@ -428,13 +348,14 @@ class OptimumSearch {
     maxima_.push_back(
         {.fit = fit_marginal_from(model_, pooled_.estimate, first, integration, options_.marginal),
          .origin = starts.front()->origin});
-    spend_evaluations(maxima_.front().fit.convergence.iterations);
+    budget_.spend_evaluations(maxima_.front().fit.convergence.iterations);
     constexpr std::size_t kTried = 3;
     for (std::size_t k = 1; k < starts.size(); ++k) {
       // Further ones are tried only until one leads to a maximum.
       const bool has_maximum = std::ranges::any_of(
           maxima_, [](const Candidate& one) { return one.fit.convergence.converged; });
-      if (k >= kTried ? has_maximum || is_spent() : has_maximum && is_spent()) break;
+      if (k >= kTried ? has_maximum || budget_.is_spent() : has_maximum && budget_.is_spent())
+        break;
       try_marginal(starts[k]->fit, starts[k]->origin);
     }
     SearchEvidence evidence;
@@ -474,7 +395,7 @@ class OptimumSearch {
     if (highest().fit.convergence.converged || !std::isfinite(highest().fit.log_likelihood)) return;
     const Candidate start = highest();
     auto found = marginal_from(model_, start.fit, *options_.integration, options_.marginal, true);
-    if (found) add(maxima_, {.fit = *std::move(found), .origin = start.origin});
+    if (found) add_candidate(maxima_, {.fit = *std::move(found), .origin = start.origin});
   }
 
   /// The log-likelihood of the highest point if no search has come to its end there; else NaN.
@@ -488,20 +409,20 @@ class OptimumSearch {
 
   void try_marginal(const MixedEffectsFit& start, const std::string& origin) {
     auto found = marginal_from(model_, start, *options_.integration, options_.marginal);
-    if (found) spend_evaluations(found->convergence.iterations);
-    if (found) add(maxima_, {.fit = *std::move(found), .origin = origin});
+    if (found) budget_.spend_evaluations(found->convergence.iterations);
+    if (found) add_candidate(maxima_, {.fit = *std::move(found), .origin = origin});
   }
 
   std::optional<ContainedModel> compare_marginal_with_smaller() {
     std::vector<ContainedModel> contained;
     compare_without_random_effects(contained);
     for (const SmallerStructure& smaller : structures_to_compare()) {
-      if (is_spent()) break;
+      if (budget_.is_spent()) break;
       const MixedEffectsFit before = best_of(by_own_likelihood(maxima_)).fit;
       if (!std::isfinite(before.log_likelihood)) break;
       const auto found = marginal_from(
           smaller.model, reduced(before, smaller), *options_.integration, options_.marginal);
-      if (found) spend_evaluations(found->convergence.iterations);
+      if (found) budget_.spend_evaluations(found->convergence.iterations);
       if (!is_higher(found, before)) continue;
       contained.push_back({.text = smaller.text,
                            .log_likelihood = found->log_likelihood,
@@ -552,7 +473,7 @@ class OptimumSearch {
   VectorXd from_part_;                 ///< (p) the best of a part of the data; empty without one
   std::vector<Candidate> linearized_;  ///< fixed points of Lindstrom and Bates' method
   std::vector<Candidate> maxima_;      ///< of a marginal likelihood
-  double spent_ = 0.0;                 ///< about how many seconds the search has taken
+  SearchBudget budget_;
   Integration rank_integration_ = Integration::kLaplace;
   /// Of the first-order likelihood, where Laplace's does not hold at all fixed points.
   double first_order_maximum_ = kNaN;

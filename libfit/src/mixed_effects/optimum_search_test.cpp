@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "mixed_effects/mixed_effects_evidence.hpp"
+#include "mixed_effects/search_verdict.hpp"
 #include "mixed_effects/smaller_structures.hpp"
 #include "mixed_effects/starting_points.hpp"
 #include "silvafit/base/random.hpp"

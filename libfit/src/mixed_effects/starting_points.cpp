@@ -8,7 +8,7 @@
 
 #include "least_squares/start_search.hpp"
 #include "mixed_effects/group_fits.hpp"
-#include "mixed_effects/mixed_effects_evidence.hpp"
+#include "mixed_effects/search_verdict.hpp"
 #include "mixed_effects/strata_start.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Fits that the starts of a search have led to, and which of them is the best.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/mixed_effects.hpp"
+
+namespace silvafit::fit {
+
+struct Candidate {
+  MixedEffectsFit fit{};
+  std::string origin{};
+  /// Log-likelihood that tells which is the best.
+  double rank = std::numeric_limits<double>::quiet_NaN();
+  bool is_followed = false;  ///< whether the marginal maximum near it is known
+};
+
+/// Whether two fits are the same point but for the tolerance of their searches: their likelihoods
+/// and fitted values agree.
+bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b);
+
+/// Adds a fit that is not known yet; false if it is.
+bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate);
+
+/// Fits that have converged come first, then those of higher rank; of equal ones the first.
+/// \param candidates  at least one
+const Candidate& best_of(const std::vector<Candidate>& candidates);
+
+/// The best candidates of a list, the best first.
+std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates, std::size_t count);
+
+}  // namespace silvafit::fit

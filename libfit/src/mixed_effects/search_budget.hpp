@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// How much work a search over starting points may take.
+#pragma once
+
+#include <cmath>
+
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// About how many seconds a search has taken, counted by its steps so that the result does not
+/// depend on the machine.
+class SearchBudget {
+ public:
+  /// \param points  of quadrature a random effect
+  SearchBudget(const NonlinearModel& model, int points) {
+    const ModelSpecification& specification = model.specification();
+    double effects = 0.0;
+    for (const auto* const random : {&specification.random, &specification.outer_random}) {
+      if (*random) effects += static_cast<double>((*random)->coefficients.size());
+    }
+    const auto p = static_cast<double>(model.coefficient_count());
+    const auto n = static_cast<double>(model.observations());
+    // Measured: a pass over the data, and the search for the variance components of a round.
+    alternation_ = 6e-9 * n * (p + effects + 2.0) +
+                   25e-9 * static_cast<double>(model.group_count()) * std::pow(p + effects + 1, 3);
+    evaluation_ = n * (2.5e-8 * (1.0 + effects) * (1.0 + effects) +
+                       (points > 1 ? 1e-8 * std::pow(points, effects) : 0.0));
+  }
+
+  void spend_alternations(int count) { spent_ += count * alternation_; }
+  void spend_evaluations(int count) { spent_ += count * evaluation_; }
+  bool is_spent() const {
+    constexpr double kSeconds = 2.0;
+    return spent_ > kSeconds;
+  }
+
+ private:
+  double alternation_ = 0.0;  ///< of Lindstrom and Bates' method, in seconds
+  double evaluation_ = 0.0;   ///< of a marginal likelihood
+  double spent_ = 0.0;
+};
+
+}  // namespace silvafit::fit

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/search_verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace silvafit::fit {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+/// "a = 1.2, b = 3".
+std::string estimates_text(const MixedEffectsFit& fit, const VectorXd& estimate) {
+  std::vector<std::string> parts;
+  for (Index j = 0; j < estimate.size(); ++j) {
+    parts.push_back(fmt::format(
+        "{} = {:.4g}", fit.coefficient_names[static_cast<std::size_t>(j)], estimate[j]));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// The likelihood by which optima are compared.
+double rank_of(const LocalOptimum& optimum) {
+  return std::isfinite(optimum.marginal_log_likelihood) ? optimum.marginal_log_likelihood
+                                                        : optimum.log_likelihood;
+}
+
+/// Another optimum that is hardly less likely.
+const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
+  constexpr double kClose = 2.0;
+  const auto found =
+      std::find_if(fit.optima.begin() + 1, fit.optima.end(), [&](const LocalOptimum& optimum) {
+        return rank_of(optimum) > rank_of(fit.optima.front()) - kClose;
+      });
+  return found == fit.optima.end() ? nullptr : &*found;
+}
+
+/// How far the linearized likelihood is from the marginal one, at the estimates and at its maximum.
+double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evidence) {
+  double error = 0.0;
+  for (const double marginal : {evidence.marginal_here, evidence.marginal_maximum}) {
+    if (std::isfinite(marginal)) error = std::max(error, std::abs(marginal - fit.log_likelihood));
+  }
+  return error;
+}
+
+}  // namespace
+
+void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
+  Convergence& convergence = fit.convergence;
+  if (!convergence.converged) return;
+  if (evidence.contained) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the model {}, which this one contains, has a higher log-likelihood "
+        "({:.2f} against {:.2f}). Use that model, or try other start values.",
+        evidence.contained->text,
+        evidence.contained->log_likelihood,
+        fit.log_likelihood);
+    return;
+  }
+  constexpr double kDoubtful = 2.0;
+  if (evidence.first_order_maximum > fit.log_likelihood + 10.0 * kDoubtful) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the first-order likelihood (focei) has a far higher maximum ({:.2f} "
+        "against "
+        "{:.2f}), at which this method's likelihood does not hold, because the random effects of a "
+        "group have no clear mode. Use --method focei.",
+        evidence.first_order_maximum,
+        fit.log_likelihood);
+    return;
+  }
+  constexpr double kSlack = 0.05;
+  if (evidence.unfinished > fit.log_likelihood + kSlack) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start led to "
+        "{:.2f}, where the search found no end. Use --method focei, or fewer random effects.",
+        fit.log_likelihood,
+        evidence.unfinished);
+    return;
+  }
+  constexpr double kUseless = 0.1;  // an observation
+  const double error = linearization_error(fit, evidence);
+  const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";
+  if (error > std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations))) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the linearized log-likelihood {:.2f} is far from the marginal one ({}: "
+        "{:.2f} at these estimates), so that this method means nothing here. Use --method {}.",
+        fit.log_likelihood,
+        method,
+        evidence.marginal_here,
+        method);
+    return;
+  }
+  if (error > kDoubtful) {
+    convergence.verdict += fmt::format(
+        " The linearization is doubtful here: the marginal log-likelihood ({0}) is {1:.2f} at "
+        "these estimates and {2:.2f} at its maximum. Use --method {0}.",
+        method,
+        evidence.marginal_here,
+        evidence.marginal_maximum);
+  }
+  if (fit.optima.size() < 2) return;
+  const auto from_start = std::ranges::find(fit.optima, kStartValues, &LocalOptimum::origin);
+  if (from_start != fit.optima.end() && from_start != fit.optima.begin()) {
+    convergence.verdict +=
+        fmt::format(" The start values lead to a lower optimum: log-likelihood {:.2f} at {}.",
+                    from_start->log_likelihood,
+                    estimates_text(fit, from_start->estimate));
+    return;
+  }
+  if (const LocalOptimum* const other = close_optimum(fit)) {
+    convergence.verdict += fmt::format(" Another optimum is close: log-likelihood {:.2f} at {}.",
+                                       other->log_likelihood,
+                                       estimates_text(fit, other->estimate));
+  }
+}
+
+}  // namespace silvafit::fit
