@@ -354,7 +354,8 @@ FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelO
   LeastSquaresFit least_squares = fit_least_squares(model,
                                                     {.start = starts_of(model, method, options),
                                                      .rule = options.rule,
-                                                     .other_minima = is_thorough});
+                                                     .other_minima = is_thorough,
+                                                     .further_starts = options.spread_starts});
   if (method == Method::kOrdinary) {
     take_over(result, std::move(least_squares));
   } else if (least_squares.estimate.allFinite()) {

@@ -193,7 +193,8 @@ Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
           : search_starts(model,
                           {.fixed = options.start,
                            .rule = options.rule,
-                           .count = options.other_minima ? kStartsForOthers : kStarts});
+                           .count = options.other_minima ? kStartsForOthers : kStarts,
+                           .further_hops = options.further_starts});
   Minima result = minima(projected, starts, options);
   Descent& lowest = result.lowest;
   if (lowest.coefficients.size() == 0) return result;

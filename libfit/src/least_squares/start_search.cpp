@@ -14,6 +14,7 @@
 #include "least_squares/levenberg_marquardt.hpp"
 #include "optimization/candidate_points.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -122,6 +123,7 @@ class StartSearch {
     std::vector<Candidate> reached;
     reached.reserve(starts.size());
     for (const Candidate& start : starts) reached.push_back(descended(start));
+    hop(reached);
     std::vector<VectorXd> result;
     for (const Candidate& candidate : best_of(std::move(reached), options_.count, kStartFactor)) {
       result.push_back(candidate.coefficients);
@@ -154,6 +156,50 @@ class StartSearch {
       try_candidate(VectorXd::Constant(1, magnitude));
       try_candidate(VectorXd::Constant(1, -magnitude));
     }
+  }
+
+  /// Of formulas with many nonlinear coefficients, such as sums of peaks, points spread over all
+  /// of them miss most valleys. From the lowest point found, some coefficients at a time jump
+  /// elsewhere, and the descent begins again.
+  /// Source: basin hopping, Wales and Doye 1997, J. Phys. Chem. A 101, 5111-5116, at temperature
+  /// zero.
+  void hop(std::vector<Candidate>& reached) {
+    constexpr Index kFew = 3;
+    constexpr int kHopsPerCoefficient = 15;
+    const Index q = projected_.size();
+    if (q == 0 || reached.empty()) return;
+    const int usual = q > kFew ? kHopsPerCoefficient * static_cast<int>(q) : 0;
+    Candidate lowest = *std::ranges::min_element(reached, {}, &Candidate::sum_of_squares);
+    for (int k = 0; k < usual + options_.further_hops; ++k) {
+      constexpr std::uint64_t kSeed = 1;
+      Random random(kSeed, static_cast<std::uint64_t>(k));
+      Candidate start{.nonlinear = moved(lowest.nonlinear, random)};
+      if (!projected_.evaluate(start.nonlinear)) continue;
+      Candidate found = descended(start);
+      if (found.coefficients.size() == 0) continue;
+      if (found.sum_of_squares < lowest.sum_of_squares) lowest = found;
+      reached.push_back(std::move(found));
+    }
+  }
+
+  /// A point with one to three coefficients multiplied by a random factor, or drawn from the range
+  /// of a column.
+  VectorXd moved(VectorXd point, Random& random) const {
+    const auto count = 1 + random.below(3);
+    const Eigen::MatrixXd& columns = part_.variable_values();
+    for (std::uint64_t k = 0; k < count; ++k) {
+      double& value =
+          point[static_cast<Index>(random.below(static_cast<std::uint64_t>(point.size())))];
+      if (random.uniform() < 0.5 || columns.cols() < 2) {
+        value *= std::exp(random.normal()) * (random.uniform() < 0.2 ? -1.0 : 1.0);
+        continue;
+      }
+      // The first column is the response.
+      const auto column =
+          static_cast<Index>(1 + random.below(static_cast<std::uint64_t>(columns.cols() - 1)));
+      value = random.uniform(columns.col(column).minCoeff(), columns.col(column).maxCoeff());
+    }
+    return point;
   }
 
   VectorXd rule_values() const {

@@ -18,6 +18,7 @@ struct StartSearchOptions {
   /// One more candidate, by name; what it does not name is 1.
   std::map<std::string, double> rule{};
   std::size_t count = 3;  ///< of starts that are wanted
+  int further_hops = 0;   ///< besides those that a formula with many coefficients gets
 };
 
 /// Good starts for a model without covariates, best first, each in a valley of its own.

@@ -27,6 +27,7 @@ using Eigen::VectorXd;
 constexpr double kSameLikelihood = 1e-7;
 // Most runs that lead to a fit take fewer passes over the data, most that do not go on for ever.
 constexpr int kPassesOfOneRun = 500;
+constexpr int kPassesOfAllRuns = 2000;
 // Converged means that a round would move theta by less than 1e-6 standard errors.
 constexpr double kTolerance = 1e-12;
 
@@ -171,7 +172,7 @@ class Ladder {
     for (const Contained& smaller : contained) add(smaller.function, kRough);
     auto engine = std::make_unique<LindstromBates>(model_, pooled_, function, options_);
     engine->set_tolerance(tolerance);
-    if (persistence_ == Persistence::kOnce) engine->set_passes(kPassesOfOneRun);
+    engine->set_passes(persistence_ == Persistence::kOnce ? kPassesOfOneRun : kPassesOfAllRuns);
     Search search(*engine, least_likelihood(function, pooled_));
     for (const Contained& smaller : contained) {
       const auto& found = known_.at(smaller.function.text()).start;

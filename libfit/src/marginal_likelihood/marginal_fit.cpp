@@ -62,7 +62,6 @@ struct Optimum {
   VectorXd x{};
   double value = std::numeric_limits<double>::infinity();
   double decrement = std::numeric_limits<double>::infinity();
-  bool is_rounded = false;  ///< rounding hides all further descent
   MatrixXd hessian{};
   MatrixXd outer_modes{};
   MatrixXd inner_modes{};
@@ -126,9 +125,7 @@ class MarginalSearch {
   }
 
   bool has_optimum() const { return std::isfinite(best_.value); }
-  bool has_converged() const {
-    return has_optimum() && (best_.decrement <= kConvergedDecrement || best_.is_rounded);
-  }
+  bool has_converged() const { return has_optimum() && best_.decrement <= kRoundedDecrement; }
 
   /// Whether a unit of the search does not move the mean at a fit by about one residual standard
   /// deviation.
@@ -315,7 +312,6 @@ class MarginalSearch {
       } else if (optimum.decrement <= kConvergedDecrement) {
         break;
       } else if (optimum.decrement <= kRoundedDecrement && optimum.decrement > 0.5 * last) {
-        optimum.is_rounded = true;
         break;
       } else {
         last = optimum.decrement;

@@ -160,6 +160,34 @@ std::string unbounded_effect(const Level& level, Curves& curves, Index p, double
   return {};
 }
 
+/// Where a coefficient has a smaller standard error than its random effect allows. The mean of G
+/// groups with standard deviation s cannot be known better than to s/sqrt(G); a nearly singular
+/// information matrix has an inverse that says so all the same.
+std::string impossible_error(const NonlinearModel& model,
+                             const MixedEffectsFit& fit,
+                             const Level& level,
+                             Index groups) {
+  constexpr double kImpossible = 0.1;
+  if (fit.covariance.size() == 0) return {};
+  for (std::size_t k = 0; k < level.places.size(); ++k) {
+    const Index j = level.places[k];
+    const auto at = static_cast<Index>(k);
+    const double least =
+        std::sqrt(level.covariance(at, at) / static_cast<double>(std::max<Index>(1, groups)));
+    const double error = std::sqrt(fit.covariance(j, j));
+    if (model.multiplier_values(j) != nullptr || !(error < kImpossible * least)) continue;
+    return fmt::format(
+        "the information matrix is nearly singular: {} groups whose {} have a standard deviation "
+        "of {:.3g} cannot give their mean a standard error of {:.2g}. The data hardly tell the "
+        "coefficients apart; hold or leave out one of them.",
+        groups,
+        level.names[k],
+        std::sqrt(level.covariance(at, at)),
+        error);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string degeneracy(const NonlinearModel& model,
@@ -176,13 +204,15 @@ std::string degeneracy(const NonlinearModel& model,
                     .covariance = fit.random_covariance,
                     .frame = frame.inner,
                     .places = model.coefficients_of(specification.random)};
-  const std::string of_inner = unbounded_effect(inner, curves, p, spread);
+  std::string of_inner = unbounded_effect(inner, curves, p, spread);
+  if (of_inner.empty()) of_inner = impossible_error(model, fit, inner, model.group_count());
   if (!of_inner.empty() || !specification.outer_random) return of_inner;
   const Level outer{.names = fit.outer.names,
                     .covariance = fit.outer.covariance,
                     .frame = frame.outer,
                     .places = model.coefficients_of(specification.outer_random)};
-  return unbounded_effect(outer, curves, p, spread);
+  const std::string of_outer = unbounded_effect(outer, curves, p, spread);
+  return of_outer.empty() ? impossible_error(model, fit, outer, model.cluster_count()) : of_outer;
 }
 
 bool has_no_maximum(const NonlinearModel& model, const MixedEffectsFit& fit) {

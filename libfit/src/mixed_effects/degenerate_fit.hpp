@@ -14,6 +14,7 @@ namespace silvafit::fit {
 /// - The model goes through all observations, so that the residual variance goes to zero.
 /// - A random effect has run to where the curve means nothing: at two standard deviations it is
 ///   beyond all measure of the response, or no longer depends on the effect on either side.
+/// - A coefficient has a standard error far below what its random effect allows.
 /// \param frame  of the coefficients at the estimates
 std::string degeneracy(const NonlinearModel& model,
                        const CoefficientFrame& frame,

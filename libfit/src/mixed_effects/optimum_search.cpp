@@ -87,7 +87,8 @@ class OptimumSearch {
   /// Many observations make each start dear; a part of them tells which lead to something new.
   void learn_from_part() {
     const NonlinearModel part = model_.subset(representative_rows(model_));
-    const LeastSquaresFit pooled = fit_least_squares(part, {.other_minima = true});
+    const LeastSquaresFit pooled =
+        fit_least_squares(part, {.other_minima = true, .further_starts = options_.spread_starts});
     if (!pooled.estimate.allFinite()) return;
     OptimumSearchOptions options = options_;
     options.linearized.trace = nullptr;
@@ -349,13 +350,13 @@ class OptimumSearch {
         {.fit = fit_marginal_from(model_, pooled_.estimate, first, integration, options_.marginal),
          .origin = starts.front()->origin});
     budget_.spend_evaluations(maxima_.front().fit.convergence.iterations);
-    constexpr std::size_t kTried = 3;
+    // The user's starts do not displace the others.
+    const std::size_t tried = 3 * (1 + options_.linearized.starts.size());
     for (std::size_t k = 1; k < starts.size(); ++k) {
       // Further ones are tried only until one leads to a maximum.
       const bool has_maximum = std::ranges::any_of(
           maxima_, [](const Candidate& one) { return one.fit.convergence.converged; });
-      if (k >= kTried ? has_maximum || budget_.is_spent() : has_maximum && budget_.is_spent())
-        break;
+      if (k >= tried ? has_maximum || budget_.is_spent() : has_maximum && budget_.is_spent()) break;
       try_marginal(starts[k]->fit, starts[k]->origin);
     }
     SearchEvidence evidence;

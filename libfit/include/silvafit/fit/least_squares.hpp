@@ -21,6 +21,7 @@ struct LeastSquaresOptions {
   int maximum_iterations = 500;
   /// Whether further minima are looked for: starts of mixed models.
   bool other_minima = false;
+  int further_starts = 0;  ///< of the search, besides its own
 };
 
 /// An ordinary least-squares fit: minimizes sum (y - f(beta))^2 over beta.
