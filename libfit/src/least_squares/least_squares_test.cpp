@@ -349,3 +349,29 @@ TEST_CASE("a row where the formula is not defined is named") {
   CHECK_THROWS_WITH(fitted("h ~ 1.3 + a*dbh^b", table), Contains("trees.csv:19"));
   CHECK_THROWS_WITH(fitted(kMeyer, table, {"b ~ 1 + log(dbh)"}), Contains("trees.csv:19"));
 }
+
+TEST_CASE("sums of curves with many coefficients are fitted without starts") {
+  // Least squares can be no worse than the truth that made the data.
+  constexpr std::size_t kRows = 60;
+  const auto check = [&](const char* formula, const std::function<double(double)>& truth) {
+    INFO(formula);
+    const auto x = [](double i) { return 0.25 * i; };
+    Table table(kRows);
+    table.set("x", column(kRows, x));
+    table.set("y", column(kRows, [&](double i) { return truth(x(i)) + 0.1 * wobble(i + 0.5); }));
+    double of_truth = 0.0;
+    for (std::size_t i = 0; i < kRows; ++i) {
+      of_truth += std::pow(table.numbers("y")[i] - truth(table.numbers("x")[i]), 2);
+    }
+    const LeastSquaresFit fit = fitted(formula, table);
+    CHECK(fit.convergence.converged);
+    CHECK(fit.sum_of_squares <= of_truth);
+  };
+  check("y ~ h*exp(-((x - m)/s)^2) + k*exp(-((x - n)/t)^2)", [](double x) {
+    return 5.0 * std::exp(-std::pow((x - 4.0) / 1.2, 2)) +
+           3.0 * std::exp(-std::pow((x - 10.0) / 1.8, 2));
+  });
+  check("y ~ a/(1 + exp((m - x)/s)) + b/(1 + exp((n - x)/t))", [](double x) {
+    return 4.0 / (1.0 + std::exp((3.0 - x) / 0.5)) + 3.0 / (1.0 + std::exp((10.0 - x) / 0.7));
+  });
+}
