@@ -92,13 +92,19 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";
   if (error > std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations))) {
     convergence.converged = false;
+    // What the first sentence was followed by still holds: boundaries, floored values.
+    const std::size_t end = convergence.verdict.find(". ");
+    const std::string further =
+        end == std::string::npos ? std::string() : convergence.verdict.substr(end + 1);
     convergence.verdict = fmt::format(
-        "Not converged: the linearized log-likelihood {:.2f} is far from the marginal one ({}: "
-        "{:.2f} at these estimates), so that this method means nothing here. Use --method {}.",
+        "Not converged: the linearized log-likelihood {0:.2f} is far from the marginal one ({1}: "
+        "{2:.2f} at these estimates, {3:.2f} at its maximum), so that this method cannot be relied "
+        "on here; use --method {1}.{4}",
         fit.log_likelihood,
         method,
         evidence.marginal_here,
-        method);
+        evidence.marginal_maximum,
+        further);
     return;
   }
   if (error > kDoubtful) {
