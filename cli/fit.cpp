@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "coefficient_values.hpp"
 #include "command.hpp"
 #include "fit_inference.hpp"
 #include "fit_resampling.hpp"
@@ -60,77 +61,6 @@ struct Task {
   fit::ModelSpecification specification;
   fit::FitModelOptions options{};
 };
-
-/// Where the part that begins at a place ends: at a comma outside parentheses and quotes, which the
-/// names of coefficients may have: a:min(x, 20), a:(species == "oak, red").
-std::size_t end_of_part(std::string_view text, std::size_t begin) {
-  int depth = 0;
-  char quote = '\0';
-  for (std::size_t i = begin; i < text.size(); ++i) {
-    const char byte = text[i];
-    if (quote != '\0') {
-      if (byte == quote) quote = '\0';
-      continue;
-    }
-    if (byte == '"' || byte == '\'' || byte == '`') quote = byte;
-    if (byte == ',' && depth == 0) return i;
-    depth += static_cast<int>(byte == '(') - static_cast<int>(byte == ')');
-  }
-  return text.size();
-}
-
-/// The texts of `name=text,...` by name.
-std::map<std::string, std::string_view> parse_assignments(std::string_view text,
-                                                          const std::string& option) {
-  std::map<std::string, std::string_view> result;
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t end = end_of_part(text, begin);
-    const std::string_view part = text.substr(begin, end - begin);
-    // A coefficient may be of a comparison: b:species == "SM".
-    const std::size_t sign = part.rfind('=');
-    if (sign == std::string_view::npos) {
-      throw UsageError(fmt::format("'{}' is not NAME=VALUE, such as a=30", part),
-                       {.column = option});
-    }
-    result[std::string(data::trimmed(part.substr(0, sign)))] = data::trimmed(part.substr(sign + 1));
-    begin = end + 1;
-  }
-  return result;
-}
-
-double parse_value(std::string_view text, const std::string& option) {
-  double value = 0.0;
-  if (data::parse_number(text, value)) return value;
-  throw UsageError(fmt::format("'{}' is no number", text), {.column = option});
-}
-
-/// Reads `a=30,b=0.03`.
-std::map<std::string, double> parse_values(const std::string& text, const std::string& option) {
-  std::map<std::string, double> values;
-  for (const auto& [name, value] : parse_assignments(text, option)) {
-    values[name] = parse_value(value, option);
-  }
-  return values;
-}
-
-/// Reads `a=0:40,b=0:`; an end that is left out is no bound.
-std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
-  const std::string option = "--bound";
-  std::map<std::string, fit::Bounds> bounds;
-  for (const auto& [name, range] : parse_assignments(text, option)) {
-    const std::size_t colon = range.find(':');
-    if (colon == std::string_view::npos) {
-      throw UsageError(fmt::format("'{}' is no range such as 0:1, 0: or :1", range),
-                       {.column = option});
-    }
-    const std::string_view low = data::trimmed(range.substr(0, colon));
-    const std::string_view high = data::trimmed(range.substr(colon + 1));
-    if (!low.empty()) bounds[name].low = parse_value(low, option);
-    if (!high.empty()) bounds[name].high = parse_value(high, option);
-  }
-  return bounds;
-}
 
 /// What models of the catalogue read; nothing for a formula, whose names are those of the file.
 std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>& models,

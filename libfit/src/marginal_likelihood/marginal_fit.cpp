@@ -423,7 +423,7 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
       "Not converged: where the first-order method (focei) ends, whose values are shown, the "
       "random "
       "effects of a group have no clear mode, so that this method's likelihood does not hold "
-      "there. Use focei or agq, or fewer random effects.";
+      "there. Use --method focei, or fewer random effects.";
   return fit;
 }
 
@@ -544,7 +544,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   if (!is_explained && !search.has_converged() && search.has_met_wall()) {
     fit.convergence.verdict =
         "Not converged: the likelihood rises towards points where the random effects of a group "
-        "have no clear mode, and where it does not hold. Use focei or agq, or fewer random "
+        "have no clear mode, and where it does not hold. Use --method focei, or fewer random "
         "effects.";
   }
   return fit;

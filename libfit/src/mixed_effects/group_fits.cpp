@@ -2,10 +2,12 @@
 #include "mixed_effects/group_fits.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "least_squares/levenberg_marquardt.hpp"
 #include "least_squares/variable_projection.hpp"
+#include "mixed_effects/medians.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -48,12 +50,6 @@ VectorXd mean_parameters(const NonlinearModel& model, const VectorXd& coefficien
   return result;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 }  // namespace
 
 std::optional<VectorXd> medians_of_group_fits(const NonlinearModel& model,
@@ -74,9 +70,7 @@ std::optional<VectorXd> medians_of_group_fits(const NonlinearModel& model,
     }
   }
   if (count == 0 || values.front().size() < kFewest) return std::nullopt;
-  VectorXd result(count);
-  for (Index j = 0; j < count; ++j) result[j] = median(values[static_cast<std::size_t>(j)]);
-  return result;
+  return medians(std::move(values));
 }
 
 }  // namespace silvafit::fit

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
+#include "mixed_effects/medians.hpp"
 #include "silvafit/fit/least_squares.hpp"
 
 namespace silvafit::fit {
@@ -78,13 +80,6 @@ Rows thinned(const Rows& rows) {
   return result;
 }
 
-/// A value with as many below as above it, or one more below: one that a stratum has.
-double middle_value(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<Index>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 }  // namespace
 
 bool is_doubtful_start(const NonlinearModel& model, const VectorXd& pooled) {
@@ -128,9 +123,7 @@ std::optional<VectorXd> start_of_strata(const NonlinearModel& model, const Vecto
     for (Index j = 0; j < p; ++j) values[static_cast<std::size_t>(j)].push_back(fit.estimate[j]);
   }
   if (2 * values.front().size() < strata.size()) return std::nullopt;
-  VectorXd result(p);
-  for (Index j = 0; j < p; ++j) result[j] = middle_value(values[static_cast<std::size_t>(j)]);
-  return result;
+  return medians(std::move(values));
 }
 
 }  // namespace silvafit::fit

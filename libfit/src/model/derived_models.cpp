@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Models that follow from another one: on some of its observations, without covariates, with
+// another equation or fewer random effects.
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+using Eigen::Index;
+
+NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) const {
+  NonlinearModel part = *this;
+  part.rows_.clear();
+  part.lines_.clear();
+  part.group_labels_.clear();
+  part.group_begin_.clear();
+  part.outer_labels_.clear();
+  part.cluster_begin_.clear();
+  for (Strata& strata : part.strata_) strata.of_rows.clear();
+  Index group = 0;
+  Index cluster = 0;
+  Index last_group = -1;
+  Index last_cluster = -1;
+  for (const Index i : observations) {
+    while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
+    while (group >= cluster_begin_[static_cast<std::size_t>(cluster) + 1]) ++cluster;
+    if (cluster != last_cluster) {
+      if (!outer_labels_.empty()) {
+        part.outer_labels_.push_back(outer_labels_[static_cast<std::size_t>(cluster)]);
+      }
+      part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
+      last_cluster = cluster;
+    }
+    if (group != last_group) {
+      part.group_labels_.push_back(group_labels_[static_cast<std::size_t>(group)]);
+      part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+      last_group = group;
+    }
+    part.rows_.push_back(rows_[static_cast<std::size_t>(i)]);
+    part.lines_.push_back(lines_[static_cast<std::size_t>(i)]);
+    for (std::size_t k = 0; k < strata_.size(); ++k) {
+      part.strata_[k].of_rows.push_back(strata_[k].of_rows[static_cast<std::size_t>(i)]);
+    }
+  }
+  part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+  part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
+  part.response_ = response_(observations);
+  part.columns_ = columns_(observations, Eigen::all);
+  part.covariates_ = covariates_(observations, Eigen::all);
+  return part;
+}
+
+NonlinearModel NonlinearModel::pooled() const {
+  NonlinearModel model = *this;
+  model.slots_.clear();
+  for (ParameterModel& parameter : model.specification_.parameters) {
+    parameter = {.name = parameter.name, .has_intercept = true};
+    model.slots_.push_back({.parameter = static_cast<Index>(model.slots_.size())});
+  }
+  model.specification_.random.reset();
+  model.specification_.outer_random.reset();
+  model.names_ = model.specification_.coefficient_names();
+  model.covariates_.resize(observations(), 0);
+  model.compile();
+  return model;
+}
+
+NonlinearModel NonlinearModel::with_equation(data::Expression mean,
+                                             Eigen::VectorXd response) const {
+  NonlinearModel model = *this;
+  model.specification_.formula.right = std::move(mean);
+  model.response_ = std::move(response);
+  return model.pooled();
+}
+
+NonlinearModel NonlinearModel::with_random_effects(std::optional<RandomEffects> random,
+                                                   std::optional<RandomEffects> outer) const {
+  NonlinearModel model = *this;
+  model.specification_.random = std::move(random);
+  model.specification_.outer_random = std::move(outer);
+  if (model.specification_.random) return model;
+  model.group_labels_.assign(1, {});
+  model.group_begin_ = {0, observations()};
+  model.outer_labels_.clear();
+  model.cluster_begin_ = {0, 1};
+  model.compile();
+  return model;
+}
+
+}  // namespace silvafit::fit
