@@ -59,12 +59,19 @@ function(silvafit_add_tests target)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "LABEL" "SOURCES;LIBRARIES")
   add_executable(${target} ${ARG_SOURCES})
   target_link_libraries(${target} PRIVATE
-    ${ARG_LIBRARIES} silvafit_build_options Catch2::Catch2WithMain fmt::fmt)
-  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
-  target_compile_definitions(${target} PRIVATE
-    SILVAFIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-    SILVAFIT_DATA_DIR="${PROJECT_BINARY_DIR}/share/silvafit"
-    SILVAFIT_REFERENCE_DIR="${PROJECT_SOURCE_DIR}/../shared/reference")
+    ${ARG_LIBRARIES} silvafit_build_options silvafit_test_files Catch2::Catch2WithMain fmt::fmt)
   catch_discover_tests(${target} TEST_PREFIX "${ARG_LABEL}: "
     PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 300)
 endfunction()
+
+# Where tests find files. The paths stand in one object, so that ccache knows the others in any checkout.
+if(SILVAFIT_BUILD_TESTS)
+  add_library(silvafit_test_files OBJECT EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/tests/support/reference.cpp)
+  target_link_libraries(silvafit_test_files PUBLIC Catch2::Catch2 PRIVATE silvafit_build_options)
+  target_include_directories(silvafit_test_files INTERFACE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_compile_features(silvafit_test_files PUBLIC cxx_std_20)
+  target_compile_definitions(silvafit_test_files PRIVATE
+    SILVAFIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    SILVAFIT_DATA_DIR="${PROJECT_BINARY_DIR}/share/silvafit"
+    SILVAFIT_REFERENCE_DIR="${PROJECT_SOURCE_DIR}/../shared/reference")
+endif()

@@ -25,8 +25,8 @@ Window pattern_window() {
 }
 
 Table pattern() {
-  return silvafit::data::read_csv_table(std::string(SILVAFIT_SOURCE_DIR) +
-                                        "/tests/reference/stand/pattern.csv");
+  return silvafit::data::read_csv_table(
+      silvafit::test::source_file("tests/reference/stand/pattern.csv"));
 }
 
 std::vector<double> column(const Table& table, const std::string& name) {

@@ -31,8 +31,7 @@ TEST_CASE("heights of spati are imputed as nlme does it", "[reference]") {
   for (const std::size_t row : rows) heights[row - 1] = std::numeric_limits<double>::quiet_NaN();
   table.set("h", heights);
 
-  const auto catalogue =
-      study::Catalogue::load(std::filesystem::path(SILVAFIT_DATA_DIR) / "models");
+  const auto catalogue = study::Catalogue::load(silvafit::test::data_file("models"));
   const study::Imputation result = study::impute(table, catalogue);
   REQUIRE(result.models.size() == 1);
   const fit::FittedModel& fit = result.models[0].fit;

@@ -10,14 +10,13 @@
 namespace silvafit::test {
 
 /// A file of the checkout.
-inline std::filesystem::path source_file(const std::string& name) {
-  return std::filesystem::path(SILVAFIT_SOURCE_DIR) / name;
-}
+std::filesystem::path source_file(const std::string& name);
+
+/// A file of the data that is installed with the program, as the build has them.
+std::filesystem::path data_file(const std::string& name);
 
 /// A file of the reference numbers, which are not part of the project.
-inline std::filesystem::path reference_file(const std::string& name) {
-  return std::filesystem::path(SILVAFIT_REFERENCE_DIR) / name;
-}
+std::filesystem::path reference_file(const std::string& name);
 
 }  // namespace silvafit::test
 

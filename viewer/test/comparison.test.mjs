@@ -8,11 +8,12 @@ import { comparison } from "./template.mjs";
 
 const { skip, withPage } = inBrowser();
 
-const cellsOf = (page, section, caption) =>
-  page
-    .locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) })
-    .locator("tbody tr")
-    .evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
+/* Tables below <details> are written when these open, an event after the click: so the first row is waited for. */
+async function cellsOf(page, section, caption) {
+  const rows = page.locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) }).locator("tbody tr");
+  await rows.first().waitFor({ state: "attached" });
+  return rows.evaluateAll((all) => all.map((row) => [...row.cells].map((cell) => cell.textContent)));
+}
 
 test("differences are those of the data, and a model of one library only is said to be", { skip }, () =>
   withPage(comparison(), {}, async (page) => {

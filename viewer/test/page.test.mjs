@@ -18,17 +18,23 @@ const chartsIn = ({ results }) => CHARTS_OF_ALL + results.reduce((sum, result) =
 /** What is closed is only made when it is opened. */
 const openAll = (page) => page.locator("details:not([open]) > summary").evaluateAll((all) => all.forEach((summary) => summary.click()));
 
+/** The table of a caption, once it has rows: what lies below <details> is filled an event after these open. */
+async function filledTable(page, section, caption) {
+  const table = page.locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) });
+  await table.locator("tbody tr").first().waitFor({ state: "attached" });
+  return table;
+}
+
 /** The first row of a table, by column title. */
-const firstRow = (page, section, caption) =>
-  page.locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) }).evaluate((table) => {
+const firstRow = async (page, section, caption) =>
+  (await filledTable(page, section, caption)).evaluate((table) => {
     const texts = (row) => [...row.cells].map((cell) => cell.textContent);
     const values = texts(table.tBodies[0].rows[0]);
     return Object.fromEntries(texts(table.tHead.rows[0]).map((title, index) => [title, values[index]]));
   });
 
-const rowTexts = (page, section, caption) =>
-  page
-    .locator(`${section} table`, { has: page.locator("caption", { hasText: caption }) })
+const rowTexts = async (page, section, caption) =>
+  (await filledTable(page, section, caption))
     .locator("tbody tr")
     .evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
 

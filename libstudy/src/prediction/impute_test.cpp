@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "reference.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 
@@ -50,9 +51,7 @@ data::Table inventory() {
   return table;
 }
 
-Catalogue catalogue() {
-  return Catalogue::load(std::filesystem::path(SILVAFIT_DATA_DIR) / "models");
-}
+Catalogue catalogue() { return Catalogue::load(silvafit::test::data_file("models")); }
 
 constexpr int kMeasuredStands = 50;
 constexpr int kFewTrees = 8;

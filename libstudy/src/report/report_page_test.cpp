@@ -102,7 +102,7 @@ TEST_CASE("data that are not JSON, and files that are not the template, are refu
 }
 
 TEST_CASE("the bundled page takes the example's data") {
-  const fs::path bundled = fs::path(SILVAFIT_DATA_DIR) / "viewer" / "report.html";
+  const fs::path bundled = silvafit::test::data_file("viewer/report.html");
   if (!fs::exists(bundled)) {
     WARN("skipped: the report page was not built (SILVAFIT_BUILD_VIEWER)");
     return;
