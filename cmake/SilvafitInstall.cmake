@@ -16,7 +16,7 @@ install(FILES ${PROJECT_BINARY_DIR}/silvafitConfig.cmake
 
 # What comes with the program to read and to try.
 set(documentation ${CMAKE_INSTALL_DATADIR}/doc/silvafit)
-install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${documentation})
+install(FILES README.md CHANGELOG.md CITATION.cff CONTRIBUTING.md DESTINATION ${documentation})
 install(DIRECTORY examples DESTINATION ${documentation})
 install(DIRECTORY docs DESTINATION ${documentation}
         FILES_MATCHING PATTERN "*.md" PATTERN "*.png")
