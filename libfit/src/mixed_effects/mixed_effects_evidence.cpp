@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,6 +17,7 @@
 #include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/text.hpp"
 
 namespace silvafit::fit {
@@ -415,7 +415,6 @@ bool note_confounding(const NonlinearModel& model,
     if (confounded.coefficients.empty()) return false;
     confounded.variances = {};
   }
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   for (const Index j : confounded.coefficients) {
     fit.covariance.row(j).setConstant(kNaN);
     fit.covariance.col(j).setConstant(kNaN);
