@@ -1,10 +1,10 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps configure build demo test fuzz sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package format check-format clean
+.PHONY: help deps test-deps configure configure-tests build demo test fuzz sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package format check-format clean
 
 help:
-	@echo "make demo    install what is missing, build, and run a whole study on the example"
-	@echo "make test    the same, and run every test"
+	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
 	@echo "make build   the program, at build/bin/silvafit"
+	@echo "make test    install what tests need, build them and the program, and run every test"
 	@echo "make sanitize, make sanitize-threads, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make fuzz SECONDS=60   every reader of files with libFuzzer, so many seconds each"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
@@ -16,8 +16,14 @@ help:
 deps:
 	@./scripts/install-dependencies
 
+test-deps: deps
+	@./scripts/install-dependencies packages-debian12-test.txt
+
 configure: deps
-	@test -f build/build.ninja || cmake --preset release
+	@test -f build/build.ninja || cmake --preset release -DSILVAFIT_BUILD_TESTS=OFF
+
+configure-tests: test-deps
+	@grep -qs SILVAFIT_BUILD_TESTS:BOOL=ON build/CMakeCache.txt || cmake --preset release -DSILVAFIT_BUILD_TESTS=ON
 
 build: configure
 	@cmake --build --preset release
@@ -25,28 +31,29 @@ build: configure
 demo: build
 	@build/bin/silvafit study examples/fir-mixed/inventory.csv --out build/demo
 
-test: build
+test: configure-tests
+	@cmake --build --preset release-tests
 	@ctest --preset release -j 2
 
 # The presets leave out the tests that mostly run npm, Chromium or the compiler; a whole study stands in for them.
-sanitize: deps
+sanitize: test-deps
 	@cmake --preset asan-ubsan && cmake --build --preset asan-ubsan && ctest --preset asan-ubsan -j 2
 	@build-asan-ubsan/bin/silvafit study examples/fir-mixed/inventory.csv --out build-asan-ubsan/study
 
-sanitize-threads: deps
+sanitize-threads: test-deps
 	@cmake --preset tsan && cmake --build --preset tsan && ctest --preset tsan -j 2
 
-tidy: deps
+tidy: test-deps
 	@./scripts/install-dependencies packages-debian12-tidy.txt
 	@cmake --preset tidy && cmake --build --preset tidy
 
 # Every reader of files from elsewhere, so many seconds each; docs/hardening.md.
-fuzz: deps
+fuzz: test-deps
 	@./scripts/install-dependencies packages-debian12-tidy.txt
 	@cmake --preset fuzz && cmake --build --preset fuzz
 	@scripts/fuzz $(or $(SECONDS),60)
 
-coverage: deps
+coverage: test-deps
 	@cmake --preset coverage && cmake --build --preset coverage && ctest --preset coverage -j 2
 	@build-coverage/bin/silvafit study examples/fir-mixed/inventory.csv --out build-coverage/study
 	@./scripts/coverage build-coverage
@@ -74,10 +81,10 @@ docs:
 	@./scripts/install-dependencies packages-debian12-docs.txt
 	@./scripts/build-site
 
-format:
+format: test-deps
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
 
-check-format:
+check-format: test-deps
 	@git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run --Werror
 
 clean:

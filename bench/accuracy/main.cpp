@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
@@ -74,9 +73,6 @@ std::string from_none(const Score& one) {
 }
 
 void run() {
-  if (!std::filesystem::exists(test::reference_file("nist/Misra1a.dat"))) {
-    throw InputError("NIST's files are not there", {.file = test::reference_file("nist").string()});
-  }
   fmt::print(
       "| problem | start 1: estimates | errors | start 2: estimates | errors | no start: sum of "
       "squares |\n"

@@ -3,9 +3,13 @@
 library(jsonlite)
 
 data_folder <- "../../tests/reference/data"
+gpl_folder <- "../../tests/reference/data-gpl"
 expected_folder <- "../../tests/reference/expected"
 
-read_data <- function(name) read.csv(file.path(data_folder, name), stringsAsFactors = FALSE)
+read_data <- function(name) {
+  own <- file.path(data_folder, name)
+  read.csv(if (file.exists(own)) own else file.path(gpl_folder, name), stringsAsFactors = FALSE)
+}
 
 versions <- function(...) {
   list(R = R.version.string, packages = setNames(lapply(c(...), function(x) as.character(packageVersion(x))), c(...)))

@@ -8,7 +8,7 @@ wanted <- commandArgs(trailingOnly = TRUE)
 is_wanted <- function(what) length(wanted) == 0 || what %in% wanted
 
 stands <- read_data("stands.csv")
-orange <- read_data("orange.csv")
+orange <- read_data("Orange.csv")
 height_text <- "h ~ 1.3 + a*(1 - exp(-b*dbh/10))"
 crowded_text <- "h ~ 1.3 + a*(1 - exp(-(b + c*crowding)*dbh/10))"
 logistic_text <- "circumference ~ Asym/(1 + exp(-(age - xmid)/scal))"
@@ -95,9 +95,9 @@ grids_1 <- list(c(0.05, 40), c(0.03, 60))
 grids_2 <- list(c(0.2, 40), c(0.16, 50))
 
 values <- function() list(
-  at_parameters("orange_none", logistic_text, "orange.csv", orange_problem(variance_none), "none", trees, list(matrix(31.6)), 7.8, NULL, points, grids_1),
-  at_parameters("orange_power", logistic_text, "orange.csv", orange_problem(variance_power), "power", trees, list(matrix(31.6)), 0.9, 0.5, points, grids_1),
-  at_parameters("orange_wide", logistic_text, "orange.csv", orange_problem(variance_power), "power", trees, list(matrix(50)), 0.5, 0.9, points, grids_1),
+  at_parameters("orange_none", logistic_text, "Orange.csv", orange_problem(variance_none), "none", trees, list(matrix(31.6)), 7.8, NULL, points, grids_1),
+  at_parameters("orange_power", logistic_text, "Orange.csv", orange_problem(variance_power), "power", trees, list(matrix(31.6)), 0.9, 0.5, points, grids_1),
+  at_parameters("orange_wide", logistic_text, "Orange.csv", orange_problem(variance_power), "power", trees, list(matrix(50)), 0.5, 0.9, points, grids_1),
   at_parameters("plot_b_power", height_text, "stands.csv", plot_problem(variance_power, "b"), "power", c(a = 29, b = 0.47), list(matrix(0.12)), 0.4, 0.5, points, grids_1),
   at_parameters("plot_ab_none", height_text, "stands.csv", plot_problem(variance_none), "none", c(a = 29, b = 0.47), list(pair), 1.7, NULL, points, grids_2),
   at_parameters("plot_ab_power", height_text, "stands.csv", plot_problem(variance_power), "power", c(a = 29, b = 0.47), list(pair), 0.4, 0.5, points, grids_2),
@@ -116,13 +116,13 @@ optima <- list()
 for (method in c("foce", "focei", "laplace")) {
   optima <- c(optima, list(
     optimum("plot_ab_power", height_text, "stands.csv", plot_problem(variance_power), "power", method, c(a = 29, b = 0.47), list(pair), 0.4, 0.5),
-    optimum("orange_power", logistic_text, "orange.csv", orange_problem(variance_power), "power", method, trees, list(matrix(31.6)), 0.9, 0.5)))
+    optimum("orange_power", logistic_text, "Orange.csv", orange_problem(variance_power), "power", method, trees, list(matrix(31.6)), 0.9, 0.5)))
 }
 optima <- c(optima, list(
   optimum("plot_ab_none", height_text, "stands.csv", plot_problem(variance_none), "none", "foce", c(a = 29, b = 0.47), list(pair), 1.7, NULL),
   optimum("plot_ab_none", height_text, "stands.csv", plot_problem(variance_none), "none", "laplace", c(a = 29, b = 0.47), list(pair), 1.7, NULL),
   optimum("plot_ab_exponential", height_text, "stands.csv", plot_problem(variance_exponential), "exponential", "laplace", c(a = 29, b = 0.47), list(pair), 0.95, 0.03),
-  optimum("orange_none", logistic_text, "orange.csv", orange_problem(variance_none), "none", "laplace", trees, list(matrix(31.6)), 7.8, NULL),
+  optimum("orange_none", logistic_text, "Orange.csv", orange_problem(variance_none), "none", "laplace", trees, list(matrix(31.6)), 7.8, NULL),
   optimum("stand_a_plot_ab_power", height_text, "stands.csv", nested_problem(variance_power), "power", "laplace", c(a = 29, b = 0.47), list(matrix(2.8), pair / 2), 0.4, 0.5),
   optimum("stand_a_plot_ab_power", height_text, "stands.csv", nested_problem(variance_power), "power", "focei", c(a = 29, b = 0.47), list(matrix(2.8), pair / 2), 0.4, 0.5),
   optimum("stand_a_plot_ab_none", height_text, "stands.csv", nested_problem(variance_none), "none", "laplace", c(a = 29, b = 0.47), list(matrix(2.8), pair / 2), 1.7, NULL)))
@@ -130,7 +130,7 @@ optima <- c(optima, list(
 for (variance in c("none", "power")) {
   problem <- orange_problem(if (variance == "none") variance_none else variance_power)
   exact <- function(t) agq_log_likelihood(problem, 61, t$beta, t$factors, t$sigma, t$par)
-  optima <- c(optima, list(optimum(paste0("orange_", variance), logistic_text, "orange.csv", problem, variance, "exact", trees, list(matrix(31.6)),
+  optima <- c(optima, list(optimum(paste0("orange_", variance), logistic_text, "Orange.csv", problem, variance, "exact", trees, list(matrix(31.6)),
                                    if (variance == "none") 7.8 else 0.9, if (variance == "none") NULL else 0.5, exact)))
 }
 pair_problem <- plot_problem(variance_power)

@@ -11,9 +11,9 @@ stands <- read_data("stands.csv")
 stands$stand <- in_order(stands$stand)
 stands$plot <- in_order(stands$plot)
 stands$species <- factor(stands$species, levels = c("SM", "BHN"))  # SM is the first stratum
-loblolly <- read_data("loblolly.csv")
+loblolly <- read_data("Loblolly.csv")
 loblolly$Seed <- in_order(loblolly$Seed)
-orange <- read_data("orange.csv")
+orange <- read_data("Orange.csv")
 orange$Tree <- in_order(orange$Tree)
 
 # A mean function with analytic derivatives, its data and its start.
@@ -27,8 +27,8 @@ make_model <- function(text, coefficients, columns, start, data, file) {
 height <- make_model("h ~ 1.3 + a*(1 - exp(-b*dbh/10))", c("a", "b"), "dbh", c(28, 0.5), stands, "stands.csv")
 crowded <- make_model("h ~ 1.3 + a*(1 - exp(-(b + c*crowding)*dbh/10))", c("a", "b", "c"), c("dbh", "crowding"), c(28, 0.45, 0.08), stands, "stands.csv")
 logarithmic <- make_model("h ~ 1.3 + exp(la)*(1 - exp(-exp(lb)*dbh/10))", c("la", "lb"), "dbh", c(3.33, -0.7), stands, "stands.csv")
-growth <- make_model("height ~ Asym + (R0 - Asym)*exp(-exp(lrc)*age)", c("Asym", "R0", "lrc"), "age", c(103, -8.5, -3.3), loblolly, "loblolly.csv")
-logistic <- make_model("circumference ~ Asym/(1 + exp(-(age - xmid)/scal))", c("Asym", "xmid", "scal"), "age", c(190, 700, 350), orange, "orange.csv")
+growth <- make_model("height ~ Asym + (R0 - Asym)*exp(-exp(lrc)*age)", c("Asym", "R0", "lrc"), "age", c(103, -8.5, -3.3), loblolly, "Loblolly.csv")
+logistic <- make_model("circumference ~ Asym/(1 + exp(-(age - xmid)/scal))", c("Asym", "xmid", "scal"), "age", c(190, 700, 350), orange, "Orange.csv")
 
 # Variance functions: nlme's, ours of definition.R, and the way from nlme's parameters to ours and back.
 same <- function(x) as.numeric(x)

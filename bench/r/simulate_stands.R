@@ -35,5 +35,5 @@ write.csv(stands, "../../tests/reference/data/stands.csv", row.names = FALSE, qu
 for (name in c("Orange", "Loblolly")) {
   data <- as.data.frame(get(name))
   data[[1 + (name == "Loblolly") * 2]] <- as.character(data[[1 + (name == "Loblolly") * 2]])
-  write.csv(data, paste0("../../tests/reference/data/", tolower(name), ".csv"), row.names = FALSE, quote = FALSE)
+  write.csv(data, paste0("../../tests/reference/data-gpl/", name, ".csv"), row.names = FALSE, quote = FALSE)
 }

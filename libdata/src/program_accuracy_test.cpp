@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "each_instruction_set_test_support.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/data/program.hpp"
 
+using silvafit::kInfinity;
 using silvafit::Random;
 using silvafit::data::Expression;
 using silvafit::data::Program;
@@ -17,7 +19,6 @@ using silvafit::data::with_each_instruction_set;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTiny = std::numeric_limits<double>::denorm_min();
 constexpr double kNormal = std::numeric_limits<double>::min();

@@ -5,13 +5,14 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 
+using silvafit::kNaN;
 using silvafit::Random;
 using silvafit::data::Expression;
 using silvafit::data::Program;
@@ -205,7 +206,6 @@ TEST_CASE("text is compared with numbers by their value") {
 
 TEST_CASE("what a missing value decides over is missing") {
   // Kleene's three-valued logic; R's <, ==, &, |, ! and ifelse give the same.
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const std::pair<const char*, double> cases[] = {{"m < 1", kNaN},
                                                   {"1 <= m", kNaN},
                                                   {"m == m", kNaN},

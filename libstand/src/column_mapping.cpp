@@ -10,7 +10,7 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr char kOption[] = "--columns";
+constexpr char kColumnsOption[] = "--columns";
 
 /// Splits at commas that stand outside parentheses, double quotes and backquotes.
 std::vector<std::string_view> split_at_commas(std::string_view text) {
@@ -46,7 +46,7 @@ ColumnMapping mapping_of(std::string_view part) {
     }
   }
   throw UsageError(fmt::format("'{}' is not NAME=COLUMN, such as dbh=DBH_cm or x=xk/10", part),
-                   {.column = kOption});
+                   {.column = kColumnsOption});
 }
 
 }  // namespace
@@ -59,7 +59,8 @@ std::vector<ColumnMapping> parse_column_mappings(std::string_view text) {
     const bool known = std::ranges::any_of(
         mappings, [&mapping](const ColumnMapping& other) { return other.name == mapping.name; });
     if (known) {
-      throw UsageError(fmt::format("'{}' is named twice", mapping.name), {.column = kOption});
+      throw UsageError(fmt::format("'{}' is named twice", mapping.name),
+                       {.column = kColumnsOption});
     }
     mappings.push_back(std::move(mapping));
   }

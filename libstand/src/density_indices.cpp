@@ -16,15 +16,14 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kSquareMetersPerHectare = 1e4;
-constexpr char kOption[] = "--open-grown";
+constexpr char kOpenGrownOption[] = "--open-grown";
 
 data::Expression parsed(std::string_view text, const data::Table& table) {
   if (text.empty()) {
     throw UsageError(
         "CCF needs the crown width of open-grown trees in m, such as \"0.9 + 0.22*dbh\", from a "
         "source for your species",
-        {.column = kOption});
+        {.column = kOpenGrownOption});
   }
   data::Expression expression = data::Expression::parse(text);
   for (const std::string& variable : expression.variables()) {
@@ -32,7 +31,7 @@ data::Expression parsed(std::string_view text, const data::Table& table) {
     const std::string& name = data::is_text_match(variable, match) ? match.column : variable;
     if (table.has(name)) continue;
     throw InputError(data::no_such_column(name, table.names()),
-                     {.file = table.file(), .column = kOption});
+                     {.file = table.file(), .column = kOpenGrownOption});
   }
   return expression;
 }
@@ -82,7 +81,7 @@ std::vector<double> crown_competition(const Inventory& inventory,
         throw UsageError(fmt::format("the crown width of an open-grown tree is {} m for dbh {} cm",
                                      widths_m[tree],
                                      inventory.dbh_cm[tree]),
-                         {.column = kOption});
+                         {.column = kOpenGrownOption});
       }
       crowns_m2.push_back(std::numbers::pi / 4.0 * widths_m[tree] * widths_m[tree]);
     }

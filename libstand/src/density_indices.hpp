@@ -9,6 +9,8 @@
 
 namespace silvafit::stand {
 
+inline constexpr double kSquareMetersPerHectare = 1e4;
+
 /// Basal area of a stem [m2].
 double basal_area_m2(double dbh_cm);
 

@@ -13,7 +13,7 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::size_t kTreesPerTask = 4096;
+constexpr std::size_t kTreesPerEdgeTask = 4096;
 Point position_of(const Inventory& inventory, std::size_t tree) {
   return {inventory.x[tree], inventory.y[tree]};
 }
@@ -21,9 +21,9 @@ Point position_of(const Inventory& inventory, std::size_t tree) {
 /// Calls a function for every tree, on several threads.
 template <class Function>
 void for_each_tree(std::size_t trees, unsigned threads, Function function) {
-  parallel_for((trees + kTreesPerTask - 1) / kTreesPerTask, threads, [&](std::size_t task) {
-    const std::size_t end = std::min(trees, (task + 1) * kTreesPerTask);
-    for (std::size_t tree = task * kTreesPerTask; tree < end; ++tree) function(tree);
+  parallel_for((trees + kTreesPerEdgeTask - 1) / kTreesPerEdgeTask, threads, [&](std::size_t task) {
+    const std::size_t end = std::min(trees, (task + 1) * kTreesPerEdgeTask);
+    for (std::size_t tree = task * kTreesPerEdgeTask; tree < end; ++tree) function(tree);
   });
 }
 

@@ -431,8 +431,7 @@ TEST_CASE("mappings are read, and refused where they make no sense") {
 
 TEST_CASE("the Finnish stands need their columns and units named, and lose one row of 9913",
           "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("public/spati.csv");
-  const auto file = silvafit::test::reference_file("public/spati.csv");
+  const auto file = silvafit::test::reference_data("spati.csv");
   InventoryOptions options = with_columns("tree=puunro,species=pl,dbh=d,x=xk,y=yk");
   options.needs_coordinates = true;
   CHECK_THROWS_WITH(read_inventory(file, options), Contains("use --columns x=xk/10,y=yk/10"));

@@ -15,7 +15,7 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::size_t kTreesPerTask = 4096;
+constexpr std::size_t kTreesPerWindowTask = 4096;
 /// Trees within so narrow a strip stand on one line, as in Window::convex_hull.
 constexpr double kThinnestMeters = 1e-6;
 
@@ -171,10 +171,10 @@ std::vector<char> trees_inside(const Inventory& inventory,
                                const PlotWindows& windows,
                                unsigned threads) {
   std::vector<char> inside(inventory.size(), 0);
-  const std::size_t tasks = (inside.size() + kTreesPerTask - 1) / kTreesPerTask;
+  const std::size_t tasks = (inside.size() + kTreesPerWindowTask - 1) / kTreesPerWindowTask;
   parallel_for(tasks, threads, [&](std::size_t task) {
-    const std::size_t end = std::min(inside.size(), (task + 1) * kTreesPerTask);
-    for (std::size_t tree = task * kTreesPerTask; tree < end; ++tree) {
+    const std::size_t end = std::min(inside.size(), (task + 1) * kTreesPerWindowTask);
+    for (std::size_t tree = task * kTreesPerWindowTask; tree < end; ++tree) {
       const Window* window = windows.window_of(inventory, tree);
       if (window == nullptr || !has_position(inventory, tree)) continue;
       inside[tree] = window->contains({inventory.x[tree], inventory.y[tree]}) ? 1 : 0;

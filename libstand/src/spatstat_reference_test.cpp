@@ -14,7 +14,7 @@
 
 using namespace silvafit::stand;
 using silvafit::data::Table;
-using silvafit::test::reference_file;
+using silvafit::test::reference_data;
 
 namespace {
 
@@ -146,7 +146,6 @@ TEST_CASE("the convex hull and the index of Clark and Evans are spatstat's") {
 }
 
 TEST_CASE("public patterns have spatstat's Clark-Evans indices", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("public/longleaf.csv");
   struct Case {
     const char* file;
     Window window;
@@ -155,18 +154,18 @@ TEST_CASE("public patterns have spatstat's Clark-Evans indices", "[reference]") 
     double p;
   };
   // patterns.json, written with 15 digits
-  const std::vector<Case> cases{{"public/longleaf.csv",
+  const std::vector<Case> cases{{"longleaf.csv",
                                  Window::rectangle({0, 0}, {200, 200}),
                                  0.832054731186041,
                                  0.817679949858518,
                                  8.21565038222616e-15},
-                                {"public/finpines.csv",
+                                {"finpines.csv",
                                  Window::rectangle({-5, -8}, {5, 2}),
                                  0.889998023915703,
                                  0.856386168035709,
                                  0.0181675534029826}};
   for (const Case& one : cases) {
-    const Table table = silvafit::data::read_csv_table(reference_file(one.file));
+    const Table table = silvafit::data::read_csv_table(reference_data(one.file));
     std::vector<Point> points;
     for (std::size_t i = 0; i < table.rows(); ++i) {
       points.push_back({table.numbers("x")[i], table.numbers("y")[i]});

@@ -18,7 +18,7 @@ namespace silvafit::stand {
 namespace {
 
 /// A tree as importance values see it.
-struct Member {
+struct SpeciesMember {
   std::size_t species = 0;  ///< code; the number of species for trees without
   std::size_t plot = 0;
   std::size_t layer = 0;
@@ -39,12 +39,12 @@ long long quadrat_of(double offset_m, double extent_m, double quadrat_m, double 
 }
 
 /// Importance values of all species among some trees, by code.
-std::vector<Importance> importance_of(const std::vector<const Member*>& members,
+std::vector<Importance> importance_of(const std::vector<const SpeciesMember*>& members,
                                       std::size_t species_count) {
   std::vector<Importance> result(species_count);
   std::set<std::pair<std::size_t, std::tuple<std::size_t, long long, long long>>> occurrences;
   double basal_m2 = 0.0;
-  for (const Member* member : members) {
+  for (const SpeciesMember* member : members) {
     result[member->species].relative_density += 1.0;
     result[member->species].relative_dominance += member->basal_area_m2;
     basal_m2 += member->basal_area_m2;
@@ -65,12 +65,12 @@ std::vector<Importance> importance_of(const std::vector<const Member*>& members,
 }
 
 /// With means and standard deviations over plots.
-std::vector<Importance> importance_with_plots(const std::vector<const Member*>& members,
+std::vector<Importance> importance_with_plots(const std::vector<const SpeciesMember*>& members,
                                               std::size_t species_count,
                                               std::size_t plot_count) {
   std::vector<Importance> result = importance_of(members, species_count);
-  std::vector<std::vector<const Member*>> by_plot(plot_count);
-  for (const Member* member : members) by_plot[member->plot].push_back(member);
+  std::vector<std::vector<const SpeciesMember*>> by_plot(plot_count);
+  for (const SpeciesMember* member : members) by_plot[member->plot].push_back(member);
   std::vector<Moments> moments(species_count);
   for (const auto& plot : by_plot) {
     // A plot without such a layer says nothing of its composition.
@@ -103,7 +103,7 @@ class TableMaker {
   const std::vector<SampledArea>& areas_;
   const SpeciesTableOptions& options_;
   std::size_t species_count_ = inventory_.species.levels().size() + 1;
-  std::vector<Member> members_{};
+  std::vector<SpeciesMember> members_{};
   std::vector<std::vector<std::size_t>> trees_of_species_{};
 };
 
@@ -133,12 +133,13 @@ void TableMaker::add_members() {
   trees_of_species_.resize(species_count_);
   for (std::size_t area = 0; area < areas_.size(); ++area) {
     for (const std::size_t tree : areas_[area].trees) {
-      Member member{.species = inventory_.species.is_missing(tree) ? species_count_ - 1
-                                                                   : inventory_.species.code(tree),
-                    .plot = inventory_.plot.code(tree),
-                    .layer = options_.layers.layer_of(
-                        inventory_.h_m.empty() ? data::kMissing : inventory_.h_m[tree]),
-                    .basal_area_m2 = basal_area_m2(inventory_.dbh_cm[tree])};
+      SpeciesMember member{
+          .species = inventory_.species.is_missing(tree) ? species_count_ - 1
+                                                         : inventory_.species.code(tree),
+          .plot = inventory_.plot.code(tree),
+          .layer = options_.layers.layer_of(inventory_.h_m.empty() ? data::kMissing
+                                                                   : inventory_.h_m[tree]),
+          .basal_area_m2 = basal_area_m2(inventory_.dbh_cm[tree])};
       if (options_.quadrat_m > 0.0) {
         const Window& window = *areas_[area].window;
         const Point low = window.low();
@@ -159,8 +160,8 @@ void TableMaker::add_members() {
 
 /// Of one layer, or of all trees if there is no such layer.
 std::vector<Importance> TableMaker::importance(std::size_t layer) const {
-  std::vector<const Member*> chosen;
-  for (const Member& member : members_) {
+  std::vector<const SpeciesMember*> chosen;
+  for (const SpeciesMember& member : members_) {
     if (layer >= options_.layers.count() || member.layer == layer) chosen.push_back(&member);
   }
   return importance_with_plots(chosen, species_count_, inventory_.plot.levels().size());

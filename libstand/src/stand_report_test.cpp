@@ -14,7 +14,7 @@
 using namespace silvafit::stand;
 using namespace silvafit::stand::test;
 using Catch::Matchers::Contains;
-using silvafit::test::reference_file;
+using silvafit::test::reference_data;
 
 namespace {
 
@@ -95,12 +95,11 @@ TEST_CASE("a report counts plots without trees, and says what it leaves out") {
 }
 
 TEST_CASE("the simulated inventory has the densities of the paper's Table 1", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_inventory.csv");
-  const Inventory inventory = read_inventory(reference_file("fir_mixed_inventory.csv")).inventory;
-  const StandReport report =
-      stand_report(inventory,
-                   {.units = {.scope = SearchScope::kStand,
-                              .windows = read_windows(reference_file("window.geojson"))}});
+  const Inventory inventory = read_inventory(reference_data("fir_mixed/inventory.csv")).inventory;
+  const StandReport report = stand_report(
+      inventory,
+      {.units = {.scope = SearchScope::kStand,
+                 .windows = read_windows(reference_data("fir_mixed/window.geojson"))}});
   REQUIRE(report.areas.size() == 1);
   CHECK(report.areas[0].figures.area_ha == 5.0);
   // Table 1 of the paper, trees per hectare with one digit.

@@ -17,7 +17,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kSquareMetersPerHectare = 1e4;
 constexpr double kMostClasses = 1e4;
 
 /// Sets the mean height of the thickest trees.

@@ -12,7 +12,7 @@
 
 using namespace silvafit::stand;
 using silvafit::data::Table;
-using silvafit::test::reference_file;
+using silvafit::test::reference_data;
 
 namespace {
 
@@ -40,16 +40,16 @@ std::size_t differences(std::span<const double> expected, const std::vector<doub
 }  // namespace
 
 TEST_CASE("4895 trees have the structural units of the reference", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_indices.csv");
-  const Table expected = silvafit::data::read_csv_table(reference_file("fir_mixed_indices.csv"));
-  const CheckedInventory checked = read_inventory(reference_file("fir_mixed_inventory.csv"));
+  const Table expected = silvafit::data::read_csv_table(reference_data("fir_mixed/indices.csv"));
+  const CheckedInventory checked = read_inventory(reference_data("fir_mixed/inventory.csv"));
   const Inventory& inventory = checked.inventory;
   REQUIRE(checked.excluded.empty());
   REQUIRE(inventory.size() == 4895);
   REQUIRE(expected.rows() == 4895);
 
-  StructuralUnitOptions options{.scope = SearchScope::kStand,
-                                .windows = read_windows(reference_file("window.geojson"))};
+  StructuralUnitOptions options{
+      .scope = SearchScope::kStand,
+      .windows = read_windows(reference_data("fir_mixed/window.geojson"))};
   const StructuralUnits units = structural_units(inventory, options);
   CHECK(units.alpha0_deg == 72.0);
   CHECK(units.notes.empty());
@@ -91,8 +91,7 @@ TEST_CASE("4895 trees have the structural units of the reference", "[reference]"
 }
 
 TEST_CASE("the number of threads changes nothing", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_inventory.csv");
-  const Inventory inventory = read_inventory(reference_file("fir_mixed_inventory.csv")).inventory;
+  const Inventory inventory = read_inventory(reference_data("fir_mixed/inventory.csv")).inventory;
   const auto csv_with = [&inventory](unsigned threads) {
     const StructuralUnits units = structural_units(inventory, {.threads = threads});
     std::ostringstream stream;

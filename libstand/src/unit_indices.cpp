@@ -12,7 +12,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::size_t kMostNeighbors = 64;
 constexpr double kPi = std::numbers::pi;
 // Equality is met in spite of rounding: at the limit angle a pair does not count (strictly
 // smaller), at the touching distance crowns do not overlap (strictly larger). This is what

@@ -2,12 +2,15 @@
 // The indices of one tree from its neighbors.
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "neighbor_search.hpp"
 #include "silvafit/stand/structural_units.hpp"
 
 namespace silvafit::stand {
+
+inline constexpr std::size_t kMostNeighbors = 64;
 
 /// Whether rounding alone parts a neighbor from a tree, so that it has no direction.
 bool is_at_same_place(const Inventory& inventory, std::size_t tree, double distance_m);

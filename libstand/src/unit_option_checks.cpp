@@ -13,8 +13,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::size_t kMostNeighbors = 64;
-
 bool is_angle(double degrees) { return degrees > 0.0 && degrees <= 180.0; }
 
 void check_angles(const Inventory& inventory, const StructuralUnitOptions& options) {

@@ -20,7 +20,7 @@ Polygon paper_window() {
               {100, 0}, {200, 0}, {200, 50}, {300, 50}, {300, 200}, {0, 200}, {0, 50}, {100, 50}}};
 }
 
-std::vector<NamedWindow> read_text(const std::string& text) {
+std::vector<NamedWindow> read_windows_text(const std::string& text) {
   return read_windows(ScratchFile(text, ".geojson").path());
 }
 
@@ -314,20 +314,20 @@ TEST_CASE("windows are read from CSV, polygons and circles") {
 }
 
 TEST_CASE("a GeoJSON point with a radius is a circular plot") {
-  const auto windows = read_text(
+  const auto windows = read_windows_text(
       R"({"type": "Feature", "properties": {"plot": 3, "radius": 12.5},
           "geometry": {"type": "Point", "coordinates": [100, 50]}})");
   REQUIRE(windows.size() == 1);
   CHECK(windows[0].plot == "3");
   CHECK(windows[0].window.area_m2() == Approx(M_PI * 156.25).epsilon(1e-15));
-  CHECK_THROWS_WITH(read_text(R"({"type": "Feature", "properties": {},
+  CHECK_THROWS_WITH(read_windows_text(R"({"type": "Feature", "properties": {},
                                   "geometry": {"type": "Point", "coordinates": [1, 2]}})"),
                     Contains("needs the property 'radius'"));
 }
 
 TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
   const std::string square = polygon("[[[0,0],[10,0],[10,10],[0,10],[0,0]]]");
-  const auto bare = read_text(square);
+  const auto bare = read_windows_text(square);
   REQUIRE(bare.size() == 1);
   CHECK_FALSE(bare[0].plot.has_value());
   CHECK(bare[0].window.area_m2() == 100.0);
@@ -336,9 +336,9 @@ TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
     [[[[20,0],[30,0],[30,10],[20,10],[20,0]], [[24,4],[26,4],[26,6],[24,6],[24,4]]],
      [[[40,0],[50,0],[50,10,7],[40,0]]]]})";
   const auto several =
-      read_text(R"({"type": "FeatureCollection", "features": [)" + feature(square, "\"07\"") + "," +
-                feature(two, "8") + "," +
-                feature(polygon("[[[10,0],[20,0],[20,10],[10,10]]]"), "\"07\"") + "]}");
+      read_windows_text(R"({"type": "FeatureCollection", "features": [)" +
+                        feature(square, "\"07\"") + "," + feature(two, "8") + "," +
+                        feature(polygon("[[[10,0],[20,0],[20,10],[10,10]]]"), "\"07\"") + "]}");
   REQUIRE(several.size() == 2);
   CHECK(several[0].plot == "07");
   CHECK(several[0].window.area_m2() == 200.0);
@@ -347,20 +347,22 @@ TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
 }
 
 TEST_CASE("what is no window is refused with the feature that is wrong") {
-  CHECK_THROWS_WITH(read_text("{\n\"type\": \n"), Contains("is no JSON from here on"));
-  CHECK_THROWS_WITH(read_text("[]"), Contains("a Polygon or MultiPolygon is needed"));
-  CHECK_THROWS_WITH(read_text(R"({"type": "Point", "coordinates": [1, 2]})"),
+  CHECK_THROWS_WITH(read_windows_text("{\n\"type\": \n"), Contains("is no JSON from here on"));
+  CHECK_THROWS_WITH(read_windows_text("[]"), Contains("a Polygon or MultiPolygon is needed"));
+  CHECK_THROWS_WITH(read_windows_text(R"({"type": "Point", "coordinates": [1, 2]})"),
                     Contains("not a Point"));
-  CHECK_THROWS_WITH(read_text(R"({"type": "FeatureCollection", "features": []})"),
+  CHECK_THROWS_WITH(read_windows_text(R"({"type": "FeatureCollection", "features": []})"),
                     Contains("no window in this file"));
-  CHECK_THROWS_WITH(read_text(R"({"type": "Feature", "geometry": null})"), Contains("feature 1"));
-  CHECK_THROWS_WITH(read_text(polygon("[[[0,0],[\"a\",0],[1,1]]]")), Contains("[x, y] in meters"));
+  CHECK_THROWS_WITH(read_windows_text(R"({"type": "Feature", "geometry": null})"),
+                    Contains("feature 1"));
+  CHECK_THROWS_WITH(read_windows_text(polygon("[[[0,0],[\"a\",0],[1,1]]]")),
+                    Contains("[x, y] in meters"));
   const std::string bow = polygon("[[[0,0],[10,10],[10,0],[0,10],[0,0]]]");
-  CHECK_THROWS_AS(read_text(bow), silvafit::InputError);
-  CHECK_THROWS_WITH(
-      read_text(R"({"type": "FeatureCollection", "features": [)" +
-                feature(polygon("[[[0,0],[1,0],[1,1]]]"), "1") + "," + feature(bow, "2") + "]}"),
-      Contains("feature 2: not a valid polygon: the boundary crosses"));
+  CHECK_THROWS_AS(read_windows_text(bow), silvafit::InputError);
+  CHECK_THROWS_WITH(read_windows_text(R"({"type": "FeatureCollection", "features": [)" +
+                                      feature(polygon("[[[0,0],[1,0],[1,1]]]"), "1") + "," +
+                                      feature(bow, "2") + "]}"),
+                    Contains("feature 2: not a valid polygon: the boundary crosses"));
   CHECK_THROWS_WITH(read_windows("/no/such/window.geojson"), Contains("/no/such/window.geojson"));
 }
 

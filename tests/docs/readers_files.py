@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Files that the pages speak of by name and that a reader would have: each is made when a command asks for it."""
 
-import os
 import re
 import shlex
 import shutil
@@ -48,8 +47,9 @@ MADE_BY = {
     "c.glb": f"{PAIR} --scene c.glb",
 }
 
-# Data that everybody may have and we may not give away.
-PUBLIC = {"spati.csv": "spati.csv", "alsTree.csv": "alsTree.csv"}
+# Data that the pages let a reader take from R packages.
+PUBLIC = Path(__file__).resolve().parents[1] / "reference/data-gpl"
+FROM_R = ("spati.csv", "alsTree.csv")
 
 WRITES = re.compile(r"--(out|scene|truth|init|html|residuals|excluded)$")
 
@@ -74,19 +74,15 @@ class Reader:
         self.lock = threading.Lock()
 
     def provide(self, command, page_folder):
-        """Gives a page's folder what the command needs and it lacks. Returns why that cannot be, or nothing."""
+        """Gives a page's folder what the command needs and it lacks."""
         for name in file_names(command):
             if (page_folder / name).exists():
                 continue
-            if name in PUBLIC:
-                source = Path(os.environ["SILVAFIT_REFERENCE_DIR"]) / "public" / PUBLIC[name]
-                if not source.exists():
-                    return f"{name} is not there"
-                shutil.copy(source, page_folder / name)
+            if name in FROM_R:
+                shutil.copy(PUBLIC / name, page_folder / name)
             elif name in MADE_BY:
                 with self.lock:
                     if not (self.folder / name).exists():
                         self.run(MADE_BY[name])
                 (page_folder / name).parent.mkdir(exist_ok=True)
                 shutil.copy(self.folder / name, page_folder / name)
-        return ""

@@ -113,9 +113,7 @@ class Page:
             return command.reason_not_to_run, ""
         if first_word(command.text) not in TOOLS:
             return f"{first_word(command.text)}, of which names are looked at", wrong_names(command.text)
-        reason = self.reader.provide(command.text, self.folder.path)
-        if reason:
-            return reason, ""
+        self.reader.provide(command.text, self.folder.path)
         done = self.folder.run(small_picture(command.text))
         if done.returncode != command.status:
             return "", f"status {done.returncode} instead of {command.status}:\n{done.stdout}"

@@ -2,14 +2,13 @@
 """Studies and fits of measured pines agree with R's nls and nlme on the same trees."""
 
 import json
-import os
 import unittest
 from pathlib import Path
 
 from silvafit_program import ProgramTest
 from study_folder import StudyFolder, read_csv, run_node
 
-REFERENCE = Path(os.environ["SILVAFIT_REFERENCE_DIR"])
+REFERENCE = Path(__file__).resolve().parents[1] / "reference"
 SPATI = ("--columns", "tree=puunro,species=pl,x=xk/10,y=yk/10,dbh=d")
 ALS = ("--columns", "dbh=DBH,h=H,hcb=HCB")
 # R's name of a model and the catalogue's.
@@ -19,18 +18,16 @@ FUNCTIONS = {"none": "none", "varExp": "exponential", "varPower": "power",
 
 
 def log_likelihoods():
-    fits = json.loads((REFERENCE / "public_nlme.json").read_text(encoding="utf-8"))["fits"]
+    fits = json.loads((REFERENCE / "expected/public_nlme.json").read_text(encoding="utf-8"))["fits"]
     return {fit["id"]: fit["logLik"] for fit in fits}
 
 
-@unittest.skipUnless((REFERENCE / "public_nlme.json").exists(),
-                     "the reference files are not beside the project")
 class RealTrees(ProgramTest):
     @classmethod
     def setUpClass(cls):
         cls.reference = log_likelihoods()
-        cls.spati = str(REFERENCE / "public" / "spati.csv")
-        cls.als = str(REFERENCE / "public" / "alsTree.csv")
+        cls.spati = str(REFERENCE / "data-gpl/spati.csv")
+        cls.als = str(REFERENCE / "data-gpl/alsTree.csv")
 
     def study(self, inventory, *arguments):
         self.run_program("study", inventory, "--out", "out", *arguments)

@@ -3,28 +3,21 @@
 #pragma once
 
 #include <algorithm>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "reference.hpp"
+#include "expected.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::test {
 
-inline nlohmann::json read_json(const std::string& name) {
-  std::ifstream stream(reference_file(name));
-  return nlohmann::json::parse(stream);
-}
-
 /// Trees of a species whose indices are not disturbed by the edge, ordered by number.
 /// \param core  the column that says so: in_core or in_core_plot
 inline data::Table fir_mixed(const std::string& species, const std::string& core = "in_core") {
-  data::Table trees = data::read_csv_table(reference_file("fir_mixed_inventory.csv"));
-  const data::Table indices = data::read_csv_table(reference_file("fir_mixed_indices.csv"));
+  data::Table trees = data::read_csv_table(reference_data("fir_mixed/inventory.csv"));
+  const data::Table indices = data::read_csv_table(reference_data("fir_mixed/indices.csv"));
   std::map<double, std::size_t> row_of;
   for (std::size_t row = 0; row < indices.rows(); ++row) {
     row_of[indices.numbers("tree")[row]] = row;

@@ -16,7 +16,7 @@ using namespace silvafit;
 
 namespace {
 
-data::Table rows_of(const std::string& set) {
+data::Table rows_of_set(const std::string& set) {
   const data::Table table = data::read_csv_table(
       test::source_file("tests/reference/data/hard_likelihoods.csv"), {.text_columns = {"plot"}});
   return study::rows_where("set == \"" + set + "\"", table);
@@ -29,32 +29,32 @@ void scale(const std::string& name, double factor, data::Table& table) {
   table.set(name, values);
 }
 
-fit::FitResult fitted(const data::Table& table,
-                      const std::string& formula,
-                      const std::string& random,
-                      const std::string& variance,
-                      fit::Method method) {
+fit::FitResult fitted_by(const data::Table& table,
+                         const std::string& formula,
+                         const std::string& random,
+                         const std::string& variance,
+                         fit::Method method) {
   fit::ModelSpecification model = fit::specify_model(formula, {}, table);
   fit::add_random_effects(model, random, table);
   model.variance = fit::parse_variance_function(variance);
   return fit::fit_model(model, table, {.method = method});
 }
 
-constexpr const char* kLogistic = "y ~ a/(1 + c*exp(-b*x))";
+constexpr const char* kLogisticOfX = "y ~ a/(1 + c*exp(-b*x))";
 
 }  // namespace
 
 TEST_CASE("standard errors do not depend on the units of the data") {
-  const data::Table table = rows_of("rates");
+  const data::Table table = rows_of_set("rates");
   for (const fit::Method method :
        {fit::Method::kLaplace, fit::Method::kQuadrature, fit::Method::kFirstOrder}) {
-    const fit::FittedModel plain = fitted(table, kLogistic, "b | plot", "none", method).fit;
+    const fit::FittedModel plain = fitted_by(table, kLogisticOfX, "b | plot", "none", method).fit;
     REQUIRE(plain.convergence.converged);
     for (const auto& [x_unit, y_unit] : {std::pair{1e-3, 1.0}, {1e-5, 1e4}, {1.0, 100.0}}) {
       data::Table other = table;
       scale("x", x_unit, other);
       scale("y", y_unit, other);
-      const fit::FittedModel fit = fitted(other, kLogistic, "b | plot", "none", method).fit;
+      const fit::FittedModel fit = fitted_by(other, kLogisticOfX, "b | plot", "none", method).fit;
       INFO(fit::method_text(method) << ", x times " << x_unit << ", y times " << y_unit);
       REQUIRE(fit.convergence.converged);
       const Eigen::Vector3d unit(y_unit, 1.0, 1.0 / x_unit);  // of a, c and b
@@ -70,7 +70,7 @@ TEST_CASE("standard errors do not depend on the units of the data") {
 }
 
 TEST_CASE("one more random effect does not lower the likelihood, and rows have no order") {
-  const data::Table table = rows_of("powers");
+  const data::Table table = rows_of_set("powers");
   std::vector<std::size_t> order(table.rows());
   std::iota(order.begin(), order.end(), 0U);
   std::ranges::reverse(order);
@@ -79,7 +79,7 @@ TEST_CASE("one more random effect does not lower the likelihood, and rows have n
        {fit::Method::kLaplace, fit::Method::kQuadrature, fit::Method::kInteraction}) {
     INFO(fit::method_text(method));
     const auto likelihood = [&](const data::Table& rows, const char* random) {
-      const fit::FittedModel fit = fitted(rows, "y ~ a*x^b", random, "power", method).fit;
+      const fit::FittedModel fit = fitted_by(rows, "y ~ a*x^b", random, "power", method).fit;
       CHECK(fit.convergence.converged);
       return fit.log_likelihood;
     };
@@ -92,10 +92,10 @@ TEST_CASE("one more random effect does not lower the likelihood, and rows have n
 }
 
 TEST_CASE("a constant that outgrows a steep power is not taken for a constant variance") {
-  const data::Table table = rows_of("steep");
+  const data::Table table = rows_of_set("steep");
   for (const fit::Method method : {fit::Method::kLindstromBates, fit::Method::kLaplace}) {
     const fit::FitResult result =
-        fitted(table, kLogistic, "b | plot", "constant-plus-power", method);
+        fitted_by(table, kLogisticOfX, "b | plot", "constant-plus-power", method);
     const fit::FittedModel& fit = result.fit;
     INFO(fit::method_text(method) << ": " << fit.convergence.verdict);
     // What the estimates say is what the likelihood was computed with.
@@ -113,6 +113,6 @@ TEST_CASE("a constant that outgrows a steep power is not taken for a constant va
   }
   // Laplace's maximum is far above that of a constant variance (-119.2).
   const fit::FittedModel steep =
-      fitted(table, kLogistic, "b | plot", "constant-plus-power", fit::Method::kLaplace).fit;
+      fitted_by(table, kLogisticOfX, "b | plot", "constant-plus-power", fit::Method::kLaplace).fit;
   CHECK(steep.log_likelihood > -97.0);
 }

@@ -18,11 +18,10 @@ using namespace silvafit;
 using nlohmann::json;
 
 TEST_CASE("heights of spati are imputed as nlme does it", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("public/spati.csv");
   std::ifstream stream(test::source_file("tests/reference/expected/impute_spati.json"));
   const json reference = json::parse(stream)["fits"];
   data::Table table =
-      data::read_csv_table(test::reference_file("public/spati.csv"), {.text_columns = {"plot"}});
+      data::read_csv_table(test::reference_data("spati.csv"), {.text_columns = {"plot"}});
   const auto rows = reference["row"].get<std::vector<std::size_t>>();
   const auto d = table.numbers("d");
   table.set("dbh", std::vector<double>(d.begin(), d.end()));

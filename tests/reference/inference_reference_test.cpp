@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "reference.hpp"
+#include "expected.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/intervals.hpp"
@@ -26,7 +26,7 @@ json figures(const std::string& name) {
   return json::parse(stream).at("fits");
 }
 
-const json& expected() {
+const json& inference_figures() {
   static const json result = [] {
     json all = figures("inference");
     for (const json& record : figures("profile_laplace")) all.at("profiles").push_back(record);
@@ -51,8 +51,8 @@ void add_tops(data::Table& table) {
   }
 }
 
-data::Table stands() {
-  data::Table table = data::read_csv_table(test::source_file("tests/reference/data/stands.csv"));
+data::Table stands_with_tops() {
+  data::Table table = test::stands();
   add_tops(table);
   return table;
 }
@@ -69,7 +69,9 @@ std::vector<std::string> texts(const json& list) {
   return result;
 }
 
-fit::FittedModel fitted(const json& record, const data::Table& table, const char* method = "") {
+fit::FittedModel fitted_record(const json& record,
+                               const data::Table& table,
+                               const char* method = "") {
   fit::ModelSpecification specification = fit::specify_model(
       record.at("formula").get<std::string>(),
       record.contains("sub_models") ? texts(record["sub_models"]) : std::vector<std::string>{},
@@ -104,10 +106,10 @@ void check_limits(const fit::ParameterInterval& ours, double lower, double upper
 }  // namespace
 
 TEST_CASE("t tests have nlme's degrees of freedom") {
-  const data::Table table = stands();
-  for (const json& record : expected().at("degrees_of_freedom")) {
+  const data::Table table = stands_with_tops();
+  for (const json& record : inference_figures().at("degrees_of_freedom")) {
     INFO(record["id"]);
-    const fit::FittedModel fit = fitted(record, table);
+    const fit::FittedModel fit = fitted_record(record, table);
     REQUIRE(fit.convergence.converged);
     for (std::size_t k = 0; k < record["coefficients"].size(); ++k) {
       const std::string name = record["coefficients"][k].get<std::string>();
@@ -125,10 +127,10 @@ TEST_CASE("t tests have nlme's degrees of freedom") {
 }
 
 TEST_CASE("Wald intervals are those of nlme") {
-  const data::Table table = stands();
-  for (const json& record : expected().at("nlme_intervals")) {
+  const data::Table table = stands_with_tops();
+  for (const json& record : inference_figures().at("nlme_intervals")) {
     INFO(record["id"]);
-    const fit::FittedModel fit = fitted(record, table);
+    const fit::FittedModel fit = fitted_record(record, table);
     REQUIRE(fit.convergence.converged);
     const fit::Intervals ours = fit::confidence_intervals(fit, table);
     const double n = record["n"].get<double>();
@@ -184,11 +186,11 @@ TEST_CASE("Wald intervals are those of nlme") {
 }
 
 TEST_CASE("profile limits are where definitions written in R have them") {
-  const data::Table table = stands();
-  for (const json& record : expected().at("profiles")) {
+  const data::Table table = stands_with_tops();
+  for (const json& record : inference_figures().at("profiles")) {
     INFO(record["id"]);
     const std::string method = record["method"].get<std::string>();
-    const fit::FittedModel fit = fitted(record, table, method.c_str());
+    const fit::FittedModel fit = fitted_record(record, table, method.c_str());
     REQUIRE(fit.convergence.converged);
     // lb and nlme stop within 1e-6 standard errors of each other, which moves the likelihood of the
     // model linear there by as little.
@@ -203,9 +205,10 @@ TEST_CASE("profile limits are where definitions written in R have them") {
 }
 
 TEST_CASE("the number of threads does not change profile intervals") {
-  const data::Table table = stands();
-  for (const json& record : expected().at("profiles")) {
-    const fit::FittedModel fit = fitted(record, table, record["method"].get<std::string>().c_str());
+  const data::Table table = stands_with_tops();
+  for (const json& record : inference_figures().at("profiles")) {
+    const fit::FittedModel fit =
+        fitted_record(record, table, record["method"].get<std::string>().c_str());
     const auto with = [&](unsigned threads) {
       return fit::confidence_intervals(
           fit, table, {.method = fit::IntervalMethod::kProfile, .threads = threads});
@@ -220,10 +223,10 @@ TEST_CASE("the number of threads does not change profile intervals") {
 }
 
 TEST_CASE("least squares has the exact Hessian next to that of Gauss and Newton") {
-  const data::Table table = stands();
-  for (const json& record : expected().at("profiles")) {
+  const data::Table table = stands_with_tops();
+  for (const json& record : inference_figures().at("profiles")) {
     if (record["id"] != "ols") continue;
-    const fit::FittedModel fit = fitted(record, table, "ols");
+    const fit::FittedModel fit = fitted_record(record, table, "ols");
     const fit::ObservedInformation information = fit::observed_information(fit, table);
     for (Eigen::Index i = 0; i < 2; ++i) {
       for (Eigen::Index j = 0; j < 2; ++j) {
@@ -241,7 +244,7 @@ TEST_CASE("least squares has the exact Hessian next to that of Gauss and Newton"
 }
 
 TEST_CASE("a standard deviation of zero has an upper limit by the half-and-half mixture") {
-  const json& record = expected().at("edge");
+  const json& record = inference_figures().at("edge");
   data::Table table;
   std::vector<double> x;
   std::vector<double> y;
@@ -256,7 +259,7 @@ TEST_CASE("a standard deviation of zero has an upper limit by the half-and-half 
   table.set("plot", plot);
   for (const char* const method : {"lb", "laplace"}) {
     INFO(method);
-    const fit::FittedModel fit = fitted(record, table, method);
+    const fit::FittedModel fit = fitted_record(record, table, method);
     REQUIRE(fit.convergence.converged);
     REQUIRE(fit.convergence.boundary == std::vector<std::string>{"sd(a) = 0"});
     const fit::Intervals profile =
@@ -278,8 +281,7 @@ TEST_CASE("a standard deviation of zero has an upper limit by the half-and-half 
 
 TEST_CASE(
     "profile limits of a marginal likelihood are those of one valley, and widen with the level") {
-  SILVAFIT_NEEDS_REFERENCE("public/spati.csv");
-  const data::Table table = data::read_csv_table(test::reference_file("public/spati.csv"));
+  const data::Table table = data::read_csv_table(test::reference_data("spati.csv"));
   fit::ModelSpecification specification =
       fit::specify_model("h ~ 1.3 + d^2/(a + b*d)^2", {}, table);
   fit::add_random_effects(specification, "a + b | plot", table);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Laplace's method against TMB 1.9.2.
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
@@ -12,7 +13,7 @@ using nlohmann::json;
 
 namespace {
 
-const std::map<std::string, std::string> kVariances{
+const std::map<std::string, std::string> kTmbVariances{
     {"none", "none"}, {"varPower", "power"}, {"varConstPower", "constant-plus-power"}};
 
 /// The fit of the nlme reference that has the same formula and groups.
@@ -26,10 +27,10 @@ json find_by_id(const json& file, std::string id) {
   return {};
 }
 
-fit::FitResult fitted(const json& reference,
-                      const json& formula_of,
-                      const data::Table& table,
-                      const std::map<std::string, double>& start = {}) {
+fit::FitResult fitted_by_laplace(const json& reference,
+                                 const json& formula_of,
+                                 const data::Table& table,
+                                 const std::map<std::string, double>& start = {}) {
   fit::ModelSpecification specification =
       fit::specify_model(formula_of["formula"].get<std::string>(), {}, table);
   std::string random;
@@ -39,25 +40,25 @@ fit::FitResult fitted(const json& reference,
   fit::add_random_effects(
       specification, random + " | " + formula_of["group"].get<std::string>(), table);
   specification.variance =
-      fit::parse_variance_function(kVariances.at(reference["varfun"].get<std::string>()));
+      fit::parse_variance_function(kTmbVariances.at(reference["varfun"].get<std::string>()));
   return fit::fit_model(specification, table, {.method = fit::Method::kLaplace, .start = start});
 }
 
 /// TMB's optimizer leaves a covariance on the edge of its range with a gradient of this size; its
 /// estimates are then no maximum to compare with.
-bool is_comparable(const json& reference) {
+bool is_comparable_with_tmb(const json& reference) {
   return reference["converged"].get<bool>() && reference["max_abs_gradient"].get<double>() < 1e-6;
 }
 
-void check_against(const json& reference, const json& formula_of, const data::Table& table) {
-  const fit::FittedModel fit = fitted(reference, formula_of, table).fit;
+void check_against_tmb(const json& reference, const json& formula_of, const data::Table& table) {
+  const fit::FittedModel fit = fitted_by_laplace(reference, formula_of, table).fit;
   INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict);
   CHECK(fit.convergence.converged);
   CHECK(fit.observations == reference["n"].get<int>());
   CHECK(fit.parameter_count == reference["df"].get<int>());
   const double expected = reference["logLik"].get<double>();
   CHECK(fit.log_likelihood > expected - 1e-6 * std::abs(expected));
-  if (!is_comparable(reference)) return;
+  if (!is_comparable_with_tmb(reference)) return;
   // The gradients of both are at the level of rounding.
   CHECK(fit.log_likelihood == Approx(expected).epsilon(1e-9));
   const Eigen::VectorXd errors = fit.standard_errors();
@@ -76,7 +77,7 @@ void check_against(const json& reference, const json& formula_of, const data::Ta
 
 /// Starts from coefficients that are up to a quarter away find no higher likelihood.
 void check_restarts(const json& reference, const json& formula_of, const data::Table& table) {
-  const fit::FittedModel best = fitted(reference, formula_of, table).fit;
+  const fit::FittedModel best = fitted_by_laplace(reference, formula_of, table).fit;
   INFO(reference["id"].get<std::string>());
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> factor(0.75, 1.25);
@@ -86,7 +87,7 @@ void check_restarts(const json& reference, const json& formula_of, const data::T
       start[best.coefficient_names[j]] =
           best.estimate[static_cast<Eigen::Index>(j)] * factor(random);
     }
-    const fit::FittedModel other = fitted(reference, formula_of, table, start).fit;
+    const fit::FittedModel other = fitted_by_laplace(reference, formula_of, table, start).fit;
     // 1e-6 is what two searches of one maximum may differ by.
     if (other.convergence.converged) CHECK(other.log_likelihood < best.log_likelihood + 1e-6);
   }
@@ -95,23 +96,21 @@ void check_restarts(const json& reference, const json& formula_of, const data::T
 }  // namespace
 
 TEST_CASE("the mixed models of the study agree with TMB", "[reference][slow]") {
-  SILVAFIT_NEEDS_REFERENCE("laplace_tmb.json");
-  const json file = test::read_json("laplace_tmb.json");
-  const json formulas = test::read_json("fir_mixed_nlme.json");
+  const json file = test::read_expected("laplace_tmb.json");
+  const json formulas = test::read_expected("fir_mixed_nlme.json");
   const std::string species = GENERATE("SM", "BHN", "MH");
   const data::Table table = test::fir_mixed(species);
   for (const json& reference : file["fits"]) {
     if (reference["id"].get<std::string>().starts_with(species)) {
-      check_against(reference, find_by_id(formulas, reference["id"]), table);
+      check_against_tmb(reference, find_by_id(formulas, reference["id"]), table);
     }
   }
 }
 
 TEST_CASE("restarts from perturbed points find nothing better", "[reference][slow]") {
-  SILVAFIT_NEEDS_REFERENCE("laplace_tmb.json");
-  const json file = test::read_json("laplace_tmb.json");
-  const json study = test::read_json("fir_mixed_nlme.json");
-  const json open_data = test::read_json("public_nlme.json");
+  const json file = test::read_expected("laplace_tmb.json");
+  const json study = test::read_expected("fir_mixed_nlme.json");
+  const json open_data = test::read_expected("public_nlme.json");
   const std::string data_set = GENERATE("SM", "BHN", "MH", "spati");
   const bool is_public = data_set == "spati";
   const data::Table table = is_public ? test::public_table(data_set) : test::fir_mixed(data_set);
@@ -122,13 +121,12 @@ TEST_CASE("restarts from perturbed points find nothing better", "[reference][slo
 }
 
 TEST_CASE("mixed models of public data agree with TMB", "[reference][slow]") {
-  SILVAFIT_NEEDS_REFERENCE("laplace_tmb.json");
-  const json file = test::read_json("laplace_tmb.json");
-  const json formulas = test::read_json("public_nlme.json");
+  const json file = test::read_expected("laplace_tmb.json");
+  const json formulas = test::read_expected("public_nlme.json");
   const data::Table table = test::public_table("spati");
   for (const json& reference : file["fits"]) {
     if (reference["id"].get<std::string>().starts_with("spati")) {
-      check_against(reference, find_by_id(formulas, reference["id"]), table);
+      check_against_tmb(reference, find_by_id(formulas, reference["id"]), table);
     }
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Least squares against R 4.2.2: nls of minpack.lm 1.2.3, without giving it any start values.
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 
@@ -59,7 +60,7 @@ const std::vector<SubModelCase> kStudy{
 
 /// The same log-likelihood as R or a better one; where it is the same and R's own second algorithm
 /// agrees, the same estimates to what R's tolerances leave of its digits.
-void check_against(const json& reference, const LeastSquaresFit& fit, const Names& names = {}) {
+void check_against_nls(const json& reference, const LeastSquaresFit& fit, const Names& names = {}) {
   INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict);
   CHECK_FALSE(fit.convergence.verdict.empty());
   REQUIRE(fit.observations == reference["n"].get<int>());
@@ -83,9 +84,9 @@ void check_against(const json& reference, const LeastSquaresFit& fit, const Name
   }
 }
 
-LeastSquaresFit fitted(const std::string& formula,
-                       const std::vector<std::string>& sub_models,
-                       const data::Table& table) {
+LeastSquaresFit fitted_by_squares(const std::string& formula,
+                                  const std::vector<std::string>& sub_models,
+                                  const data::Table& table) {
   return fit_least_squares(
       fit::NonlinearModel(fit::specify_model(formula, sub_models, table), table));
 }
@@ -105,12 +106,13 @@ std::map<std::string, data::Table> species_tables(const std::string& core) {
 }
 
 void check_study(const std::string& file, const std::string& core) {
-  const json reference = test::read_json(file);
+  const json reference = test::read_expected(file);
   const auto tables = species_tables(core);
   for (const SubModelCase& model : kStudy) {
     const json& expected = entry(reference, model.id);
     const data::Table& table = tables.at(expected["species"].get<std::string>());
-    check_against(expected, fitted(model.formula, model.sub_models, table), model.names);
+    check_against_nls(
+        expected, fitted_by_squares(model.formula, model.sub_models, table), model.names);
   }
 }
 
@@ -128,8 +130,7 @@ data::Table with_positive(const data::Table& table, const std::vector<std::strin
 }  // namespace
 
 TEST_CASE("all 32 base models reach R's fit on three species", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_base_models.json");
-  const json reference = test::read_json("fir_mixed_base_models.json");
+  const json reference = test::read_expected("fir_mixed_base_models.json");
   const auto catalogue = study::Catalogue::load(test::source_file("models"));
   const auto tables = species_tables("in_core");
   int count = 0;
@@ -137,35 +138,34 @@ TEST_CASE("all 32 base models reach R's fit on three species", "[reference]") {
     const study::BaseModel& base = catalogue.find(expected["model"].get<std::string>());
     const data::Table& table = tables.at(expected["species"].get<std::string>());
     const fit::NonlinearModel model(fit::specify_model(base.formula, {}, table), table);
-    check_against(expected, fit_least_squares(model));
+    check_against_nls(expected, fit_least_squares(model));
 
     fit::LeastSquaresOptions options;
     const std::vector<double> starts = study::start_values(base, table);
     for (std::size_t j = 0; j < starts.size(); ++j) {
       options.rule[base.parameters[j].name] = starts[j];
     }
-    check_against(expected, fit_least_squares(model, options));
+    check_against_nls(expected, fit_least_squares(model, options));
     ++count;
   }
   CHECK(count == 96);
 }
 
 TEST_CASE("one curve in three forms has one log-likelihood", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_inventory.csv");
   const data::Table table = test::fir_mixed("SM");
-  const double m27 = fitted("cw ~ a*b^dbh", {}, table).log_likelihood;
-  CHECK(fitted("cw ~ exp(a + b*dbh)", {}, table).log_likelihood == Approx(m27).epsilon(1e-13));
-  CHECK(fitted("cw ~ a*exp(b*dbh)", {}, table).log_likelihood == Approx(m27).epsilon(1e-13));
+  const double m27 = fitted_by_squares("cw ~ a*b^dbh", {}, table).log_likelihood;
+  CHECK(fitted_by_squares("cw ~ exp(a + b*dbh)", {}, table).log_likelihood ==
+        Approx(m27).epsilon(1e-13));
+  CHECK(fitted_by_squares("cw ~ a*exp(b*dbh)", {}, table).log_likelihood ==
+        Approx(m27).epsilon(1e-13));
 }
 
 TEST_CASE("levels 1 and 2 of the study are R's", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_nlme.json");
   check_study("fir_mixed_nlme.json", "in_core");
   check_study("fir_mixed_nlme_plotbuffer.json", "in_core_plot");
 }
 
 TEST_CASE("a covariate more never makes the fit worse", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_inventory.csv");
   const std::vector<std::string> covariates{"W", "M", "C", "U"};
   const std::vector<std::pair<std::string, std::string>> models{
       {kMeyer, "b"}, {kWalters, "b"}, {kLogistic, "c"}, {kPower, "a"}};
@@ -180,7 +180,7 @@ TEST_CASE("a covariate more never makes the fit worse", "[reference]") {
         members.insert(k);
         sub_model += " + " + covariates[k];
       }
-      best[members] = fitted(formula, {sub_model}, table).log_likelihood;
+      best[members] = fitted_by_squares(formula, {sub_model}, table).log_likelihood;
       for (const std::size_t left_out : members) {
         std::set<std::size_t> fewer = members;
         fewer.erase(left_out);
@@ -192,25 +192,27 @@ TEST_CASE("a covariate more never makes the fit worse", "[reference]") {
 }
 
 TEST_CASE("fits of public data are R's", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("public_nlme.json");
-  const json reference = test::read_json("public_nlme.json");
+  const json reference = test::read_expected("public_nlme.json");
   const auto read = [](const std::string& name) {
-    return data::read_csv_table(test::reference_file("public/" + name));
+    return data::read_csv_table(test::reference_data("" + name));
   };
-  check_against(entry(reference, "Loblolly_nls"),
-                fitted("height ~ Asym + (R0 - Asym)*exp(-exp(lrc)*age)", {}, read("Loblolly.csv")));
-  check_against(
+  check_against_nls(
+      entry(reference, "Loblolly_nls"),
+      fitted_by_squares(
+          "height ~ Asym + (R0 - Asym)*exp(-exp(lrc)*age)", {}, read("Loblolly.csv")));
+  check_against_nls(
       entry(reference, "Orange_nls"),
-      fitted("circumference ~ Asym/(1 + exp((xmid - age)/scal))", {}, read("Orange.csv")));
-  check_against(entry(reference, "alsTree_walters_nls"),
-                fitted("HCB ~ H/(1 + exp(a + b*DBH))", {}, read("alsTree.csv")));
+      fitted_by_squares(
+          "circumference ~ Asym/(1 + exp((xmid - age)/scal))", {}, read("Orange.csv")));
+  check_against_nls(entry(reference, "alsTree_walters_nls"),
+                    fitted_by_squares("HCB ~ H/(1 + exp(a + b*DBH))", {}, read("alsTree.csv")));
   const data::Table spati = with_positive(read("spati.csv"), {"h", "d"});
-  check_against(entry(reference, "spati_naslund_nls"),
-                fitted("h ~ 1.3 + d^2/(a + b*d)^2", {}, spati));
-  check_against(entry(reference, "spati_curtis_nls"),
-                fitted("h ~ 1.3 + a*(d/(1 + d))^b", {}, spati));
-  check_against(entry(reference, "spati_korf_nls"),
-                fitted("h ~ 1.3 + a*exp(-b*d^(-c))", {}, spati));
-  check_against(entry(reference, "spati_richards_nls"),
-                fitted("h ~ 1.3 + a*(1 - exp(-b*d))^c", {}, spati));
+  check_against_nls(entry(reference, "spati_naslund_nls"),
+                    fitted_by_squares("h ~ 1.3 + d^2/(a + b*d)^2", {}, spati));
+  check_against_nls(entry(reference, "spati_curtis_nls"),
+                    fitted_by_squares("h ~ 1.3 + a*(d/(1 + d))^b", {}, spati));
+  check_against_nls(entry(reference, "spati_korf_nls"),
+                    fitted_by_squares("h ~ 1.3 + a*exp(-b*d^(-c))", {}, spati));
+  check_against_nls(entry(reference, "spati_richards_nls"),
+                    fitted_by_squares("h ~ 1.3 + a*(1 - exp(-b*d))^c", {}, spati));
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Mixed models against R 4.2.2 with nlme 3.1.162, through the program's own JSON and without start
 // values.
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 
@@ -15,10 +16,10 @@ using nlohmann::json;
 
 namespace {
 
-const std::map<std::string, std::string> kVariances{{"none", "none"},
-                                                    {"varExp", "exponential"},
-                                                    {"varPower", "power"},
-                                                    {"varConstPower", "constant-plus-power"}};
+const std::map<std::string, std::string> kNlmeVariances{{"none", "none"},
+                                                        {"varExp", "exponential"},
+                                                        {"varPower", "power"},
+                                                        {"varConstPower", "constant-plus-power"}};
 
 /// nlme stops short here: its log-likelihood is below that of the same model with varPower, which
 /// constant-plus-power contains (see the notes beside the reference numbers).
@@ -26,7 +27,7 @@ const std::set<std::string> kStoppedShort{
     "spati_curtis_varConstPower", "spati_korf_varConstPower", "SM_h_nlme_varConstPower"};
 
 /// The reference's formula, whose names that are no columns are our coefficients.
-FitResult fitted(const json& reference, const data::Table& table) {
+FitResult fitted_as_nlme(const json& reference, const data::Table& table) {
   fit::ModelSpecification specification =
       fit::specify_model(reference["formula"].get<std::string>(), {}, table);
   std::string random;
@@ -36,13 +37,13 @@ FitResult fitted(const json& reference, const data::Table& table) {
   fit::add_random_effects(
       specification, random + " | " + reference["group"].get<std::string>(), table);
   specification.variance =
-      fit::parse_variance_function(kVariances.at(reference["varfun"].get<std::string>()));
+      fit::parse_variance_function(kNlmeVariances.at(reference["varfun"].get<std::string>()));
   return fit::fit_model(specification, table);
 }
 
 /// Points of the likelihood where nlme's own tolerances leave digits to compare: tight control, a
 /// covariance well inside its range, general as ours, and the same maximum.
-bool is_comparable(const json& reference, double log_likelihood) {
+bool is_comparable_with_nlme(const json& reference, double log_likelihood) {
   return reference["control"] == "tight" &&
          reference["random_cor_min_eigen"].get<double>() > 1e-3 &&
          reference["random_structure"].get<std::string>().starts_with("pdSymm") &&
@@ -75,7 +76,7 @@ double residual_sd(const json& reference, double fitted) {
   return sigma * (parameters["const"].get<double>() + power);
 }
 
-void check_variance(const json& reference, const json& ours) {
+void check_variance_of_nlme(const json& reference, const json& ours) {
   // sigma, delta and the constant lie on a ridge: sigma = s v^-delta for a typical v, so that their
   // own digits are fewer than those of the standard deviation that they make.
   const double digits = reference["varfun"] == "none" ? 1e-5 : 5e-4;
@@ -110,8 +111,10 @@ void check_fitted(const json& reference,
   }
 }
 
-void check_against(const json& reference, const data::Table& table, const std::string& id_column) {
-  const FitResult result = fitted(reference, table);
+void check_against_nlme(const json& reference,
+                        const data::Table& table,
+                        const std::string& id_column) {
+  const FitResult result = fitted_as_nlme(reference, table);
   const json ours = json::parse(fit::to_json(result.fit));
   INFO(reference["id"].get<std::string>() << ": " << ours["verdict"].get<std::string>());
   CHECK(ours["converged"].get<bool>());
@@ -122,9 +125,9 @@ void check_against(const json& reference, const data::Table& table, const std::s
   if (reference["random_structure"].get<std::string>().starts_with("pdSymm")) {
     CHECK(ours["k"] == reference["df"]);
   }
-  if (!is_comparable(reference, log_likelihood)) return;
+  if (!is_comparable_with_nlme(reference, log_likelihood)) return;
   check_estimates(reference, ours);
-  check_variance(reference, ours);
+  check_variance_of_nlme(reference, ours);
   check_fitted(reference, result, table, id_column);
   CHECK(ours["aic"].get<double>() == Approx(reference["AIC"].get<double>()).margin(2e-4));
   CHECK(ours["bic"].get<double>() == Approx(reference["BIC"].get<double>()).margin(2e-4));
@@ -137,27 +140,25 @@ bool is_mixed(const json& reference) { return reference.contains("random_names")
 }  // namespace
 
 TEST_CASE("the mixed models of the study agree with nlme", "[reference][slow]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_nlme.json");
-  const json file = test::read_json("fir_mixed_nlme.json");
+  const json file = test::read_expected("fir_mixed_nlme.json");
   const std::string species = GENERATE("SM", "BHN", "MH");
   const data::Table table = test::fir_mixed(species);
   int compared = 0;
   for (const json& reference : file["fits"]) {
     if (!is_mixed(reference) || reference["species"] != species) continue;
-    check_against(reference, table, "tree");
+    check_against_nlme(reference, table, "tree");
     ++compared;
   }
   CHECK(compared == 12);
 }
 
 TEST_CASE("mixed models of public data agree with nlme", "[reference][slow]") {
-  SILVAFIT_NEEDS_REFERENCE("public_nlme.json");
-  const json file = test::read_json("public_nlme.json");
+  const json file = test::read_expected("public_nlme.json");
   const std::string name = GENERATE("Loblolly", "Orange", "spati", "alsTree");
   const data::Table table = test::public_table(name);
   for (const json& reference : file["fits"]) {
     const std::string id = reference["id"].get<std::string>();
     if (!is_mixed(reference) || !id.starts_with(name)) continue;
-    check_against(reference, table, "number");
+    check_against_nlme(reference, table, "number");
   }
 }

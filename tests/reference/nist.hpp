@@ -54,8 +54,7 @@ inline std::string formula(std::string model) {
   return model.substr(0, equals) + " ~ " + model.substr(equals + 1);
 }
 
-/// "b1 = start start certified sd", with a typing error of NIST's in Roszman1 ("E-0") that C++
-/// reads as meant.
+/// "b1 = start start certified sd".
 inline void read_coefficient(const std::vector<std::string>& row, NistProblem& problem) {
   problem.starts[0].push_back(std::stod(row[2]));
   problem.starts[1].push_back(std::stod(row[3]));
@@ -81,7 +80,7 @@ inline void read_data(std::istream& stream,
 }  // namespace nist
 
 inline NistProblem read_nist(const std::string& name) {
-  std::ifstream stream(reference_file("nist/" + name + ".dat"));
+  std::ifstream stream(reference_data("nist/" + name + ".dat"));
   NistProblem problem{.name = name, .formula = {}, .table = {}};
   std::string model;
   bool in_model = false;
@@ -103,8 +102,6 @@ inline NistProblem read_nist(const std::string& name) {
       nist::read_data(stream, {row.begin() + 1, row.end()}, problem);
     }
   }
-  // This copy of the file reads 1.20196866396E-0 where NIST certifies 2.0196866396E-01.
-  if (name == "Roszman1") problem.certified[0] = 2.0196866396e-01;
   return problem;
 }
 

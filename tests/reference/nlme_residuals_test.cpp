@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "reference.hpp"
+#include "expected.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/residuals.hpp"
@@ -18,16 +18,7 @@ using nlohmann::json;
 
 namespace {
 
-json expected() {
-  std::ifstream stream(test::source_file("tests/reference/expected/nlme_residuals.json"));
-  return json::parse(stream)["fits"];
-}
-
-data::Table stands() {
-  return data::read_csv_table(test::source_file("tests/reference/data/stands.csv"));
-}
-
-fit::ModelSpecification model_of(const json& reference, const data::Table& table) {
+fit::ModelSpecification model_with_residuals(const json& reference, const data::Table& table) {
   fit::ModelSpecification model = fit::specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table);
   const std::string id = reference["id"].get<std::string>();
   const char* const random = id == "nested" ? "a | stand/plot" : "a + b | plot";
@@ -92,11 +83,11 @@ void check_residuals(const json& reference, const fit::Residuals& ours, double t
 }  // namespace
 
 TEST_CASE("residuals are nlme's at both levels", "[reference]") {
-  const data::Table table = stands();
-  const json fits = expected();
+  const data::Table table = test::stands();
+  const json fits = test::read_expected("nlme_residuals.json")["fits"];
   REQUIRE(fits["residuals"].size() == 3);
   for (const json& reference : fits["residuals"]) {
-    const fit::FittedModel fit = fit::fit_model(model_of(reference, table), table).fit;
+    const fit::FittedModel fit = fit::fit_model(model_with_residuals(reference, table), table).fit;
     REQUIRE(fit.convergence.converged);
     // From nlme's estimates, which have 15 digits.
     check_residuals(reference, fit::residuals(with_estimates(fit, reference), table), 1e-10);
@@ -107,8 +98,8 @@ TEST_CASE("residuals are nlme's at both levels", "[reference]") {
 }
 
 TEST_CASE("R2 of linear mixed models are Nakagawa's and Johnson's", "[reference]") {
-  const data::Table table = stands();
-  const json shares = expected()["shares"];
+  const data::Table table = test::stands();
+  const json shares = test::read_expected("nlme_residuals.json")["fits"]["shares"];
   for (const std::string id : {"intercept", "slope"}) {
     fit::ModelSpecification model = fit::specify_model("h ~ a + b*dbh", {}, table);
     fit::add_random_effects(model, id == "slope" ? "a + b | plot" : "a | plot", table);

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "reference.hpp"
+#include "expected.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/least_squares.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
@@ -21,13 +21,8 @@ using nlohmann::json;
 
 namespace {
 
-json expected(const std::string& name) {
-  std::ifstream stream(test::source_file("tests/reference/expected/" + name + ".json"));
-  return json::parse(stream);
-}
-
 /// nlme's `weights` argument in our words.
-const std::map<std::string, std::string> kVariances{
+const std::map<std::string, std::string> kVarianceCalls{
     {"NULL", "none"},
     {"varPower()", "power"},
     {"varPower(fixed = 0.5)", "power(delta = 0.5)"},
@@ -48,8 +43,8 @@ std::string variance_of(const json& reference) {
   call.erase(0, call.find("weights = ") + 10);
   for (const char* const end : {", method = ", ")"}) {
     const std::string text = call.substr(0, call.rfind(end));
-    const auto found = kVariances.find(text);
-    if (found != kVariances.end()) return found->second;
+    const auto found = kVarianceCalls.find(text);
+    if (found != kVarianceCalls.end()) return found->second;
   }
   return {};
 }
@@ -112,8 +107,8 @@ void check_fit(const json& reference) {
     WARN(id << ": no such variance function here");
     return;
   }
-  const data::Table table = data::read_csv_table(
-      test::source_file("tests/reference/data/" + reference["data"].get<std::string>()));
+  const data::Table table =
+      data::read_csv_table(test::reference_data(reference["data"].get<std::string>()));
   fit::ModelSpecification specification =
       fit::specify_model(reference["formula"].get<std::string>(), {}, table);
   specification.variance = fit::parse_variance_function(variance);
@@ -166,7 +161,7 @@ void check_fit(const json& reference) {
 TEST_CASE("covariances, nested groups, restricted likelihood and variance functions are nlme's",
           "[reference]") {
   const std::string file = GENERATE("nlme_nested", "nlme_reml", "nlme_covariance", "nlme_variance");
-  const json fits = expected(file)["fits"];
+  const json fits = test::read_expected(file + ".json")["fits"];
   REQUIRE(fits.size() >= 9);
   for (const json& reference : fits) check_fit(reference);
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "reference.hpp"
+#include "expected.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/prediction.hpp"
@@ -18,22 +18,13 @@ using nlohmann::json;
 
 namespace {
 
-json expected() {
-  std::ifstream stream(test::source_file("tests/reference/expected/nlme_predict.json"));
-  return json::parse(stream);
-}
-
-data::Table stands() {
-  return data::read_csv_table(test::source_file("tests/reference/data/stands.csv"));
-}
-
 std::vector<std::size_t> rows_of(const json& numbers) {
   std::vector<std::size_t> rows;
   for (const json& number : numbers) rows.push_back(number.get<std::size_t>() - 1);
   return rows;
 }
 
-fit::ModelSpecification model_of(const std::string& random, const data::Table& table) {
+fit::ModelSpecification model_to_predict(const std::string& random, const data::Table& table) {
   fit::ModelSpecification model = fit::specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh/10))", {}, table);
   fit::add_random_effects(model, random, table);
   model.variance = fit::parse_variance_function("power");
@@ -51,12 +42,12 @@ void check_values(const Eigen::VectorXd& values, const json& reference) {
 }  // namespace
 
 TEST_CASE("predictions at all levels are nlme's") {
-  const json file = expected();
+  const json file = test::read_expected("nlme_predict.json");
   for (const json& reference : file["predictions"]) {
     INFO(reference["id"]);
-    const data::Table table = stands();
+    const data::Table table = test::stands();
     const fit::FittedModel fit =
-        fit::fit_model(model_of(reference["random"].get<std::string>(), table), table).fit;
+        fit::fit_model(model_to_predict(reference["random"].get<std::string>(), table), table).fit;
     REQUIRE(fit.convergence.converged);
     data::Table part = table.select(rows_of(reference["rows"]));
     const json& levels = reference["levels"];
@@ -72,9 +63,9 @@ TEST_CASE("predictions at all levels are nlme's") {
 }
 
 TEST_CASE("random effects of new plots are those of the definition in R") {
-  const json reference = expected()["new_plots"];
-  data::Table table = stands();
-  fit::FittedModel fit{.specification = model_of("a + b | plot", table),
+  const json reference = test::read_expected("nlme_predict.json")["new_plots"];
+  data::Table table = test::stands();
+  fit::FittedModel fit{.specification = model_to_predict("a + b | plot", table),
                        .method = fit::Method::kLindstromBates};
   fit.coefficient_names = {"a", "b"};
   fit.estimate =

@@ -14,7 +14,7 @@ namespace silvafit::test {
 
 /// A public data set, its rows numbered as in the reference, with the rows that it used.
 inline data::Table public_table(const std::string& name) {
-  data::Table table = data::read_csv_table(reference_file("public/" + name + ".csv"));
+  data::Table table = data::read_csv_table(reference_data(name + ".csv"));
   std::vector<double> numbers(table.rows());
   std::vector<std::size_t> rows;
   for (std::size_t row = 0; row < table.rows(); ++row) {

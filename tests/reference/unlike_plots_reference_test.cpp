@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "reference.hpp"
+#include "expected.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -16,10 +16,7 @@ using nlohmann::json;
 
 namespace {
 
-json expected() {
-  std::ifstream stream(test::source_file("tests/reference/expected/nlme_unlike_plots.json"));
-  return json::parse(stream)["fits"];
-}
+json fits_of_nlme() { return test::read_expected("nlme_unlike_plots.json")["fits"]; }
 
 data::Table plots_of(const json& reference) {
   const data::Table table = data::read_csv_table(
@@ -27,7 +24,7 @@ data::Table plots_of(const json& reference) {
   return study::rows_where("set == \"" + reference["set"].get<std::string>() + "\"", table);
 }
 
-fit::FittedModel fitted(const json& reference, const fit::FitModelOptions& options) {
+fit::FittedModel fitted_to_set(const json& reference, const fit::FitModelOptions& options) {
   const data::Table table = plots_of(reference);
   fit::ModelSpecification model =
       fit::specify_model(reference["formula"].get<std::string>(), {}, table);
@@ -54,25 +51,26 @@ void check_like_nlme(const fit::FittedModel& fit, const json& reference) {
 }  // namespace
 
 TEST_CASE("plots that are very unlike need no start values") {
-  for (const json& reference : expected()) check_like_nlme(fitted(reference, {}), reference);
+  for (const json& reference : fits_of_nlme())
+    check_like_nlme(fitted_to_set(reference, {}), reference);
 }
 
 TEST_CASE("start values for plots that are very unlike do no harm") {
-  for (const json& reference : expected()) {
+  for (const json& reference : fits_of_nlme()) {
     fit::FitModelOptions options;
     for (const auto& [name, value] : reference["fixed"].items()) {
       options.start[name] = 1.1 * value.get<double>();
     }
-    check_like_nlme(fitted(reference, options), reference);
+    check_like_nlme(fitted_to_set(reference, options), reference);
   }
 }
 
 TEST_CASE("the marginal likelihoods of plots that are very unlike are near nlme's") {
-  for (const json& reference : expected()) {
+  for (const json& reference : fits_of_nlme()) {
     // With one effect that enters linearly the methods agree but for the curvature of b and c.
     if (reference["random"] != "a | plot") continue;
     for (const fit::Method method : {fit::Method::kLaplace, fit::Method::kInteraction}) {
-      const fit::FittedModel fit = fitted(reference, {.method = method});
+      const fit::FittedModel fit = fitted_to_set(reference, {.method = method});
       INFO(reference["set"] << ": " << fit.convergence.verdict);
       CHECK(fit.convergence.converged);
       CHECK(fit.log_likelihood ==

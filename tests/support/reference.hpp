@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where tests find data: what the project ships, and the reference numbers that may lie beside the
-// checkout.
+// Where tests find the data that the project ships.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <string>
 
@@ -15,16 +13,8 @@ std::filesystem::path source_file(const std::string& name);
 /// A file of the data that is installed with the program, as the build has them.
 std::filesystem::path data_file(const std::string& name);
 
-/// A file of the reference numbers, which are not part of the project.
-std::filesystem::path reference_file(const std::string& name);
+/// A data set of tests/reference: of its folder data, or of data-gpl, whose files are under the
+/// GPL.
+std::filesystem::path reference_data(const std::string& name);
 
 }  // namespace silvafit::test
-
-/// Ends the test case with a message where a reference file is missing.
-#define SILVAFIT_NEEDS_REFERENCE(name)                                                \
-  do {                                                                                \
-    if (!std::filesystem::exists(silvafit::test::reference_file(name))) {             \
-      WARN("skipped: the reference file " << (name) << " is not beside the project"); \
-      return;                                                                         \
-    }                                                                                 \
-  } while (false)

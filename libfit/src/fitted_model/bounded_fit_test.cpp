@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fitted_model/bound_slopes.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
@@ -12,8 +13,6 @@ using namespace silvafit::fit;
 using Catch::Matchers::Contains;
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Trees whose heights bend so little that no curve has an asymptote to speak of: the free fits run
 /// off to 137 m, to negative heights, or on for ever.

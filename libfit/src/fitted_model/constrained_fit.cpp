@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
 #include "fitted_model/bound_slopes.hpp"
 #include "fitted_model/bounded_search.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -21,8 +21,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Values = std::map<std::string, double>;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void check_coefficient(const ModelSpecification& specification, const std::string& name) {
   const std::vector<std::string> known = specification.coefficient_names();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "fitted_model/intervals_json.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -247,7 +247,6 @@ ordered_json text_or_null(const std::string& text) {
 /// missing.
 FittedModel with_sizes(FittedModel fit) {
   if (fit.estimate.size() > 0) return fit;
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   fit.coefficient_names = fit.specification.coefficient_names();
   const auto p = static_cast<Index>(fit.coefficient_names.size());
   fit.estimate.setConstant(p, kNaN);

@@ -8,7 +8,6 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "fitted_model/constrained_fit.hpp"
@@ -18,6 +17,7 @@
 #include "least_squares/start_search.hpp"
 #include "mixed_effects/optimum_search.hpp"
 #include "prediction/calibration_search.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/least_squares.hpp"
 
@@ -27,8 +27,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// In the order of the enumeration.
 constexpr std::array<std::string_view, 7> kMethodNames{

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <string_view>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -54,7 +54,6 @@ ordered_json intervals_json(const Intervals& intervals) {
 }
 
 Intervals read_intervals(const JsonReader& json) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Intervals result{.level = json.at("level").number_or_missing(),
                    .likelihood = json.at("likelihood").any_text()};
   try {

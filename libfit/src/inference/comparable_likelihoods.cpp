@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace silvafit::fit {
 namespace {
 
@@ -12,6 +14,10 @@ bool has_same_fixed_effects(const FittedModel& a, const FittedModel& b) {
 }
 
 }  // namespace
+
+bool has_usable_likelihood(const FittedModel& fit) {
+  return fit.convergence.converged && std::isfinite(fit.log_likelihood);
+}
 
 std::string obstacle_to_comparing(const FittedModel& a, const FittedModel& b) {
   if (a.observations != b.observations) {

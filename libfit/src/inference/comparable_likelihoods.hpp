@@ -8,6 +8,9 @@
 
 namespace silvafit::fit {
 
+/// Whether a fit has converged to a finite log-likelihood.
+bool has_usable_likelihood(const FittedModel& fit);
+
 /// Why the likelihoods of two fits cannot be compared, in words; empty if they can: the fits are to
 /// the same observations, by the same approximation of the likelihood, and if it is restricted,
 /// with the same fixed effects.

@@ -7,16 +7,11 @@
 
 #include "inference/coefficients_at_bounds.hpp"
 #include "inference/comparable_likelihoods.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-bool is_usable(const FittedModel& fit) {
-  return fit.convergence.converged && std::isfinite(fit.log_likelihood);
-}
 
 /// Published models may not say how many parameters they have.
 bool has_known_size(const FittedModel& fit) { return fit.parameter_count > 0; }
@@ -56,7 +51,7 @@ Comparison compare(const std::vector<const FittedModel*>& fits) {
   if (fits.size() < 2) throw UsageError("a comparison needs two fits at least");
   Comparison comparison;
   for (const FittedModel* const fit : fits) {
-    if (is_usable(*fit)) {
+    if (has_usable_likelihood(*fit)) {
       comparison.fits.push_back({.fit = fit});
     } else {
       comparison.failed.push_back(fit);

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "inference/group_effects.hpp"
 #include "least_squares/least_squares_curvature.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -17,8 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Whether a scaled factor has lost rank, or a row of it all length.
 bool is_on_edge(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {

@@ -8,12 +8,12 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "inference/information.hpp"
 #include "inference/profile_search.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -24,8 +24,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double normal_quantile(double level) {
   return boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * level);

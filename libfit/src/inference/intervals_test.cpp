@@ -52,11 +52,11 @@ data::Table curves(int plots = 16, int trees = 12) {
   return table;
 }
 
-FittedModel fitted(const data::Table& table,
-                   const char* random,
-                   const char* variance,
-                   const char* method,
-                   Covariance covariance = Covariance::kGeneral) {
+FittedModel fitted_by_method(const data::Table& table,
+                             const char* random,
+                             const char* variance,
+                             const char* method,
+                             Covariance covariance = Covariance::kGeneral) {
   ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table);
   if (*random != '\0') add_random_effects(model, random, table);
   if (model.random) model.random->covariance = covariance;
@@ -118,7 +118,7 @@ TEST_CASE("likelihoods of intervals have exact gradients, with any parameter hel
                          const char* method,
                          Covariance covariance = Covariance::kGeneral) {
     INFO(method << ", " << random << ", " << variance);
-    const FittedModel fit = fitted(table, random, variance, method, covariance);
+    const FittedModel fit = fitted_by_method(table, random, variance, method, covariance);
     INFO(fit.convergence.verdict);
     REQUIRE(fit.convergence.converged);
     check_gradients(fit, table);
@@ -241,7 +241,7 @@ TEST_CASE("intervals of lb and of the marginal likelihood agree where the model 
 
 TEST_CASE("intervals are refused for other data, wrong levels and fits that failed") {
   const data::Table table = curves();
-  FittedModel fit = fitted(table, "a | plot", "none", "lb");
+  FittedModel fit = fitted_by_method(table, "a | plot", "none", "lb");
   CHECK_THROWS_AS(confidence_intervals(fit, curves(8)), UsageError);
   CHECK_THROWS_AS(confidence_intervals(fit, table, {.level = 1.0}), UsageError);
   CHECK_THROWS_AS(parse_interval_method("bootstrap"), UsageError);
@@ -254,7 +254,7 @@ TEST_CASE("intervals are refused for other data, wrong levels and fits that fail
 }
 
 TEST_CASE("intervals come back from JSON, the unbounded ones too") {
-  FittedModel fit = fitted(curves(), "a | plot", "none", "lb");
+  FittedModel fit = fitted_by_method(curves(), "a | plot", "none", "lb");
   fit.intervals = Intervals{.method = IntervalMethod::kProfile,
                             .level = 0.9,
                             .likelihood = "some likelihood",

@@ -11,10 +11,6 @@
 namespace silvafit::fit {
 namespace {
 
-bool is_usable(const FittedModel& fit) {
-  return fit.convergence.converged && std::isfinite(fit.log_likelihood);
-}
-
 /// Where a model goes through all observations, no chance explains its gain.
 bool is_exact(const FittedModel& fit) {
   return fit.convergence.converged && std::isinf(fit.log_likelihood) && fit.log_likelihood > 0.0;
@@ -87,7 +83,7 @@ bool ends_below(double statistic) {
 NestedTest likelihood_ratio_test(const FittedModel& larger,
                                  const FittedModel& smaller,
                                  const std::optional<Eigen::MatrixXd>& variances) {
-  if (!is_usable(smaller) || !(is_usable(larger) || is_exact(larger))) {
+  if (!has_usable_likelihood(smaller) || !(has_usable_likelihood(larger) || is_exact(larger))) {
     throw UsageError("a fit that has not converged has no likelihood to test with");
   }
   if (const std::string reason = obstacle_to_comparing(larger, smaller); !reason.empty()) {

@@ -21,12 +21,12 @@ using Catch::Contains;
 namespace {
 
 constexpr int kStands = 5;
-constexpr int kPlots = 4;  // a stand
-constexpr int kTrees = 6;
+constexpr int kPlotsOfStand = 4;  // a stand
+constexpr int kTreesOfPlot = 6;
 
 /// Lines whose intercept differs by stand and plot. In `plot` the labels begin anew in each stand,
 /// in `place` they do not.
-data::Table lines(const std::string& stand_prefix = "s") {
+data::Table stand_lines(const std::string& stand_prefix = "s") {
   Random random(17);
   data::Table table;
   data::TextColumn stand;
@@ -37,12 +37,12 @@ data::Table lines(const std::string& stand_prefix = "s") {
   std::vector<double> y;
   for (int i = 0; i < kStands; ++i) {
     const double of_stand = random.normal(0.0, 1.0);
-    for (int j = 0; j < kPlots; ++j) {
+    for (int j = 0; j < kPlotsOfStand; ++j) {
       const double of_plot = random.normal(0.0, 1.0);
-      for (int k = 0; k < kTrees; ++k) {
+      for (int k = 0; k < kTreesOfPlot; ++k) {
         stand.append(stand_prefix + std::to_string(i));
         plot.append(std::to_string(j));
-        place.append(std::to_string(i * kPlots + j));
+        place.append(std::to_string(i * kPlotsOfStand + j));
         x.push_back(k + 1.0);
         z.push_back(random.normal());
         y.push_back(10.0 + of_stand + of_plot + 2.0 * x.back() + 0.2 * z.back() + random.normal());
@@ -66,7 +66,7 @@ struct Case {
   std::map<std::string, Bounds> bounds{};
 };
 
-FittedModel fitted(const data::Table& table, const Case& of) {
+FittedModel fitted_case(const data::Table& table, const Case& of) {
   ModelSpecification model = specify_model("y ~ a + b*x", of.sub_models, table);
   if (*of.random != '\0') add_random_effects(model, of.random, table);
   model.variance = parse_variance_function(of.variance);
@@ -83,39 +83,40 @@ FittedModel fitted(const data::Table& table, const Case& of) {
 }  // namespace
 
 TEST_CASE("groupings are one where their groups are, not where their columns are") {
-  const data::Table table = lines();
-  const FittedModel within = fitted(table, {.random = "a | stand/plot"});
-  REQUIRE(within.group_labels.size() == std::size_t{kStands} * kPlots);
+  const data::Table table = stand_lines();
+  const FittedModel within = fitted_case(table, {.random = "a | stand/plot"});
+  REQUIRE(within.group_labels.size() == std::size_t{kStands} * kPlotsOfStand);
   // Plot 1 of all stands together is no group of the nested model.
-  const FittedModel crossing = fitted(table, {.random = "a | plot"});
-  REQUIRE(crossing.group_labels.size() == kPlots);
+  const FittedModel crossing = fitted_case(table, {.random = "a | plot"});
+  REQUIRE(crossing.group_labels.size() == kPlotsOfStand);
   CHECK_FALSE(nesting(within, crossing).is_nested);
   CHECK_THAT(nesting(within, crossing).reason,
              Contains("plot within stand (20 groups)") && Contains("plot (4 groups)"));
   CHECK_THROWS_AS(likelihood_ratio_test(within, crossing), UsageError);
   // Where each label is in one stand, the groups are the same with and without stands.
-  const FittedModel told_apart = fitted(table, {.random = "a | stand/place"});
-  const FittedModel alone = fitted(table, {.random = "a | place"});
+  const FittedModel told_apart = fitted_case(table, {.random = "a | stand/place"});
+  const FittedModel alone = fitted_case(table, {.random = "a | place"});
   CHECK(told_apart.log_likelihood == Approx(within.log_likelihood).epsilon(1e-9));
   const Nesting how = nesting(told_apart, alone);
   CHECK(how.is_nested);
   CHECK(how.independent_effects == 1);
   CHECK(how.regular == 0);
   // The coarser grouping has the same labels in both.
-  CHECK(nesting(within, fitted(table, {.random = "a | stand"})).is_nested);
+  CHECK(nesting(within, fitted_case(table, {.random = "a | stand"})).is_nested);
   CHECK_FALSE(nesting(alone, told_apart).is_nested);
 }
 
 TEST_CASE("labels with slashes tell groups apart as others do") {
-  const data::Table table = lines("north/");
-  const FittedModel told_apart = fitted(table, {.random = "a | stand/place"});
-  CHECK(nesting(told_apart, fitted(table, {.random = "a | place"})).is_nested);
+  const data::Table table = stand_lines("north/");
+  const FittedModel told_apart = fitted_case(table, {.random = "a | stand/place"});
+  CHECK(nesting(told_apart, fitted_case(table, {.random = "a | place"})).is_nested);
 }
 
 TEST_CASE("groups of the same column with other labels, or without, are not known to be the same") {
-  const data::Table table = lines();
-  const FittedModel larger = fitted(table, {.sub_models = {"a ~ 1 + z"}, .random = "a | stand"});
-  FittedModel smaller = fitted(table, {.random = "a | stand"});
+  const data::Table table = stand_lines();
+  const FittedModel larger =
+      fitted_case(table, {.sub_models = {"a ~ 1 + z"}, .random = "a | stand"});
+  FittedModel smaller = fitted_case(table, {.random = "a | stand"});
   CHECK(nesting(larger, smaller).is_nested);
   smaller.group_labels.back() = "elsewhere";
   CHECK_THAT(nesting(larger, smaller).reason, Contains("not known to be the same"));
@@ -124,22 +125,22 @@ TEST_CASE("groups of the same column with other labels, or without, are not know
 }
 
 TEST_CASE("a column that is another one in the other fit makes no special case") {
-  const data::Table table = lines();
+  const data::Table table = stand_lines();
   data::Table other = table;
   std::vector<double> squares(table.numbers("x").begin(), table.numbers("x").end());
   for (double& value : squares) value *= value;
   other.set("x", squares);
-  const FittedModel larger = fitted(table, {.random = "a | place"});
-  CHECK(nesting(larger, fitted(table, {})).is_nested);
-  const Nesting how = nesting(larger, fitted(other, {}));
+  const FittedModel larger = fitted_case(table, {.random = "a | place"});
+  CHECK(nesting(larger, fitted_case(table, {})).is_nested);
+  const Nesting how = nesting(larger, fitted_case(other, {}));
   CHECK_FALSE(how.is_nested);
   CHECK(how.reason == "x is not the same column in both: 1 to 36, and 1 to 6");
 }
 
 TEST_CASE("labels that may be of two stands prove nothing") {
-  const data::Table table = lines();
-  FittedModel nested = fitted(table, {.random = "a | stand/place"});
-  FittedModel alone = fitted(table, {.random = "a | place"});
+  const data::Table table = stand_lines();
+  FittedModel nested = fitted_case(table, {.random = "a | stand/place"});
+  FittedModel alone = fitted_case(table, {.random = "a | place"});
   // "n/1/2" is plot 1/2 of stand n, or plot 2 of stand n/1.
   nested.outer.labels = {"n", "n/1"};
   nested.group_labels = {"n/1/2", "n/3"};
@@ -150,9 +151,9 @@ TEST_CASE("labels that may be of two stands prove nothing") {
 }
 
 TEST_CASE("many nested groups are compared in time that grows as their number") {
-  const data::Table table = lines();
-  FittedModel nested = fitted(table, {.random = "a | stand/place"});
-  FittedModel alone = fitted(table, {.random = "a | place"});
+  const data::Table table = stand_lines();
+  FittedModel nested = fitted_case(table, {.random = "a | stand/place"});
+  FittedModel alone = fitted_case(table, {.random = "a | place"});
   nested.outer.labels.clear();
   nested.group_labels.clear();
   alone.group_labels.clear();
@@ -174,13 +175,13 @@ TEST_CASE("many nested groups are compared in time that grows as their number") 
 }
 
 TEST_CASE("a held coefficient is a special case of one that is estimated or held there") {
-  const data::Table table = lines();
-  const FittedModel free = fitted(table, {});
-  const FittedModel at_nine = fitted(table, {.fixed = {{"a", 9.0}}});
+  const data::Table table = stand_lines();
+  const FittedModel free = fitted_case(table, {});
+  const FittedModel at_nine = fitted_case(table, {.fixed = {{"a", 9.0}}});
   const FittedModel at_nine_more =
-      fitted(table, {.sub_models = {"b ~ 1 + z"}, .fixed = {{"a", 9.0}}});
+      fitted_case(table, {.sub_models = {"b ~ 1 + z"}, .fixed = {{"a", 9.0}}});
   const FittedModel at_eight_more =
-      fitted(table, {.sub_models = {"b ~ 1 + z", "a ~ 1 + z"}, .fixed = {{"a", 8.0}}});
+      fitted_case(table, {.sub_models = {"b ~ 1 + z", "a ~ 1 + z"}, .fixed = {{"a", 8.0}}});
   // y - 9 = b x and y = a + b x by their normal equations: the likelihood ratio is n
   // log(SSE0/SSE1).
   const std::size_t n = table.rows();
@@ -215,33 +216,33 @@ TEST_CASE("a held coefficient is a special case of one that is estimated or held
 }
 
 TEST_CASE("a coefficient that a model does not have is at zero") {
-  const data::Table table = lines();
-  const FittedModel without = fitted(table, {});
-  const FittedModel larger = fitted(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}});
+  const data::Table table = stand_lines();
+  const FittedModel without = fitted_case(table, {});
+  const FittedModel larger = fitted_case(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}});
   CHECK(nesting(larger, without).regular == 2);
   const FittedModel at_half =
-      fitted(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}, .fixed = {{"a:z", 0.5}}});
+      fitted_case(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}, .fixed = {{"a:z", 0.5}}});
   CHECK_THAT(nesting(at_half, without).reason, Contains("holds a:z at 0.5, where it is 0"));
   const FittedModel at_zero =
-      fitted(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}, .fixed = {{"a:z", 0.0}}});
+      fitted_case(table, {.sub_models = {"a ~ 1 + z", "b ~ 1 + z"}, .fixed = {{"a:z", 0.0}}});
   CHECK(nesting(at_zero, without).is_nested);
   CHECK(nesting(at_zero, without).regular == 1);
 }
 
 TEST_CASE("without any variance it is not known which coefficients are held") {
-  const data::Table table = lines();
-  const FittedModel larger = fitted(table, {.sub_models = {"a ~ 1 + z"}});
-  FittedModel smaller = fitted(table, {});
+  const data::Table table = stand_lines();
+  const FittedModel larger = fitted_case(table, {.sub_models = {"a ~ 1 + z"}});
+  FittedModel smaller = fitted_case(table, {});
   smaller.covariance.setConstant(std::nan(""));
   CHECK_THAT(nesting(larger, smaller).reason, Contains("does not say which of its coefficients"));
 }
 
 TEST_CASE("a held exponent is no special case of a constant variance, nor contains one") {
-  const data::Table table = lines();
+  const data::Table table = stand_lines();
   // Without strata and random effects, so that gnls is the method of all.
-  const FittedModel none = fitted(table, {.variance = "stratum(stand)"});
+  const FittedModel none = fitted_case(table, {.variance = "stratum(stand)"});
   const auto with = [&](const char* variance, std::vector<std::string> more = {"a ~ 1 + z"}) {
-    return fitted(table, {.sub_models = std::move(more), .variance = variance});
+    return fitted_case(table, {.sub_models = std::move(more), .variance = variance});
   };
   const FittedModel held = with("stratum(stand) * power(x, delta = 0.5)");
   CHECK_THAT(nesting(held, none).reason, Contains("holds the exponent of power(x, delta = 0.5)"));
@@ -257,11 +258,11 @@ TEST_CASE("a held exponent is no special case of a constant variance, nor contai
 }
 
 TEST_CASE("a coefficient at a bound is a special case of one that is estimated") {
-  const data::Table table = lines();
-  const FittedModel free = fitted(table, {});
+  const data::Table table = stand_lines();
+  const FittedModel free = fitted_case(table, {});
   // The data have a = 10 and b = 2.
-  const FittedModel at_bound = fitted(table, {.bounds = {{"a", {.low = 12.0}}}});
-  const FittedModel held = fitted(table, {.fixed = {{"a", 12.0}}});
+  const FittedModel at_bound = fitted_case(table, {.bounds = {{"a", {.low = 12.0}}}});
+  const FittedModel held = fitted_case(table, {.fixed = {{"a", 12.0}}});
   const NestedTest test = likelihood_ratio_test(free, at_bound);
   CHECK(test.degrees_of_freedom == 1);
   CHECK(test.statistic == Approx(likelihood_ratio_test(free, held).statistic).epsilon(1e-9));
@@ -274,21 +275,22 @@ TEST_CASE("a coefficient at a bound is a special case of one that is estimated")
     CHECK(comparison.fits.back().fit == &free);
     CHECK(comparison.pairs.front().test.has_value());
   }
-  const FittedModel both = fitted(table, {.bounds = {{"a", {.low = 12.0}}, {"b", {.low = 3.0}}}});
+  const FittedModel both =
+      fitted_case(table, {.bounds = {{"a", {.low = 12.0}}, {"b", {.low = 3.0}}}});
   REQUIRE(both.covariance.diagonal().array().isNaN().all());
   CHECK(likelihood_ratio_test(free, both).degrees_of_freedom == 2);
   CHECK_FALSE(nesting(both, free).is_nested);
 }
 
 TEST_CASE("the identity of one effect is that effect's variance") {
-  const data::Table table = lines();
-  const FittedModel both = fitted(table, {.random = "a + b | stand"});
-  FittedModel one = fitted(table, {.random = "a | stand"});
+  const data::Table table = stand_lines();
+  const FittedModel both = fitted_case(table, {.random = "a + b | stand"});
+  FittedModel one = fitted_case(table, {.random = "a | stand"});
   one.specification.random->covariance = Covariance::kIdentity;
   const Nesting how = nesting(both, one);
   CHECK(how.is_nested);
   CHECK(how.correlated_effects == 1);
-  CHECK(nesting(one, fitted(table, {.random = "a | stand"})).is_nested);
+  CHECK(nesting(one, fitted_case(table, {.random = "a | stand"})).is_nested);
   FittedModel joint = both;
   joint.specification.random->covariance = Covariance::kIdentity;
   CHECK_THAT(nesting(joint, one).reason, Contains("no generalization of one"));
@@ -296,8 +298,8 @@ TEST_CASE("the identity of one effect is that effect's variance") {
 }
 
 TEST_CASE("factors of a variance function are paired by their strata, in any order") {
-  const data::Table table = lines();
-  FittedModel larger = fitted(table, {});
+  const data::Table table = stand_lines();
+  FittedModel larger = fitted_case(table, {});
   FittedModel smaller = larger;
   const auto is_nested = [&](const char* large, const char* small) {
     larger.specification.variance = parse_variance_function(large);

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "silvafit/base/constants.hpp"
+
 namespace silvafit::fit {
 namespace {
 
 using Form = NaturalParameter::Form;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "inference/profile_scale.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -20,8 +20,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Form = NaturalParameter::Form;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Squared distance to the constrained maximum, in standard errors, at which it is good enough: the
 // deviance is then right to as much.
 constexpr double kDecrement = 1e-9;

@@ -13,6 +13,7 @@
 #include "least_squares/levenberg_marquardt.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 
@@ -23,7 +24,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Sums of squares that differ by less than this share are the same minimum.
 constexpr double kSameMinimum = 1e-10;
 /// From so many observations on, descents begin on a sample.

@@ -6,20 +6,20 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <numeric>
+
+#include "silvafit/base/constants.hpp"
 
 using namespace silvafit::fit;
 using Catch::Matchers::Contains;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using silvafit::kInfinity;
 using silvafit::data::Table;
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::vector<double> column(std::size_t rows, const std::function<double(double)>& value) {
   std::vector<double> result(rows);

@@ -34,7 +34,7 @@ using Eigen::VectorXd;
 constexpr double kConvergedDecrement = 1e-10;
 // The same where rounding of gradients keeps a search from coming closer, as with random slopes on
 // a covariate far from its origin.
-constexpr double kRoundedDecrement = 1e-6;
+constexpr double kReachedDecrement = 1e-6;
 // The search stops a little closer; much closer, rounding of the likelihood hides all descent.
 constexpr double kStopDecrement = 1e-11;
 // Two log-likelihoods that differ by less are the same but for rounding.
@@ -125,7 +125,7 @@ class MarginalSearch {
   }
 
   bool has_optimum() const { return std::isfinite(best_.value); }
-  bool has_converged() const { return has_optimum() && best_.decrement <= kRoundedDecrement; }
+  bool has_converged() const { return has_optimum() && best_.decrement <= kReachedDecrement; }
 
   /// Whether a unit of the search does not move the mean at a fit by about one residual standard
   /// deviation.
@@ -311,7 +311,7 @@ class MarginalSearch {
                          {.decrement = kStopDecrement, .maximum_steps = steps_, .one_sided = true});
       } else if (optimum.decrement <= kConvergedDecrement) {
         break;
-      } else if (optimum.decrement <= kRoundedDecrement && optimum.decrement > 0.5 * last) {
+      } else if (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last) {
         break;
       } else {
         last = optimum.decrement;

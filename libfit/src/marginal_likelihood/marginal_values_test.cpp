@@ -88,8 +88,8 @@ MarginalPoint point_of(const json& reference,
 }
 
 double log_likelihood(const json& reference, Curvature curvature, int points) {
-  const data::Table table = data::read_csv_table(
-      test::source_file("tests/reference/data/" + reference["data"].get<std::string>()));
+  const data::Table table =
+      data::read_csv_table(test::reference_data(reference["data"].get<std::string>()));
   const ModelSpecification specification = specified(reference, table);
   const NonlinearModel model(specification, table);
   const VarianceModel variance(specification.variance, VarianceData::of(model));
@@ -136,8 +136,8 @@ TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
   for (const json& reference : file.at("fits")) {
     const auto name = reference["method"].get<std::string>();
     INFO(reference["id"].get<std::string>() << " by " << name);
-    const data::Table table = data::read_csv_table(
-        test::source_file("tests/reference/data/" + reference["data"].get<std::string>()));
+    const data::Table table =
+        data::read_csv_table(test::reference_data(reference["data"].get<std::string>()));
     FitModelOptions options{.method = Method::kQuadrature, .quadrature_points = 25};
     // The exact integral is reached by quadrature with many points.
     const bool is_integral = name == "exact" || name.starts_with("agq");
@@ -166,8 +166,8 @@ TEST_CASE("nested groups have TMB's maximum of Laplace's likelihood") {
   const json file = expected("laplace_nested_tmb");
   for (const json& reference : file.at("fits")) {
     INFO(reference["id"].get<std::string>());
-    const data::Table table = data::read_csv_table(
-        test::source_file("tests/reference/data/" + reference["data"].get<std::string>()));
+    const data::Table table =
+        data::read_csv_table(test::reference_data(reference["data"].get<std::string>()));
     ModelSpecification model = specify_model(reference["formula"].get<std::string>(), {}, table);
     add_random_effects(model, reference["random_text"].get<std::string>(), table);
     model.variance = parse_variance_function(reference["variance"].get<std::string>());

@@ -92,10 +92,10 @@ ConfoundedVariances at(const data::Table& table,
   return confounded_variances(model, variance, point);
 }
 
-FittedModel fitted(const data::Table& table,
-                   const ModelSpecification& model,
-                   Method method = Method::kLindstromBates,
-                   bool is_restricted = false) {
+FittedModel confounded_fit(const data::Table& table,
+                           const ModelSpecification& model,
+                           Method method = Method::kLindstromBates,
+                           bool is_restricted = false) {
   FitModelOptions options;
   options.method = method;
   options.reml = is_restricted;
@@ -109,14 +109,14 @@ TEST_CASE("of one plot a stand only the sum of the two variances is seen") {
   const data::Table table = lines({.stands = 12});
   for (const Method method : {Method::kLindstromBates, Method::kLaplace, Method::kInteraction}) {
     INFO(method_text(method));
-    const FittedModel fit = fitted(table, specified(table, "a | stand/plot"), method);
+    const FittedModel fit = confounded_fit(table, specified(table, "a | stand/plot"), method);
     CHECK_FALSE(fit.convergence.converged);
     CHECK_THAT(fit.convergence.verdict,
                Contains("cannot tell sd(a | stand) and sd(a | plot) apart") &&
                    Contains("each group of stand has one of plot"));
     CHECK(fit.convergence.rank == 1);
     CHECK(fit.convergence.boundary.empty());
-    const FittedModel simpler = fitted(table, specified(table, "a | stand"), method);
+    const FittedModel simpler = confounded_fit(table, specified(table, "a | stand"), method);
     REQUIRE(simpler.convergence.converged);
     CHECK(fit.log_likelihood == Approx(simpler.log_likelihood).epsilon(1e-9));
     CHECK(fit.random_covariance(0, 0) + fit.outer.covariance(0, 0) ==
@@ -136,7 +136,7 @@ TEST_CASE("variance functions that are alike are no matter of the groups") {
   ModelSpecification model = specified(table, "a | plot");
   // w is 4 in all rows: its power is a factor as sigma is.
   model.variance = parse_variance_function("power(x) * power(w)");
-  const FittedModel fit = fitted(table, model, Method::kLindstromBates);
+  const FittedModel fit = confounded_fit(table, model, Method::kLindstromBates);
   CHECK_FALSE(fit.convergence.converged);
   CHECK_THAT(fit.convergence.verdict, Contains("sigma apart"));
   CHECK_THAT(fit.convergence.verdict, !Contains("random effects by plot"));
@@ -144,11 +144,11 @@ TEST_CASE("variance functions that are alike are no matter of the groups") {
 
 TEST_CASE("of one tree a plot only the sum of both variances is seen") {
   const data::Table table = lines({.stands = 40, .trees = 1});
-  const FittedModel pooled = fitted(table, specified(table, ""), Method::kOrdinary);
+  const FittedModel pooled = confounded_fit(table, specified(table, ""), Method::kOrdinary);
   const auto n = static_cast<double>(table.rows());
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
     INFO(method_text(method));
-    const FittedModel fit = fitted(table, specified(table, "a | plot"), method);
+    const FittedModel fit = confounded_fit(table, specified(table, "a | plot"), method);
     CHECK_FALSE(fit.convergence.converged);
     CHECK_THAT(fit.convergence.verdict,
                Contains("cannot tell sd(a) and sigma apart") &&
@@ -175,7 +175,7 @@ TEST_CASE("one more tree in one plot is enough to tell variances apart") {
 TEST_CASE("the edge of the covariances is no confounding, and does not hide one") {
   const data::Table several = lines({.stands = 6, .plots = 3}, 0.0);
   CHECK(at(several, specified(several, "a + b | stand/plot"), 0.0, 0.0).names.empty());
-  const FittedModel none = fitted(several, specified(several, "a | stand/plot"));
+  const FittedModel none = confounded_fit(several, specified(several, "a | stand/plot"));
   CHECK(none.convergence.converged);
   CHECK(none.convergence.rank == 2);
   const data::Table single = lines({.trees = 1});
@@ -220,7 +220,8 @@ TEST_CASE("the restricted likelihood does not see what the coefficients take up"
   CHECK(at(two, own, 0.4, 0.0, true).names == Names{"sd(a)"});
   const data::Table more = lines({.stands = 3});
   CHECK(at(more, specified(more, "a | plot"), 0.4, 0.0, true).names.empty());
-  const FittedModel fit = fitted(one, specified(one, "a | plot"), Method::kLindstromBates, true);
+  const FittedModel fit =
+      confounded_fit(one, specified(one, "a | plot"), Method::kLindstromBates, true);
   CHECK_FALSE(fit.convergence.converged);
   CHECK_THAT(fit.convergence.verdict, Contains("say nothing about sd(a)"));
 }
@@ -244,7 +245,7 @@ TEST_CASE("a variance function of what is the same for all is sigma by another n
   // Stands of one treatment each: their ratios hold those of treatments.
   model.variance = parse_variance_function("stratum(t) * stratum(stand)");
   CHECK(at(table, model, 0.0).directions == 1);
-  CHECK_FALSE(fitted(table, model, Method::kGeneralized).convergence.converged);
+  CHECK_FALSE(confounded_fit(table, model, Method::kGeneralized).convergence.converged);
 }
 
 TEST_CASE("coefficients that cannot be told apart are no result of any method") {
@@ -253,7 +254,7 @@ TEST_CASE("coefficients that cannot be told apart are no result of any method") 
   for (const double t : table.numbers("t")) twice.push_back(2.0 * t);
   table.set("u", twice);
   const ModelSpecification model = specified(table, "a | plot", {"b ~ 1 + t + u"});
-  const FittedModel fit = fitted(table, model, Method::kLaplace);
+  const FittedModel fit = confounded_fit(table, model, Method::kLaplace);
   CHECK_FALSE(fit.convergence.converged);
   CHECK_THAT(fit.convergence.verdict, Contains("cannot tell b:t and b:u apart"));
   CHECK(fit.convergence.rank == 3);
@@ -265,7 +266,7 @@ TEST_CASE("coefficients that cannot be told apart are no result of any method") 
 TEST_CASE("an earlier fit that could not tell variances apart has no Wald limits of them") {
   const data::Table table = lines({.stands = 12});
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
-    FittedModel fit = fitted(table, specified(table, "a | stand/plot"), method);
+    FittedModel fit = confounded_fit(table, specified(table, "a | stand/plot"), method);
     CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
     fit.convergence.converged = true;  // as earlier versions had it
     const Intervals intervals = confidence_intervals(fit, table);

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 // Residuals that are a smaller share of the response's spread are rounding: no one measures to so
 // many digits.
-constexpr double kRounding = 1e-6;
+constexpr double kRoundedResidual = 1e-6;
 // With one observation a group, the residual that the random effects leave over.
 constexpr double kNothingLeft = 1e-2;
 // Curves that are further away, in spreads of the response, mean nothing.
@@ -49,7 +49,7 @@ std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, d
         "observations.",
         specification.random->group);
   }
-  if (!(residual < kRounding * spread)) return {};
+  if (!(residual < kRoundedResidual * spread)) return {};
   return fmt::format(
       "perfect fit: the model{} goes through all observations, so that the residual standard "
       "deviation goes to 0 and the likelihood has no maximum. Check whether the response was "
@@ -112,7 +112,7 @@ class Curves {
 };
 
 /// The random effects of one grouping.
-struct Level {
+struct EffectLevel {
   const std::vector<std::string>& names;
   const MatrixXd& covariance;
   const MatrixXd& frame;
@@ -120,7 +120,7 @@ struct Level {
 };
 
 /// "sd(a)", or of several effects that run off together "sd(a), sd(b)".
-std::string names_of(const Level& level, const VectorXd& direction) {
+std::string names_of(const EffectLevel& level, const VectorXd& direction) {
   const VectorXd size = direction.cwiseAbs().cwiseQuotient(level.frame.diagonal());
   constexpr double kShare = 0.5;
   std::vector<std::string> names;
@@ -132,7 +132,7 @@ std::string names_of(const Level& level, const VectorXd& direction) {
 }
 
 /// Where one of the principal components of the effects of a grouping leads to no curve.
-std::string unbounded_effect(const Level& level, Curves& curves, Index p, double spread) {
+std::string unbounded_effect(const EffectLevel& level, Curves& curves, Index p, double spread) {
   if (level.places.empty() || !level.covariance.allFinite()) return {};
   const auto frame = level.frame.triangularView<Eigen::Lower>();
   const MatrixXd half = frame.solve(level.covariance);
@@ -165,7 +165,7 @@ std::string unbounded_effect(const Level& level, Curves& curves, Index p, double
 /// information matrix has an inverse that says so all the same.
 std::string impossible_error(const NonlinearModel& model,
                              const MixedEffectsFit& fit,
-                             const Level& level,
+                             const EffectLevel& level,
                              Index groups) {
   constexpr double kImpossible = 0.1;
   if (fit.covariance.size() == 0) return {};
@@ -200,17 +200,17 @@ std::string degeneracy(const NonlinearModel& model,
   if (!exact.empty() || !specification.random) return exact;
   Curves curves(model, fit.estimate);
   const Index p = fit.estimate.size();
-  const Level inner{.names = fit.random_names,
-                    .covariance = fit.random_covariance,
-                    .frame = frame.inner,
-                    .places = model.coefficients_of(specification.random)};
+  const EffectLevel inner{.names = fit.random_names,
+                          .covariance = fit.random_covariance,
+                          .frame = frame.inner,
+                          .places = model.coefficients_of(specification.random)};
   std::string of_inner = unbounded_effect(inner, curves, p, spread);
   if (of_inner.empty()) of_inner = impossible_error(model, fit, inner, model.group_count());
   if (!of_inner.empty() || !specification.outer_random) return of_inner;
-  const Level outer{.names = fit.outer.names,
-                    .covariance = fit.outer.covariance,
-                    .frame = frame.outer,
-                    .places = model.coefficients_of(specification.outer_random)};
+  const EffectLevel outer{.names = fit.outer.names,
+                          .covariance = fit.outer.covariance,
+                          .frame = frame.outer,
+                          .places = model.coefficients_of(specification.outer_random)};
   const std::string of_outer = unbounded_effect(outer, curves, p, spread);
   return of_outer.empty() ? impossible_error(model, fit, outer, model.cluster_count()) : of_outer;
 }

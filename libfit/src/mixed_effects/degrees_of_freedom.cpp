@@ -12,7 +12,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Differences that are smaller beside the column's largest value are rounding.
-constexpr double kRounding = 1e-10;
+constexpr double kEqualValues = 1e-10;
 // nlme's own tolerance for a column that is constant in all data.
 constexpr double kConstant = 1.5e-8;
 
@@ -41,7 +41,7 @@ bool is_constant(const Eigen::Ref<const VectorXd>& column) {
 }
 
 bool varies_within(const Eigen::Ref<const VectorXd>& column, const Cuts& cuts) {
-  const double tolerance = kRounding * column.cwiseAbs().maxCoeff();
+  const double tolerance = kEqualValues * column.cwiseAbs().maxCoeff();
   for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
     const auto rows = column.segment(cuts[k], cuts[k + 1] - cuts[k]);
     if (rows.maxCoeff() - rows.minCoeff() > tolerance) return true;

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <utility>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -17,8 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::string verdict) {
   const auto q = model.specification().random

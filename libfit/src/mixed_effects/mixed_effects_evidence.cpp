@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,6 +17,7 @@
 #include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/text.hpp"
 
 namespace silvafit::fit {
@@ -28,7 +28,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// The random effects of one grouping.
-struct Level {
+struct GroupingEffects {
   const std::vector<std::string>& names;
   const MatrixXd& covariance;
   const MatrixXd& frame;  ///< coordinates of the effects
@@ -38,7 +38,7 @@ struct Level {
 /// Random effects whose spread is nothing beside what one standard error of the residuals would
 /// move.
 std::vector<std::string> vanished_effects(const NonlinearModel& model,
-                                          const Level& level,
+                                          const GroupingEffects& level,
                                           const VectorXd& slopes,
                                           double residual_sd) {
   constexpr double kShareOfSigma = 1e-4;
@@ -63,7 +63,7 @@ MatrixXd correlation_of(const MatrixXd& covariance) {
 
 /// Whether effects are inside the range of their covariance though their correlation is nearly one,
 /// because a covariate has a large mean: seen in coordinates that take them apart.
-bool is_inside_in_frame(const Level& level) {
+bool is_inside_in_frame(const GroupingEffects& level) {
   if (level.frame.isDiagonal(0.0)) return false;
   const auto frame = level.frame.triangularView<Eigen::Lower>();
   const MatrixXd half = frame.solve(level.covariance);
@@ -72,7 +72,7 @@ bool is_inside_in_frame(const Level& level) {
 }
 
 /// Correlations that have run to one, or a dependence among three or more.
-std::vector<std::string> dependent_effects(const Level& level) {
+std::vector<std::string> dependent_effects(const GroupingEffects& level) {
   std::vector<std::string> names;
   const MatrixXd correlation = correlation_of(level.covariance);
   if (!correlation.allFinite() || correlation.rows() < 2) return names;
@@ -116,7 +116,7 @@ std::vector<std::string> boundary_of(const NonlinearModel& model,
                                      const PopulationSlopes& slopes,
                                      const MixedEffectsFit& fit) {
   const ModelSpecification& specification = model.specification();
-  std::vector<Level> levels;
+  std::vector<GroupingEffects> levels;
   if (specification.random) {
     levels.push_back({fit.random_names, fit.random_covariance, slopes.frame.inner});
   }
@@ -128,7 +128,7 @@ std::vector<std::string> boundary_of(const NonlinearModel& model,
                       " | " + specification.outer_random->group});
   }
   std::vector<std::string> boundary;
-  for (const Level& level : levels) {
+  for (const GroupingEffects& level : levels) {
     std::vector<std::string> names =
         vanished_effects(model, level, slopes.sizes, fit.residual_sd.mean());
     if (names.empty()) names = dependent_effects(level);
@@ -415,7 +415,6 @@ bool note_confounding(const NonlinearModel& model,
     if (confounded.coefficients.empty()) return false;
     confounded.variances = {};
   }
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   for (const Index j : confounded.coefficients) {
     fit.covariance.row(j).setConstant(kNaN);
     fit.covariance.col(j).setConstant(kNaN);

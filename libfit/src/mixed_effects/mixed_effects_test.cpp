@@ -69,7 +69,7 @@ ModelSpecification one_way_model(const Table& table) {
 }
 
 /// Trees of a growth curve whose limit differs by plot.
-Table curves(double scale) {
+Table scaled_curves(double scale) {
   Random random(77);
   Table table;
   TextColumn plot;
@@ -291,8 +291,8 @@ TEST_CASE("a variance that is zero is found to be so and named") {
 
 TEST_CASE("a change of unit rescales the answer and nothing else") {
   for (const char* const kind : {"none", "power"}) {
-    const MixedEffectsFit meters = fit_curves(curves(1.0), 1.0, kind);
-    const MixedEffectsFit millimeters = fit_curves(curves(1000.0), 1000.0, kind);
+    const MixedEffectsFit meters = fit_curves(scaled_curves(1.0), 1.0, kind);
+    const MixedEffectsFit millimeters = fit_curves(scaled_curves(1000.0), 1000.0, kind);
     REQUIRE(meters.convergence.converged);
     REQUIRE(millimeters.convergence.converged);
     // Each stands within 1e-6 standard errors of its optimum; the likelihood is flat to second
@@ -306,7 +306,7 @@ TEST_CASE("a change of unit rescales the answer and nothing else") {
 }
 
 TEST_CASE("simulated curves give their truth back") {
-  const MixedEffectsFit fit = fit_curves(curves(1.0), 1.0, "power");
+  const MixedEffectsFit fit = fit_curves(scaled_curves(1.0), 1.0, "power");
   REQUIRE(fit.convergence.converged);
   // Within three standard errors; those of the deviations are about sd / sqrt(2 (G - 1)).
   const VectorXd errors = fit.standard_errors();
@@ -315,11 +315,11 @@ TEST_CASE("simulated curves give their truth back") {
   CHECK(fit.random_sd()[0] == Approx(3.0).margin(3.0 * 3.0 / std::sqrt(28.0)));
   CHECK(fit.variance.delta() == Approx(1.0).margin(0.3));
   // The variance function contains a constant variance.
-  CHECK(fit.log_likelihood > fit_curves(curves(1.0), 1.0, "none").log_likelihood);
+  CHECK(fit.log_likelihood > fit_curves(scaled_curves(1.0), 1.0, "none").log_likelihood);
 }
 
 TEST_CASE("constant plus power is never below the functions it contains") {
-  const Table table = curves(1.0);
+  const Table table = scaled_curves(1.0);
   const double both = fit_curves(table, 1.0, "constant-plus-power").log_likelihood;
   // Two linearizations at nearly the same point differ by a few 1e-6.
   CHECK(both >= fit_curves(table, 1.0, "power").log_likelihood - 1e-5);
@@ -352,7 +352,7 @@ TEST_CASE("whether a constant vanishes does not depend on the unit of its column
 }
 
 TEST_CASE("strata and products are never below what they contain") {
-  Table table = curves(1.0);
+  Table table = scaled_curves(1.0);
   TextColumn species;
   Random random(4);
   for (std::size_t i = 0; i < table.rows(); ++i) {
@@ -379,7 +379,7 @@ TEST_CASE("strata and products are never below what they contain") {
 }
 
 TEST_CASE("a trace has a line for each round and ends at the result") {
-  const Table table = curves(1.0);
+  const Table table = scaled_curves(1.0);
   ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*dbh))", {}, table);
   specification.random = RandomEffects{.coefficients = {"a"}, .group = "plot"};
   std::vector<std::string> lines;

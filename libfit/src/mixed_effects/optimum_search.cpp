@@ -16,6 +16,7 @@
 #include "mixed_effects/search_verdict.hpp"
 #include "mixed_effects/smaller_structures.hpp"
 #include "mixed_effects/starting_points.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -23,7 +24,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // How much less a model's likelihood may be than that of one that it contains: linearizations at
 // nearly the same point differ by as much.
 constexpr double kSlack = 0.05;

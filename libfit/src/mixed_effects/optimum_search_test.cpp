@@ -65,10 +65,10 @@ Table biexponential(std::uint64_t seed) {
 
 constexpr const char* kBiexponential = "y ~ A1*exp(-exp(l1)*x) + A2*exp(-exp(l2)*x)";
 
-FittedModel fitted(const Table& table,
-                   const char* formula,
-                   const char* random,
-                   const FitModelOptions& options = {}) {
+FittedModel searched_fit(const Table& table,
+                         const char* formula,
+                         const char* random,
+                         const FitModelOptions& options = {}) {
   ModelSpecification specification = specify_model(formula, {}, table);
   add_random_effects(specification, random, table);
   return fit_model(specification, table, options).fit;
@@ -89,7 +89,7 @@ TEST_CASE("of interchangeable terms the one that varies has the random effect") 
     const Table table = biexponential(seed);
     for (const Method method : {Method::kLindstromBates, Method::kInteraction, Method::kLaplace}) {
       INFO("seed " << seed << ", " << method_text(method));
-      const FittedModel fit = fitted(table, kBiexponential, "A1 | g", {.method = method});
+      const FittedModel fit = searched_fit(table, kBiexponential, "A1 | g", {.method = method});
       INFO(fit.convergence.verdict);
       REQUIRE(fit.convergence.converged);
       // Five standard errors, of about 0.15 and 0.05.
@@ -115,14 +115,14 @@ TEST_CASE("start values are starts that are used") {
        .mean = [](double x,
                   double effect) { return 3.0 + effect + 2.0 * std::cos(4.5 * x + 0.7); }},
       3);
-  const FittedModel fit = fitted(table,
-                                 "y ~ a + b*cos(w*x + 0.7)",
-                                 "a | g",
-                                 {.start = {{"a", 3.1}, {"b", 1.9}, {"w", truth + 0.02}}});
+  const FittedModel fit = searched_fit(table,
+                                       "y ~ a + b*cos(w*x + 0.7)",
+                                       "a | g",
+                                       {.start = {{"a", 3.1}, {"b", 1.9}, {"w", truth + 0.02}}});
   REQUIRE(fit.convergence.converged);
   // The standard error of w is about 0.005.
   CHECK(fit.estimate[2] == Approx(truth).margin(0.03));
-  const FittedModel other = fitted(
+  const FittedModel other = searched_fit(
       table, "y ~ a + b*cos(w*x + 0.7)", "a | g", {.start = {{"a", 3.0}, {"b", 2.0}, {"w", 4.48}}});
   CHECK(other.estimate[2] == Approx(4.5).margin(0.03));
   // The two are the same but for rounding in cosines of large arguments.
@@ -229,7 +229,7 @@ TEST_CASE("many observations are searched on a part, with the same end") {
                         return (2.8 + effect) * std::exp(-std::exp(0.8) * x) +
                                0.5 * std::exp(-std::exp(-1.4) * x);
                       }};
-  const FittedModel fit = fitted(simulated(curves, 1), kBiexponential, "A1 | g");
+  const FittedModel fit = searched_fit(simulated(curves, 1), kBiexponential, "A1 | g");
   REQUIRE(fit.convergence.converged);
   // Five standard errors of means of 2,100 groups.
   CHECK(fit.estimate[0] == Approx(2.8).margin(0.1));

@@ -2,7 +2,8 @@
 #include "model/symmetric_eigen.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <limits>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 
@@ -16,7 +17,6 @@ SymmetricEigen symmetric_eigen(const MatrixXd& matrix) {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(matrix);
     if (solver.info() == Eigen::Success) return {solver.eigenvalues(), solver.eigenvectors()};
   }
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   return {VectorXd::Constant(size, kNaN), MatrixXd::Constant(size, size, kNaN)};
 }
 

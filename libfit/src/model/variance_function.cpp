@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "model/text_parts.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
@@ -22,7 +22,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using Kind = VarianceFactor::Kind;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// In the order of the enumeration.
 constexpr std::array<std::string_view, 4> kNames{
     "exponential", "power", "constant-plus-power", "stratum"};

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "silvafit/base/constants.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -13,7 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Eigenvalues of the scaled Hessian that are smaller are rounding, however symmetric it is.
 constexpr double kSmallestCurvature = 1e-9;
 // Variables whose own curvature is a smaller share of the largest have none.

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
 #include "prediction/calibration_search.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"
 
@@ -19,8 +19,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Index number_in(const LabelNumbers& numbers, const std::string& label) {
   const auto found = numbers.find(label);

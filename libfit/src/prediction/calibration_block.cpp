@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "silvafit/base/constants.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -12,7 +14,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Squared distance to the solution in standard deviations at which a search ends.
 constexpr double kFoundDecrement = 1e-20;
 // Below this, a decrement that no longer falls is rounding.

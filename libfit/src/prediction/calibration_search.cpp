@@ -2,12 +2,12 @@
 #include "prediction/calibration_search.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "model/covariance_factor.hpp"
 #include "model/group_coefficients.hpp"
 #include "prediction/calibration_block.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/parallel.hpp"
 
 namespace silvafit::fit {
@@ -17,7 +17,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Rows of a block of clusters: their data stay in the cache while effects are searched.
 constexpr Index kBlockRows = 4096;
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "test_support/nested_trees.hpp"
@@ -21,10 +22,10 @@ using silvafit::data::Table;
 using silvafit::data::TextColumn;
 using namespace silvafit::fit;
 using Catch::Matchers::Contains;
+using silvafit::kNaN;
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 const char* const kCurve = "h ~ 1.3 + a*(1 - exp(-b*dbh))";
 
 struct Design {

@@ -10,6 +10,7 @@
 
 #include "marginal_likelihood/quadrature_rule.hpp"
 #include "model/covariance_factor.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -95,7 +96,6 @@ class RowRules {
   const std::vector<int>& points() const { return points_; }
 
  private:
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   VectorXd value_;
   VectorXd difference_;
   std::vector<int> points_;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "model/coefficient_sets.hpp"
 #include "prediction/known_levels.hpp"
@@ -12,6 +11,7 @@
 #include "prediction/prediction_intervals.hpp"
 #include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -20,8 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void check(const PredictionOptions& options) {
   if (options.interval && !(*options.interval > 0.0 && *options.interval < 1.0)) {

@@ -5,7 +5,6 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "prediction/prediction_freedom.hpp"
@@ -13,6 +12,7 @@
 #include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
 #include "prediction/value_quantiles.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/parallel.hpp"
 
 namespace silvafit::fit {
@@ -23,7 +23,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Open = CoefficientSets::Open;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Rows at a time, so that what is kept of them stays in memory.
 constexpr std::size_t kChunk = 4096;
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "prediction/mixture_quantile.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "test_support/known_fit.hpp"
@@ -22,10 +23,9 @@ using silvafit::data::Table;
 using silvafit::data::TextColumn;
 using namespace silvafit::fit;
 using Catch::Matchers::Contains;
+using silvafit::kNaN;
 
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// y = mu + b + e with Var b = 4 and Var e = 9, from six groups of three, so that the trees of a
 /// group have the shrinkage 3*4/(3*4 + 9) = 4/7 and leave 4 (1 - 4/7) of b open, and Var(mu-hat) =
@@ -64,7 +64,7 @@ FittedModel curve() {
 
 double height(double a, double b, double dbh) { return 1.3 + a * (1.0 - std::exp(-b * dbh)); }
 
-double t_quantile(double freedom, double coverage) {
+double student_quantile(double freedom, double coverage) {
   return boost::math::quantile(boost::math::students_t_distribution<double>(freedom),
                                0.5 + 0.5 * coverage);
 }
@@ -98,14 +98,14 @@ TEST_CASE("in the one-way layout errors and intervals are those of theory") {
   CHECK(prediction.degrees_of_freedom[4] == Approx(freedom).epsilon(1e-12));
   // The quadrature has 15 points for normal distributions whose mixture is normal; its end is exact
   // to about 1e-6 where the components are as wide as their spread.
-  const double margin = t_quantile(freedom, 0.9) * std::sqrt(variance);
+  const double margin = student_quantile(freedom, 0.9) * std::sqrt(variance);
   CHECK(prediction.lower[4] == Approx(10.0 - margin).epsilon(1e-5));
   CHECK(prediction.upper[4] == Approx(10.0 + margin).epsilon(1e-5));
   const Prediction mean = predict(fit,
                                   table,
                                   Level::kCalibrated,
                                   {.interval = 0.9, .interval_kind = IntervalKind::kConfidence});
-  const double half = t_quantile(mean.degrees_of_freedom[3], 0.9) * std::sqrt(known);
+  const double half = student_quantile(mean.degrees_of_freedom[3], 0.9) * std::sqrt(known);
   CHECK(mean.lower[3] == Approx(prediction.value[3] - half).epsilon(1e-12));
   CHECK(mean.upper[3] == Approx(prediction.value[3] + half).epsilon(1e-12));
   CHECK(mean.degrees_of_freedom[4] == Approx(5.0));
@@ -220,7 +220,7 @@ TEST_CASE("confidence intervals stay within the range of the curve") {
               table,
               Level::kPopulation,
               {.interval = 0.95, .interval_kind = IntervalKind::kConfidence});
-  const double t = t_quantile(prediction.degrees_of_freedom[0], 0.95);
+  const double t = student_quantile(prediction.degrees_of_freedom[0], 0.95);
   CHECK(prediction.lower[0] == Approx(20.0 / (1.0 + std::exp(0.3 + 2.0 * t))));
   CHECK(prediction.upper[0] == Approx(20.0 / (1.0 + std::exp(0.3 - 2.0 * t))));
 }
@@ -362,7 +362,7 @@ TEST_CASE("predicted intervals of unseen groups are normal ones however far grou
     const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = coverage});
     const double deviation = std::hypot(between, 1.0);
     const double freedom = std::pow(deviation, 4) / (std::pow(between, 4) / 39.0 + 1.0 / 100.0);
-    const double margin = t_quantile(freedom, coverage) * deviation;
+    const double margin = student_quantile(freedom, coverage) * deviation;
     // The distribution function of the rule is within 1e-6 of the normal one's.
     INFO(between << " " << coverage);
     CHECK(prediction.upper[0] - 100.0 == Approx(margin).epsilon(2e-5));

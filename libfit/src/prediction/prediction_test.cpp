@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "silvafit/base/constants.hpp"
 #include "test_support/known_fit.hpp"
 
 using namespace silvafit;
@@ -11,8 +12,6 @@ using namespace silvafit::fit;
 using Catch::Matchers::Contains;
 
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// h ~ 1.3 + a*dbh^b with a = 1.5 + 0.4 C + u and b = 0.7; u is 0.2 in plot 07 and -0.1 in plot 8.
 FittedModel power_curve() {

@@ -11,6 +11,7 @@
 
 #include "resampling/counted_reasons.hpp"
 #include "resampling/resampled_data.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/base/random.hpp"
@@ -22,7 +23,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// In the order of the enumeration.
 constexpr std::array<std::string_view, 2> kResampleNames{"parametric", "cases"};
 

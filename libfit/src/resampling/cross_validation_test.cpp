@@ -38,7 +38,7 @@ data::Table line() {
   return table;
 }
 
-data::Table stands() {
+data::Table stands_to_leave_out() {
   return data::read_csv_table(test::source_file("tests/reference/data/stands.csv"));
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("leaving out one observation of a linear model has the closed form of 
 }
 
 TEST_CASE("each prediction is that of a fit without its group") {
-  const data::Table table = stands();
+  const data::Table table = stands_to_leave_out();
   const FittedModel fit = height_fit(table, "a | plot");
   const CrossValidation result = cross_validate(fit, table, {.folds = 0});
   CHECK(result.group == "plot");
@@ -136,7 +136,7 @@ TEST_CASE("each prediction is that of a fit without its group") {
 }
 
 TEST_CASE("groups are dealt to folds evenly, by the seed, whatever the threads") {
-  const data::Table table = stands();
+  const data::Table table = stands_to_leave_out();
   const FittedModel fit = height_fit(table, "a | plot");
   CrossValidationOptions options{.folds = 5, .seed = 11, .threads = 1};
   const CrossValidation one = cross_validate(fit, table, options);
@@ -191,7 +191,7 @@ TEST_CASE("cross-validation has to know its groups") {
 TEST_CASE("measured trees of a left-out group calibrate a linear model as BLUP theory has it") {
   // Random intercepts: the predicted effect of a plot is psi m / (psi m + sigma^2) times the mean
   // residual of its m measured trees from the line.
-  const data::Table table = stands();
+  const data::Table table = stands_to_leave_out();
   ModelSpecification model = specify_model("h ~ a + b*dbh", {}, table);
   add_random_effects(model, "a | plot", table);
   const FittedModel fit = fit_model(model, table).fit;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/catalogue.hpp"
 
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -272,8 +273,7 @@ TEST_CASE("start values have the stated signs and are finite") {
 }
 
 TEST_CASE("start values explain data better than twice their mean", "[reference]") {
-  SILVAFIT_NEEDS_REFERENCE("fir_mixed_inventory.csv");
-  const data::Table table = data::read_csv_table(test::reference_file("fir_mixed_inventory.csv"));
+  const data::Table table = data::read_csv_table(test::reference_data("fir_mixed/inventory.csv"));
   for (const BaseModel& model : catalogue().models()) {
     const std::vector<double> start = study::start_values(model, table);
     const std::vector<std::string> names = model.parameter_names();

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string_view>
 #include <utility>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/study.hpp"
 
@@ -20,8 +20,6 @@ using data::JsonReader;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 fit::ModelSpecification specification_of(const JsonReader& model) {
   fit::ModelSpecification specification{.formula = data::parse_formula(model.at("formula").text())};

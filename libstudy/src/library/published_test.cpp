@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The published coefficients in models/published: each entry against the catalogue and against
 // what its source says of the fit.
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>

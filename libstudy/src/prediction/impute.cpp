@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "prediction/fitted_labels.hpp"
 #include "prediction/impute_models.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/calibrated_fit.hpp"
@@ -23,8 +23,6 @@ namespace silvafit::study {
 namespace {
 
 using Eigen::Index;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool is_measured(double value) { return std::isfinite(value); }
 

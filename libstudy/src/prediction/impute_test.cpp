@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "reference.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 
@@ -18,7 +19,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kPlots = 12;
 constexpr int kTrees = 30;
 

@@ -2,6 +2,7 @@
 // Simulate, fit, recover: mixed models fitted to the example find the design that it was drawn
 // from.
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "reference.hpp"

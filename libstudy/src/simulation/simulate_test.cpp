@@ -4,6 +4,7 @@
 #include "silvafit/study/simulate.hpp"
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>

@@ -16,7 +16,7 @@ namespace {
 constexpr int kTrees = 5;
 
 /// Two plots of five trees, with DBH 10 to 50 cm: curves are judged up to 60 cm.
-data::Table trees() {
+data::Table plausible_trees() {
   data::TextColumn plots;
   std::vector<double> dbh;
   std::vector<double> h;
@@ -47,7 +47,7 @@ data::Table trees() {
 fit::FittedModel model(const std::string& formula,
                        const std::vector<double>& coefficients,
                        const std::vector<std::string>& sub_models = {}) {
-  fit::FittedModel fit{.specification = fit::specify_model(formula, sub_models, trees())};
+  fit::FittedModel fit{.specification = fit::specify_model(formula, sub_models, plausible_trees())};
   fit.coefficient_names = fit.specification.coefficient_names();
   fit.estimate = Eigen::Map<const Eigen::VectorXd>(coefficients.data(),
                                                    static_cast<Eigen::Index>(coefficients.size()));
@@ -74,7 +74,7 @@ fit::FittedModel with_effects(fit::FittedModel fit,
 }
 
 std::string objection(const fit::FittedModel& fit, const char* entry = nullptr) {
-  const data::Table table = trees();
+  const data::Table table = plausible_trees();
   const Plausibility plausibility(fit.specification.formula.left, table, "plot");
   return plausibility.objection(fit, entry == nullptr ? nullptr : &test::catalogue().find(entry));
 }
@@ -165,7 +165,7 @@ TEST_CASE("several curves with a flaw are counted") {
 }
 
 TEST_CASE("responses of one's own must be finite, no more") {
-  data::Table table = trees();
+  data::Table table = plausible_trees();
   table.set("growth", std::vector<double>(2 * kTrees, -1.0));
   fit::FittedModel fit{.specification = fit::specify_model("growth ~ a + b*dbh", {}, table)};
   fit.coefficient_names = {"a", "b"};

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/cross_validation.hpp"
 
@@ -22,8 +23,6 @@ constexpr double kSignificance = 0.05;
 constexpr double kMuchWorse = 0.05;
 /// Many plots make any difference significant; one below this share changes no decision.
 constexpr double kWorse = 0.01;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool can_be_left_out(const std::optional<fit::FitResult>& fit) {
   return fit && fit->fit.convergence.converged;

@@ -2,6 +2,7 @@
 // Scenes of the structural classes, and the published library that they are made of here.
 #include "silvafit/study/scenes.hpp"
 
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <set>

@@ -14,7 +14,7 @@ using namespace silvafit::study;
 
 namespace {
 
-data::Table trees() {
+data::Table trees_of_two_species() {
   data::Table table;
   table.set("dbh", std::vector<double>{10.0, 20.0, 30.0, 40.0, 50.0});
   table.set("h", std::vector<double>{9.0, 15.0, 19.0, 21.5, 23.0});
@@ -26,7 +26,8 @@ constexpr int kObservations = 1000;
 
 /// A fit of which only what the choices look at is filled in.
 Candidate candidate(double log_likelihood, int parameters) {
-  Candidate result{.fit = {.specification = fit::specify_model("h ~ 1.3 + a*dbh^b", {}, trees())}};
+  Candidate result{.fit = {.specification = fit::specify_model(
+                               "h ~ 1.3 + a*dbh^b", {}, trees_of_two_species())}};
   result.fit.coefficient_names = result.fit.specification.coefficient_names();
   result.fit.estimate = Eigen::Vector2d(1.0, 0.5);
   result.fit.covariance = Eigen::Matrix2d::Identity();
@@ -72,7 +73,9 @@ StudyOptions by_one(Criterion criterion) {
 }
 
 fit::FittedModel fitted(const std::string& formula) {
-  return fit::fit_model(fit::specify_model(formula, {}, trees()), trees()).fit;
+  return fit::fit_model(fit::specify_model(formula, {}, trees_of_two_species()),
+                        trees_of_two_species())
+      .fit;
 }
 
 }  // namespace
@@ -162,7 +165,7 @@ TEST_CASE("a choice forgets the ranks and marks of an earlier one") {
 
 TEST_CASE("level 2 tries 16 subsets of four covariates on each parameter, the base once") {
   const fit::FittedModel base = fitted("h ~ 1.3 + a*dbh^b");
-  data::Table table = trees();
+  data::Table table = trees_of_two_species();
   for (const char* name : {"M", "C", "U"}) table.set(name, std::vector<double>(5, 0.5));
   const std::vector<Trial> trials = covariate_trials(base, {"W", "M", "C", "U"}, 1, table);
   REQUIRE(trials.size() == 1 + 2 * (16 - 1));
@@ -176,7 +179,7 @@ TEST_CASE("level 2 tries 16 subsets of four covariates on each parameter, the ba
 
 TEST_CASE("on request, pairs of parameters have covariates") {
   const fit::FittedModel base = fitted("h ~ 1.3 + a*(1 - exp(-b*dbh))");
-  const std::vector<Trial> trials = covariate_trials(base, {"W", "M"}, 2, trees());
+  const std::vector<Trial> trials = covariate_trials(base, {"W", "M"}, 2, trees_of_two_species());
   // The base model, 3 subsets on each of two parameters, and 3 x 3 on both.
   REQUIRE(trials.size() == 1 + 2 * 3 + 9);
   CHECK(trials.back().terms == std::vector<std::string>{"a ~ 1 + W + M", "b ~ 1 + W + M"});
@@ -195,15 +198,15 @@ TEST_CASE("a parsimonious choice takes fewer parameters within two of the best")
 }
 
 TEST_CASE("the intercept is left out of the sub-model with covariates only") {
-  Candidate chosen{
-      .terms = {"b ~ 1 + W"},
-      .fit = {.specification = fit::specify_model("h ~ 1.3 + a*dbh^b", {"b ~ 1 + W"}, trees())}};
-  const auto trial = without_intercept(chosen, trees());
+  Candidate chosen{.terms = {"b ~ 1 + W"},
+                   .fit = {.specification = fit::specify_model(
+                               "h ~ 1.3 + a*dbh^b", {"b ~ 1 + W"}, trees_of_two_species())}};
+  const auto trial = without_intercept(chosen, trees_of_two_species());
   REQUIRE(trial);
   CHECK(trial->terms == std::vector<std::string>{"b ~ 0 + W"});
   CHECK(trial->specification.coefficient_names() == std::vector<std::string>{"a", "b:W"});
   chosen.terms.clear();
-  CHECK_FALSE(without_intercept(chosen, trees()));
+  CHECK_FALSE(without_intercept(chosen, trees_of_two_species()));
 }
 
 TEST_CASE("level 3 tries all 2^p - 1 subsets of coefficients, or those up to a size") {
@@ -321,7 +324,9 @@ TEST_CASE("a mixed model on the edge stands where those inside have an objection
 TEST_CASE("a model less likely than one that it contains has an objection") {
   const fit::FittedModel power = fitted("h ~ 1.3 + a*dbh^b");
   fit::FittedModel with_covariate =
-      fit::fit_model(fit::specify_model("h ~ 1.3 + a*dbh^b", {"a ~ 1 + W"}, trees()), trees()).fit;
+      fit::fit_model(fit::specify_model("h ~ 1.3 + a*dbh^b", {"a ~ 1 + W"}, trees_of_two_species()),
+                     trees_of_two_species())
+          .fit;
   const std::vector<SmallerModel> smaller{{.name = "without W", .fit = &power}};
   CHECK(objection_to_likelihood(with_covariate, smaller).empty());
   with_covariate.log_likelihood = power.log_likelihood - 1.0;

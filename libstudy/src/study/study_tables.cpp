@@ -175,7 +175,7 @@ FormattedTable variance_functions_table(const Study& study) {
 }
 
 /// The chosen fits of a result under the names of their levels.
-std::vector<std::pair<std::string, const fit::FittedModel*>> chosen_fits(
+std::vector<std::pair<std::string, const fit::FittedModel*>> chosen_fits_by_level(
     const ResponseStudy& result) {
   std::vector<std::pair<std::string, const fit::FittedModel*>> fits;
   if (result.ols) fits.emplace_back("ols", &result.ols->fit);
@@ -196,7 +196,7 @@ FormattedTable estimates_table(const Study& study) {
                                           {"t", "t", ColumnKind::kCriterion},
                                           {"p", "p", ColumnKind::kP}})};
   for (const ResponseStudy& result : study.results) {
-    for (const auto& [level, fit] : chosen_fits(result)) {
+    for (const auto& [level, fit] : chosen_fits_by_level(result)) {
       const Eigen::VectorXd errors = fit->standard_errors();
       const Eigen::VectorXd t = fit->t_values();
       const Eigen::VectorXd p = fit->p_values();
@@ -267,7 +267,7 @@ FormattedTable statistics_table(const Study& study) {
                          {"bic", "BIC", ColumnKind::kCriterion},
                          {"converged", "Converged"}})};
   for (const ResponseStudy& result : study.results) {
-    for (const auto& [level, fit] : chosen_fits(result)) {
+    for (const auto& [level, fit] : chosen_fits_by_level(result)) {
       const auto add = [&, &name = level, &model = fit](const std::string& prediction,
                                                         const fit::FitStatistics& values) {
         table.rows.push_back(
@@ -393,7 +393,7 @@ bool differ(const fit::FittedModel& larger,
 void add_level_tests(const ResponseStudy& result,
                      const StudyOptions& options,
                      FormattedTable& table) {
-  const auto fits = chosen_fits(result);
+  const auto fits = chosen_fits_by_level(result);
   std::vector<std::vector<bool>> differs(fits.size(), std::vector<bool>(fits.size(), false));
   for (std::size_t i = 0; i < fits.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {

@@ -11,7 +11,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-data::Table trees() {
+data::Table trees_to_check() {
   data::Table table;
   data::TextColumn plot;
   data::TextColumn species;
@@ -29,22 +29,22 @@ data::Table trees() {
 }  // namespace
 
 TEST_CASE("a condition chooses rows; where its values are missing it does not hold") {
-  CHECK(rows_where("species == \"SM\"", trees()).rows() == 3);
-  CHECK(rows_where("species == \"SM\" && dbh > 0", trees()).rows() == 1);
+  CHECK(rows_where("species == \"SM\"", trees_to_check()).rows() == 3);
+  CHECK(rows_where("species == \"SM\" && dbh > 0", trees_to_check()).rows() == 1);
   // The missing dbh is neither below nor not below 15.
-  CHECK(rows_where("dbh != 10", trees()).rows() == 2);
-  CHECK(rows_where("!(dbh < 15)", trees()).rows() == 1);
-  CHECK(rows_where("dbh < 15 || plot == \"08\"", trees()).rows() == 3);
-  CHECK(rows_where("tree", trees()).line(3) == 5);
-  CHECK_THROWS_WITH(rows_where("dbh > 99", trees()), Contains("trees.csv: no row meets"));
-  CHECK_THROWS_WITH(rows_where("species == SM", trees()),
+  CHECK(rows_where("dbh != 10", trees_to_check()).rows() == 2);
+  CHECK(rows_where("!(dbh < 15)", trees_to_check()).rows() == 1);
+  CHECK(rows_where("dbh < 15 || plot == \"08\"", trees_to_check()).rows() == 3);
+  CHECK(rows_where("tree", trees_to_check()).line(3) == 5);
+  CHECK_THROWS_WITH(rows_where("dbh > 99", trees_to_check()), Contains("trees.csv: no row meets"));
+  CHECK_THROWS_WITH(rows_where("species == SM", trees_to_check()),
                     Contains("column 12: there is no column 'SM' (text goes in double quotes)"));
-  CHECK_THROWS_WITH(rows_where("species > 1", trees()),
+  CHECK_THROWS_WITH(rows_where("species > 1", trees_to_check()),
                     Contains("trees.csv:2: species: 'SM' is not a number (and 3 more) (plot 07"));
 }
 
 TEST_CASE("columns may come from others") {
-  data::Table table = trees();
+  data::Table table = trees_to_check();
   add_columns("d=dbh/100,group=plot,height=h", table);
   CHECK(table.numbers("d")[1] == 0.2);
   CHECK(table.text("group")[0] == "07");
@@ -55,13 +55,14 @@ TEST_CASE("columns may come from others") {
 
 TEST_CASE("a value outside a model's domain is named with its place") {
   const Catalogue catalogue = Catalogue::load(test::source_file("models"));
-  CHECK_THROWS_AS(require_domain(catalogue.find("M4"), trees()), DomainError);
-  CHECK_THROWS_WITH(require_domain(catalogue.find("M4"), trees()),
+  CHECK_THROWS_AS(require_domain(catalogue.find("M4"), trees_to_check()), DomainError);
+  CHECK_THROWS_WITH(require_domain(catalogue.find("M4"), trees_to_check()),
                     Contains("trees.csv:4: dbh: -3 is outside the model's domain") &&
                         Contains("(plot 08, tree 3, model M4)"));
-  CHECK_NOTHROW(require_domain(catalogue.find("M4"), rows_where("dbh > 0", trees())));
-  CHECK_THROWS_AS(require_domain_of_covariates(catalogue.find("M4"), trees()), DomainError);
-  CHECK_THROWS_WITH(require_domain(catalogue.find("M20"), trees()),
+  CHECK_NOTHROW(require_domain(catalogue.find("M4"), rows_where("dbh > 0", trees_to_check())));
+  CHECK_THROWS_AS(require_domain_of_covariates(catalogue.find("M4"), trees_to_check()),
+                  DomainError);
+  CHECK_THROWS_WITH(require_domain(catalogue.find("M20"), trees_to_check()),
                     Contains("there is no column 'hcb'"));
 }
 
@@ -84,5 +85,5 @@ TEST_CASE("a measured value that cannot be one is named with its place") {
 }
 
 TEST_CASE("a missing structural index comes with the way to get it") {
-  CHECK_THROWS_WITH(require_numbers(trees(), {"C"}), Contains("silvafit indices"));
+  CHECK_THROWS_WITH(require_numbers(trees_to_check(), {"C"}), Contains("silvafit indices"));
 }

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numbers>
 #include <string>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -36,7 +37,6 @@ struct DrawnLeaf {
 
 std::vector<DrawnLeaf> spray(int number) {
   constexpr int kPairs = 4;
-  constexpr double kRadian = std::numbers::pi / 180.0;
   std::vector<DrawnLeaf> leaves;
   for (int i = 0; i < kPairs; ++i) {
     for (const int side : {-1, 1}) {

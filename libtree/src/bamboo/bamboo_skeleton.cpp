@@ -9,12 +9,11 @@
 
 #include "bamboo/culm.hpp"
 #include "bamboo/logistic_map.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr double kRadian = std::numbers::pi / 180.0;
 // A float at the height of the tallest tree still resolves a twig of this radius.
 constexpr double kThinnest = 0.0003;
 constexpr double kFlattest = 2.0 * kRadian;

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "morphology/breast_height.hpp"
+#include "silvafit/base/constants.hpp"
+
 namespace silvafit::tree {
 namespace {
-
-constexpr double kBreastHeight = 1.3;
-constexpr double kRadian = std::numbers::pi / 180.0;
 
 /// Length of an internode, as a share of the longest.
 double relative_internode(const CulmStyle& style, double share) {

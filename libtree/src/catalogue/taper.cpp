@@ -7,12 +7,11 @@
 #include <map>
 
 #include "catalogue/json_entry.hpp"
+#include "morphology/breast_height.hpp"
 #include "silvafit/data/expression.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kBreastHeight = 1.3;
 
 data::Expression equation_of(const JsonEntry& entry) {
   data::Expression equation = data::Expression::parse(entry.get<std::string>("relative_diameter"));

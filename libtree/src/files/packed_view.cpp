@@ -8,14 +8,14 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::size_t kLargestStride = 256;
+constexpr std::size_t kLargestPackedStride = 256;
 /// Packed attributes have two bits for each 16 elements of a byte of theirs, if all are as the one
 /// before; packed triangles and indices have a byte each at least.
 constexpr std::size_t kMostExpansion = 64;
 
 void check_stride(const PackedView& view) {
   if (view.mode == "ATTRIBUTES") {
-    if (view.stride == 0 || view.stride > kLargestStride || view.stride % 4 != 0) {
+    if (view.stride == 0 || view.stride > kLargestPackedStride || view.stride % 4 != 0) {
       refuse_gltf("packed attributes have a stride that is no multiple of 4 up to 256");
     }
   } else if (view.mode == "TRIANGLES" || view.mode == "INDICES") {

@@ -12,8 +12,6 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
 /// Sum of the lengths of all branches in the grown and in the fitted skeleton.
 double mean_scale(const Skeleton& grown,
                   const Skeleton& fitted,

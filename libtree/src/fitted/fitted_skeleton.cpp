@@ -18,7 +18,6 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 // A float at the height of the tallest tree still resolves a twig of this radius.
 constexpr double kThinnest = 0.0003;
 constexpr double kShortest = 0.0005;  // an axis that the crown leaves no more of goes

@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "fitted/skeleton_line.hpp"
+#include "morphology/breast_height.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-constexpr double kBreastHeight = 1.3;
 constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
 
 double narrowest_m(const CrownRadii& radii) {

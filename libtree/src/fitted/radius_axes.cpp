@@ -12,7 +12,6 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::array<Point, 4> kDirections{{{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 1, 0}}};
 
 /// From the place's direction to another, counterclockwise, in [-pi, pi].

@@ -11,8 +11,6 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
 bool is_finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
 void check(const Skeleton& grown) {

@@ -4,19 +4,9 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "iterated_functions/linear_part.hpp"
+
 namespace silvafit::tree {
-namespace {
-
-Eigen::Matrix3d matrix_of(const AffineMap& map) {
-  Eigen::Matrix3d a;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) a(row, column) = map.a[row][column];
-  }
-  return a;
-}
-
-}  // namespace
-
 Point AffineMap::turn(Point x) const {
   return {a[0][0] * x.x + a[0][1] * x.y + a[0][2] * x.z,
           a[1][0] * x.x + a[1][1] * x.y + a[1][2] * x.z,
@@ -55,10 +45,10 @@ AffineMap scaled(const AffineMap& map, double factor) {
   return result;
 }
 
-double AffineMap::determinant() const { return matrix_of(*this).determinant(); }
+double AffineMap::determinant() const { return linear_part(*this).determinant(); }
 
 double AffineMap::spectral_norm() const {
-  return Eigen::JacobiSVD<Eigen::Matrix3d>(matrix_of(*this)).singularValues()(0);
+  return Eigen::JacobiSVD<Eigen::Matrix3d>(linear_part(*this)).singularValues()(0);
 }
 
 }  // namespace silvafit::tree

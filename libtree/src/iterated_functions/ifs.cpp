@@ -5,21 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "iterated_functions/linear_part.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-Eigen::Matrix3d matrix_of(const AffineMap& map) {
-  Eigen::Matrix3d a;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) a(row, column) = map.a[row][column];
-  }
-  return a;
-}
-
 bool is_finite(const AffineMap& map) {
-  return matrix_of(map).allFinite() && std::isfinite(map.b.x) && std::isfinite(map.b.y) &&
+  return linear_part(map).allFinite() && std::isfinite(map.b.x) && std::isfinite(map.b.y) &&
          std::isfinite(map.b.z);
 }
 
@@ -38,7 +31,8 @@ std::vector<double> by_volume(const std::vector<AffineMap>& maps) {
 /// The point that a map leaves where it is.
 Point fixed_point(const AffineMap& map) {
   const Eigen::Vector3d b(map.b.x, map.b.y, map.b.z);
-  const Eigen::Vector3d x = (Eigen::Matrix3d::Identity() - matrix_of(map)).partialPivLu().solve(b);
+  const Eigen::Vector3d x =
+      (Eigen::Matrix3d::Identity() - linear_part(map)).partialPivLu().solve(b);
   return {x(0), x(1), x(2)};
 }
 

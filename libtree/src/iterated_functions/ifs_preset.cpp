@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Reading models/ifs/*.json.
 #include <cmath>
-#include <numbers>
 
 #include "catalogue/json_entry.hpp"
 #include "catalogue/leaf_look.hpp"
 #include "catalogue/preset_head.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/ifs.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kRadian = std::numbers::pi / 180.0;
 
 /// The map written out, three rows of four numbers.
 AffineMap matrix_of(const JsonEntry& entry) {

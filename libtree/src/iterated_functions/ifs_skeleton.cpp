@@ -5,14 +5,12 @@
 #include <numbers>
 #include <string>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/ifs.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kRadian = std::numbers::pi / 180.0;
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 /// A copy of the trunk where it stands.
 struct Copy {

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -15,7 +16,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kRadian = std::numbers::pi / 180.0;
 // Larger numbers are a mistake, and their squares would soon be too large for a double.
 constexpr double kFarthest = 1e9;
 

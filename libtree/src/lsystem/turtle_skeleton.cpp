@@ -10,8 +10,6 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::uint32_t kNone = Drawing::kNone;
-
 class SkeletonMaker {
  public:
   SkeletonMaker(const Drawing& drawing, std::optional<std::uint32_t> bud_grade)

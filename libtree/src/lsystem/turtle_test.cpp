@@ -3,11 +3,11 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <tuple>
 
 #include "reference.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 using namespace silvafit;
@@ -15,7 +15,6 @@ using namespace silvafit::tree;
 
 namespace {
 
-constexpr double kRadian = std::numbers::pi / 180.0;
 // Coordinates of a few meters, a few roundings each.
 constexpr double kRounding = 1e-14;
 
@@ -50,7 +49,7 @@ std::string failure(const std::string& text, LsystemLimits limits = {}) {
   return "accepted";
 }
 
-bool contains(const std::string& text, const std::string& part) {
+bool mentions(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
@@ -340,14 +339,14 @@ TEST_CASE("an outline is a leaf from its first corner to its farthest") {
 }
 
 TEST_CASE("strings that cannot be drawn are refused") {
-  CHECK(contains(failure("axiom: A"), "draws no wood"));
-  CHECK(contains(failure("axiom: F !(-1) F"), "module 2, !(-1): a width"));
-  CHECK(contains(failure("axiom: F ~L(-1)"), "a leaf's length"));
-  CHECK(contains(failure("axiom: F '(-1)"), "a leaf's grade"));
-  CHECK(contains(failure("axiom: F(1e300) F(1e300)"), "goes farther than"));
-  CHECK(contains(failure("axiom: @(1e300) F"), "a tropism"));
-  CHECK(contains(failure("iterations: 500\naxiom: A\nA -> F[A]", {.depth = 400}),
+  CHECK(mentions(failure("axiom: A"), "draws no wood"));
+  CHECK(mentions(failure("axiom: F !(-1) F"), "module 2, !(-1): a width"));
+  CHECK(mentions(failure("axiom: F ~L(-1)"), "a leaf's length"));
+  CHECK(mentions(failure("axiom: F '(-1)"), "a leaf's grade"));
+  CHECK(mentions(failure("axiom: F(1e300) F(1e300)"), "goes farther than"));
+  CHECK(mentions(failure("axiom: @(1e300) F"), "a tropism"));
+  CHECK(mentions(failure("iterations: 500\naxiom: A\nA -> F[A]", {.depth = 400}),
                  "nested more than 400 deep"));
-  CHECK(contains(failure("iterations: 1\naxiom: F{A}\nA -> {f}"), "cannot stand in another"));
-  CHECK(contains(failure("axiom: F", {.seconds = -1.0}), "longer than"));
+  CHECK(mentions(failure("iterations: 1\naxiom: F{A}\nA -> {f}"), "cannot stand in another"));
+  CHECK(mentions(failure("axiom: F", {.seconds = -1.0}), "longer than"));
 }

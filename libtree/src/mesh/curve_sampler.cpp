@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "mesh/moving_frame.hpp"
+#include "morphology/breast_height.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-constexpr double kBreastHeight = 1.3;
 /// As far as the corners of a triangle with the circle's area stand out.
 constexpr double kFarthestCorner = 1.56;
 

@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <span>
 #include <vector>
 
 #include "mesh/stem_sections.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/mesh.hpp"
 
@@ -16,8 +16,7 @@ namespace silvafit::tree {
 namespace {
 
 // The height that a vertex at 1.3 m has in a mesh of floats.
-constexpr double kBreastHeight = 1.3F;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kBreastHeightInMesh = 1.3F;
 
 struct Vertex {
   double x = 0.0;
@@ -112,7 +111,7 @@ Measurements measure(const Mesh& mesh) {
       reach.add(v);
     }
   }
-  const double area = section_areas_m2(mesh, std::array{kBreastHeight}).front();
+  const double area = section_areas_m2(mesh, std::array{kBreastHeightInMesh}).front();
   if (!(area > 0.0)) throw GeometryError("the mesh has no stem at 1.3 m");
   if (measured.hcb_m == kInfinity) throw GeometryError("the mesh has no crown");
   measured.dbh_cm = diameter_cm(area);

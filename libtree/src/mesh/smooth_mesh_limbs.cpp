@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 
+#include "morphology/breast_height.hpp"
+
 namespace silvafit::tree {
 namespace {
 
-constexpr double kBreastHeight = 1.3;
 /// Points nearer to each other than this are one.
 constexpr double kSamePlace = 1e-6;
 

@@ -13,8 +13,6 @@
 
 namespace silvafit::tree {
 
-inline constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
 /// One curve: an axis, and the one that goes on from its end if there is such, and so on.
 struct Limb {
   std::uint32_t axis = 0;         ///< where it begins

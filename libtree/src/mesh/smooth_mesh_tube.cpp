@@ -10,11 +10,11 @@
 #include "mesh/polygon.hpp"
 #include "mesh/ring_in_crown.hpp"
 #include "mesh/tube.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 /// Of a tolerance, what straight lines between a curve's steps may take up; the rest is for steps
 /// that are left out.
 constexpr double kStepShare = 0.4;

@@ -3,18 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "mesh/level_of_detail.hpp"
 #include "mesh/line_simplification.hpp"
 #include "mesh/polygon.hpp"
 #include "mesh/ring_in_crown.hpp"
+#include "morphology/breast_height.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr double kBreastHeight = 1.3;
 
 /// How far the surface is off at a point that is left out between two others: its radius and its
 /// middle together.

@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kRadian = std::numbers::pi / 180.0;
 
 /// Corners of one leaf of the spiral; `share` runs from 0 at the lowest to 1 at the uppermost.
 std::array<Point, 4> spiral_leaf(int number, double share, double aspect) {

@@ -3,8 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "test_support/tree_test_support.hpp"
 
@@ -12,8 +12,6 @@ using namespace silvafit;
 using namespace silvafit::tree;
 
 namespace {
-
-constexpr double kRadian = std::numbers::pi / 180.0;
 
 Crown crown_of_tree_1(CrownIndex index = {}) {
   return Crown(complete(test::paper_tree_1(), 0.5, "unused"), index);

@@ -17,14 +17,14 @@ using namespace silvafit::tree;
 
 namespace {
 
-data::Table table_of(const std::string& csv) {
+data::Table growth_table(const std::string& csv) {
   const test::ScratchFile file(csv);
   return data::read_csv_table(file.path(), {.text_columns = {"plot", "tree", "species"}});
 }
 
 /// Tree 1 stands all the time and grows, 2 is cut after 2022, 3 comes in 2023, 4 was forgotten in
 /// 2022 and does not change.
-const char* const kInventory =
+const char* const kGrowth =
     "year,plot,tree,x,y,dbh,h,hcb,cw\n"
     "2023,1,1,0,0,12,12,4,3\n"
     "2021,1,1,0,0,10,10,4,2\n"
@@ -55,7 +55,7 @@ double shown_at(const AnimatedModel& model, double time_s) {
 }  // namespace
 
 TEST_CASE("a table is split by its times, in their order") {
-  const Moments all = read_moments(table_of(kInventory), "year", {});
+  const Moments all = read_moments(growth_table(kGrowth), "year", {});
   REQUIRE(all.moments.size() == 3);
   CHECK(all.left_out.empty());
   CHECK(all.moments[0].name == "2021");
@@ -65,8 +65,9 @@ TEST_CASE("a table is split by its times, in their order") {
   CHECK(all.moments[1].trees[0].dbh_cm == 11.0);
   // Text: in the order of its appearance.
   const Moments text = read_moments(
-      table_of("when,plot,tree,dbh,h,hcb,cw\nspring,1,1,9,9,3,2\nautumn,1,1,9,9,3,2\n,1,1,9,9,3,2\n"
-               "spring,1,1,9,9,3,2\nautumn,1,2,9,1,3,2\n"),
+      growth_table(
+          "when,plot,tree,dbh,h,hcb,cw\nspring,1,1,9,9,3,2\nautumn,1,1,9,9,3,2\n,1,1,9,9,3,2\n"
+          "spring,1,1,9,9,3,2\nautumn,1,2,9,1,3,2\n"),
       "when",
       {});
   REQUIRE(text.moments.size() == 2);
@@ -75,12 +76,12 @@ TEST_CASE("a table is split by its times, in their order") {
   // No time, a tree twice at one time, an impossible height.
   REQUIRE(text.left_out.size() == 3);
   CHECK(text.left_out[0].place.line == std::size_t{4});
-  CHECK_THROWS_AS(read_moments(table_of(kInventory), "month", {}), InputError);
-  CHECK_THROWS_AS(read_moments(table_of(kInventory), "year", {.plots = {"9"}}), InputError);
+  CHECK_THROWS_AS(read_moments(growth_table(kGrowth), "month", {}), InputError);
+  CHECK_THROWS_AS(read_moments(growth_table(kGrowth), "year", {.plots = {"9"}}), InputError);
 }
 
 TEST_CASE("trees are followed through time") {
-  const Moments all = read_moments(table_of(kInventory), "year", {});
+  const Moments all = read_moments(growth_table(kGrowth), "year", {});
   const std::vector<GrowingTree> trees = growing_trees(all.moments);
   REQUIRE(trees.size() == 4);
   CHECK(trees[0].stages.size() == 3);
@@ -93,7 +94,7 @@ TEST_CASE("trees are followed through time") {
 }
 
 TEST_CASE("keyframes show one stage at a time, growing into the next") {
-  const Moments all = read_moments(table_of(kInventory), "year", {});
+  const Moments all = read_moments(growth_table(kGrowth), "year", {});
   const std::vector<GrowingTree> trees = growing_trees(all.moments);
   const Pace pace{.seconds_per_unit = 2.0, .growing_up = 0.25};
   const auto first = animated(trees[0], all.moments, numbered(trees[0]), pace);
@@ -145,7 +146,7 @@ TEST_CASE("keyframes show one stage at a time, growing into the next") {
 }
 
 TEST_CASE("an animated scene at rest shows the last moment") {
-  const Moments all = read_moments(table_of(kInventory), "year", {});
+  const Moments all = read_moments(growth_table(kGrowth), "year", {});
   const Preset& preset = test::shipped_presets().fallback();
   const test::ScratchFile file("", ".glb");
   {
@@ -195,10 +196,10 @@ TEST_CASE("formats without animations say so") {
 }
 
 TEST_CASE("a tree that comes after several years grows up in all of them") {
-  const Moments all = read_moments(table_of("year,plot,tree,x,y,dbh,h,hcb,cw\n"
-                                            "2010,1,1,0,0,10,10,4,2\n"
-                                            "2015,1,1,0,0,11,11,4,2\n"
-                                            "2015,1,2,5,0,10,10,4,2\n"),
+  const Moments all = read_moments(growth_table("year,plot,tree,x,y,dbh,h,hcb,cw\n"
+                                                "2010,1,1,0,0,10,10,4,2\n"
+                                                "2015,1,1,0,0,11,11,4,2\n"
+                                                "2015,1,2,5,0,10,10,4,2\n"),
                                    "year",
                                    {});
   const std::vector<GrowingTree> trees = growing_trees(all.moments);
@@ -213,8 +214,8 @@ TEST_CASE("times that single precision cannot hold are refused") {
   const auto animate = [](const std::string& second, const std::string& third, const Pace& pace) {
     const std::string tree = ",1,1,0,0,10,";
     const Moments all =
-        read_moments(table_of("t,plot,tree,x,y,dbh,h,hcb,cw\n0" + tree + "10,4,2\n" + second +
-                              tree + "11,4,2\n" + third + tree + "12,4,2\n"),
+        read_moments(growth_table("t,plot,tree,x,y,dbh,h,hcb,cw\n0" + tree + "10,4,2\n" + second +
+                                  tree + "11,4,2\n" + third + tree + "12,4,2\n"),
                      "t",
                      {});
     const std::vector<GrowingTree> trees = growing_trees(all.moments);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "morphology/breast_height.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -15,7 +16,6 @@ constexpr double kTallest = 150.0;
 constexpr double kThickest = 2000.0;
 constexpr double kWidest = 60.0;
 constexpr double kOldest = 5000.0;
-constexpr double kBreastHeight = 1.3;
 constexpr double kThinnest = 0.01;  // cm
 constexpr double kNarrowest = 0.001;
 /// Farther than any projection's coordinates; beyond, not even a millimeter is left of a double.

@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "segments/branch_skeleton.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-constexpr double kRadian = std::numbers::pi / 180.0;
 constexpr double kFirstAngle = 30.0;
 constexpr double kAngleStep = 10.0;
 constexpr double kLengthStep = 0.4;

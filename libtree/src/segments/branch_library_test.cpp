@@ -3,8 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
+#include "silvafit/base/constants.hpp"
 #include "test_support/mesh_test_support.hpp"
 #include "test_support/tree_test_support.hpp"
 
@@ -12,8 +12,6 @@ using namespace silvafit;
 using namespace silvafit::tree;
 
 namespace {
-
-constexpr double kRadian = std::numbers::pi / 180.0;
 
 /// Distance of the vertex nearest to a point.
 double nearest_vertex_m(const MeshPart& part, Point to) {

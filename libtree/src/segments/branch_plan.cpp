@@ -8,12 +8,12 @@
 
 #include "segments/drawn_angle.hpp"
 #include "segments/whorls.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kRadian = kPi / 180.0;
 
 class Planner {
  public:

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "silvafit/base/constants.hpp"
+
 namespace silvafit::tree {
 namespace {
 
@@ -41,7 +43,6 @@ Quantiles truncated_quantiles() {
 
 double drawn_angle(Random& random, double low_deg, double high_deg) {
   static const Quantiles quantiles = truncated_quantiles();
-  constexpr double kRadian = std::numbers::pi / 180.0;
   const double at = random.uniform() * kSteps;
   const auto below = static_cast<std::size_t>(at);
   const double part = at - static_cast<double>(below);

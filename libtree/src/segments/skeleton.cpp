@@ -6,15 +6,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "morphology/breast_height.hpp"
 #include "segments/branch_plan.hpp"
 #include "segments/branch_skeleton.hpp"
 #include "segments/drawn_angle.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr double kRadian = std::numbers::pi / 180.0;
 constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
 // A float at the height of the tallest tree still resolves a twig of this radius.
 constexpr double kThinnest = 0.0003;
@@ -95,7 +95,6 @@ class SkeletonGrower {
   }
 
   Point bent_axis(double z_m, double phase) const {
-    constexpr double kBreastHeight = 1.3;
     constexpr double kTurns = 0.4;
     const double from = std::max(kBreastHeight, shape_.hcb_m);
     const double bend = preset_.branching.stem_bend;
@@ -269,7 +268,6 @@ Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_vie
 }
 
 std::vector<double> section_heights_m(double h_m) {
-  constexpr double kBreastHeight = 1.3;
   constexpr int kSectionsPerMeter = 5;
   std::vector<double> heights;
   heights.reserve(static_cast<std::size_t>(h_m * kSectionsPerMeter) + 3);

@@ -5,27 +5,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nanoflann.hpp>
 #include <numeric>
 #include <tuple>
 #include <utility>
 
 #include "fitted/skeleton_line.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "stand/radius_branch.hpp"
+#include "stand/widest_radius.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 using Lanes = std::shared_ptr<const std::vector<Lane>>;
-
-double widest_m(const Crown& crown) {
-  const CrownRadii& radii = crown.radii();
-  return std::max({radii.east_m, radii.west_m, radii.south_m, radii.north_m});
-}
 
 Point between(const Position& from, const Position& to) {
   return {to.x_m - from.x_m, to.y_m - from.y_m, to.z_m - from.z_m};
@@ -56,15 +51,15 @@ std::vector<std::vector<std::size_t>> near_trees(std::span<const StandTree> tree
   const StemPlaces places{trees};
   const StemTree index(2, places, nanoflann::KDTreeSingleIndexAdaptorParams(10));
   double widest = 0.0;
-  for (const StandTree& tree : trees) widest = std::max(widest, widest_m(*tree.crown));
+  for (const StandTree& tree : trees) widest = std::max(widest, widest_radius_m(*tree.crown));
   parallel_for(trees.size(), threads, [&](std::size_t i) {
-    const double own = widest_m(*trees[i].crown);
+    const double own = widest_radius_m(*trees[i].crown);
     const double at[2] = {trees[i].position.x_m, trees[i].position.y_m};
     std::vector<std::pair<std::uint32_t, double>> found;
     const double reach = own + widest;
     index.radiusSearch(at, reach * reach, found, nanoflann::SearchParams());
     for (const auto& [j, squared] : found) {
-      const double both = own + widest_m(*trees[j].crown);
+      const double both = own + widest_radius_m(*trees[j].crown);
       if (j != i && squared < both * both) near[i].push_back(j);
     }
     std::sort(near[i].begin(), near[i].end());
@@ -248,7 +243,7 @@ class PairResolver {
     const StandTree& tree = trees_[own];
     const Point stem = between(tree.position, trees_[other].position);
     const Crown& crown = *trees_[other].crown;
-    const double reach = widest_m(crown);
+    const double reach = widest_radius_m(crown);
     const std::vector<Lane>& lanes = *radius_branches_.lanes(other);
     const std::vector<Lane>& own_lanes = *radius_branches_.lanes(own);
     std::vector<Overlapping> found;

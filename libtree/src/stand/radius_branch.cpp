@@ -5,14 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "fitted/skeleton_line.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kRadian = std::numbers::pi / 180.0;
 
 /// One way to lead a branch to its tip.
 struct Course {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "mesh/stem_sections.hpp"
+#include "morphology/breast_height.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -201,7 +202,6 @@ void measure_stems(std::size_t model,
                    const Mesh& mesh,
                    std::span<const Morphology> trees,
                    SharedModels& shared) {
-  constexpr double kBreastHeight = 1.3;
   const std::vector<std::size_t>& members = shared.models[model].trees;
   std::vector<double> heights;
   heights.reserve(members.size());

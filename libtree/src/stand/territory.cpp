@@ -7,16 +7,11 @@
 #include <utility>
 
 #include "fitted/skeleton_line.hpp"
+#include "silvafit/base/constants.hpp"
+#include "stand/widest_radius.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double widest_m(const Crown& crown) {
-  const CrownRadii& radii = crown.radii();
-  return std::max({radii.east_m, radii.west_m, radii.south_m, radii.north_m});
-}
 
 bool touches_any(const std::vector<Lane>& lanes, Point center, double radius_m) {
   return std::any_of(
@@ -91,7 +86,7 @@ bool Territory::holds_against(const Neighbor& neighbor, Point center, double rad
   if (touches_any(*neighbor.lanes, at, radius_m)) return false;
   const Crown& crown = *neighbor.crown;
   if (at.z < crown.hcb_m() || at.z > crown.h_m()) return true;
-  const double reach = widest_m(crown) + radius_m + kClearance;
+  const double reach = widest_radius_m(crown) + radius_m + kClearance;
   if (at.x * at.x + at.y * at.y > reach * reach) return true;
   const double theirs = relative_distance(crown, at, -radius_m - kClearance);
   if (theirs >= 1.0) return true;

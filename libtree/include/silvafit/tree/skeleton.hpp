@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,9 @@
 #include "silvafit/tree/preset.hpp"
 
 namespace silvafit::tree {
+
+/// In place of the number of an axis or a point: there is none.
+inline constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 struct SkeletonPoint {
   Point at{};
