@@ -68,7 +68,7 @@ double Random::truncated_normal(double mean, double standard_deviation, double l
     const double value = normal(mean, standard_deviation);
     if (value >= low && value <= high) return value;
   }
-  throw UsageError("the interval of a truncated normal holds next to no probability");
+  throw UsageError("the interval of a truncated normal distribution has a probability of almost 0");
 }
 
 double Random::gamma(double shape, double scale) {

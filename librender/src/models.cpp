@@ -31,7 +31,7 @@ Material material_of(const tree::ReadPart& part) {
 
 Scene scene_of(const tree::ReadScene& read) {
   if (read.triangle_count() == 0) {
-    throw InputError("there is nothing to draw: it has no triangles", {.file = read.file});
+    throw InputError("nothing to draw: the file has no triangles", {.file = read.file});
   }
   Scene scene;
   for (const tree::ReadModel& model : read.models) {
@@ -49,9 +49,8 @@ Scene scene_of(const tree::ReadScene& read) {
   for (const tree::ReadInstance& instance : read.instances) {
     scene.instances.push_back({.model = instance.model, .transform = instance.transform});
     if (is_flattened(scene.instances.back())) {
-      throw InputError(
-          "the node '" + instance.name + "' is flattened: its scale is 0 in a direction",
-          {.file = read.file});
+      throw InputError("the node '" + instance.name + "' is scaled to 0 in one direction",
+                       {.file = read.file});
     }
   }
   return scene;

@@ -23,15 +23,15 @@ constexpr std::size_t kLargestSide = 16384;
 void check(const RenderOptions& options) {
   const auto is_side = [](std::size_t side) { return side >= 1 && side <= kLargestSide; };
   if (!is_side(options.width) || !is_side(options.height)) {
-    throw UsageError("a picture is 1 to 16384 pixels wide and high");
+    throw UsageError("the width and height of an image must be 1 to 16384 pixels");
   }
   constexpr std::size_t kMostSamples = 65536;
   if (options.samples < 1 || options.samples > kMostSamples) {
-    throw UsageError("a pixel needs 1 to 65536 rays");
+    throw UsageError("the number of rays per pixel must be 1 to 65536");
   }
   const Camera& camera = options.camera;
   if (!(camera.view_deg > 1.0 && camera.view_deg < 120.0)) {
-    throw UsageError("the angle of view must be between 1 and 120 degrees");
+    throw UsageError("the field of view must be between 1 and 120 degrees");
   }
   if (!(std::abs(camera.elevation_deg) <= 89.0) || !std::isfinite(camera.azimuth_deg)) {
     throw UsageError("the camera's elevation must be between -89 and 89 degrees");

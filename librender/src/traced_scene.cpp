@@ -30,7 +30,7 @@ void check(const Surface& surface) {
   const bool is_inside = std::ranges::all_of(
       surface.indices, [vertices](std::uint32_t index) { return index < vertices; });
   if (!is_whole || !is_inside) {
-    throw UsageError("the buffers of a surface do not fit each other");
+    throw UsageError("the buffers of a surface differ in length");
   }
   const auto is_finite = [](float value) { return std::isfinite(value); };
   if (!std::ranges::all_of(surface.positions, is_finite) ||
@@ -48,7 +48,7 @@ void check_picture(const Surface& surface) {
   if (!has_picture(surface)) return;
   const tree::Texture& texture = *surface.texture;
   if (texture.rgba.size() != 4 * texture.width * texture.height) {
-    throw UsageError("the pixels of a surface's picture do not fill its width and height");
+    throw UsageError("the number of pixels of a texture must be width times height");
   }
 }
 
@@ -90,8 +90,9 @@ void check(const Scene& scene) {
   }
   for (const Instance& instance : scene.instances) {
     if (instance.model >= scene.models.size()) {
-      throw UsageError(fmt::format(
-          "an instance is of model {}, but there are {}", instance.model, scene.models.size()));
+      throw UsageError(fmt::format("an instance refers to model {}, but there are {} models",
+                                   instance.model,
+                                   scene.models.size()));
     }
     for (const Surface& surface : scene.models[instance.model].surfaces) {
       triangles += surface.indices.size() / 3;
@@ -132,7 +133,7 @@ RTCRay to_embree(const Ray& ray) {
 TracedScene::TracedScene(const Scene& scene)
     : models_(scene.models), device_(rtcNewDevice(nullptr)) {
   check(scene);
-  if (!device_) throw NumericalError("the ray tracing kernel (Embree) does not start");
+  if (!device_) throw NumericalError("the ray tracing library (Embree) cannot be started");
   for (const Model& model : models_) model_scenes_.push_back(build(model));
   scene_.reset(rtcNewScene(device_.get()));
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
@@ -149,8 +150,8 @@ void TracedScene::check_device() const {
   const RTCError error = rtcGetDeviceError(device_.get());
   if (error == RTC_ERROR_NONE) return;
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  throw NumericalError(
-      fmt::format("the ray tracing kernel (Embree) failed with error {}", static_cast<int>(error)));
+  throw NumericalError(fmt::format("the ray tracing library (Embree) failed with error {}",
+                                   static_cast<int>(error)));
 }
 
 TracedScene::Geometry TracedScene::build(const Model& model) const {
@@ -199,7 +200,7 @@ void TracedScene::add(const Instance& instance, RTCScene scene) {
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
-  if (is_flattened(instance)) throw UsageError("an instance is flattened to nothing");
+  if (is_flattened(instance)) throw UsageError("an instance is scaled to 0 in one direction");
   const Matrix3f linear = rounded.topLeftCorner<3, 3>();
   normal_transforms_.emplace_back(linear.inverse().transpose());
   model_of_.push_back(instance.model);

@@ -267,7 +267,7 @@ class Grow(ProgramTest):
         done = self.run_program("grow", "in.csv", "--use", "population", "--out", "d")
         self.assertIn("in.csv:3: h_population: is missing", done.stderr)
         done = self.run_program("grow", "in.csv", "--plot", "Z", "--out", "d", status=3)
-        self.assertIn("in.csv: no tree stands in plot Z; the only plot is 01\n", done.stderr)
+        self.assertIn("in.csv: no trees in plot Z; the only plot is 01\n", done.stderr)
         done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--out", "d", status=2)
         self.assertIn("leave one of them out", done.stderr)
 
@@ -279,7 +279,7 @@ class Grow(ProgramTest):
         grown = self.run_json("grow", "commas.csv", "--out", "e", "--plot", '"D, ""old"""')
         self.assertEqual([tree["plot"] for tree in grown["trees"]], ['D, "old"'])
         error = self.run_program("grow", "commas.csv", "--out", "f", "--plot", "B, north", status=3).stderr
-        self.assertIn('no tree stands in plot B; the plots are "B, north", C, ', error)
+        self.assertIn('no trees in plot B; available: "B, north", C, ', error)
 
     def test_wrong_usage_has_status_2(self):
         self.write("in.csv", INVENTORY)
@@ -447,10 +447,10 @@ class Grow(ProgramTest):
                              "1,1,10,8,2,,2,2,2,\n1,2,10,8,2,4,1,,,\n1,3,10,8,2,10,1,1,1,1\n"
                              "1,4,10,8,2,2.1,1,1,1,1\n")
         result = self.run_json("grow", "in.csv", "--out", "d")
-        self.assertIn("not all there", result["left_out"][0]["reason"])
+        self.assertIn("at least one of the four crown radii is missing", result["left_out"][0]["reason"])
         notes = [{note["about"]: note["text"] for note in tree["notes"]} for tree in result["trees"]]
         self.assertIn("not all four", notes[0]["radii"])
-        self.assertIn("10 m not used: the four crown radii make 2 m", notes[1]["cw"])
+        self.assertIn("10 m not used: the four crown radii give 2 m", notes[1]["cw"])
         self.assertNotIn("cw", notes[2])
 
     def test_the_ground_of_wide_scenes_stays_at_the_feet(self):

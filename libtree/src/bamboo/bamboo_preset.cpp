@@ -159,7 +159,7 @@ std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry
   const auto names = entry.get<std::vector<std::string>>("pictures");
   constexpr std::size_t kMost = 10;
   if (names.empty() || names.size() > kMost) {
-    throw InputError("must name one to ten PNG files", entry.place_of("pictures"));
+    throw InputError("must list one to ten PNG files", entry.place_of("pictures"));
   }
   std::vector<std::shared_ptr<const Texture>> pictures;
   for (const std::string& name : names) {
@@ -167,7 +167,7 @@ std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry
     pictures.push_back(
         std::make_shared<const Texture>(texture_from_png(read_file(file), file.string())));
     if (color_weight(*pictures.back()) == 0.0) {
-      throw InputError("nothing can be seen in it", {.file = file.string()});
+      throw InputError("is completely transparent", {.file = file.string()});
     }
   }
   return pictures;

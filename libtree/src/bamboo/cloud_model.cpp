@@ -11,11 +11,11 @@ namespace silvafit::tree {
 void check(const NormalCloud& cloud) {
   const auto [ex, en, he, low, high] = cloud;
   if (!(low < high && ex >= low && ex <= high)) {
-    throw UsageError("the expectation of a cloud must lie within its limits");
+    throw UsageError("the expectation of a cloud model must be within its limits");
   }
   if (!(en >= 0.0 && he >= 0.0 && en <= high - low && he <= high - low)) {
     throw UsageError(
-        "the entropies of a cloud must be at least 0 and at most the width of its limits");
+        "the entropies of a cloud model must be at least 0 and at most the width of its limits");
   }
 }
 
@@ -37,7 +37,7 @@ std::vector<std::size_t> appearances(std::span<const double> weights) {
     sum += weight;
   }
   if (weights.empty() || !std::isfinite(sum))
-    throw UsageError("weights must be finite, at least one");
+    throw UsageError("weights must be finite, and there must be at least one");
   if (sum == 0.0) return std::vector<std::size_t>(weights.size(), 1);
   std::vector<std::size_t> times;
   times.reserve(weights.size());

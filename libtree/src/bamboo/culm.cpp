@@ -91,9 +91,8 @@ void Culm::bend(const TreeShape& shape, const Crown& crown, double bend_deg) {
   if (bend_deg > most_deg && shape.culm.bend_deg) {
     notes_.push_back(
         {"bend_deg",
-         fmt::format("bent by {:.1f} degrees, not {}: the crown is too narrow for more",
-                     most_deg,
-                     bend_deg)});
+         fmt::format(
+             "bent by {:.1f} degrees instead of {}: the crown is too narrow", most_deg, bend_deg)});
   }
   bent_from_m_ = from;
   const Point side{

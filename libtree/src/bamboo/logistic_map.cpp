@@ -48,13 +48,15 @@ LogisticMap::LogisticMap(double mu, double x0) : mu_(mu), x0_(x0), x_(x0) {
     throw UsageError(fmt::format("mu = {} of the logistic map is outside [3.56994, 4]", mu));
   }
   if (!(x0 > 0.0 && x0 < 1.0)) {
-    throw UsageError(fmt::format("the logistic map starts between 0 and 1, not at {}", x0));
+    throw UsageError(
+        fmt::format("the start value of the logistic map must be between 0 and 1, not {}", x0));
   }
   if (repeats_soon(mu, x0)) {
-    throw UsageError(fmt::format(
-        "the logistic map with mu = {} soon repeats itself from {}; take another start, or mu = 4",
-        mu,
-        x0));
+    throw UsageError(
+        fmt::format("the logistic map with mu = {} soon repeats from start value {}; use another "
+                    "start value or mu = 4",
+                    mu,
+                    x0));
   }
 }
 

@@ -57,7 +57,7 @@ class JsonEntry {
   void allow_only(std::initializer_list<std::string_view> fields) const {
     for (const auto& item : value_.items()) {
       if (std::find(fields.begin(), fields.end(), item.key()) == fields.end()) {
-        throw InputError("there is no such field", place_of(item.key()));
+        throw InputError("unknown field", place_of(item.key()));
       }
     }
   }

@@ -32,7 +32,7 @@ Color color_of(const JsonEntry& entry, const std::string& field) {
 int whole_number(const JsonEntry& entry, const std::string& field, int low, int high) {
   const double value = entry.number(field, low, high);
   const int number = static_cast<int>(value);
-  if (number != value) throw InputError("must be a whole number", entry.place_of(field));
+  if (number != value) throw InputError("must be an integer", entry.place_of(field));
   return number;
 }
 

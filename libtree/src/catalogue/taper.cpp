@@ -68,7 +68,7 @@ std::vector<double> Taper::diameters_cm(std::span<const double> heights_m,
       relative = std::isnan(relative) ? butt_limit_ : std::min(relative, butt_limit_);
     }
     if (!(relative >= 0.0 && std::isfinite(relative))) {
-      throw NumericalError("the taper equation gives no diameter", {.model = name_});
+      throw NumericalError("the taper equation gives no valid diameter", {.model = name_});
     }
     relative *= dbh_cm;
   }

@@ -284,8 +284,8 @@ class GltfWriter final : public SceneWriter {
     const std::size_t total = kHeaders + json.size() + buffers_.size();
     if (total > std::numeric_limits<std::uint32_t>::max()) {
       throw GeometryError(
-          "the scene is larger than the 4 GB of a GLB file; share models, use a coarser level of "
-          "detail or fewer plots, or write glTF");
+          "the scene exceeds the 4 GB of a GLB file; share models, use a coarser level of detail "
+          "or fewer plots, or write glTF");
     }
     stream << "glTF" << word(2) << word(total) << word(json.size()) << "JSON";
     json.write_to(stream);

@@ -61,7 +61,7 @@ class Leader {
       const bool is_new = best.cost > kTooMuch;
       chosen[best.direction] = is_new ? copied(best.direction) : best.axis;
       if (chosen[best.direction] == kNone) {
-        throw GeometryError("no branch of a grown skeleton has a length and a radius");
+        throw GeometryError("no branch of the skeleton has a length and a radius");
       }
       take(chosen[best.direction]);
     }

@@ -17,18 +17,18 @@ bool is_finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std
 
 void check(const Skeleton& grown) {
   if (grown.axes.empty() || grown.axes.front().order != 0 || grown.axes.front().count < 2) {
-    throw GeometryError("a grown skeleton has no stem");
+    throw GeometryError("the skeleton has no stem");
   }
-  if (grown.axes.size() < 2) throw GeometryError("a grown skeleton has no branch");
+  if (grown.axes.size() < 2) throw GeometryError("the skeleton has no branch");
   for (const SkeletonPoint& point : grown.points) {
     if (!is_finite(point.at) || !std::isfinite(point.radius_m)) {
-      throw GeometryError("a grown skeleton has a coordinate that is not finite");
+      throw GeometryError("the skeleton has a coordinate that is not finite");
     }
   }
   for (const LeafSite& leaf : grown.leaves) {
     if (!is_finite(leaf.at) || !is_finite(leaf.along) || !is_finite(leaf.facing) ||
         !std::isfinite(leaf.length_m) || leaf.axis >= grown.axes.size()) {
-      throw GeometryError("a grown skeleton has a leaf that is nowhere");
+      throw GeometryError("the skeleton has a leaf without an axis");
     }
   }
 }
@@ -99,7 +99,7 @@ void set_upright(Skeleton& skeleton) {
   const auto stem = skeleton.points_of(skeleton.axes.front());
   const Point base = stem.front().at;
   const Point chord = stem.back().at - base;
-  if (!(chord.z > 0.0)) throw GeometryError("the stem of a grown skeleton does not rise");
+  if (!(chord.z > 0.0)) throw GeometryError("the stem of the skeleton does not rise");
   const Point from = direction(chord);
   const Point up{0.0, 0.0, 1.0};
   for (SkeletonPoint& point : skeleton.points) point.at = turned_with(point.at - base, from, up);

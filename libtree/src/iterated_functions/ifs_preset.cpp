@@ -45,7 +45,7 @@ IfsCopy copy_of(const JsonEntry& entry) {
     entry.allow_only({"matrix", "thickness", "continues", "orders", "probability"});
     copy.map = matrix_of(entry);
     if (!(copy.map.spectral_norm() < 1.0)) {
-      throw InputError("does not shrink space: its largest singular value must be below 1",
+      throw InputError("is not contractive: its largest singular value must be below 1",
                        entry.place_of("matrix"));
     }
     copy.scale = length(copy.map.turn({0.0, 0.0, 1.0}));
@@ -65,7 +65,7 @@ IfsCopy copy_of(const JsonEntry& entry) {
   copy.thickness = entry.number("thickness", 0.01, 1.0);
   copy.continues = entry.has("continues") && entry.get<bool>("continues");
   if (copy.continues && length(copy.map.b - Point{0.0, 0.0, 1.0}) > 1e-9) {
-    throw InputError("must stand on the trunk's end, at 1, to continue it",
+    throw InputError("must start at the end of the trunk, at 1, because it continues the trunk",
                      entry.place_of(entry.has("matrix") ? "matrix" : "at"));
   }
   if (entry.has("orders")) {
@@ -98,7 +98,7 @@ std::vector<IfsCopy> copies_of(const JsonEntry& entry) {
     copies.push_back(copy);
   }
   if (!branches) {
-    throw InputError("needs a map that puts branches on the stem", entry.place_of("maps"));
+    throw InputError("must have a map that places branches on the stem", entry.place_of("maps"));
   }
   return copies;
 }

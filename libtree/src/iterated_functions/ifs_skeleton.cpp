@@ -80,9 +80,9 @@ class Grower {
       const Copy child = varied(copies_[copy], map);
       if (child.scale < preset_.limits.least_scale) continue;
       if (copies_.size() >= preset_.limits.most_copies) {
-        throw GeometryError("an iterated function system makes more than " +
+        throw GeometryError("the iterated function system makes more than " +
                             std::to_string(preset_.limits.most_copies) +
-                            " copies; lower its depth or raise its least scale");
+                            " copies; reduce its depth or increase its least_scale");
       }
       const auto number = static_cast<std::uint32_t>(copies_.size());
       children_[copies_[copy].children + m] = number;

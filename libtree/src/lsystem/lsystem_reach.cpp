@@ -35,7 +35,7 @@ std::string why_unmet(const GrammarRules& rules, const Uses& uses, const Product
   const auto count = production.parameter_count;
   const auto other = uses.lower_bound({production.symbol, 0});
   if (other == uses.end() || other->first.first != production.symbol) return {};
-  return fmt::format("{} has {} parameter{} here, but {} in line {}; so this never applies",
+  return fmt::format("{} has {} parameter{} here, but {} in line {}; this production never applies",
                      (*rules.alphabet)[production.symbol],
                      count,
                      count == 1 ? "" : "s",
@@ -52,12 +52,12 @@ std::string why_preceded(const GrammarRules& rules, std::size_t index) {
                         earlier.parameter_count == production.parameter_count;
     if (!always || (earlier.weight && production.weight)) continue;
     if (!earlier.weight && !production.weight) {
-      return fmt::format("this never applies: line {} comes first and has no condition",
+      return fmt::format("this production never applies: line {} comes first and has no condition",
                          earlier.line);
     }
     return fmt::format(
-        "{} is rewritten by weight in one and without weight in the other of this and line {}; "
-        "give both a weight, or conditions that exclude each other",
+        "of this production and that of line {1}, which rewrite {0}, only one has a weight; give "
+        "both a weight, or conditions that exclude each other",
         (*rules.alphabet)[production.symbol],
         earlier.line);
   }

@@ -210,7 +210,7 @@ class Turtle {
     const Point from = state_.at;
     state_.at = from + distance * state_.frame.heading;
     if (!is_near(state_.at)) {
-      fail(fmt::format("goes farther than {} from the root", kFarthest));
+      fail(fmt::format("the position is farther than {} from the root", kFarthest));
     }
     if (in_outline_) {
       outline_.push_back(state_.at);
@@ -248,14 +248,14 @@ class Turtle {
 
   void begin() {
     if (stack_.size() >= limits_.depth) {
-      fail(fmt::format("branches are nested more than {} deep", limits_.depth));
+      fail(fmt::format("branches are nested more than {} levels deep", limits_.depth));
     }
     stack_.push_back(state_);
     state_.begins_line = true;
   }
 
   void end() {
-    if (stack_.empty()) fail("there is no '[' that this closes");
+    if (stack_.empty()) fail("']' without a matching '['");
     state_ = stack_.back();
     stack_.pop_back();
   }
@@ -263,14 +263,15 @@ class Turtle {
   void set_width() {
     state_.width = parameter(0, state_.width * settings_.width_ratio);
     if (!(state_.width >= 0.0 && state_.width <= kFarthest)) {
-      fail(fmt::format("a width is a number from 0 to {}", kFarthest));
+      fail(fmt::format("a width must be a number from 0 to {}", kFarthest));
     }
   }
 
   void set_grade() {
     constexpr double kMost = 255.0;
     const double grade = parameter(0, state_.grade + 1.0);
-    if (!(grade >= 0.0 && grade <= kMost)) fail("a leaf's grade is a number from 0 to 255");
+    if (!(grade >= 0.0 && grade <= kMost))
+      fail("the grade of a leaf must be a number from 0 to 255");
     state_.grade = static_cast<std::uint32_t>(grade);
   }
 
@@ -280,7 +281,7 @@ class Turtle {
       state_.tropism = {parameter(1, 0.0), parameter(2, 0.0), parameter(3, 0.0)};
     }
     if (!is_near(state_.tropism) || std::abs(state_.elasticity) > kFarthest) {
-      fail(fmt::format("a tropism is made of numbers up to {}", kFarthest));
+      fail(fmt::format("the components of a tropism must be numbers up to {}", kFarthest));
     }
   }
 
@@ -299,11 +300,12 @@ class Turtle {
   void leaf(bool is_bud) {
     const double length = parameter(0, settings_.length);
     if (!(length >= 0.0 && length <= kFarthest)) {
-      fail(fmt::format("a leaf's length is a number from 0 to {}", kFarthest));
+      fail(fmt::format("the length of a leaf must be a number from 0 to {}", kFarthest));
     }
     constexpr double kMost = 255.0;
     const double grade = parameter(1, state_.grade);
-    if (!(grade >= 0.0 && grade <= kMost)) fail("a leaf's grade is a number from 0 to 255");
+    if (!(grade >= 0.0 && grade <= kMost))
+      fail("the grade of a leaf must be a number from 0 to 255");
     outline_.clear();
     add_leaf(
         state_.frame.heading, state_.frame.up, length, static_cast<std::uint32_t>(grade), is_bud);
@@ -311,14 +313,14 @@ class Turtle {
   }
 
   void begin_outline() {
-    if (in_outline_) fail("an outline { } cannot stand in another");
+    if (in_outline_) fail("outlines { } must not be nested");
     in_outline_ = true;
     outline_.assign(1, state_.at);
   }
 
   /// An outline stands for one leaf: from its first corner to the farthest one, in its plane.
   void end_outline() {
-    if (!in_outline_) fail("there is no '{' that this closes");
+    if (!in_outline_) fail("'}' without a matching '{'");
     in_outline_ = false;
     const Point base = outline_.front();
     Point farthest{};

@@ -170,7 +170,7 @@ Skeleton skeleton_of(const Drawing& drawing,
                      const std::string& file,
                      std::optional<std::uint32_t> bud_grade) {
   if (drawing.lines.empty()) {
-    throw InputError("draws no wood; a branch is drawn by F, as in F(1)", {.file = file});
+    throw InputError("draws no wood; draw branches with F, for example F(1)", {.file = file});
   }
   return SkeletonMaker(drawing, bud_grade).make();
 }

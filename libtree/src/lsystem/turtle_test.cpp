@@ -342,12 +342,13 @@ TEST_CASE("an outline is a leaf from its first corner to its farthest") {
 TEST_CASE("strings that cannot be drawn are refused") {
   CHECK(contains(failure("axiom: A"), "draws no wood"));
   CHECK(contains(failure("axiom: F !(-1) F"), "module 2, !(-1): a width"));
-  CHECK(contains(failure("axiom: F ~L(-1)"), "a leaf's length"));
-  CHECK(contains(failure("axiom: F '(-1)"), "a leaf's grade"));
-  CHECK(contains(failure("axiom: F(1e300) F(1e300)"), "goes farther than"));
+  CHECK(contains(failure("axiom: F ~L(-1)"), "the length of a leaf"));
+  CHECK(contains(failure("axiom: F '(-1)"), "the grade of a leaf"));
+  CHECK(contains(failure("axiom: F(1e300) F(1e300)"), "is farther than"));
   CHECK(contains(failure("axiom: @(1e300) F"), "a tropism"));
   CHECK(contains(failure("iterations: 500\naxiom: A\nA -> F[A]", {.depth = 400}),
-                 "nested more than 400 deep"));
-  CHECK(contains(failure("iterations: 1\naxiom: F{A}\nA -> {f}"), "cannot stand in another"));
+                 "nested more than 400 levels deep"));
+  CHECK(
+      contains(failure("iterations: 1\naxiom: F{A}\nA -> {f}"), "outlines { } must not be nested"));
   CHECK(contains(failure("axiom: F", {.seconds = -1.0}), "longer than"));
 }

@@ -202,7 +202,7 @@ double equal_area_gap(int sides, int other_sides) {
 
 MeshOptions level_of_detail(int level, const MeshOptions& base) {
   if (level < 0 || level >= kLevelsOfDetail) {
-    throw UsageError("levels of detail go from 0, the finest, to " +
+    throw UsageError("a level of detail must be from 0 (finest) to " +
                      std::to_string(kLevelsOfDetail - 1) + ", not " + std::to_string(level));
   }
   const Level& of = kLevels[static_cast<std::size_t>(level)];
@@ -224,7 +224,7 @@ double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshO
 
 int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m) {
   if (!(tolerance_m >= 0.0 && std::isfinite(tolerance_m))) {
-    throw UsageError("the tolerance of a level of detail must be a length in m, not negative");
+    throw UsageError("the tolerance of a level of detail must be a length of at least 0 m");
   }
   int level = kLevelsOfDetail - 1;
   while (level > 0 && surface_error_m(skeleton, crown, level_of_detail(level)) > tolerance_m)

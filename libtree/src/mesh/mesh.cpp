@@ -22,7 +22,8 @@ void check_options(const MeshOptions& options) {
   }
   if (options.foliage_per < 1) throw UsageError("foliage_per must be at least 1");
   if (options.wood_order < 1) {
-    throw UsageError("first-order branches are always drawn: wood_order must be at least 1");
+    throw UsageError(
+        "wood_order must be at least 1, because first-order branches are always drawn");
   }
 }
 

@@ -33,16 +33,15 @@ std::size_t most_points(const LeafLook& look) {
 void check_looks(const Skeleton& skeleton, const SmoothStyle& style) {
   for (const LeafSite& site : skeleton.leaves) {
     if (site.grade < style.leaves.size()) continue;
-    throw UsageError("a leaf is of grade " + std::to_string(site.grade) +
-                     ", but there are looks for " + std::to_string(style.leaves.size()) +
-                     " grades only");
+    throw UsageError("a leaf has grade " + std::to_string(site.grade) + ", but only " +
+                     std::to_string(style.leaves.size()) + " leaf types are defined");
   }
   for (const LeafLook& look : style.leaves) {
     if (!look.outline.empty() && look.outline.size() < kLeastOutline) {
-      throw UsageError("the outline of a leaf in five polygons needs at least three points a side");
+      throw UsageError("a leaf outline needs at least three points per side");
     }
     if (look.texture != style.leaves.front().texture) {
-      throw UsageError("the leaves of a tree must all have their pictures in the same texture");
+      throw UsageError("all leaf types of a tree must use the same texture");
     }
   }
 }

@@ -32,9 +32,9 @@ void require_plots(const std::vector<std::string>& chosen,
   for (const std::string& plot : chosen) {
     if (labels.code_of(plot) != data::TextColumn::kMissingCode) continue;
     const std::vector<std::string>& plots = labels.levels();
-    std::string message = "no tree stands in plot " + plot;
+    std::string message = "no trees in plot " + plot;
     if (!plots.empty()) {
-      message += (plots.size() == 1 ? "; the only plot is " : "; the plots are ") + some_of(plots);
+      message += (plots.size() == 1 ? "; the only plot is " : "; available: ") + some_of(plots);
     }
     throw InputError(message, {.file = file});
   }

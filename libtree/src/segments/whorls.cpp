@@ -18,7 +18,7 @@ int branches_by_age(double age_years, const BranchCount& equations, std::vector<
   const BranchCount::Count count = equations.at(age_years);
   if (count.clamped) {
     notes.push_back({"branch_count",
-                     fmt::format("age {} is outside the {} to {} years of {}; age {} is used",
+                     fmt::format("age {} is outside the range of {} to {} years of {}; {} is used",
                                  age_years,
                                  equations.youngest_years(),
                                  equations.oldest_years(),
@@ -34,7 +34,7 @@ int number_by_age(const TreeShape& shape, const Preset& preset, std::vector<Note
   const int number = std::clamp(wanted, branching.least, branching.most);
   if (number != wanted) {
     notes.push_back({"branch_count",
-                     fmt::format("{} living branches by age; the preset {} draws {} to {}",
+                     fmt::format("{} living branches by age; the preset {} gives {} to {}",
                                  wanted,
                                  preset.name,
                                  branching.least,

@@ -28,7 +28,7 @@ std::int32_t centimeters(double meters) {
   const double value = std::round(kPerMeter * meters);
   // The diagram's arithmetic holds 32 bits, and half of them leave room for the margin.
   if (!(std::abs(value) <= 1e9)) {
-    throw GeometryError("the stems lie too far apart for one ground");
+    throw GeometryError("the stems are too far apart for one ground surface");
   }
   return static_cast<std::int32_t>(value);
 }

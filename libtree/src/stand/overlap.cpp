@@ -342,7 +342,7 @@ std::vector<std::size_t> ranks_of(std::span<const StandTree> trees) {
   for (std::size_t r = 0; r < order.size(); ++r) {
     if (r > 0 && name(order[r - 1]) == name(order[r])) {
       const StandTree& twice = trees[order[r]];
-      throw UsageError("two trees of a stand have the same name",
+      throw UsageError("two trees of the stand have the same label",
                        {.plot = twice.plot, .tree = twice.tree});
     }
     ranks[order[r]] = r;

@@ -49,9 +49,8 @@ Grown grow_to_skeleton(const Morphology& morphology,
 
 std::string crossing_note(std::size_t crossing) {
   return fmt::format(
-      "{} branches that reach measured radii cross a neighbor's stem or branch; the stems stand "
-      "too "
-      "close for another course",
+      "{} branches at measured radii cross a neighbor's stem or branch, because the stems are too "
+      "close to each other",
       crossing);
 }
 

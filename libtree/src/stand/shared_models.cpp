@@ -170,7 +170,7 @@ SharedModels share_models(std::span<const Morphology> trees,
                           std::span<const Builder* const> builders,
                           std::size_t per_preset) {
   if (trees.size() != builders.size()) throw UsageError("each tree needs a preset");
-  if (per_preset == 0) throw UsageError("a preset needs at least one model");
+  if (per_preset == 0) throw UsageError("each preset needs at least one model");
   std::vector<TreeShape> shapes;
   shapes.reserve(trees.size());
   std::map<std::string, std::vector<std::size_t>> by_preset;
