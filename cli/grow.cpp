@@ -102,7 +102,7 @@ void run(GrowCommand& command) {
   const tree::Moments table = read_trees(command);
   report_left_out(command, table.left_out);
   if (table.moments.empty()) {
-    throw InputError("no tree can be grown from its rows", {.file = command.file});
+    throw InputError("no row can be used to grow a tree", {.file = command.file});
   }
   report_coinciding_plots(command, table.moments);
   const Sequence all = grow_moments(command, table.moments, catalogue);

@@ -107,7 +107,7 @@ GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment) {
   const std::string plain = file_name(moment.name);
   if (plain.size() > kLongestName) {
     throw InputError(fmt::format(
-        "--by {}: a value of {} characters is too long for the name of a file; shorten it: {}...",
+        "--by {}: a value of {} characters is too long for a file name; shorten it: {}...",
         command.by,
         moment.name.size(),
         moment.name.substr(0, 40)));

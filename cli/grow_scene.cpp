@@ -35,7 +35,7 @@ std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morpho
   }
   if (!unknown.empty()) {
     say(command.common,
-        fmt::format("No preset lists the species {}; they grow as {} (see --preset).",
+        fmt::format("No preset lists the species {}; preset {} is used (see --preset).",
                     quoted(unknown),
                     catalogue.fallback(command.builder).name()));
   }

@@ -68,7 +68,7 @@ class Grower {
     std::atomic<std::size_t> done = 0;
     parallel_for(trees.size(), threads(), [&](std::size_t i) {
       trees[i] = tree::grow_for_stand(morphologies_[i], *builders_[i], options(0));
-      progress_.show("looking at neighbors", ++done, trees.size());
+      progress_.show("searching neighbors", ++done, trees.size());
     });
     overlap_ = tree::resolve_overlaps(trees, threads());
     for (std::size_t i = 0; i < trees.size(); ++i) {

@@ -129,7 +129,7 @@ void take_batches(const IndicesArguments& arguments,
                   UnitTable& table,
                   Outcome& outcome) {
   if (options.scope == stand::SearchScope::kStand) {
-    throw UsageError("plots that are read one after another cannot share neighbors: use --per plot",
+    throw UsageError("--stream cannot search neighbors across plots; use --per plot",
                      {.column = "--stream"});
   }
   constexpr std::size_t kTreesOfBatch = 200000;
@@ -190,7 +190,7 @@ void run(const IndicesArguments& arguments) {
   const stand::UnitSummary all = outcome.summaries.all();
   if (all.core_trees < all.trees) {
     say(arguments.common,
-        fmt::format("note: {} of {} trees are core trees; {} are near the edge or have no "
+        fmt::format("note: {} of {} trees are core trees; {} are near the boundary or have no "
                     "structural unit",
                     all.core_trees,
                     all.trees,
@@ -206,19 +206,21 @@ void run(const IndicesArguments& arguments) {
 
 void add_indices_command(CLI::App& program) {
   const auto arguments = std::make_shared<IndicesArguments>();
-  CLI::App& command =
-      *program.add_subcommand("indices", "W, M, U and C of every tree, from its nearest neighbors");
+  CLI::App& command = *program.add_subcommand(
+      "indices", "Compute W, M, U and C of every tree from its nearest neighbors");
   add_inventory_options(command, arguments->inventory);
   add_unit_options(command, arguments->units);
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
       ->type_name("FILE.csv");
   command
-      .add_option("--excluded", arguments->excluded, "Where to write the rows left out, and why")
+      .add_option("--excluded",
+                  arguments->excluded,
+                  "Write the skipped rows, with the reason, to this CSV file")
       ->type_name("FILE.csv");
   command.add_flag("--stream",
                    arguments->stream,
-                   "Read plot by plot, in memory that does not grow with the file; the rows of a "
-                   "plot must follow each other");
+                   "Read plot by plot, so that memory does not grow with the file; the rows of a "
+                   "plot must be contiguous");
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit indices examples/fir-mixed/inventory.csv --per stand --out indices.csv");

@@ -69,8 +69,7 @@ data::Table read_table(const std::filesystem::path& file,
 
 CLI::Option* add_columns_option(CLI::App& command, std::vector<std::string>& columns) {
   return command
-      .add_option(
-          "--columns", columns, "Where columns come from, such as dbh=DBH_mm/10,h=Height,x=xk/10")
+      .add_option("--columns", columns, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
 }

@@ -22,8 +22,8 @@ constexpr char kOption[] = "--open-grown";
 data::Expression parsed(std::string_view text, const data::Table& table) {
   if (text.empty()) {
     throw UsageError(
-        "CCF needs the crown width of open-grown trees in m, such as \"0.9 + 0.22*dbh\", from a "
-        "source for your species",
+        "CCF needs --open-grown, the crown width of open-grown trees in m, such as \"0.9 + "
+        "0.22*dbh\", from a source for your species",
         {.column = kOption});
   }
   data::Expression expression = data::Expression::parse(text);
@@ -79,7 +79,8 @@ std::vector<double> crown_competition(const Inventory& inventory,
     std::vector<double> crowns_m2;
     for (const std::size_t tree : area.trees) {
       if (!(widths_m[tree] >= 0.0) || std::isinf(widths_m[tree])) {
-        throw UsageError(fmt::format("the crown width of an open-grown tree is {} m for dbh {} cm",
+        throw UsageError(fmt::format("the crown width of an open-grown tree is {} m for dbh {} cm; "
+                                     "it must be a positive number",
                                      widths_m[tree],
                                      inventory.dbh_cm[tree]),
                          {.column = kOption});

@@ -146,8 +146,8 @@ void EdgeWorker::report_plots_outside() {
 std::string outside_note(std::size_t trees, EdgeCorrection edge) {
   const bool is_torus = edge == EdgeCorrection::kTorus;
   return fmt::format("{} outside the window: {}",
-                     counted(trees, "tree stands", "trees stand"),
-                     is_torus ? "no place on the torus, left out" : "used as neighbors only");
+                     counted(trees, "tree is", "trees are"),
+                     is_torus ? "ignored with --edge torus" : "used only as neighbors");
 }
 
 void correct_edge(const Inventory& inventory,

@@ -113,18 +113,18 @@ void TableMaker::check() const {
       std::ranges::adjacent_find(bounds, std::greater_equal{}) == bounds.end() &&
       std::ranges::all_of(bounds, [](double bound) { return bound > 0.0 && std::isfinite(bound); });
   if (!is_ascending) {
-    throw UsageError("bounds of layers must be above 0 m and ascend", {.column = "--layers"});
+    throw UsageError("layer limits must be above 0 m and increasing", {.column = "--layers"});
   }
   if (!(options_.quadrat_m >= 0.0) || std::isinf(options_.quadrat_m)) {
-    throw UsageError(fmt::format("{} m is not 0 or more", options_.quadrat_m),
+    throw UsageError(fmt::format("{} m must be 0 or more", options_.quadrat_m),
                      {.column = "--quadrat"});
   }
   const bool has_windows =
       std::ranges::all_of(areas_, [](const SampledArea& area) { return area.window.has_value(); });
   if (options_.quadrat_m > 0.0 && !has_windows) {
     throw UsageError(
-        "quadrats lie in a window, and --plot-area gives none: give the plots' --window or "
-        "--circle in its place, or leave --quadrat out, so that plots are the quadrats",
+        "quadrats need windows, not --plot-area: give --window or --circle instead, or omit "
+        "--quadrat to use the plots as quadrats",
         {.column = "--quadrat"});
   }
 }

@@ -195,18 +195,19 @@ std::vector<std::vector<std::uint32_t>> Calculator::groups() const {
 std::optional<Torus> Calculator::torus_of(std::uint32_t tree) const {
   if (options_.edge != EdgeCorrection::kTorus) return std::nullopt;
   if (options_.scope == SearchScope::kStand && windows_.domains.size() > 1) {
-    throw UsageError("a torus needs one window for the stand; for windows of plots --per plot",
-                     {.column = "--edge"});
+    throw UsageError(
+        "--edge torus needs one window for the stand; for windows of plots use --per plot",
+        {.column = "--edge"});
   }
   const Window& window = *windows_.window_of(inventory_, tree);
   if (!window.is_rectangle()) {
-    throw UsageError("a torus needs a rectangle with sides along x and y as window",
+    throw UsageError("--edge torus needs a rectangular window with sides parallel to x and y",
                      {.column = "--edge"});
   }
   const double shorter_m =
       std::min(window.high().x - window.low().x, window.high().y - window.low().y);
   if (hegyi_ != nullptr && options_.competition_radius_m > shorter_m / 2.0) {
-    throw UsageError(fmt::format("{} m is more than half of the torus's shorter side, {} m",
+    throw UsageError(fmt::format("{} m is more than half of the shorter side of the torus, {} m",
                                  options_.competition_radius_m,
                                  shorter_m),
                      {.column = "--competition-radius"});
@@ -349,12 +350,12 @@ void Calculator::note_assumed_areas(const PlotWindows& assumed) {
   findings.plots_without_density = assumed.plots_without_window;
   if (assumed.domains.empty() && !is_per_plot) {
     findings.on_windows.push_back(
-        fmt::format("trees on one line have no area, so that {} missing", indices));
+        fmt::format("trees on one line have no area, so {} missing", indices));
     return;
   }
   findings.on_windows.push_back(
-      fmt::format("{} too large, since the area that counts is the {} {}, which is smaller than "
-                  "the {}: give --window or --circle",
+      fmt::format("{} too large: the area is that of the {} {}, which is smaller than the {}; give "
+                  "--window or --circle",
                   indices,
                   is_torus ? "rectangle around" : "convex hull of",
                   is_per_plot ? "the trees of each plot" : "all trees",

@@ -58,7 +58,7 @@ BoostPolygon::ring_type ring_of(const std::vector<Point>& corners, Point origin)
   BoostPolygon::ring_type ring;
   for (const Point& corner : corners) {
     if (!std::isfinite(corner.x) || !std::isfinite(corner.y)) {
-      throw GeometryError("a corner of the polygon is not finite");
+      throw GeometryError("a vertex of the polygon is not finite");
     }
     const Point local = corner - origin;
     ring.emplace_back(local.x, local.y);
@@ -70,22 +70,22 @@ BoostPolygon::ring_type ring_of(const std::vector<Point>& corners, Point origin)
 std::string trouble(bg::validity_failure_type failure, const std::string& reason) {
   switch (failure) {
     case bg::failure_few_points:
-      return "a ring has fewer than three different corners";
+      return "a ring has fewer than three different vertices";
     case bg::failure_wrong_topological_dimension:
       return "a ring has no area";
     case bg::failure_spikes:
-      return "the boundary runs out and back along the same line";
+      return "the boundary returns along the same line";
     case bg::failure_self_intersections:
       return "the boundary crosses or touches itself (" + reason + ")";
     case bg::failure_wrong_orientation:
       // Rings were turned the right way: what has no right way is a bow tie.
       return "the boundary crosses or touches itself";
     case bg::failure_interior_rings_outside:
-      return "a hole lies outside its polygon";
+      return "a hole is outside its polygon";
     case bg::failure_nested_interior_rings:
-      return "a hole lies inside another hole";
+      return "a hole is inside another hole";
     case bg::failure_disconnected_interior:
-      return "holes cut the polygon into pieces";
+      return "holes divide the polygon into pieces";
     default:
       return reason;
   }
@@ -237,7 +237,7 @@ Window::Window(const std::vector<Polygon>& polygons) {
     bg::union_(shape->region, valid_polygon(polygon, shape->origin), joined);
     shape->region = std::move(joined);
   }
-  if (shape->region.empty()) throw GeometryError("a window needs a polygon");
+  if (shape->region.empty()) throw GeometryError("a window needs at least one polygon");
   shape->complete();
   shape_ = std::move(shape);
 }
@@ -250,8 +250,11 @@ Window Window::circle(Point center, double radius_m) {
   const bool is_finite =
       std::isfinite(center.x) && std::isfinite(center.y) && std::isfinite(radius_m);
   if (!is_finite || !(radius_m > 0.0)) {
-    throw GeometryError(fmt::format(
-        "a circle around ({}, {}) with radius {} m is no window", center.x, center.y, radius_m));
+    throw GeometryError(
+        fmt::format("the circle around ({}, {}) with radius {} m is not a valid window",
+                    center.x,
+                    center.y,
+                    radius_m));
   }
   auto shape = std::make_shared<Shape>();
   shape->circle = Circle{.center = center, .radius_m = radius_m};

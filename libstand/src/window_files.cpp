@@ -13,7 +13,8 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr char kTwoWindows[] = "this plot has a window already, and a circle cannot be joined";
+constexpr char kTwoWindows[] =
+    "this plot already has a window; a circle cannot be combined with another window";
 
 }  // namespace
 
@@ -47,7 +48,7 @@ void WindowCollector::add_circle(const std::optional<std::string>& plot,
 }
 
 std::vector<NamedWindow> WindowCollector::windows(const std::string& file) const {
-  if (owners_.empty()) throw InputError("there is no window in this file", {.file = file});
+  if (owners_.empty()) throw InputError("the file contains no window", {.file = file});
   std::vector<NamedWindow> windows;
   for (const Owner& source : owners_) {
     windows.push_back(

@@ -228,7 +228,7 @@ class Grow(ProgramTest):
                 for plot in ("01", "02") for i in range(4)]
         self.write("in.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
         grow = ("grow", "in.csv", "--lod", "3")
-        self.assertIn("plots 01 and 02 lie on each other", self.run_program(*grow, "--scene", "s.glb").stderr)
+        self.assertIn("plots 01 and 02 cover each other", self.run_program(*grow, "--scene", "s.glb").stderr)
         for alone in (("--scene", "s.glb", "--plot", "02"), ("--out", "d"),
                       ("--scene", "s.glb", "--quiet")):
             self.assertNotIn("each other", self.run_program(*grow, *alone).stderr)
@@ -243,7 +243,7 @@ class Grow(ProgramTest):
                          [f"  stand-{year}.glb: 2 trees" for year in (2021, 2022, 2023)])
         for name in ("stand-2021.glb", "stand-2022.glb", "stand-2023.glb"):
             self.assertTrue((self.folder / name).exists())
-        self.assertIn("3 trees have parts that were not measured", done.stderr)
+        self.assertIn("3 trees have missing measurements", done.stderr)
         self.write("one.csv", GROWTH.splitlines()[0] + "\n" + GROWTH.splitlines()[1] + "\n")
         done = self.run_program("grow", "one.csv", "--lod", "2,3", "--scene", "s.glb")
         first, *files = done.stdout.splitlines()
@@ -252,7 +252,7 @@ class Grow(ProgramTest):
         self.assertEqual(files, [f"  {scene['file']}: 1 tree, {scene['triangles']} triangles"
                                  for scene in scenes])
         self.assertEqual([scene["file"] for scene in scenes], ["s-lod2.glb", "s-lod3.glb"])
-        self.assertIn("1 tree has parts", done.stderr)
+        self.assertIn("1 tree has missing measurements", done.stderr)
         folders = self.run_program("grow", "one.csv", "--lod", "0,3", "--out", "d").stdout.splitlines()
         self.assertEqual([line.split(": ")[0] for line in folders[1:]], ["  d", "  d (*-lod3.glb)"])
         self.assertEqual(len(list((self.folder / "d").glob("*-lod3.glb"))), 1)
@@ -269,7 +269,7 @@ class Grow(ProgramTest):
         done = self.run_program("grow", "in.csv", "--plot", "Z", "--out", "d", status=3)
         self.assertIn("in.csv: no trees in plot Z; the only plot is 01\n", done.stderr)
         done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--out", "d", status=2)
-        self.assertIn("leave one of them out", done.stderr)
+        self.assertIn("remove one of the two", done.stderr)
 
     def test_plots_whose_names_have_commas(self):
         text = "plot,tree,species,dbh,h,hcb,cw\n\"B, north\",1,SM,20,15,5,3\nC,2,SM,20,15,5,3\n\"D, \"\"old\"\"\",3,SM,20,15,5,3\n"
@@ -524,7 +524,7 @@ class Grow(ProgramTest):
         self.assertIn("in.csv:1: month", done.stderr)
         self.write("long.csv", GROWTH.replace("2021", "spring" + "x" * 300))
         done = self.run_program("grow", "long.csv", "--by", "year", "--scene", "a.glb", status=3)
-        self.assertIn("too long for the name of a file", done.stderr)
+        self.assertIn("too long for a file name", done.stderr)
 
     def test_bamboo_has_what_was_measured_of_its_culm(self):
         rows = "plot,tree,species,x,y,dbh,h,hcb,cw,bend_deg,bend_azimuth_deg,internodes\n"

@@ -75,7 +75,7 @@ class Pages(ViewTest):
         self.assertIn("3 trees without measurements", self.view("s.glb").stdout)
         (self.folder / "scene").write_bytes((self.folder / "s.glb").read_bytes())
         self.assertIn("3 trees", self.run_program("view", "scene", "--no-open").stdout)
-        self.assertIn("shown as it is",
+        self.assertIn("which is shown unchanged",
                       self.run_program("view", "s.glb", "--models", "2", status=2).stderr)
 
     def test_other_files_are_told_what_can_be_shown(self):
@@ -83,7 +83,7 @@ class Pages(ViewTest):
         self.write("library.json", '{"schema": "x",\n"models": [1, 2]}\n')
         for name in ("s.obj", "library.json"):
             error = self.view(name, status=3).stderr
-            self.assertIn("a folder of `silvafit study`, a scene as .glb, or a table", error)
+            self.assertIn("not a folder of `silvafit study`, a GLB scene or a CSV table", error)
 
     def test_names_cannot_end_the_script_that_holds_them(self):
         self.write("hostile.csv", TREES.replace("1,2,MH", f"1,{HOSTILE},<!--MH"))
@@ -166,7 +166,7 @@ class Pages(ViewTest):
         self.write("no.glb", "glTF")
         self.assertIn("no.glb", self.view("no.glb", status=3).stderr)
         self.write("scene.gltf", "{}")
-        self.assertIn("a page needs a .glb", self.view("scene.gltf", status=3).stderr)
+        self.assertIn("use a .glb file", self.view("scene.gltf", status=3).stderr)
         (self.folder / "empty").mkdir()
         self.assertIn("silvafit study", self.view("empty", status=3).stderr)
         self.assertIn("nothing.csv", self.view("nothing.csv", status=3).stderr)
