@@ -16,7 +16,7 @@ namespace silvafit::stand {
 namespace {
 
 constexpr std::size_t kTreesPerTask = 4096;
-/// Trees within so narrow a strip stand on one line, as in Window::convex_hull.
+/// Trees within a strip this narrow are on one line, as in Window::convex_hull.
 constexpr double kThinnestMeters = 1e-6;
 
 bool has_position(const Inventory& inventory, std::size_t tree) {

@@ -72,7 +72,7 @@ std::vector<SampledArea> ReportMaker::find_areas() {
   return sampled_areas(inventory_, windows, options_.units.windows);
 }
 
-/// Their trees are neither counted nor outside of a window.
+/// Their trees are neither counted nor outside a window.
 void ReportMaker::note_plots_without_window(const PlotWindows& windows) {
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     const bool has_position = !std::isnan(inventory_.x[tree]) && !std::isnan(inventory_.y[tree]);
@@ -87,7 +87,7 @@ void ReportMaker::note_plots_without_window(const PlotWindows& windows) {
       data::list_of(names)));
 }
 
-/// What stands on them is not known, so that they are not plots without trees.
+/// Their trees are unknown, so they are not plots without trees.
 void ReportMaker::note_plots_left_out() {
   const std::vector<std::string>& names = inventory_.plots_left_out;
   if (names.empty()) return;
@@ -137,7 +137,7 @@ std::string ReportMaker::outside_text(bool are_neighbors) const {
   return text + (outside_ == 1 ? ", but is used as a neighbor" : ", but are used as neighbors");
 }
 
-/// Any column of the inventory may hold the strata, those that all inventories have as well.
+/// Any column of the inventory may contain the strata, standard columns as well.
 data::TextColumn ReportMaker::stratum_column() const {
   if (inventory_.other.has(options_.stratum)) return inventory_.other.labels(options_.stratum);
   const data::Table table = to_table(inventory_);
@@ -161,7 +161,7 @@ void ReportMaker::check_one_stratum(const SampledArea& area, const data::TextCol
   }
 }
 
-/// The stratum of each area; areas without trees have none and leave the list.
+/// The stratum of each area; areas without trees have none and are removed from the list.
 std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas) {
   std::vector<std::string> strata;
   if (options_.stratum.empty()) return strata;
@@ -205,7 +205,7 @@ void ReportMaker::add_structure() {
       report_.notes.push_back(note);
       continue;
     }
-    // Trees outside were spoken of; what is new is what they are used for.
+    // The number of trees outside was already reported; this adds how they are used.
     const bool are_neighbors = options_.units.edge != EdgeCorrection::kTorus;
     std::ranges::replace(report_.notes, outside_text(false), outside_text(are_neighbors));
   }
@@ -249,7 +249,7 @@ void ReportMaker::note_single_plots() {
       has_total ? "" : ", and neither has the total over all strata"));
 }
 
-/// Where only some trees were measured, the tallest may not be among them.
+/// If only some trees were measured, the tallest may not be among them.
 void ReportMaker::note_dominant_height() {
   std::vector<std::string> names;
   for (const AreaReport& area : report_.areas) {

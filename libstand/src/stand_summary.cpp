@@ -53,7 +53,7 @@ void set_dominant_height(const Inventory& inventory,
   figures.dominant_height_m = heights.mean();
 }
 
-/// What was counted on each plot of a stratum.
+/// The values of each plot of a stratum.
 struct Sample {
   std::vector<double> counted{};
   std::vector<double> area_ha{};
@@ -86,7 +86,7 @@ void add_total(Estimate& estimate, double area_ha) {
   estimate.total_standard_error = estimate.standard_error * area_ha;
 }
 
-/// Sum of independent strata.
+/// Sum over independent strata.
 Estimate stratified(const std::vector<StratumFigures>& strata, Estimate StratumFigures::*what) {
   double area = 0.0;
   double total = 0.0;
@@ -264,7 +264,7 @@ std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
   }
   std::vector<DiameterClass> classes;
   if (trees.empty()) return classes;
-  // A diameter on the limit belongs to the class above, in spite of rounding.
+  // A diameter on the class limit belongs to the upper class; the tolerance covers rounding.
   const auto class_of = [width_cm](double dbh_cm) { return std::floor(dbh_cm / width_cm + 1e-9); };
   double lowest = class_of(inventory.dbh_cm[trees.front()]);
   double highest = lowest;
@@ -272,7 +272,7 @@ std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
     lowest = std::min(lowest, class_of(inventory.dbh_cm[tree]));
     highest = std::max(highest, class_of(inventory.dbh_cm[tree]));
   }
-  // Numbers of classes are whole, and each is one more than the last, below 2^53.
+  // Class numbers are integers, and each is one more than the previous one, below 2^53.
   if (highest - lowest >= kMostClasses || highest >= 0x1p53) {
     throw UsageError(
         fmt::format("diameter classes of {} cm are too narrow for these trees", width_cm),

@@ -33,7 +33,7 @@ bool is_integer(std::string_view label, long long& value) {
   return status == std::errc() && end == label.data() + label.size();
 }
 
-/// Integers by value and before other labels, those by their characters. Negative, zero or
+/// Integers by value and before other labels; those by their characters. Negative, zero or
 /// positive.
 int compare_labels(std::string_view left, std::string_view right) {
   long long left_value = 0;
@@ -111,7 +111,7 @@ bool Calculator::needs_area() const {
 
 void Calculator::find_windows() {
   if (options_.windows.empty() && options_.edge == EdgeCorrection::kNone) {
-    // Every tree is a core tree, whatever the area.
+    // Every tree is a core tree, for any area.
     for (std::size_t i = 0; i < inventory_.size(); ++i) inside_.push_back(is_placed(i) ? 1 : 0);
     windows_.domain_of_plot.resize(inventory_.plot.levels().size());
     return;
@@ -139,7 +139,7 @@ void Calculator::set_limit_angles() {
                           units_.alpha0_deg * kRadiansPerDegree);
   for (const auto& [species, degrees] : options_.alpha0_deg_of_species) {
     const std::uint32_t code = inventory_.species.code_of(species);
-    // Absent from this part of an inventory.
+    // Not in this part of the inventory.
     if (code == data::TextColumn::kMissingCode) continue;
     limit_angle_rad_[code] = degrees * kRadiansPerDegree;
   }
@@ -257,7 +257,7 @@ void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, 
     const std::size_t tree = search.trees()[i];
     search.nearest(i, options_.neighbors, neighbors, scratch);
     compute_tree(tree, neighbors);
-    // Where a stem stands at the same place there is no value, and perhaps a crowd of them.
+    // A stem at the same position makes the index missing; there may be very many such stems.
     const bool is_alone =
         neighbors.empty() || !is_at_same_place(inventory_, tree, neighbors[0].distance_m);
     if (!has_radius || !is_alone) continue;
@@ -266,10 +266,10 @@ void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, 
   }
 }
 
-/// Each search lives no longer than its group: a million of them would take gigabytes.
+/// Each search is destroyed with its group: a million of them would take gigabytes.
 void Calculator::compute_small_groups(std::vector<std::vector<std::uint32_t>> groups,
                                       const std::vector<Point>& positions) {
-  // Runs of groups with about as many trees as a task of a large group.
+  // Runs of groups with about as many trees as one task of a large group.
   std::vector<std::size_t> begins{0};
   std::size_t trees = 0;
   for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -286,7 +286,7 @@ void Calculator::compute_small_groups(std::vector<std::vector<std::uint32_t>> gr
   });
 }
 
-/// All are searched first, so that one large group among few is shared between threads.
+/// All are searched first, so that threads share one large group among few.
 void Calculator::compute_large_groups(std::vector<std::vector<std::uint32_t>> groups,
                                       const std::vector<Point>& positions) {
   std::vector<std::optional<NeighborSearch>> searches(groups.size());
@@ -322,7 +322,7 @@ void Calculator::compute_all() {
   compute_large_groups(std::move(large), all_positions);
 }
 
-/// The areas that BAL and CCF count by.
+/// The areas used by BAL and CCF.
 std::vector<SampledArea> Calculator::areas() {
   const bool is_given = !options_.windows.empty();
   if (options_.plot_area_m2 && !is_given) {

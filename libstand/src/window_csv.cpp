@@ -16,7 +16,7 @@
 namespace silvafit::stand {
 namespace {
 
-/// The position of a column, in capitals or not.
+/// The index of a column; upper and lower case are equal.
 std::optional<std::size_t> field_named(const std::vector<std::string>& header,
                                        std::string_view name) {
   const auto is_it = [name](const std::string& column) {

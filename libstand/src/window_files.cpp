@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which format a file of windows has, and what all formats share.
+// Detects the format of a window file; functions shared by all formats.
 #include "window_files.hpp"
 
 #include <algorithm>
@@ -63,7 +63,7 @@ std::vector<NamedWindow> read_windows(const std::filesystem::path& path) {
       ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (ending == ".csv") return read_csv_windows(path);
   if (ending == ".wkt") return read_wkt_windows(path);
-  // Whatever the ending: JSON begins with a brace, well-known text with a word.
+  // For any file ending: JSON begins with a brace, well-known text with a word.
   const std::string text = text_of(path);
   const auto first =
       std::ranges::find_if(text, [](unsigned char c) { return std::isspace(c) == 0; });

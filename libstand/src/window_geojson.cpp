@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Windows from GeoJSON (RFC 7946), but for the reference system: coordinates are meters.
+// Windows from GeoJSON (RFC 7946), except for the reference system: coordinates are meters.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -107,7 +107,7 @@ std::vector<Polygon> GeoJsonReader::polygons_of(const json& geometry,
   return polygons;
 }
 
-/// The feature's property `plot`, spelled as an inventory would spell it.
+/// The feature's property `plot`, written as an inventory would write it.
 std::optional<std::string> GeoJsonReader::plot_of(const json& feature) const {
   const auto properties = feature.find("properties");
   if (properties == feature.end() || !properties->is_object()) return std::nullopt;

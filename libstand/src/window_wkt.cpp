@@ -33,7 +33,7 @@ std::string kind_of(std::string_view text) {
   return kind;
 }
 
-/// Without `SRID=32633;`, which PostGIS puts before.
+/// Without the prefix `SRID=32633;` of PostGIS.
 std::string_view without_reference_system(std::string_view text) {
   if (kind_of(text) != "SRID") return text;
   const std::size_t end = text.find(';');
