@@ -14,9 +14,9 @@ namespace silvafit::stand {
 struct ClarkEvans {
   std::size_t trees = 0;
   double mean_distance_m = 0.0;
-  double R = 0.0;  ///< expected 1 / (2 sqrt(density)): without edge correction, too large
-  double z = 0.0;  ///< (mean - expected) / standard error, 0.26136 / sqrt(n density)
-  double p = 0.0;  ///< two-sided, by the normal distribution
+  double R = 0.0;           ///< expected 1 / (2 sqrt(density)): without edge correction, too large
+  double z = 0.0;           ///< (mean - expected) / standard error, 0.26136 / sqrt(n density)
+  double p = 0.0;           ///< two-sided, by the normal distribution
   double R_donnelly = 0.0;  ///< expectation and standard error with Donnelly's edge correction
   double z_donnelly = 0.0;
   double p_donnelly = 0.0;

@@ -40,7 +40,7 @@ enum class CrownReach {
 
 /// Indices besides W, M, U and C; structural_units computes those that are requested.
 enum class FurtherIndex {
-  kCrownOverlap,  ///< CO: mean proportion of the tree's crown circle that a neighbor's covers
+  kCrownOverlap,      ///< CO: mean proportion of the tree's crown circle that a neighbor's covers
   kDifferentiation,   ///< T: mean of 1 - smaller size / larger size
   kHegyi,             ///< Hegyi: sum of (dbh_j / dbh_i) / distance [1/m]
   kBasalAreaLarger,   ///< BAL: basal area of the trees with larger dbh [m2/ha]
