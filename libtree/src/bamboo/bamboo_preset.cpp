@@ -137,7 +137,7 @@ LeafForm form_of(const JsonEntry& entry) {
   throw InputError("must be \"card\" or \"crossed cards\"", entry.place_of("form"));
 }
 
-/// Between dark and bright in even steps.
+/// From dark to bright in equal steps.
 std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entry) {
   const int grades = whole_number(entry, "grades", 1, 10);
   const int size = whole_number(entry, "picture_size", 16, 1024);
@@ -154,7 +154,7 @@ std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entr
   return pictures;
 }
 
-/// The files beside the preset.
+/// The files in the folder of the preset.
 std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry) {
   const auto names = entry.get<std::vector<std::string>>("pictures");
   constexpr std::size_t kMost = 10;

@@ -19,7 +19,7 @@ double quadrature(const CubicBezier& curve, double from, double to) {
       [&curve](double t) { return speed(curve, t); }, from, to);
 }
 
-/// \param whole  the quadrature over all of it
+/// \param whole  the quadrature over the whole interval
 double halved(const CubicBezier& curve, double from, double to, double whole, int depth) {
   const double middle = 0.5 * (from + to);
   const double left = quadrature(curve, from, middle);
@@ -106,7 +106,7 @@ CubicBezier fit_bezier(std::span<const Point> points, std::span<const double> pa
     c2 = c2 + b[2] * rest;
   }
   const double determinant = a1 * a2 - a12 * a12;
-  // Of one parameter alone the determinant is 0 but for rounding.
+  // With a single parameter value the determinant is 0 except for rounding.
   constexpr double kSingular = 1e-12;
   if (!(determinant > kSingular * a1 * a2)) {
     throw GeometryError(
@@ -134,7 +134,7 @@ CubicBezier bent_curve(
   const Point towards = sense < 0.0 ? -1.0 * side : side;
   const Point end = std::cos(bend) * along + std::sin(bend) * towards;
   const Point chord = direction(along + end, along);
-  // Of an arc whose chord has length 1.
+  // For an arc with a chord of length 1.
   constexpr double kStraight = 1e-6;
   const double handle = bend < kStraight
                             ? 1.0 / 3.0

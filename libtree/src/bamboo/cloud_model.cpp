@@ -42,7 +42,7 @@ std::vector<std::size_t> appearances(std::span<const double> weights) {
   std::vector<std::size_t> times;
   times.reserve(weights.size());
   for (const double weight : weights) {
-    // Fourteen equal weights have shares of 1, some of them a rounding error below it.
+    // Fourteen equal weights give values of 1, some with a rounding error below 1.
     constexpr double kRounding = 1e-9;
     const double share = static_cast<double>(weights.size()) * (weight / sum);
     times.push_back(static_cast<std::size_t>(std::floor(share + kRounding)));

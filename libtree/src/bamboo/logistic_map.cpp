@@ -14,8 +14,8 @@ namespace {
 
 double step(double mu, double x) { return mu * x * (1.0 - x); }
 
-/// Whether a value comes back within a few steps of itself, so nearly that it would stay with it
-/// for more steps than a culm has branches.
+/// Whether a value returns within a few steps so close to itself that it would repeat for more
+/// steps than a culm has branches.
 bool repeats_soon(double mu, double x0) {
   constexpr int kLookedAt = 256;
   constexpr std::size_t kLongestPeriod = 8;

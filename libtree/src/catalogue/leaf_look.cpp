@@ -20,7 +20,7 @@ std::vector<std::array<double, 2>> outline_of(const JsonEntry& entry) {
   auto outline = entry.get<std::vector<std::array<double, 2>>>("outline");
   std::array<double, 2> before{1.0, -1.0};
   for (const auto& [across, along] : outline) {
-    // Seen from the petiole, each point stands to the left of the one before, lobes or not.
+    // Seen from the petiole, each point is to the left of the previous one, also with lobes.
     const bool is_left = along * before[0] > before[1] * across;
     if (!(across > 0.0 && across <= 1.0 && std::abs(along) < 1.0 && is_left)) {
       throw InputError(

@@ -27,8 +27,8 @@ constexpr const char* kMeshopt = "EXT_meshopt_compression";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr std::size_t kMostElements = std::size_t{1} << 31U;
 constexpr std::size_t kLargestStride = 252;  // of glTF
-/// Bytes that a scene may take in memory: so many in any case, and so many for each of its file.
-/// Well-packed vertices grow tenfold, and a few parts share them.
+/// Bytes that a scene may take in memory: a fixed number, and a multiple of the file size. Well-
+/// compressed vertices grow tenfold, and some parts share them.
 constexpr std::size_t kLeastAllowance = std::size_t{1} << 29U;
 constexpr std::size_t kAllowancePerByte = 256;
 
@@ -40,7 +40,7 @@ const json& item(const json& in, const char* array, std::size_t index) {
   return (*found)[index];
 }
 
-/// A whole number that may not be missing, unless there is a default.
+/// An integer that is required, unless there is a default.
 std::size_t number(const json& in, const char* name, std::optional<std::size_t> otherwise = {}) {
   const auto found = in.find(name);
   if (found == in.end() && otherwise) return *otherwise;
@@ -91,7 +91,7 @@ Matrix placed(std::array<double, 3> t, std::array<double, 4> q, std::array<doubl
           1};
 }
 
-/// Whether a place shrinks whatever is there to a point.
+/// Whether a transformation reduces everything to a point.
 bool has_no_size(const Matrix& place) {
   for (const std::size_t k : {0U, 1U, 2U, 4U, 5U, 6U, 8U, 9U, 10U}) {
     if (place[k] != 0.0) return false;
@@ -113,7 +113,7 @@ std::array<double, N> numbers(const json& in, const char* name, std::array<doubl
   return otherwise;
 }
 
-/// The numbers of an accessor, as doubles, and as many a row as its type has.
+/// The values of an accessor, as doubles, with as many per row as its type has.
 struct Values {
   std::size_t width = 1;
   std::vector<double> numbers{};
@@ -179,7 +179,7 @@ class Reader {
     return std::string_view(bytes).substr(from, size);
   }
 
-  /// The bytes of a view, unpacked where they are packed; unpacked once.
+  /// The bytes of a view, decompressed if necessary, only once.
   std::string_view view(std::size_t index) {
     const json& view = item(json_, "bufferViews", index);
     const json* packed = extension(view, kMeshopt);
@@ -203,7 +203,7 @@ class Reader {
     return unpacked(view, source);
   }
 
-  /// Counts what is kept of the file: small files may name the same bytes again and again.
+  /// Counts the memory for the file's data: small files may refer to the same bytes many times.
   void spend(std::size_t bytes) {
     if (bytes > allowance_)
       refuse_gltf("its data would need too much memory because accessors share bytes too often");
@@ -276,8 +276,8 @@ class Reader {
       refuse_gltf(
           fmt::format("accessor {} has a buffer view with the invalid stride {}", index, stride));
     }
-    // Divided, not multiplied: the product of two numbers of the file may be larger than any
-    // number.
+    // A division instead of a multiplication, because the product of two numbers of the file may
+    // overflow.
     if (count == 0 || count > kMostElements || from > bytes.size() || row > bytes.size() - from ||
         count - 1 > (bytes.size() - from - row) / stride) {
       refuse_gltf(fmt::format("accessor {} exceeds its buffer view", index));
@@ -357,7 +357,7 @@ class Reader {
     part.mesh.texture = picture(number(texture, "source"));
   }
 
-  /// A PNG picture in a buffer; null where it is of another kind, or in a file of its own.
+  /// A PNG image in a buffer; null for other formats and separate files.
   std::shared_ptr<const Texture> picture(std::size_t index) {
     const auto known = pictures_.find(index);
     if (known != pictures_.end()) return known->second;
@@ -402,7 +402,7 @@ class Reader {
                            numbers<4>(node, "rotation", {0, 0, 0, 1}),
                            numbers<3>(node, "scale", {1, 1, 1})));
     }
-    // What an animation shows at another time has no size now.
+    // Nodes that an animation shows at another time now have scale 0.
     if (has_no_size(own)) return;
     if (node.contains("mesh")) {
       const std::size_t mesh = number(node, "mesh");

@@ -9,8 +9,8 @@ namespace silvafit::tree {
 namespace {
 
 constexpr std::size_t kLargestStride = 256;
-/// Packed attributes have two bits for each 16 elements of a byte of theirs, if all are as the one
-/// before; packed triangles and indices have a byte each at least.
+/// Compressed attributes have at least two bits for each 16 elements of a byte; compressed
+/// triangles and indices have at least one byte each.
 constexpr std::size_t kMostExpansion = 64;
 
 void check_stride(const PackedView& view) {

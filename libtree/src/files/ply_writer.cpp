@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stanford PLY with a color a vertex, binary or text.
+// Stanford PLY with a color per vertex, binary or text.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "PLY is written in the byte order of the machine");
 
-/// PLY viewers show bytes as they are: the material's linear color goes through the sRGB curve.
+/// PLY viewers use bytes as sRGB: the material's linear color is converted.
 std::uint8_t srgb(double linear) {
   const double value =
       linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;

@@ -38,7 +38,7 @@ std::string encoded(std::size_t width,
   return bytes;
 }
 
-/// Frees what libpng keeps of a file, whatever happens.
+/// Frees libpng's memory, also after errors.
 struct PngImage : png_image {
   PngImage() : png_image{} { version = PNG_IMAGE_VERSION; }
   ~PngImage() { png_image_free(this); }

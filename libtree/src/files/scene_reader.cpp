@@ -34,7 +34,7 @@ ReadScene guarded(Read read) {
   try {
     return read();
   } catch (const json::exception& error) {
-    // What is there under a name has another type than glTF gives it.
+    // The value with this name has another type than glTF requires.
     refuse_gltf(error.what());
   }
 }
@@ -58,9 +58,9 @@ ReadScene read_glb_unguarded(std::string_view bytes) {
   return read_document(parsed(bytes.substr(20, length)), std::move(buffers));
 }
 
-/// OBJ, PLY and tables are often taken for scenes.
+/// OBJ, PLY and tables are often given instead of scenes.
 void require_gltf(const std::string& bytes) {
-  // A byte order mark may go before.
+  // A byte order mark may precede the text.
   const std::size_t start = bytes.find_first_not_of("\xEF\xBB\xBF \t\r\n");
   if (start != std::string::npos && bytes[start] == '{') return;
   throw InputError("not a GLB or glTF scene; `silvafit grow --scene FILE.glb` writes one");
@@ -98,7 +98,7 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
     for (const json& buffer : description["buffers"]) {
       const std::string uri = gltf_text(buffer, "uri");
       if (uri.empty()) {
-        buffers.emplace_back();  // nothing but views that are packed elsewhere may name it
+        buffers.emplace_back();  // only compressed views may refer to it
         continue;
       }
       const std::filesystem::path name = unescaped(uri);

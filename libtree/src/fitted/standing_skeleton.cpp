@@ -39,8 +39,8 @@ double polyline_length(std::span<const SkeletonPoint> line) {
   return sum;
 }
 
-/// The axes that make the stem: the stem itself, then at each end the branch that grows on from
-/// there and rises highest.
+/// The axes that form the stem: the stem itself, then at each end the branch that continues there
+/// and rises highest.
 std::vector<std::uint32_t> leaders(const Skeleton& grown) {
   std::vector<std::uint32_t> chain{0};
   constexpr double kAtTip = 0.02;
@@ -110,7 +110,7 @@ void set_upright(Skeleton& skeleton) {
   }
 }
 
-/// The stem's points that are higher than all before them.
+/// The stem's points that are higher than all previous ones.
 std::vector<SkeletonPoint> rising_course(std::span<const SkeletonPoint> stem) {
   std::vector<SkeletonPoint> course{stem.front()};
   for (const SkeletonPoint& point : stem.subspan(1)) {
