@@ -11,11 +11,12 @@ Material material_of(const tree::ReadPart& part) {
   const tree::MeshPart& mesh = part.mesh;
   Material material{.color = {mesh.color[0], mesh.color[1], mesh.color[2]},
                     .double_sided = mesh.double_sided};
-  // Share of green light that comes through thin leaves, and Fresnel's reflectance of wax (n
-  // = 1.4).
+  // Proportion of green light that passes thin leaves, and the Fresnel reflectance of wax (n =
+  // 1.4).
   constexpr double kLeafTranslucency = 0.35;
   constexpr double kLeafReflectance = 0.028;
-  // Ours are named after their presets, such as generic-conifer-leaf. Files of others say nothing.
+  // silvafit names materials after presets, such as generic-conifer-leaf. Names in other files are
+  // unknown.
   const bool is_ours = !part.part.empty();
   const bool is_leaf = is_ours
                            ? part.material.ends_with(tree::material_name(tree::MaterialKind::kLeaf))

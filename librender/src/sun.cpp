@@ -33,7 +33,7 @@ double days_since_2000(const Moment& moment) {
                    "' is not a date; write it as 2023-06-21 or 2023-06-21T15:00+08:00");
 }
 
-/// Reads `15:00` at a place of the text; false if there is no such time.
+/// Reads `15:00` at a position of the text; false if there is no such time.
 bool read_time(const std::string& text, std::size_t begin, double& hours) {
   int hour = 0;
   int minute = 0;

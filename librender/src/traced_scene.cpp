@@ -39,7 +39,7 @@ void check(const Surface& surface) {
   }
 }
 
-/// A picture with nothing to lay it by, or without pixels, is none.
+/// A texture without UVs or without pixels is ignored.
 bool has_picture(const Surface& surface) {
   return surface.texture != nullptr && !surface.uvs.empty() && !surface.texture->rgba.empty();
 }
@@ -52,7 +52,7 @@ void check_picture(const Surface& surface) {
   }
 }
 
-/// Where in its picture a triangle was hit.
+/// The point of the texture where a triangle was hit.
 std::array<float, 2> place_in_picture(const Surface& surface,
                                       std::uint32_t triangle,
                                       float second,
@@ -66,7 +66,7 @@ std::array<float, 2> place_in_picture(const Surface& surface,
   return place;
 }
 
-/// Lets rays through where a picture is less than half opaque, as viewers of glTF do.
+/// Rays pass where a texture is less than half opaque, as in glTF viewers.
 void pass_transparent(const RTCFilterFunctionNArguments* hit) {
   constexpr float kOpaque = 0.5F;
   const auto& surface = *static_cast<const Surface*>(hit->geometryUserPtr);
@@ -187,7 +187,7 @@ TracedScene::Geometry TracedScene::build(const Model& model) const {
 bool is_flattened(const Instance& instance) {
   const Matrix4d transform = Eigen::Map<const Matrix4d>(instance.transform.data());
   const Matrix3f linear = transform.topLeftCorner<3, 3>().cast<float>();
-  // Not even the directions that normals turn to are known then.
+  // Then the directions of normals are unknown, too.
   return !(std::abs(linear.determinant()) >= std::numeric_limits<float>::min());
 }
 

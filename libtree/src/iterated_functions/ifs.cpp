@@ -35,7 +35,7 @@ std::vector<double> by_volume(const std::vector<AffineMap>& maps) {
   return probabilities;
 }
 
-/// The point that a map leaves where it is.
+/// The fixed point of a map.
 Point fixed_point(const AffineMap& map) {
   const Eigen::Vector3d b(map.b.x, map.b.y, map.b.z);
   const Eigen::Vector3d x = (Eigen::Matrix3d::Identity() - matrix_of(map)).partialPivLu().solve(b);
@@ -96,7 +96,7 @@ double IteratedFunctionSystem::similarity_dimension() const {
     for (const double scale : scales) total += scale > 0.0 ? std::pow(scale, dimension) : 0.0;
     return total;
   };
-  // The sum falls in D, from the number of maps at 0.
+  // The sum decreases with D, from the number of maps at 0.
   double low = 0.0;
   double high = 1.0;
   while (sum(high) > 1.0) high *= 2.0;

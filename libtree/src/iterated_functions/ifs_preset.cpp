@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRadian = std::numbers::pi / 180.0;
 
-/// The map written out, three rows of four numbers.
+/// The map as a matrix, three rows of four numbers.
 AffineMap matrix_of(const JsonEntry& entry) {
   const auto rows = entry.get<std::array<std::array<double, 4>, 3>>("matrix");
   AffineMap map;
@@ -25,7 +25,7 @@ AffineMap matrix_of(const JsonEntry& entry) {
   return map;
 }
 
-/// The map by the place of the copy on the trunk.
+/// The map by the position of the copy on the trunk.
 AffineMap placed(const JsonEntry& entry) {
   const double azimuth = kRadian * entry.number("azimuth_deg", -360.0, 360.0);
   const double angle = kRadian * entry.number("angle_deg", 0.0, 180.0);
@@ -103,7 +103,7 @@ std::vector<IfsCopy> copies_of(const JsonEntry& entry) {
   return copies;
 }
 
-/// With the maps' probabilities, which are all given or all missing.
+/// With the maps' probabilities, which are given for all or for none.
 IteratedFunctionSystem system_of(const JsonEntry& entry, const std::vector<IfsCopy>& copies) {
   std::vector<AffineMap> maps;
   std::vector<double> probabilities;
@@ -150,7 +150,7 @@ IfsLeaves leaves_of(const JsonEntry& entry) {
 }
 
 /// Copies without variation, counted by depth and order before anything is grown, so that a file
-/// which asks for too many is refused when it is read.
+/// with too many copies is rejected when it is read.
 void check_number(const JsonEntry& entry, const IfsPreset& preset) {
   IfsPreset even = preset;
   even.variation = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Copies of copies of a trunk.
+// Recursive copies of a trunk.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -14,7 +14,7 @@ namespace {
 constexpr double kRadian = std::numbers::pi / 180.0;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// A copy of the trunk where it stands.
+/// A placed copy of the trunk.
 struct Copy {
   AffineMap place{};
   double scale = 1.0;
@@ -48,7 +48,7 @@ class Grower {
     std::uint32_t parent = 0;
   };
 
-  /// The copy's trunk, and what continues it.
+  /// The copy's trunk and its continuation.
   void grow_axis(std::uint32_t copy, std::uint32_t order, std::uint32_t parent) {
     const auto axis = static_cast<std::uint32_t>(skeleton_.axes.size());
     skeleton_.axes.push_back({.order = order,
@@ -66,7 +66,7 @@ class Grower {
         static_cast<std::uint32_t>(skeleton_.points.size()) - skeleton_.axes[axis].first;
   }
 
-  /// Makes the copies that a copy bears.
+  /// Makes the copies on a copy.
   /// \return the one that continues it, if there is one
   std::uint32_t bear(std::uint32_t copy, std::uint32_t order, std::uint32_t axis) {
     const std::size_t maps = preset_.copies.size();
@@ -125,7 +125,7 @@ class Grower {
     return copy;
   }
 
-  /// The points of a copy's trunk but the first.
+  /// The points of a copy's trunk without the first.
   void add_trunk(std::uint32_t number, std::uint32_t next) {
     const Copy& copy = copies_[number];
     const IfsTrunk& trunk = preset_.trunk;
@@ -145,7 +145,7 @@ class Grower {
     }
   }
 
-  /// On the last of copies of copies that the maps' probabilities choose.
+  /// On the last of the copies that the maps' probabilities select.
   void add_leaf() {
     std::uint32_t copy = 0;
     while (true) {
@@ -166,7 +166,7 @@ class Grower {
     const double angle = kRadian * preset_.leaves.angle_deg;
     LeafSite leaf{.at = a + (share - segment) * (b - a), .axis = bearer.axis};
     leaf.along = direction(std::cos(angle) * along + std::sin(angle) * across);
-    // The upper side looks up as far as the leaf's direction lets it.
+    // The upper side points up as far as the leaf's direction allows.
     const Point up{0.0, 0.0, 1.0};
     leaf.facing = direction(up - dot(up, leaf.along) * leaf.along, across);
     leaf.length_m = preset_.leaves.length;
@@ -197,7 +197,7 @@ class Grower {
   Random& random_;
   Skeleton skeleton_{};
   std::vector<Copy> copies_{};
-  std::vector<std::uint32_t> children_{};  ///< by copy and map; none where a copy was left out
+  std::vector<std::uint32_t> children_{};  ///< by copy and map; none if a copy was omitted
   std::vector<Start> starts_{};
 };
 

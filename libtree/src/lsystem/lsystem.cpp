@@ -73,7 +73,7 @@ class Derivation {
                 0.0);
   }
 
-  /// The first that matches; or, where they have weights, one of all that match.
+  /// The first that matches or, with weights, one of all that match.
   const Production* matching() {
     const SymbolRules& rules = rules_.of_symbol[string_.symbol(at_)];
     if (rules.has_weights) return chosen(rules);
@@ -145,7 +145,7 @@ class Derivation {
     }
   }
 
-  /// Removes what stands behind a % in its branch, and the % itself.
+  /// Removes everything after a % in its branch, and the % itself.
   void cut(ModuleString& string) {
     if (!rules_.cuts) return;
     ModuleString kept(rules_.alphabet);

@@ -16,8 +16,8 @@ using Operation = LsystemExpression::Operation;
 
 namespace {
 
-// Deep nesting ends in a message, not in a stack overflow.
-/// A pair of parentheses counts twice: for itself, and for what may stand before it.
+// Deep nesting ends in an error, not in a stack overflow.
+/// A pair of parentheses counts twice: for itself, and for a sign or power before it.
 constexpr int kDeepest = 200;
 constexpr std::size_t kStack = 256;
 
@@ -202,7 +202,7 @@ bool LsystemExpression::draws_random_numbers() const {
   });
 }
 
-/// Recursive descent, loosest binding first; code is written as it is read.
+/// Recursive descent, lowest precedence first; code is generated while reading.
 class ExpressionParser {
  public:
   ExpressionParser(GrammarCursor& cursor, const ExpressionNames& names)
@@ -241,7 +241,7 @@ class ExpressionParser {
     --height_;
   }
 
-  /// A sub-expression without names is computed now.
+  /// A sub-expression without names is evaluated now.
   void fold(std::size_t offset) {
     auto& code = result_.code_;
     const bool varies = std::any_of(code.begin(), code.end(), [](const Instruction& one) {

@@ -9,9 +9,9 @@ namespace silvafit::tree {
 namespace {
 
 constexpr std::size_t kMostDepth = 1000;
-// More than anyone writes, and few enough to try all of them at each letter.
+// More than usual, and few enough to try all of them at each letter.
 constexpr std::size_t kMostNames = 200;
-// Symbols that are modules by themselves; letters are, too.
+// Symbols that are modules by themselves, like letters.
 constexpr std::string_view kSymbols = "+-&^\\/|$!'%@[]{}";
 
 [[noreturn]] void refuse_name(char c, std::size_t begin) {
@@ -29,7 +29,7 @@ constexpr std::string_view kSymbols = "+-&^\\/|$!'%@[]{}";
                  shown(c) + " is not a module; see the list of symbols in docs/lsystem-trees.md");
 }
 
-/// The branches [ ] and outlines { } that are open at a place of a word.
+/// The open branches [ ] and outlines { } at a position of a word.
 class Brackets {
  public:
   explicit Brackets(const GrammarText& text) : text_(text) {}
@@ -80,7 +80,7 @@ class Brackets {
   bool in_outline_ = false;
 };
 
-/// Those in the parentheses that begin here.
+/// The parameters in the parentheses that begin here.
 std::vector<LsystemExpression> arguments(GrammarCursor& cursor,
                                          const ExpressionNames& names,
                                          std::string_view name) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a grammar's text to its rules.
+// Parser of a grammar's text.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kLongestText = 1 << 20;
 constexpr std::size_t kMostProblems = 20;
-// More than anyone writes, and few enough to compare all with all.
+// More than usual, and few enough to compare all with all.
 constexpr std::size_t kMostProductions = 10000;
 
 /// The value of an expression that is_constant().
@@ -67,7 +67,7 @@ class GrammarParser {
  private:
   using Statement = GrammarText::Statement;
 
-  /// One statement's mistake does not hide the next one's.
+  /// An error in one statement does not hide errors in the next one.
   template <typename Read>
   void guarded(const Statement& statement, Read read) {
     if (problems_.size() >= kMostProblems) return;
@@ -128,7 +128,7 @@ class GrammarParser {
     return {.constants = &rules_.constants, .parameters = std::move(parameters)};
   }
 
-  /// What the same text always means.
+  /// Settings that do not depend on the other statements.
   double constant_value(const std::string& what) {
     cursor_.skip_blanks();
     const std::size_t begin = cursor_.position();
@@ -152,7 +152,7 @@ class GrammarParser {
     return value;
   }
 
-  /// \returns false if the statement is no setting
+  /// \returns false if the statement is not a setting
   bool read_setting() {
     const std::size_t begin = cursor_.position();
     const std::string name(cursor_.word());
@@ -285,7 +285,7 @@ class GrammarParser {
   void read_condition(Production& production, const ExpressionNames& names) {
     cursor_.accept(":");
     if (cursor_.accept("*")) {
-      // Always, as in cpfg.
+      // As in cpfg, the condition * always holds.
     } else {
       LsystemExpression condition = LsystemExpression::parse(cursor_, names);
       if (!condition.is_constant() || constant(condition) == 0.0) {
@@ -315,7 +315,7 @@ class GrammarParser {
     } else if (rules_.axiom.empty() && problems_.empty()) {
       problems_.push_back({text_.size(), "the axiom is empty"});
     }
-    // What other mistakes left out would be missed here.
+    // After other errors, missing parts would only be consequences.
     if (!problems_.empty()) return;
     for (UnreachedProduction& unreached : unreached_productions(rules_)) {
       problems_.push_back({offsets_[unreached.index], std::move(unreached.why)});
@@ -339,7 +339,7 @@ class GrammarParser {
     throw InputError(message, place_of(problems_.front()));
   }
 
-  /// What the rules hold besides the statements themselves.
+  /// The rules that depend on all statements.
   void finish() {
     const std::vector<std::string>& alphabet = modules_.alphabet();
     rules_.of_symbol.resize(alphabet.size());
@@ -363,7 +363,7 @@ class GrammarParser {
   std::vector<GrammarProblem> problems_{};
   std::vector<std::size_t> offsets_{};  ///< of productions
   std::set<std::string> set_{};         ///< names of settings
-  GrammarCursor cursor_{};              ///< in the statement that is read
+  GrammarCursor cursor_{};              ///< in the current statement
 };
 
 }  // namespace

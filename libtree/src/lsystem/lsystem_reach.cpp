@@ -29,8 +29,8 @@ Uses uses_of(const GrammarRules& rules) {
   return uses;
 }
 
-/// Why no module has the production's symbol and as many parameters. Empty where none has the
-/// symbol at all: grammars may hold a production more than their axiom calls for.
+/// The reason why no module has the production's symbol and number of parameters. Empty if none has
+/// the symbol at all: grammars may contain unused productions.
 std::string why_unmet(const GrammarRules& rules, const Uses& uses, const Production& production) {
   const auto count = production.parameter_count;
   const auto other = uses.lower_bound({production.symbol, 0});
@@ -43,7 +43,7 @@ std::string why_unmet(const GrammarRules& rules, const Uses& uses, const Product
                      other->second);
 }
 
-/// Empty where no earlier production takes all of this one's modules.
+/// Empty if no earlier production matches all of this one's modules.
 std::string why_preceded(const GrammarRules& rules, std::size_t index) {
   const Production& production = rules.productions[index];
   for (std::size_t before = 0; before < index; ++before) {

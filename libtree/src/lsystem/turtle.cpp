@@ -16,10 +16,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kRadian = std::numbers::pi / 180.0;
-// Larger numbers are a mistake, and their squares would soon be too large for a double.
+// Larger numbers are errors, and their squares would soon overflow a double.
 constexpr double kFarthest = 1e9;
 
-/// Turns `a` towards `b`, and `b` away from it.
+/// Turns `a` towards `b`, and `b` away from `a`.
 void turn(Point& a, Point& b, double angle_rad) {
   const double c = std::cos(angle_rad);
   const double s = std::sin(angle_rad);
@@ -28,7 +28,7 @@ void turn(Point& a, Point& b, double angle_rad) {
   a = turned;
 }
 
-/// Rounding errors of many turns do not add up: length 1, right angles.
+/// Prevents that rounding errors accumulate: length 1, right angles.
 void straighten(TurtleFrame& frame) {
   frame.heading = direction(frame.heading);
   frame.left = direction(frame.left - dot(frame.left, frame.heading) * frame.heading);
@@ -40,7 +40,7 @@ bool is_near(Point p) {
 }
 
 enum class Command : std::uint8_t {
-  kNothing,  ///< a module that the turtle does not know: an apex
+  kNothing,  ///< an unknown module: an apex
   kDraw,
   kMove,
   kTurnLeft,
@@ -141,8 +141,8 @@ class Turtle {
     double width = 0.0;
     double elasticity = 0.0;
     Point tropism{};
-    std::uint32_t segment = Drawing::kNone;  ///< at whose end it stands
-    std::uint32_t line = Drawing::kNone;     ///< that bears what is drawn now
+    std::uint32_t segment = Drawing::kNone;  ///< at whose end the turtle is
+    std::uint32_t line = Drawing::kNone;     ///< parent of the next segment
     std::uint32_t grade = 0;
     bool begins_line = true;  ///< the next segment is the first of a line
   };
@@ -217,7 +217,7 @@ class Turtle {
     } else if (draws && distance != 0.0) {
       add_segment(from);
     } else if (distance != 0.0) {
-      // What comes next does not begin where the last segment ends.
+      // The next segment does not start where the last one ends.
       state_.begins_line = true;
     }
     if (draws && state_.elasticity != 0.0) {
@@ -239,7 +239,7 @@ class Turtle {
     state_.segment = index;
   }
 
-  /// An apex that draws nothing any more still says that its axis ends here.
+  /// An apex that does not grow further still ends its axis here.
   void note_apex() {
     if (!state_.begins_line && state_.line != Drawing::kNone) {
       drawing_.lines[state_.line].has_apex = true;
@@ -318,7 +318,7 @@ class Turtle {
     outline_.assign(1, state_.at);
   }
 
-  /// An outline stands for one leaf: from its first corner to the farthest one, in its plane.
+  /// An outline represents one leaf: from its first vertex to the farthest one, in its plane.
   void end_outline() {
     if (!in_outline_) fail("'}' without a matching '{'");
     in_outline_ = false;
@@ -334,7 +334,7 @@ class Turtle {
     normal = normal - dot(normal, along) * along;
     Point facing = direction(normal, state_.frame.up);
     facing = direction(facing - dot(facing, along) * along, state_.frame.left);
-    // The upper side is the turtle's.
+    // The upper side is that of the turtle.
     if (dot(facing, state_.frame.up) < 0.0) facing = -1.0 * facing;
     add_leaf(along, facing, length(farthest), state_.grade, false);
     outline_.clear();

@@ -50,7 +50,7 @@ std::vector<RowsOfMoment> rows_by(const data::Table& table,
   return moments;
 }
 
-/// The plots of the rows; nothing without such a column, which is refused where the table is read.
+/// The plots of the rows; nothing without such a column, which is an error when the table is read.
 std::optional<data::TextColumn> plot_labels(const data::Table& table,
                                             const MorphologyTableOptions& options) {
   const auto mapped = options.columns.find("plot");
@@ -59,7 +59,7 @@ std::optional<data::TextColumn> plot_labels(const data::Table& table,
   return table.labels(column);
 }
 
-/// The chosen plots that have a row; a plot may be measured at some times only.
+/// The chosen plots with a row; a plot may be measured at some times only.
 std::vector<std::string> plots_in(const data::Table& table, const MorphologyTableOptions& options) {
   const auto labels = plot_labels(table, options);
   if (!labels) return options.plots;
@@ -79,7 +79,7 @@ bool same(const std::optional<CrownRadii>& a, const std::optional<CrownRadii>& b
                 a->north_m == b->north_m);
 }
 
-/// Whether two measurements give the same model at the same place.
+/// Whether two measurements give the same model at the same position.
 bool same(const Morphology& a, const Morphology& b) {
   return a.species == b.species && a.dbh_cm == b.dbh_cm && a.h_m == b.h_m && a.hcb_m == b.hcb_m &&
          a.hc_m == b.hc_m && a.cw_m == b.cw_m && same(a.radii, b.radii) &&
@@ -110,8 +110,8 @@ std::array<double, 3> growth_between(const Morphology& from, const Morphology& t
   return {b.east_west / a.east_west, b.up / a.up, b.north_south / a.north_south};
 }
 
-/// Files keep the times of keyframes in single precision; there, too, each must be later than the
-/// one before.
+/// Files store the times of keyframes in single precision; there, too, times must
+/// increase.
 void check_times(const std::vector<Keyframe>& keyframes, const std::string& moment) {
   double before = -1.0;
   for (const Keyframe& keyframe : keyframes) {

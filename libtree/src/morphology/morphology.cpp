@@ -10,7 +10,7 @@
 namespace silvafit::tree {
 namespace {
 
-// Beyond these no tree has ever been measured; a larger number is a wrong unit.
+// No measured tree exceeds these; a larger number has a wrong unit.
 constexpr double kTallest = 150.0;
 constexpr double kThickest = 2000.0;
 constexpr double kWidest = 60.0;
@@ -18,9 +18,10 @@ constexpr double kOldest = 5000.0;
 constexpr double kBreastHeight = 1.3;
 constexpr double kThinnest = 0.01;  // cm
 constexpr double kNarrowest = 0.001;
-/// Farther than any projection's coordinates; beyond, not even a millimeter is left of a double.
+/// Farther than any projection's coordinates; beyond, a double cannot represent millimeters.
 constexpr double kFarthest = 1e9;
-/// Farther apart, the crown width and that of the radii are not one crown's, rounded to decimeters.
+/// If they differ more, the crown width and that of the radii are not of one crown, rounded to
+/// decimeters.
 constexpr double kLikeWidths = 0.1;
 constexpr double kMostBent = 60.0;
 constexpr double kSteepestBranch = 70.0;

@@ -16,10 +16,10 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-/// Cells with text where a number belongs, by row, the first of each.
+/// Cells with text instead of a number, by row, the first of each.
 using UnreadableCells = std::map<std::size_t, data::TextCell>;
 
-/// What our columns are read from, in the table's words: "h" from "h_ols" or "BHD/10".
+/// The sources of our columns in the table: "h" from "h_ols" or "BHD/10".
 using SourceNames = std::map<std::string, std::string>;
 
 std::string suffix_of(Use use) {
@@ -38,8 +38,8 @@ std::string suffix_of(Use use) {
 
 class Columns {
  public:
-  /// \param unreadable  gets the rows whose cells cannot be read
-  /// \param names       gets what is read
+  /// \param unreadable  receives the rows with unreadable cells
+  /// \param names       receives the names of the sources
   Columns(const data::Table& table,
           const MorphologyTableOptions& options,
           UnreadableCells& unreadable,
@@ -83,7 +83,7 @@ class Columns {
       throw InputError("contains text; numbers are needed",
                        {.file = table_.file(), .column = reference.text});
     }
-    // The rows of such cells cannot be used.
+    // Rows with such cells cannot be used.
     for (data::TextCell& cell : cells) unreadable_.emplace(cell.row, std::move(cell));
     return values;
   }
@@ -120,7 +120,7 @@ class Columns {
   SourceNames& names_;
 };
 
-/// All columns, fetched once.
+/// All columns, read once.
 struct Sources {
   data::TextColumn plot;
   data::TextColumn tree;
@@ -167,7 +167,7 @@ std::optional<double> value_if_known(const std::optional<Numbers>& column, std::
   return (*column)[row];
 }
 
-/// Which of the two labels that name a tree is missing; empty: none.
+/// The missing label of a tree; empty: none.
 std::string missing_label(const Sources& from, std::size_t row) {
   if (from.plot[row].empty()) return "plot";
   return from.tree[row].empty() ? "tree" : "";
