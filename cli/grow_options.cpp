@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The options of `silvafit grow`, and which of them go together.
+// The options of `silvafit grow`, and checks of their combinations.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 namespace silvafit::cli {
 namespace {
 
-/// What is grown.
+/// Selection of trees and builders.
 void add_table_options(CLI::App& command, GrowCommand& options) {
   command.add_option("morphology", options.file, "CSV of an inventory or of predictions")
       ->required()
@@ -29,7 +29,7 @@ void add_table_options(CLI::App& command, GrowCommand& options) {
       "--preset", options.preset, "Species preset for all trees (default: by species)");
 }
 
-/// Where it goes, and how fine it is.
+/// Output files and levels of detail.
 void add_scene_options(CLI::App& command, GrowCommand& options) {
   command.add_option("--scene", options.scene, "Write one file with all trees at their positions")
       ->type_name("FILE");
@@ -62,7 +62,7 @@ void add_scene_options(CLI::App& command, GrowCommand& options) {
       ->capture_default_str();
 }
 
-/// What the files hold.
+/// Content of the files.
 void add_file_options(CLI::App& command, GrowCommand& options) {
   CLI::Option* share = command.add_flag(
       "--share",
@@ -103,14 +103,14 @@ void add_builder_options(CLI::App& command, GrowCommand& options) {
       ->type_name("FILE.lsys");
 }
 
-/// Which rows of the table, and what its columns are called.
+/// Rows and columns of the table.
 void add_row_options(CLI::App& command, GrowCommand& options) {
   add_names_option(
       command, "--plot", options.plots, "Plots to grow, separated by commas (default: all)");
   add_columns_option(command, options.columns);
 }
 
-/// Trees that are measured again and again.
+/// Repeated measurements.
 void add_time_options(CLI::App& command, GrowCommand& options) {
   command.add_option("--by",
                      options.by,
@@ -157,7 +157,7 @@ void check_sharing(const GrowCommand& command) {
   }
 }
 
-/// The format that is asked for, or the one that the scene's name ends with.
+/// The requested format, or that of the scene's file name ending.
 tree::SceneFormat scene_format_of(const GrowCommand& command) {
   std::string format = command.format;
   const std::string ending = std::filesystem::path(command.scene).extension().string();

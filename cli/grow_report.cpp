@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `silvafit grow` says about the trees it has grown.
+// The output of `silvafit grow`.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -164,7 +164,7 @@ void print_json(const GrowCommand& command,
   fmt::print("{}\n", json_text(json));
 }
 
-/// How many trees there are, each counted once however often it was measured.
+/// The number of trees, each counted once for all its measurements.
 std::size_t tree_count(const std::vector<tree::Morphology>& morphologies,
                        const std::vector<std::size_t>& numbers) {
   std::set<std::pair<std::string_view, std::string_view>> names;
@@ -178,8 +178,8 @@ std::size_t tree_count(const std::vector<tree::Morphology>& morphologies) {
   return tree_count(morphologies, all);
 }
 
-/// Such as ", with trees.mtl, bark.png, leaf.png and 2 more beside it"; empty for a file that is
-/// complete alone.
+/// Such as ", with trees.mtl, bark.png, leaf.png and 2 more in the same folder"; empty for a single
+/// file.
 std::string beside_text(const Written& written) {
   if (written.beside.empty()) return {};
   constexpr std::size_t kNamed = 3;
@@ -194,7 +194,7 @@ std::string beside_text(const Written& written) {
                      more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
-/// What was written where: one file in one line, of several each in its own.
+/// The written files: one file in one line, several files each in its own line.
 void print_files(const GrowResult& result, std::size_t trees, std::size_t moments, double seconds) {
   const std::string stand = counted(trees, "tree", "trees");
   if (result.files.size() == 1) {

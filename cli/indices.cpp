@@ -39,7 +39,7 @@ struct Seconds {
   double all = 0.0;    ///< with reading and writing
 };
 
-/// What is said of an inventory in the end, gathered batch by batch.
+/// Results of an inventory, accumulated batch by batch.
 struct Outcome {
   stand::UnitSummaries summaries{};
   std::vector<std::string> notes{};
@@ -48,7 +48,7 @@ struct Outcome {
   double alpha0_deg = 0.0;
   std::vector<stand::FurtherIndex> further{};
   Seconds seconds{};
-  /// Parts of the inventory, whose notes are made in the end.
+  /// Parts of the inventory, whose notes are made at the end.
   stand::UnitFindings findings{};
 };
 
@@ -75,7 +75,7 @@ ordered_json result_json(const IndicesArguments& arguments, const Outcome& outco
           {"seconds_units", outcome.seconds.units}};
 }
 
-/// Where the table of units goes: a file, standard output or, with --json alone, nowhere.
+/// Target of the table of units: a file, standard output or, with --json alone, none.
 class UnitTable {
  public:
   explicit UnitTable(const IndicesArguments& arguments) {
@@ -155,7 +155,7 @@ void take_batches(const IndicesArguments& arguments,
   if (!excluded.empty()) say(arguments.common, "note: " + excluded);
 }
 
-/// The notes on the units, which are those of all parts.
+/// The notes on the units of all parts.
 void say_findings(const IndicesArguments& arguments,
                   const stand::StructuralUnitOptions& options,
                   Outcome& outcome) {
@@ -175,7 +175,7 @@ void run(const IndicesArguments& arguments) {
   UnitTable table(arguments);
   Outcome outcome{.further = options.further};
   std::ranges::sort(outcome.further);
-  // Not std::ranges::unique, whose result clang 14 cannot take apart.
+  // Not std::ranges::unique, because clang 14 does not support structured bindings of its result.
   outcome.further.erase(std::unique(outcome.further.begin(), outcome.further.end()),
                         outcome.further.end());
   if (arguments.stream) {

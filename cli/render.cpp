@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit render`: pictures of models and stands, without a graphics card.
+// `silvafit render`: images of models and stands, without a graphics card.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ std::size_t side_of(double value) {
   return value >= 1.0 && value <= 16384.0 ? static_cast<std::size_t>(value) : 0;
 }
 
-/// At night there is nothing to see.
+/// The image would be black.
 void require_day(const render::SunPosition& sun, const std::string& option) {
   if (sun.elevation_deg >= 0.0) return;
   throw UsageError(fmt::format("the sun is {:.1f} degrees below the horizon, so the image would be "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// silvafit stand: what stands there, by plot, stratum, species, diameter and structure.
+// silvafit stand: stand tables by plot, stratum, species, diameter and structure.
 #include <fmt/format.h>
 
 #include <chrono>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit view`: a stand in 3D as one page that opens in a browser.
+// `silvafit view`: a 3D page of a stand for the browser.
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -44,7 +44,7 @@ struct ViewArguments {
   study::ViewOptions options{};
 };
 
-/// The folder or file without what stands before it.
+/// The folder or file name without its parent path.
 std::string name_of(const fs::path& source) {
   const fs::path whole = fs::weakly_canonical(source);
   return whole.filename().string();
@@ -58,13 +58,13 @@ bool is_glb(const fs::path& file) {
   return fs::is_regular_file(file) && stream.read(magic.data(), 4) && magic == "glTF";
 }
 
-/// Whether a file's ending is one of tables, or none at all.
+/// Whether a file name has the ending of a table, or none.
 bool is_called_table(const fs::path& file) {
   const std::string ending = file.extension().string();
   return ending.empty() || ending == ".csv" || ending == ".CSV" || ending == ".txt";
 }
 
-/// The table of trees that is shown, or an error that says what can be.
+/// The table of trees to show, or an error with the supported inputs.
 data::Table table_of(const fs::path& file, const ViewArguments& arguments) {
   try {
     return read_tree_table(file, arguments.options.columns, arguments.common);
@@ -132,7 +132,7 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
   return study::view_of_trees(table_of(source, arguments), catalogue, arguments.options);
 }
 
-/// Where the page goes: beside the file, into the folder.
+/// The page's path: in the folder, or next to the file.
 fs::path page_path(const ViewArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   const fs::path source = arguments.source;
@@ -148,7 +148,7 @@ bool has_desktop() {
   return (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && ::isatty(STDOUT_FILENO) == 1;
 }
 
-/// Hands the page to the desktop. \return whether it took it
+/// Opens the page on the desktop. \return whether this succeeded
 bool open_in_browser(const fs::path& page) {
   std::string program = "xdg-open";
   std::string file = fs::absolute(page).string();
@@ -161,7 +161,7 @@ bool open_in_browser(const fs::path& page) {
   return ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/// What the page shows.
+/// The number of trees on the page.
 std::string trees_text(const study::View& view) {
   if (view.trees > 0) return counted(view.trees, "tree", "trees");
   if (view.unmeasured == 0) return "a scene without known trees";
