@@ -137,7 +137,7 @@ class Pages(ViewTest):
         trees = self.data("two.html")["trees"]
         self.assertEqual(trees["number"], [None, None, 0])
         refused = self.view("two.glb", "--trees", "trees.csv", "--plot", "1", status=3)
-        self.assertIn("no tree of the table stands where the scene has one", refused.stderr)
+        self.assertIn("no tree of the table has the position", refused.stderr)
 
     def test_trees_that_places_do_not_tell_apart_get_no_measurements(self):
         # Each plot has coordinates of its own, and a tree at 0, 0.
@@ -146,7 +146,7 @@ class Pages(ViewTest):
         grow = ("grow", "own.csv", "--lod", "3", "--share", "--instancing", "--quiet", "--scene")
         self.run_program(*grow, "two.glb", "--plot", "2")
         said = self.view("two.glb", "--trees", "own.csv").stderr
-        self.assertIn("1 of 2 trees of the scene is not in the table, or not told apart", said)
+        self.assertIn("1 of 2 trees of the scene is not in the table, or not unique", said)
         self.assertEqual(self.data("two.html")["trees"]["number"], [None, None, None, 1])
         self.run_program(*grow, "all.glb")
         self.view("all.glb", "--trees", "own.csv")
@@ -172,7 +172,7 @@ class Pages(ViewTest):
         self.assertIn("nothing.csv", self.view("nothing.csv", status=3).stderr)
         self.assertIn("nothing.glb", self.view("nothing.glb", status=3).stderr)
         self.write("nowhere.csv", "plot,tree,dbh,h,hcb,cw\n1,1,9,8,4,2\n")
-        self.assertIn("needs the trees' places", self.view("nowhere.csv", status=3).stderr)
+        self.assertIn("needs the positions of the trees", self.view("nowhere.csv", status=3).stderr)
         self.view("trees.csv", "--columns", "h", status=2)
         self.view("trees.csv", "--trees", "trees.csv", status=2)
         self.view("no.glb", "--plot", "1", status=2)

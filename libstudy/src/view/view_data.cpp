@@ -68,7 +68,7 @@ tree::Position origin_of(const std::vector<tree::Position>& stems) {
 
 void check(const ViewOptions& options) {
   if (options.levels.empty()) throw UsageError("a view needs at least one level of detail");
-  if (options.models_per_preset == 0) throw UsageError("a preset needs at least one model");
+  if (options.models_per_preset == 0) throw UsageError("each preset needs at least one model");
   for (const int level : options.levels) static_cast<void>(tree::level_of_detail(level));
 }
 

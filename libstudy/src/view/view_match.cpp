@@ -106,13 +106,12 @@ class Matcher {
     }
     if (placed_ < here) {
       const std::size_t missing = here - placed_;
-      stand_.notes.push_back(
-          fmt::format("{} of {} of the scene {} not in the table, or not told apart by {} no "
-                      "measurements.",
-                      missing,
-                      counted(here, "tree", "trees"),
-                      missing == 1 ? "is" : "are",
-                      missing == 1 ? "its place; it has" : "their places; they have"));
+      stand_.notes.push_back(fmt::format(
+          "{} of {} of the scene {} not in the table, or not unique by {} no measurements.",
+          missing,
+          counted(here, "tree", "trees"),
+          missing == 1 ? "is" : "are",
+          missing == 1 ? "position; it has" : "position; they have"));
     }
   }
 
@@ -156,20 +155,18 @@ class Matcher {
 
   void refuse_others(std::size_t found, std::size_t here) const {
     if (found == 0) {
-      throw InputError(
-          elsewhere_ + here == 0
-              ? "no tree of the table is in the scene; nodes are named plot-tree"
-              : "no tree of the table stands where the scene has one: the table, its plots or its "
-                "coordinates are others than those that the scene was grown from");
+      throw InputError(elsewhere_ + here == 0
+                           ? "no tree of the table is in the scene; nodes are named plot-tree"
+                           : "no tree of the table has the position of a tree of the scene; use "
+                             "the table, plots and coordinates from which the scene was grown");
     }
     if (2 * placed_ < std::min(here, stand_.trees.size())) {
       throw InputError(
-          fmt::format("only {} of the {} trees of the scene {} where the table has one: the table, "
-                      "its plots or its coordinates are others than those that the scene was grown "
-                      "from",
+          fmt::format("only {} of the {} trees of the scene {} found in the table by position; use "
+                      "the table, plots and coordinates from which the scene was grown",
                       placed_,
                       here,
-                      placed_ == 1 ? "stands" : "stand"));
+                      placed_ == 1 ? "is" : "are"));
     }
   }
 

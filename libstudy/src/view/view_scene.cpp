@@ -36,10 +36,10 @@ std::uint32_t word_at(std::string_view bytes, std::size_t at) {
 json description_of(std::string_view glb) {
   if (glb.size() < kHeader || glb.substr(0, 4) != "glTF" || word_at(glb, 4) != 2 ||
       glb.substr(16, 4) != "JSON" || word_at(glb, 12) > glb.size() - kHeader) {
-    throw InputError("is no GLB file (binary glTF 2.0)");
+    throw InputError("not a GLB file (binary glTF 2.0)");
   }
   json description = json::parse(glb.substr(kHeader, word_at(glb, 12)), nullptr, false);
-  if (!description.is_object()) throw InputError("is no GLB file: its description is not JSON");
+  if (!description.is_object()) throw InputError("not a GLB file: its JSON part is not valid JSON");
   return description;
 }
 
@@ -50,7 +50,8 @@ void check_self_contained(const json& description) {
     for (const json& item : description[kind]) {
       const std::string uri = item.value("uri", "");
       if (!uri.empty() && !uri.starts_with("data:")) {
-        throw InputError("needs the file " + uri + " beside it; a page holds one GLB file only");
+        throw InputError("the scene needs the file " + uri +
+                         " in the same folder; a page can contain a single GLB file only");
       }
     }
   }
@@ -189,12 +190,11 @@ ViewStand stand_of_extras(const json& description,
     stand.trees.push_back(std::move(tree));
   }
   if (without > 0) {
-    stand.notes.push_back(fmt::format("{} of {} of the file {} shown without measurements.",
-                                      without,
-                                      counted(without + stand.trees.size(), "tree", "trees"),
-                                      without == 1
-                                          ? "has no sizes that a tree can have; it is"
-                                          : "have no sizes that a tree can have; they are"));
+    stand.notes.push_back(fmt::format(
+        "{} of {} of the file {} shown without measurements.",
+        without,
+        counted(without + stand.trees.size(), "tree", "trees"),
+        without == 1 ? "has impossible sizes; it is" : "have impossible sizes; they are"));
   }
   stand.variants.push_back(std::move(variant));
   return stand;
@@ -227,14 +227,14 @@ std::size_t count_unmeasured(const json& description, const tree::ReadScene& sce
 
 std::string note_without_measurements(std::size_t trees) {
   if (trees == 0) {
-    return "The file holds no measurements of trees, so there is no list of trees.";
+    return "The file has no measurements of trees, so there is no list of trees.";
   }
   return fmt::format(
-      "The file holds {} without measurements, so there is no list of trees; --trees FILE.csv, the "
-      "table that {} grown from, gives {} its own.",
+      "The file has {} without measurements, so there is no list of trees; give the table from "
+      "which {} grown with --trees FILE.csv to add {} measurements.",
       counted(trees, "tree", "trees"),
       trees == 1 ? "it was" : "they were",
-      trees == 1 ? "it" : "each");
+      trees == 1 ? "its" : "their");
 }
 
 /// Nodes form trees, which spares whoever walks through them endless ways.
@@ -244,10 +244,9 @@ void check_hierarchy(const json& description) {
   const auto count = [&](const json& list) {
     for (const json& index : list) {
       const auto node = index.get<std::size_t>();
-      if (node >= parents.size())
-        throw InputError(fmt::format("there is no nodes[{}] in it", node));
+      if (node >= parents.size()) throw InputError(fmt::format("nodes[{}] does not exist", node));
       if (++parents[node] > 1) {
-        throw InputError(fmt::format("nodes[{}] in it has two parents, or is below itself", node));
+        throw InputError(fmt::format("nodes[{}] has two parents, or is its own descendant", node));
       }
     }
   };
@@ -282,7 +281,7 @@ SceneTrees trees_of_scene(std::string_view glb,
     }
     return scene;
   } catch (const json::exception& error) {
-    throw InputError(std::string("is no GLB file that can be read: ") + error.what());
+    throw InputError(std::string("cannot read the GLB file: ") + error.what());
   }
 }
 

@@ -161,8 +161,8 @@ class StandReader {
     for (const char* name : {"x", "y"}) {
       if (columns_.has(name)) continue;
       throw InputError(
-          "a picture of a stand needs the trees' places: the columns x (east) and y (north) in "
-          "meters, or --columns x=...,y=... where they have other names",
+          "a page needs the positions of the trees: the columns x (east) and y (north) in meters, "
+          "or --columns x=...,y=... if they have other names",
           {.file = table_.file(), .line = 1, .column = name});
     }
   }
@@ -182,7 +182,7 @@ class StandReader {
       stand_.left_out = variants_.front().left_out;
       const std::string why =
           stand_.left_out.empty() ? "" : "; the first row: " + stand_.left_out.front().reason;
-      throw InputError("no tree can be shown from its rows" + why, {.file = table_.file()});
+      throw InputError("no row can be used to show a tree" + why, {.file = table_.file()});
     }
   }
 
@@ -225,13 +225,14 @@ class StandReader {
     if (unknown.empty()) return;
     const std::string& fallback = catalogue_.fallback().name;
     if (unknown.erase("") > 0) {
-      stand_.notes.push_back(fmt::format("Trees without a species are drawn as {}.", fallback));
+      stand_.notes.push_back(
+          fmt::format("Trees without a species are drawn with preset {}.", fallback));
     }
     if (unknown.empty()) return;
     std::string names;
     for (const std::string& name : unknown) names += (names.empty() ? "" : ", ") + name;
     stand_.notes.push_back(
-        fmt::format("No preset lists the species {}; drawn as {}.", names, fallback));
+        fmt::format("No preset lists the species {}; preset {} is used.", names, fallback));
   }
 
   void add_variant(const ReadVariant& read) {
@@ -291,7 +292,7 @@ class StandReader {
           missing == 1 ? "is" : "are"));
     };
     say(count(true), is_observed ? "measurements" : "predictions");
-    say(count(false), "sizes that a tree can have");
+    say(count(false), "possible sizes");
   }
 
   const data::Table& table_;
