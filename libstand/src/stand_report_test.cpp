@@ -43,8 +43,8 @@ TEST_CASE("crown cover is that of the trees with a crown width, and others are c
     return all;
   };
   CHECK_THAT(notes_of(),
-             Contains("2 of 4 trees have no crown width and are not in the crown "
-                      "cover, which is too small by their crowns"));
+             Contains("2 of 4 trees have no crown width and are not included in the crown "
+                      "cover, which is therefore too small"));
   stand.cw_m[1] = 3;
   CHECK_THAT(notes_of(), Contains("1 of 4 trees has no crown width and is not in the crown cover"));
   stand.cw_m[3] = 3;
@@ -174,7 +174,7 @@ TEST_CASE("plots without a stratum are a row of their own, and are said") {
   // Four trees on three ares.
   CHECK(report.strata[3].stems.per_ha == Approx(4.0 / 0.03).epsilon(1e-14));
   CHECK_THAT(notes_in(report), Contains("plot 3 has no stratum in the column zone"));
-  CHECK_THAT(notes_in(report), Contains("the strata B, all, (none) have each one plot"));
+  CHECK_THAT(notes_in(report), Contains("the strata B, all, (none) each have only one plot"));
 
   // Weighted by areas: 200 stems per ha on 4 ha, 100 on 1 ha; plot 3 stands for no area.
   options.stratum_areas_ha = {{"B", 4.0}, {"all", 1.0}};
