@@ -52,7 +52,7 @@ Versions versions_of(const ViewStand& stand) {
 }
 
 tree::Position origin_of(const std::vector<tree::Position>& stems) {
-  // A round number keeps the places readable; the page's floats need it near.
+  // A rounded origin keeps the positions readable; floats need an origin near the trees.
   constexpr double kRound = 10.0;
   tree::Position low = stems.front();
   tree::Position high = stems.front();
