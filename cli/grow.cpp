@@ -31,7 +31,7 @@ tree::Moments read_trees(const GrowCommand& command) {
   return one;
 }
 
-/// The preset of the L-system builder with the user's own grammar; null if there is none.
+/// The preset of the L-system builder with the user's grammar; null if none is given.
 std::unique_ptr<const tree::Builder> builder_with_grammar(const tree::BuilderCatalogue& catalogue,
                                                           const GrowCommand& command) {
   if (command.grammar.empty()) return nullptr;
@@ -42,7 +42,7 @@ std::unique_ptr<const tree::Builder> builder_with_grammar(const tree::BuilderCat
       tree::Grammar::load(command.grammar));
 }
 
-/// Everything that is said of all moments together.
+/// Output for all moments together.
 struct Sequence {
   GrowResult result{};
   std::vector<tree::Morphology> morphologies{};
@@ -82,7 +82,7 @@ Sequence grow_moments(const GrowCommand& command,
   std::size_t before = 0;
   for (const tree::Moment& moment : moments) {
     GrowCommand one = command.by.empty() ? command : of_moment(command, moment);
-    // What is said of species would be said again.
+    // Messages about species would be repeated.
     one.common.quiet = command.common.quiet || before > 0;
     append(grow_trees(one, moment.trees, all.morphologies, catalogue, all.with_grammar.get()),
            moment.name,
@@ -102,7 +102,7 @@ void run(GrowCommand& command) {
   const tree::Moments table = read_trees(command);
   report_left_out(command, table.left_out);
   if (table.moments.empty()) {
-    throw InputError("no tree can be grown from its rows", {.file = command.file});
+    throw InputError("no row can be used to grow a tree", {.file = command.file});
   }
   report_coinciding_plots(command, table.moments);
   const Sequence all = grow_moments(command, table.moments, catalogue);

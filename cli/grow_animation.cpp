@@ -10,7 +10,7 @@
 namespace silvafit::cli {
 namespace {
 
-/// The stages of one tree as they are grown.
+/// The stages of one tree while they are grown.
 struct GrownStages {
   std::vector<tree::SceneTree> trees{};
 };
@@ -33,8 +33,8 @@ class Animator {
     for (const tree::GrowingTree& tree : growing_) first.push_back(tree.stages.front().tree);
     builders_ = listed_builders(first, catalogue, command, for_all);
     if (command.builder == tree::BuilderKind::kBamboo) {
-      // Song et al. 2016, Scientific Reports 6: 25908: moso culms are as high and thick as they
-      // will be 38 days after they shoot.
+      // Song et al. 2016, Scientific Reports 6: 25908: moso culms reach their final height and
+      // diameter 38 days after they emerge.
       constexpr double kShooting = 38.0 / 365.0;
       pace_.growing_up = kShooting;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the parts of `silvafit grow` share: its options, and what is reported of a tree.
+// Common parts of `silvafit grow`: its options, and the results for a tree.
 #pragma once
 
 #include <cstddef>
@@ -44,7 +44,7 @@ struct GrowCommand {
   tree::SceneFormat scene_format = tree::SceneFormat::kGlb;
 };
 
-/// What is reported of a tree at one level of detail.
+/// The results for a tree at one level of detail.
 struct GrownTree {
   tree::SceneTree tree{};  ///< without its mesh
   std::string file{};
@@ -60,39 +60,39 @@ struct Written {
   std::size_t bytes = 0;
   std::size_t trees = 0;
   std::size_t triangles = 0;  ///< as drawn
-  /// Files that belong to it: the buffer of glTF, materials and pictures of OBJ.
+  /// Companion files: the buffer of glTF, materials and textures of OBJ.
   std::vector<std::string> beside{};
 };
 
-/// Everything that is grown, and what was found out on the way.
+/// All results of a run.
 struct GrowResult {
   std::vector<GrownTree> trees{};                ///< only with --json
-  std::vector<const tree::Builder*> builders{};  ///< of all trees, but with --animate
+  std::vector<const tree::Builder*> builders{};  ///< of all trees, except with --animate
   std::vector<tree::PairOverlap> pairs{};        ///< with --resolve-overlaps
   tree::SharedModels shared{};                   ///< with --share
   std::vector<Written> files{};
-  /// Numbers of trees with parts that were not measured.
+  /// Indices of trees with missing measurements.
   std::vector<std::size_t> with_guesses{};
-  /// Numbers of trees whose radius branches could not be parted from neighbors'.
+  /// Indices of trees whose radius branches cross those of neighbors.
   std::vector<std::size_t> crossing{};
 };
 
-/// The options of the command but for the common ones.
-/// \param options  is filled when the command line is read
+/// The options of the command, except the common ones.
+/// \param options  is filled when the command line is parsed
 void add_grow_options(CLI::App& command, GrowCommand& options);
 
-/// Fills in what follows from the options: the scene's format, levels in order.
-/// \throws UsageError for options that do not go together
+/// Fills in values that follow from the options: the scene's format, sorted levels.
+/// \throws UsageError for options that cannot be combined
 void check_and_complete(GrowCommand& command);
 
-/// Names of files for the trees, without level and ending; no two are the same.
+/// Unique file names for the trees, without level and ending.
 std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphologies);
 
 /// The file of one tree (--out).
 /// \param name  of tree_names()
 std::filesystem::path tree_path(const GrowCommand& command, const std::string& name, int level);
 
-/// What is told of the trees' files of a level (--out): the folder, and how their names end where
+/// The description of the trees' files of a level (--out): the folder, and the file name ending if
 /// there are several levels.
 std::string folder_text(const GrowCommand& command, int level);
 
@@ -102,8 +102,8 @@ std::filesystem::path scene_path(const GrowCommand& command, int level);
 /// The command for one moment: the scene STEM-MOMENT.glb, or the folder OUT/MOMENT.
 GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment);
 
-/// Each tree's builder with the preset that was asked for, or the species' own; null where no
-/// preset lists it, which is said.
+/// Each tree's builder with the requested preset, or that of the species; null if no preset lists
+/// it, with a message.
 std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
                                                   const tree::BuilderCatalogue& catalogue,
                                                   const GrowCommand& command,
@@ -111,18 +111,18 @@ std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morpho
 
 tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin);
 
-/// The ground that the command asks for, under these stems.
+/// The ground under these stems according to --ground.
 void add_ground(const GrowCommand& command,
                 const std::vector<tree::Morphology>& stems,
                 const tree::Position& origin,
                 tree::SceneWriter& writer);
 
-/// Writes what was added to a scene, and notes its size and the files beside it.
+/// Writes the file of a scene, and stores its size and companion files.
 /// \throws as SceneWriter::finish()
 void finish_scene(tree::SceneWriter& writer, Written& written);
 
 /// Grows the trees of one time and writes them.
-/// \param stand    all trees that ground and origin are common to
+/// \param stand    all trees that share the ground and the origin
 /// \param for_all  as listed_builders()
 /// \throws GeometryError with the table's name for a tree, with the scene's for the whole
 GrowResult grow_trees(const GrowCommand& command,
@@ -131,7 +131,7 @@ GrowResult grow_trees(const GrowCommand& command,
                       const tree::BuilderCatalogue& catalogue,
                       const tree::Builder* for_all);
 
-/// One file in which the trees of the moments follow each other (--animate).
+/// One file with the trees of all moments in sequence (--animate).
 /// \param stand  all trees of all moments
 GrowResult write_animation(const GrowCommand& command,
                            const std::vector<tree::Moment>& moments,
@@ -139,9 +139,9 @@ GrowResult write_animation(const GrowCommand& command,
                            const tree::BuilderCatalogue& catalogue,
                            const tree::Builder* for_all);
 
-/// Prints the result for people, or as JSON.
+/// Prints the result as text or as JSON.
 /// \param morphologies  of all moments, one after the other
-/// \param moments       how many there are
+/// \param moments       number of moments
 void report_grown(const GrowCommand& command,
                   const GrowResult& result,
                   const std::vector<tree::Morphology>& morphologies,
@@ -149,10 +149,10 @@ void report_grown(const GrowCommand& command,
                   const std::vector<tree::LeftOut>& left_out,
                   double seconds);
 
-/// Names the rows that no tree can be grown from, the first twenty of them.
+/// Reports the skipped rows, the first twenty of them.
 void report_left_out(const GrowCommand& command, const std::vector<tree::LeftOut>& left_out);
 
-/// Says where trees of two plots stand among each other at one of the moments.
+/// Reports plots that cover each other at one of the moments.
 void report_coinciding_plots(const GrowCommand& command, const std::vector<tree::Moment>& moments);
 
 }  // namespace silvafit::cli

@@ -14,10 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names with their endings stay below what file systems take (255 bytes).
+/// Names with their endings stay below the limit of file systems (255 bytes).
 constexpr std::size_t kLongestName = 160;
 
-/// Part of a file name that Debian's file systems take; bytes beyond letters, digits, `.`, `_` and
+/// Part of a file name that all file systems accept; bytes other than letters, digits, `.`, `_` and
 /// `-` become %XX, so that different names stay different.
 std::string file_name(const std::string& name) {
   std::string safe;
@@ -34,21 +34,21 @@ std::string file_name(const std::string& name) {
   return safe;
 }
 
-/// Whether a name ends as those of coarser levels do.
+/// Whether a name has the ending of a coarser level.
 bool looks_like_level(const std::string& name) {
   const std::size_t end = name.find_last_not_of("0123456789");
   return end != std::string::npos && end + 1 < name.size() &&
          name.substr(0, end + 1).ends_with("-lod");
 }
 
-/// A name that is not too long and not that of a coarser level of another tree. A tilde, and so
-/// what it adds, is in no other name.
+/// A name that is not too long and differs from that of a coarser level of another tree. No other
+/// name contains a tilde.
 std::string distinct_from_levels(const std::string& name) {
   if (name.size() > kLongestName) return name.substr(0, kLongestName) + "~";
   return looks_like_level(name) ? name + "~" : name;
 }
 
-/// The name, or where it is taken (whatever its case: some file systems see none) a numbered one.
+/// The name, or a numbered one if it is used (ignoring case, as some file systems do).
 std::string untaken(const std::string& name, std::set<std::string>& taken) {
   const auto folded = [](std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -79,7 +79,7 @@ std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphol
   names.reserve(morphologies.size());
   std::set<std::string> taken;
   for (const tree::Morphology& morphology : morphologies) {
-    // Plot a, tree b-c and plot a-b, tree c would share a name.
+    // Plot a, tree b-c and plot a-b, tree c would have the same name.
     names.push_back(
         untaken(distinct_from_levels(file_name(morphology.plot + "-" + morphology.tree)), taken));
   }
@@ -107,7 +107,7 @@ GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment) {
   const std::string plain = file_name(moment.name);
   if (plain.size() > kLongestName) {
     throw InputError(fmt::format(
-        "--by {}: a value of {} characters is too long for the name of a file; shorten it: {}...",
+        "--by {}: a value of {} characters is too long for a file name; shorten it: {}...",
         command.by,
         moment.name.size(),
         moment.name.substr(0, 40)));

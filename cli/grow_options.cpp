@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The options of `silvafit grow`, and which of them go together.
+// The options of `silvafit grow`, and checks of their combinations.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,64 +16,71 @@
 namespace silvafit::cli {
 namespace {
 
-/// What is grown.
+/// Selection of trees and builders.
 void add_table_options(CLI::App& command, GrowCommand& options) {
   command.add_option("morphology", options.file, "CSV of an inventory or of predictions")
       ->required()
       ->type_name("FILE.csv");
   command
       .add_option(
-          "--use", options.use, "Which h, hcb and cw: observed, ols, population, conditional")
+          "--use", options.use, "Source of h, hcb and cw: observed, ols, population, conditional")
       ->capture_default_str();
   command.add_option(
       "--preset", options.preset, "Species preset for all trees (default: by species)");
 }
 
-/// Where it goes, and how fine it is.
+/// Output files and levels of detail.
 void add_scene_options(CLI::App& command, GrowCommand& options) {
-  command.add_option("--scene", options.scene, "One file with all trees at their places")
+  command.add_option("--scene", options.scene, "Write one file with all trees at their positions")
       ->type_name("FILE");
   CLI::Option* out =
-      command.add_option("--out", options.out, "Folder for one file a tree, at the origin")
+      command
+          .add_option(
+              "--out", options.out, "Write one file per tree, at the origin, to this folder")
           ->type_name("DIR");
   command
-      .add_option("--format",
-                  options.format,
-                  "glb, gltf, obj or ply (default: by the ending of --scene, else glb)")
+      .add_option(
+          "--format",
+          options.format,
+          "File format: glb, gltf, obj or ply (default: from the ending of --scene, else glb)")
       ->check(CLI::IsMember({"glb", "gltf", "obj", "ply"}));
   command.add_flag("--resolve-overlaps",
                    options.resolve_overlaps,
-                   "Remove and turn branches where neighbors' crowns overlap");
+                   "Remove and turn branches where the crowns of neighbors overlap");
   command
       .add_option("--lod",
                   options.levels,
-                  "Level of detail, 0 (finest) to 3; several, as in 0,2, go to files of their own")
+                  "Level of detail, 0 (finest) to 3; several levels, such as 0,2, are written to "
+                  "separate files")
       ->delimiter(',')
       ->capture_default_str();
   command
       .add_option(
-          "--ground", options.ground, "Ground of a scene: through the stems' feet, flat, or none")
+          "--ground", options.ground, "Ground of a scene: through the stem bases, flat, or none")
       ->check(CLI::IsMember({"stems", "flat", "none"}))
       ->excludes(out)
       ->capture_default_str();
 }
 
-/// What the files hold.
+/// Content of the files.
 void add_file_options(CLI::App& command, GrowCommand& options) {
   CLI::Option* share = command.add_flag(
-      "--share", options.share, "Trees of like shape share a model, stretched to height and width");
-  command.add_option("--models", options.models_per_preset, "Models a preset with --share")
+      "--share",
+      options.share,
+      "Trees of similar shape share a model, scaled to their height and crown width");
+  command
+      .add_option("--models", options.models_per_preset, "Number of models per preset with --share")
       ->needs(share)
       ->capture_default_str();
   command.add_flag("--instancing",
                    options.instancing,
-                   "GLB, glTF: EXT_mesh_gpu_instancing for trees that share a model");
-  command.add_flag("--quantize", options.quantize, "GLB, glTF: KHR_mesh_quantization");
+                   "GLB, glTF: use EXT_mesh_gpu_instancing for trees that share a model");
+  command.add_flag("--quantize", options.quantize, "GLB, glTF: use KHR_mesh_quantization");
   command.add_flag(
-      "--compress", options.compress, "GLB, glTF: EXT_meshopt_compression and quantization");
-  command.add_flag("--ascii", options.ascii, "PLY as text");
+      "--compress", options.compress, "GLB, glTF: use EXT_meshopt_compression and quantization");
+  command.add_flag("--ascii", options.ascii, "Write PLY as text");
   command.add_flag(
-      "--textures", options.textures, "GLB, glTF, OBJ: pictures of bark and leaves in the file");
+      "--textures", options.textures, "GLB, glTF, OBJ: add textures of bark and leaves");
 }
 
 void add_builder_options(CLI::App& command, GrowCommand& options) {
@@ -85,39 +92,38 @@ void add_builder_options(CLI::App& command, GrowCommand& options) {
       .add_option_function<std::string>(
           "--builder",
           [&options](const std::string& name) { options.builder = tree::builder_from_text(name); },
-          "How trees are built (their presets: silvafit models --builders)")
+          "Builder of the trees (for its presets: silvafit models --builders)")
       ->check(CLI::IsMember(builders))
       ->default_str(tree::builder_name(options.builder));
   command
       .add_option("--grammar",
                   options.grammar,
-                  "L-system of your own for all trees, with --builder lsystem; the preset gives "
-                  "crown, taper, bark and leaves")
+                  "L-system grammar for all trees, with --builder lsystem; the preset gives crown, "
+                  "taper, bark and leaves")
       ->type_name("FILE.lsys");
 }
 
-/// Which rows of the table, and what its columns are called.
+/// Rows and columns of the table.
 void add_row_options(CLI::App& command, GrowCommand& options) {
   add_names_option(
       command, "--plot", options.plots, "Plots to grow, separated by commas (default: all)");
   add_columns_option(command, options.columns);
 }
 
-/// Trees that are measured again and again.
+/// Repeated measurements.
 void add_time_options(CLI::App& command, GrowCommand& options) {
-  command.add_option(
-      "--by",
-      options.by,
-      "Column with the time of each row, such as year: a scene a time, FILE-2021.glb, "
-      "FILE-2022.glb, ...");
-  CLI::Option* animate =
-      command.add_flag("--animate",
-                       options.animate,
-                       "GLB, glTF: one scene in which the trees of --by grow over time");
+  command.add_option("--by",
+                     options.by,
+                     "Column with the time of each row, such as year; writes one scene per time: "
+                     "FILE-2021.glb, FILE-2022.glb, ...");
+  CLI::Option* animate = command.add_flag(
+      "--animate",
+      options.animate,
+      "GLB, glTF: write one animated scene in which the trees grow over the times of --by");
   command
       .add_option("--seconds",
                   options.seconds_per_unit,
-                  "Of the animation a unit of --by, or a step where it holds text")
+                  "Duration of the animation per unit of --by, or per step if --by is text")
       ->check(CLI::PositiveNumber)
       ->needs(animate)
       ->capture_default_str();
@@ -125,7 +131,7 @@ void add_time_options(CLI::App& command, GrowCommand& options) {
 
 void check_moments(const GrowCommand& command) {
   if (!command.by.empty() && command.share) {
-    throw UsageError("--by gives each tree models of its own: leave out --share");
+    throw UsageError("--by gives each tree its own models; omit --share");
   }
   if (!command.animate) return;
   if (command.by.empty() || command.scene.empty()) {
@@ -133,24 +139,25 @@ void check_moments(const GrowCommand& command) {
   }
   const bool is_gltf = command.scene_format == tree::SceneFormat::kGlb ||
                        command.scene_format == tree::SceneFormat::kGltf;
-  if (!is_gltf) throw UsageError("only glb and gltf hold animations");
+  if (!is_gltf) throw UsageError("--animate needs the format glb or gltf");
   if (command.resolve_overlaps || command.levels.size() > 1) {
-    throw UsageError("--animate is for one level of detail, and not with --resolve-overlaps");
+    throw UsageError(
+        "--animate allows only one level of detail and cannot be combined with --resolve-overlaps");
   }
 }
 
 void check_sharing(const GrowCommand& command) {
   if (command.share && (command.scene.empty() || command.resolve_overlaps)) {
     throw UsageError(
-        "--share is for a --scene, and not with --resolve-overlaps, which gives each tree a shape "
-        "of its own");
+        "--share needs --scene and cannot be combined with --resolve-overlaps, which gives each "
+        "tree its own shape");
   }
   if (command.instancing && !command.share) {
-    throw UsageError("--instancing needs models that trees share: add --share");
+    throw UsageError("--instancing needs shared models; add --share");
   }
 }
 
-/// The format that is asked for, or the one that the scene's name ends with.
+/// The requested format, or that of the scene's file name ending.
 tree::SceneFormat scene_format_of(const GrowCommand& command) {
   std::string format = command.format;
   const std::string ending = std::filesystem::path(command.scene).extension().string();
@@ -159,7 +166,7 @@ tree::SceneFormat scene_format_of(const GrowCommand& command) {
   constexpr std::array<std::string_view, 4> kEndings{"glb", "gltf", "obj", "ply"};
   if (format != of_ending && std::ranges::find(kEndings, of_ending) != kEndings.end()) {
     throw UsageError(fmt::format(
-        "--scene ends in .{} and --format says {}: leave one of them out", of_ending, format));
+        "--scene ends in .{} but --format is {}; remove one of the two", of_ending, format));
   }
   return tree::scene_format_from_text(format);
 }
@@ -177,14 +184,15 @@ void add_grow_options(CLI::App& command, GrowCommand& options) {
 
 void check_and_complete(GrowCommand& command) {
   if (!command.grammar.empty() && command.builder != tree::BuilderKind::kLsystem) {
-    throw UsageError("--grammar is for --builder lsystem");
+    throw UsageError("--grammar needs --builder lsystem");
   }
   if (command.scene.empty() && command.out.empty()) {
-    throw UsageError("say where the trees go: --scene FILE for all in one, or --out DIR");
+    throw UsageError(
+        "no output is given; use --scene FILE for one file, or --out DIR for one file per tree");
   }
   if (!command.scene.empty() && !command.out.empty()) {
     throw UsageError(
-        "--scene puts all trees into one file and --out each into its own: leave one of them out");
+        "--scene writes all trees to one file, --out writes one file per tree; use one of the two");
   }
   check_sharing(command);
   std::sort(command.levels.begin(), command.levels.end());
@@ -193,10 +201,10 @@ void check_and_complete(GrowCommand& command) {
   for (const int level : command.levels) static_cast<void>(tree::level_of_detail(level));
   command.scene_format = scene_format_of(command);
   if (command.textures && command.scene_format == tree::SceneFormat::kPly) {
-    throw UsageError("PLY files hold no pictures: --textures is for glb, gltf and obj");
+    throw UsageError("PLY files have no textures; --textures needs glb, gltf or obj");
   }
   if (command.ascii && command.scene_format != tree::SceneFormat::kPly) {
-    throw UsageError("--ascii is for PLY files");
+    throw UsageError("--ascii needs the format ply");
   }
   if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
   check_moments(command);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `silvafit grow` says about the trees it has grown.
+// The output of `silvafit grow`.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -164,7 +164,7 @@ void print_json(const GrowCommand& command,
   fmt::print("{}\n", json_text(json));
 }
 
-/// How many trees there are, each counted once however often it was measured.
+/// The number of trees, each counted once for all its measurements.
 std::size_t tree_count(const std::vector<tree::Morphology>& morphologies,
                        const std::vector<std::size_t>& numbers) {
   std::set<std::pair<std::string_view, std::string_view>> names;
@@ -178,8 +178,8 @@ std::size_t tree_count(const std::vector<tree::Morphology>& morphologies) {
   return tree_count(morphologies, all);
 }
 
-/// Such as ", with trees.mtl, bark.png, leaf.png and 2 more beside it"; empty for a file that is
-/// complete alone.
+/// Such as ", with trees.mtl, bark.png, leaf.png and 2 more in the same folder"; empty for a single
+/// file.
 std::string beside_text(const Written& written) {
   if (written.beside.empty()) return {};
   constexpr std::size_t kNamed = 3;
@@ -189,12 +189,12 @@ std::string beside_text(const Written& written) {
     names.push_back(std::filesystem::path(written.beside[i]).filename().string());
   }
   const std::size_t more = written.beside.size() - named;
-  return fmt::format(", with {}{} beside it",
+  return fmt::format(", with {}{} in the same folder",
                      fmt::join(names, ", "),
                      more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
-/// What was written where: one file in one line, of several each in its own.
+/// The written files: one file in one line, several files each in its own line.
 void print_files(const GrowResult& result, std::size_t trees, std::size_t moments, double seconds) {
   const std::string stand = counted(trees, "tree", "trees");
   if (result.files.size() == 1) {
@@ -219,7 +219,7 @@ void print_files(const GrowResult& result, std::size_t trees, std::size_t moment
                beside_text(one));
   }
   if (result.files.size() > kShown) {
-    fmt::print("  ... and {} more; --json names all\n", result.files.size() - kShown);
+    fmt::print("  ... and {} more; use --json to list all\n", result.files.size() - kShown);
   }
 }
 
@@ -238,7 +238,7 @@ void report_grown(const GrowCommand& command,
   print_files(result, tree_count(morphologies), moments, seconds);
   if (command.share) {
     const tree::ShapeError worst = worst_of(result.shared);
-    fmt::print("{}; at most off: crown base {:.0f} cm, DBH {:.1f} cm, a radius {:.0f} cm\n",
+    fmt::print("{}; largest errors: crown base {:.0f} cm, DBH {:.1f} cm, crown radius {:.0f} cm\n",
                counted(result.shared.models.size(), "model", "models"),
                worst.hcb_cm,
                worst.dbh_cm,
@@ -249,24 +249,24 @@ void report_grown(const GrowCommand& command,
                counted(result.pairs.size(), "pair of crowns", "pairs of crowns"));
   if (!result.crossing.empty()) {
     say(command.common,
-        counted(tree_count(morphologies, result.crossing), "tree stands", "trees stand") +
-            " too close to others for all branches to pass; --json says which.");
+        counted(tree_count(morphologies, result.crossing), "tree is", "trees are") +
+            " too close to others to separate all branches; use --json to list them.");
   }
   if (!result.with_guesses.empty()) {
     say(command.common,
         counted(tree_count(morphologies, result.with_guesses), "tree has", "trees have") +
-            " parts that were not measured; --json says which.");
+            " missing measurements, for which defaults are used; use --json to list them.");
   }
 }
 
 void report_left_out(const GrowCommand& command, const std::vector<tree::LeftOut>& left_out) {
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < left_out.size() && i < kShown; ++i) {
-    say(command.common, describe(left_out[i].place, left_out[i].reason + "; left out"));
+    say(command.common, describe(left_out[i].place, left_out[i].reason + "; the row is skipped"));
   }
   if (left_out.size() > kShown) {
     say(command.common,
-        fmt::format("... and {} left out of {}",
+        fmt::format("... and {} skipped in {}",
                     counted(left_out.size() - kShown, "more row is", "more rows are"),
                     command.file));
   }
@@ -278,9 +278,9 @@ void report_coinciding_plots(const GrowCommand& command, const std::vector<tree:
     const auto plots = tree::coinciding_plots(moment.trees);
     if (!plots) continue;
     say(command.common,
-        fmt::format("note: plots {0} and {1} lie on each other, as if each had coordinates of its "
-                    "own, and so their trees stand among each other; grow one plot at a time "
-                    "(--plot {0}), or give x and y of all plots in one system",
+        fmt::format("note: plots {0} and {1} cover each other, probably because each has its own "
+                    "coordinate system; grow one plot at a time (--plot {0}), or give x and y of "
+                    "all plots in one system",
                     plots->first,
                     plots->second));
     return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What every scene that is grown shares: the trees' builders, options of the file, the ground.
+// Common parts of all scenes: the trees' builders, options of the file, the ground.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morpho
   }
   if (!unknown.empty()) {
     say(command.common,
-        fmt::format("No preset lists the species {}; they grow as {} (see --preset).",
+        fmt::format("No preset lists the species {}; preset {} is used (see --preset).",
                     quoted(unknown),
                     catalogue.fallback(command.builder).name()));
   }
@@ -68,7 +68,7 @@ void add_ground(const GrowCommand& command,
     lowest = std::min(lowest, tree.position.z_m);
   }
   if (command.ground == "flat") {
-    // Four corners span it.
+    // Four corners define it.
     for (tree::Position& stem : stems) stem.z_m = lowest;
     const auto by = [&](double tree::Position::*axis) {
       return std::minmax_element(stems.begin(), stems.end(), [axis](const auto& a, const auto& b) {

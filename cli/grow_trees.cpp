@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The trees of one time as they are grown and written.
+// Growing and writing the trees of one time.
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 /// Grows the trees of a table and writes them.
 class Grower {
  public:
-  /// \param stand    all trees that ground and origin are common to
+  /// \param stand    all trees that share the ground and the origin
   /// \param for_all  as listed_builders()
   Grower(const GrowCommand& command,
          const std::vector<tree::Morphology>& morphologies,
@@ -68,7 +68,7 @@ class Grower {
     std::atomic<std::size_t> done = 0;
     parallel_for(trees.size(), threads(), [&](std::size_t i) {
       trees[i] = tree::grow_for_stand(morphologies_[i], *builders_[i], options(0));
-      progress_.show("looking at neighbors", ++done, trees.size());
+      progress_.show("searching neighbors", ++done, trees.size());
     });
     overlap_ = tree::resolve_overlaps(trees, threads());
     for (std::size_t i = 0; i < trees.size(); ++i) {
@@ -90,7 +90,7 @@ class Grower {
     return grown;
   }
 
-  /// Counts a tree that is written; its mesh is not kept.
+  /// Counts a written tree; its mesh is not kept.
   void take(std::size_t i, GrownTree grown, Written& written) {
     written.triangles += grown.tree.measured.triangles;
     if (command_.scene.empty()) written.bytes += grown.bytes;
@@ -104,8 +104,8 @@ class Grower {
     if (command_.common.json) result_.trees.push_back(std::move(grown));
   }
 
-  /// Grows a few trees at a time on all threads and hands them over in their order, so that memory
-  /// does not grow with their number.
+  /// Grows a few trees at a time on all threads and passes them on in order, so that memory does
+  /// not grow with their number.
   template <typename Each>
   void in_blocks(const char* stage, Written& written, Each each) {
     constexpr std::size_t kBlock = 64;
@@ -132,7 +132,7 @@ class Grower {
       grown.file = path.string();
       const auto writer =
           tree::open_scene(path, command_.scene_format, scene_options(command_, {}));
-      // A tree alone stands at the origin.
+      // A single tree is at the origin.
       tree::SceneTree& alone = grown.tree;
       const tree::Position place = std::exchange(alone.position, {});
       writer->add_tree(alone);
@@ -178,7 +178,7 @@ class Grower {
     for (std::size_t m = 0; m < result_.shared.models.size(); ++m) {
       const tree::SharedModel& model = result_.shared.models[m];
       tree::GrowOptions of_model = options(level);
-      // Stretching brings other sections to breast height than the one that every level keeps.
+      // Scaling moves other sections to breast height than the one that every level keeps.
       of_model.mesh.stem_tolerance_m = tree::level_of_detail(0).stem_tolerance_m;
       const tree::SceneTree grown = tree::grow_tree(model.morphology, *model.builder, of_model);
       tree::measure_stems(m, grown.mesh, morphologies_, result_.shared);
@@ -208,7 +208,7 @@ class Grower {
   const GrowCommand& command_;
   const std::vector<tree::Morphology>& morphologies_;
   const std::vector<tree::Morphology>& stand_;
-  std::vector<const tree::Builder*> listed_;  ///< null where no preset lists the species
+  std::vector<const tree::Builder*> listed_;  ///< null if no preset lists the species
   std::vector<const tree::Builder*> builders_;
   Progress progress_;
   tree::StandOverlap overlap_{};

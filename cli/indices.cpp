@@ -39,7 +39,7 @@ struct Seconds {
   double all = 0.0;    ///< with reading and writing
 };
 
-/// What is said of an inventory in the end, gathered batch by batch.
+/// Results of an inventory, accumulated batch by batch.
 struct Outcome {
   stand::UnitSummaries summaries{};
   std::vector<std::string> notes{};
@@ -48,7 +48,7 @@ struct Outcome {
   double alpha0_deg = 0.0;
   std::vector<stand::FurtherIndex> further{};
   Seconds seconds{};
-  /// Parts of the inventory, whose notes are made in the end.
+  /// Parts of the inventory, whose notes are made at the end.
   stand::UnitFindings findings{};
 };
 
@@ -75,7 +75,7 @@ ordered_json result_json(const IndicesArguments& arguments, const Outcome& outco
           {"seconds_units", outcome.seconds.units}};
 }
 
-/// Where the table of units goes: a file, standard output or, with --json alone, nowhere.
+/// Target of the table of units: a file, standard output or, with --json alone, none.
 class UnitTable {
  public:
   explicit UnitTable(const IndicesArguments& arguments) {
@@ -129,7 +129,7 @@ void take_batches(const IndicesArguments& arguments,
                   UnitTable& table,
                   Outcome& outcome) {
   if (options.scope == stand::SearchScope::kStand) {
-    throw UsageError("plots that are read one after another cannot share neighbors: use --per plot",
+    throw UsageError("--stream cannot search neighbors across plots; use --per plot",
                      {.column = "--stream"});
   }
   constexpr std::size_t kTreesOfBatch = 200000;
@@ -155,7 +155,7 @@ void take_batches(const IndicesArguments& arguments,
   if (!excluded.empty()) say(arguments.common, "note: " + excluded);
 }
 
-/// The notes on the units, which are those of all parts.
+/// The notes on the units of all parts.
 void say_findings(const IndicesArguments& arguments,
                   const stand::StructuralUnitOptions& options,
                   Outcome& outcome) {
@@ -175,7 +175,7 @@ void run(const IndicesArguments& arguments) {
   UnitTable table(arguments);
   Outcome outcome{.further = options.further};
   std::ranges::sort(outcome.further);
-  // Not std::ranges::unique, whose result clang 14 cannot take apart.
+  // Not std::ranges::unique, because clang 14 does not support structured bindings of its result.
   outcome.further.erase(std::unique(outcome.further.begin(), outcome.further.end()),
                         outcome.further.end());
   if (arguments.stream) {
@@ -190,7 +190,7 @@ void run(const IndicesArguments& arguments) {
   const stand::UnitSummary all = outcome.summaries.all();
   if (all.core_trees < all.trees) {
     say(arguments.common,
-        fmt::format("note: {} of {} trees are core trees; {} are near the edge or have no "
+        fmt::format("note: {} of {} trees are core trees; {} are near the boundary or have no "
                     "structural unit",
                     all.core_trees,
                     all.trees,
@@ -206,19 +206,21 @@ void run(const IndicesArguments& arguments) {
 
 void add_indices_command(CLI::App& program) {
   const auto arguments = std::make_shared<IndicesArguments>();
-  CLI::App& command =
-      *program.add_subcommand("indices", "W, M, U and C of every tree, from its nearest neighbors");
+  CLI::App& command = *program.add_subcommand(
+      "indices", "Compute W, M, U and C of every tree from its nearest neighbors");
   add_inventory_options(command, arguments->inventory);
   add_unit_options(command, arguments->units);
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
       ->type_name("FILE.csv");
   command
-      .add_option("--excluded", arguments->excluded, "Where to write the rows left out, and why")
+      .add_option("--excluded",
+                  arguments->excluded,
+                  "Write the skipped rows, with the reason, to this CSV file")
       ->type_name("FILE.csv");
   command.add_flag("--stream",
                    arguments->stream,
-                   "Read plot by plot, in memory that does not grow with the file; the rows of a "
-                   "plot must follow each other");
+                   "Read plot by plot, so that memory does not grow with the file; the rows of a "
+                   "plot must be contiguous");
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit indices examples/fir-mixed/inventory.csv --per stand --out indices.csv");

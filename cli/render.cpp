@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit render`: pictures of models and stands, without a graphics card.
+// `silvafit render`: images of models and stands, without a graphics card.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ std::array<double, 2> pair_of(const std::string& text, char separator, const std
                        data::parse_number(text.substr(0, middle), values[0]) &&
                        data::parse_number(text.substr(middle + 1), values[1]);
   if (!is_pair) {
-    throw UsageError(fmt::format("{} takes two numbers, A{}B, not '{}'", option, separator, text));
+    throw UsageError(fmt::format("{} needs two numbers, A{}B, not '{}'", option, separator, text));
   }
   return values;
 }
@@ -55,11 +55,11 @@ std::size_t side_of(double value) {
   return value >= 1.0 && value <= 16384.0 ? static_cast<std::size_t>(value) : 0;
 }
 
-/// At night there is nothing to see.
+/// The image would be black.
 void require_day(const render::SunPosition& sun, const std::string& option) {
   if (sun.elevation_deg >= 0.0) return;
-  throw UsageError(fmt::format("the sun is {:.1f} degrees below the horizon, and the picture would "
-                               "be black; choose a moment of the day or a sun above 0 degrees",
+  throw UsageError(fmt::format("the sun is {:.1f} degrees below the horizon, so the image would be "
+                               "black; choose another time, or a sun above 0 degrees",
                                -sun.elevation_deg),
                    {.column = option});
 }
@@ -72,7 +72,7 @@ render::SunPosition sun_of(const RenderArguments& arguments) {
     return sun;
   }
   if (arguments.place.empty()) {
-    throw UsageError("--date needs --place LATITUDE,LONGITUDE to know where the sun stands");
+    throw UsageError("--date needs --place LATITUDE,LONGITUDE to compute the position of the sun");
   }
   const auto [latitude, longitude] = pair_of(arguments.place, ',', "--place");
   const render::SunPosition sun =
@@ -151,14 +151,14 @@ Drawn draw(const RenderArguments& arguments) {
 
 void run(const RenderArguments& arguments) {
   if (arguments.turntable > 0 && arguments.models.size() > 1) {
-    throw UsageError("--turntable turns one model");
+    throw UsageError("--turntable needs a single model");
   }
   if (arguments.columns > 0 && arguments.models.size() < 2) {
-    throw UsageError("--columns is for a contact sheet, which several models make");
+    throw UsageError("--columns needs several models (contact sheet)");
   }
   const std::string ending = std::filesystem::path(arguments.out).extension().string();
   if (!ending.empty() && ending != ".png" && ending != ".PNG") {
-    throw UsageError("--out: pictures are PNG files; let the name end in .png");
+    throw UsageError("--out must end in .png");
   }
   refuse_same_files(all_of("MODEL.glb", arguments.models), {{"--out", arguments.out}});
   const Drawn drawn = draw(arguments);
@@ -178,57 +178,63 @@ void run(const RenderArguments& arguments) {
 void add_render_command(CLI::App& program) {
   const auto arguments = std::make_shared<RenderArguments>();
   CLI::App& command =
-      *program.add_subcommand("render", "Draw pictures of models and stands by ray tracing");
+      *program.add_subcommand("render", "Render images of models and stands by ray tracing");
   command
-      .add_option("models", arguments->models, "GLB or glTF files; several make a contact sheet")
+      .add_option(
+          "models", arguments->models, "GLB or glTF files; several files make a contact sheet")
       ->type_name("MODEL.glb")
       ->required();
-  command.add_option("--out", arguments->out, "Picture to write")
+  command.add_option("--out", arguments->out, "PNG file to write")
       ->type_name("FILE.png")
       ->required();
-  command.add_option("--size", arguments->size, "Pixels of each picture")
+  command.add_option("--size", arguments->size, "Width and height of each image in pixels")
       ->type_name("WIDTHxHEIGHT")
       ->capture_default_str();
   command
-      .add_option(
-          "--samples", arguments->options.samples, "Rays a pixel: more are smoother, slower")
+      .add_option("--samples",
+                  arguments->options.samples,
+                  "Rays per pixel: more rays give less noise but take longer")
       ->capture_default_str();
   command
       .add_option("--camera",
                   arguments->camera,
-                  "Where the viewer stands: degrees from north, clockwise, and above the horizon")
+                  "Position of the camera: azimuth from north, clockwise, and elevation [degrees]")
       ->type_name("AZIMUTH,ELEVATION")
       ->capture_default_str();
   command
-      .add_option("--view", arguments->options.camera.view_deg, "Angle of view, upright [degrees]")
+      .add_option("--view", arguments->options.camera.view_deg, "Vertical field of view [degrees]")
       ->capture_default_str();
-  command.add_option("--zoom", arguments->options.camera.zoom, "2: from half the distance")
+  command
+      .add_option("--zoom", arguments->options.camera.zoom, "Zoom factor; 2 is half the distance")
       ->capture_default_str();
-  CLI::Option* sun = command.add_option("--sun", arguments->sun, "Where the sun stands [degrees]")
-                         ->type_name("AZIMUTH,ELEVATION")
-                         ->capture_default_str();
-  CLI::Option* date =
-      command
-          .add_option("--date",
-                      arguments->date,
-                      "The sun of a moment at --place, instead of --sun; UTC without an offset")
-          ->type_name("2023-06-21T15:00+08:00")
-          ->excludes(sun);
-  command.add_option("--place", arguments->place, "North and east [degrees]")
+  CLI::Option* sun =
+      command.add_option("--sun", arguments->sun, "Azimuth and elevation of the sun [degrees]")
+          ->type_name("AZIMUTH,ELEVATION")
+          ->capture_default_str();
+  CLI::Option* date = command
+                          .add_option("--date",
+                                      arguments->date,
+                                      "Time for the position of the sun at --place, instead of "
+                                      "--sun; UTC unless an offset is given")
+                          ->type_name("2023-06-21T15:00+08:00")
+                          ->excludes(sun);
+  command
+      .add_option("--place", arguments->place, "Latitude (north) and longitude (east) [degrees]")
       ->type_name("LATITUDE,LONGITUDE")
       ->needs(date);
   command
       .add_option("--turntable",
                   arguments->turntable,
-                  "So many pictures once around: FILE-000.png, FILE-001.png, ...")
+                  "Number of images around the model: FILE-000.png, FILE-001.png, ...")
       ->check(CLI::Range(1, 10000))
       ->type_name("N");
-  command.add_option("--columns", arguments->columns, "Of a contact sheet (default: one row)")
+  command
+      .add_option("--columns", arguments->columns, "Columns of a contact sheet (default: one row)")
       ->check(CLI::Range(1, 10000))
       ->type_name("N");
   command.add_flag("--no-ground",
                    arguments->without_ground,
-                   "No plane below models without a ground of their own");
+                   "No ground plane below models without a ground of their own");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit render stand.glb --out stand.png --sun 240,30");
   command.callback([arguments] { run(*arguments); });

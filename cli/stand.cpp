@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// silvafit stand: what stands there, by plot, stratum, species, diameter and structure.
+// silvafit stand: stand tables by plot, stratum, species, diameter and structure.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -41,7 +41,7 @@ void set_stratum_areas(const StandArguments& arguments, stand::StandReportOption
     options.stratum_areas_ha[part.substr(0, sign)] = hectares;
   }
   if (!options.stratum_areas_ha.empty() && options.stratum.empty()) {
-    throw UsageError("areas of strata need the column of the strata, --stratum",
+    throw UsageError("--stratum-area needs --stratum, the column of the strata",
                      {.column = "--stratum-area"});
   }
 }
@@ -96,28 +96,28 @@ void run(const StandArguments& arguments) {
 void add_figure_options(CLI::App& command, StandArguments& arguments) {
   stand::StandReportOptions& report = arguments.report;
   command
-      .add_option("--layers", report.species.layers.bounds_m, "Heights in m that part the layers")
+      .add_option("--layers", report.species.layers.bounds_m, "Limits of the height layers in m")
       ->delimiter(',')
       ->capture_default_str();
   command
       .add_option("--quadrat",
                   report.species.quadrat_m,
-                  "Side in m of the quadrats for the frequency of species (default: plots are the "
-                  "quadrats; 10 m where there is one plot)")
+                  "Side of the quadrats for species frequencies in m (default: the plots; 10 m if "
+                  "there is one plot)")
       ->type_name("M");
   command
       .add_option("--dominant-trees",
                   report.species.dominant_trees_per_ha,
-                  "Dominant height: mean of so many thickest trees per ha")
+                  "Number of thickest trees per ha for the dominant height")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command.add_option("--class-width", report.diameter_class_cm, "Width of a diameter class in cm")
       ->capture_default_str();
   command
       .add_option(
-          "--plot-area", report.plot_area_m2, "Area of every plot in m2, in place of a window")
+          "--plot-area", report.plot_area_m2, "Area of every plot in m2, instead of a window")
       ->type_name("M2");
-  command.add_option("--stratum", report.stratum, "Column that holds the stratum of each plot")
+  command.add_option("--stratum", report.stratum, "Column with the stratum of each plot")
       ->type_name("COLUMN");
   command
       .add_option("--stratum-area",
@@ -133,11 +133,11 @@ void add_stand_command(CLI::App& program) {
   const auto arguments = std::make_shared<StandArguments>();
   CLI::App& command = *program.add_subcommand(
       "stand",
-      "Stand figures: density, basal area, heights, diameters, importance values, structure");
+      "Print stand tables: density, basal area, heights, diameters, importance values, structure");
   add_inventory_options(command, arguments->inventory);
   add_figure_options(command, *arguments);
   add_unit_options(command, arguments->units);
-  command.add_option("--out", arguments->out, "Folder for the tables as CSV files")
+  command.add_option("--out", arguments->out, "Write the tables as CSV files to this folder")
       ->type_name("DIR");
   add_common_options(command, arguments->common);
   add_example(command,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `silvafit stand` says: a table for people, JSON, and CSV files.
+// Output of `silvafit stand`: text tables, JSON, and CSV files.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace silvafit::cli {
 
-/// Of what a row of strata is: "stratum", "none" (plots without one) or "all".
+/// Kind of a row of strata: "stratum", "none" (plots without one) or "all".
 std::string_view kind_of(const stand::StratumFigures& stratum);
 
 /// Tables on standard output.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A stand report as tables for people and as CSV files.
+// A stand report as text tables and as CSV files.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ std::string name_or(const std::string& name, const char* otherwise) {
   return name.empty() ? otherwise : name;
 }
 
-/// Columns as wide as their widest cell; the first to the left, others to the right.
+/// Columns as wide as their widest cell; the first left-aligned, others right-aligned.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) { rows_.push_back(std::move(header)); }
@@ -194,7 +194,7 @@ void print_joint(const stand::StandReport& report) {
   }
 }
 
-/// A CSV table in the making: columns from a list of entries.
+/// Builder of a CSV table: columns from a list of entries.
 template <class Entry>
 class Columns {
  public:

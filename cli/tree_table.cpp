@@ -24,7 +24,7 @@ bool contains(const Names& names, const std::string& name) {
 
 std::string joined(const Names& entries) { return fmt::format("{}", fmt::join(entries, ",")); }
 
-/// Adds a column under our name; the table keeps its own besides.
+/// Adds a column with our name; the table also keeps its own.
 void add_column(const stand::ColumnMapping& column, data::Table& table) {
   if (table.is_numeric(column.source)) {
     const auto values = table.numbers(column.source);
@@ -34,9 +34,9 @@ void add_column(const stand::ColumnMapping& column, data::Table& table) {
   }
 }
 
-/// Reads a file and adds columns of ours that it has under a usual spelling.
-/// \param names   columns that stay text, in our words
-/// \param mapped  where other columns of ours come from; they are not added
+/// Reads a file and adds standard columns that it has with another common spelling.
+/// \param names   columns that stay text, with our names
+/// \param mapped  columns with a given source; they are not added
 data::Table read_table(const std::filesystem::path& file,
                        const Names& names,
                        const Mappings& mapped,
@@ -50,7 +50,7 @@ data::Table read_table(const std::filesystem::path& file,
       reader.header(),
       [&](const std::string& name) { return is_wanted(name) && !is_mapped(name); },
       file.string());
-  // Plot 07 is not plot 7, whatever its column is called.
+  // Plot 07 is not plot 7, for any name of the column.
   Names texts = names;
   for (const Mappings* const mappings : {&mapped, &usual}) {
     for (const stand::ColumnMapping& mapping : *mappings) {
@@ -69,8 +69,7 @@ data::Table read_table(const std::filesystem::path& file,
 
 CLI::Option* add_columns_option(CLI::App& command, std::vector<std::string>& columns) {
   return command
-      .add_option(
-          "--columns", columns, "Where columns come from, such as dbh=DBH_mm/10,h=Height,x=xk/10")
+      .add_option("--columns", columns, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit view`: a stand in 3D as one page that opens in a browser.
+// `silvafit view`: a 3D page of a stand for the browser.
 #include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -44,7 +44,7 @@ struct ViewArguments {
   study::ViewOptions options{};
 };
 
-/// The folder or file without what stands before it.
+/// The folder or file name without its parent path.
 std::string name_of(const fs::path& source) {
   const fs::path whole = fs::weakly_canonical(source);
   return whole.filename().string();
@@ -58,44 +58,44 @@ bool is_glb(const fs::path& file) {
   return fs::is_regular_file(file) && stream.read(magic.data(), 4) && magic == "glTF";
 }
 
-/// Whether a file's ending is one of tables, or none at all.
+/// Whether a file name has the ending of a table, or none.
 bool is_called_table(const fs::path& file) {
   const std::string ending = file.extension().string();
   return ending.empty() || ending == ".csv" || ending == ".CSV" || ending == ".txt";
 }
 
-/// The table of trees that is shown, or an error that says what can be.
+/// The table of trees to show, or an error with the supported inputs.
 data::Table table_of(const fs::path& file, const ViewArguments& arguments) {
   try {
     return read_tree_table(file, arguments.options.columns, arguments.common);
   } catch (const InputError& error) {
     if (is_called_table(file) || !fs::exists(file)) throw;
-    throw InputError(
-        fmt::format("cannot be shown; view takes a folder of `silvafit study`, a scene "
-                    "as .glb, or a table of trees as .csv (as a table: {})",
-                    error.message()),
-        {.file = file.string()});
+    throw InputError(fmt::format("not a folder of `silvafit study`, a GLB scene or a CSV table of "
+                                 "trees (as a table: {})",
+                                 error.message()),
+                     {.file = file.string()});
   }
 }
 
 void check(const ViewArguments& arguments) {
   const bool is_scene = is_glb(arguments.source);
   if (!arguments.trees.empty() && !is_scene) {
-    throw UsageError("--trees is the table of a GLB scene; a folder or CSV has its own");
+    throw UsageError(
+        "--trees is the table for a GLB scene; a folder or CSV file has its own table");
   }
   const std::string ending = fs::path(arguments.out).extension().string();
   const bool is_page =
       ending == ".html" || ending == ".htm" || ending == ".HTML" || ending == ".HTM";
   if (!arguments.out.empty() && !is_page) {
-    throw UsageError("--out names the page, so it must end in .html or .htm, not as " +
-                     arguments.out);
+    throw UsageError("--out must end in .html or .htm, not in " + arguments.out);
   }
   const bool has_choice = !arguments.options.plots.empty() || !arguments.columns.empty();
   if (is_scene && arguments.trees.empty() && has_choice) {
-    throw UsageError("--plot and --columns are about a table: add --trees FILE.csv");
+    throw UsageError("--plot and --columns need a table of trees; add --trees FILE.csv");
   }
   if (is_scene && arguments.chooses_models) {
-    throw UsageError("--models and --lod are of a table's trees; a GLB scene is shown as it is");
+    throw UsageError(
+        "--models and --lod cannot be used with a GLB scene, which is shown unchanged");
   }
 }
 
@@ -104,7 +104,7 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
   if (fs::is_directory(source)) {
     const fs::path predictions = source / "predictions.csv";
     if (!fs::exists(predictions)) {
-      throw InputError("is no folder of `silvafit study`: there is no predictions.csv in it",
+      throw InputError("not a folder of `silvafit study`: it contains no predictions.csv",
                        {.file = source.string()});
     }
     return study::view_of_trees(
@@ -126,13 +126,13 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
     }
   }
   if (source.extension() == ".gltf") {
-    throw InputError("has its buffers in files of their own; a page needs a .glb",
+    throw InputError("glTF with separate buffer files is not supported; use a .glb file",
                      {.file = source.string()});
   }
   return study::view_of_trees(table_of(source, arguments), catalogue, arguments.options);
 }
 
-/// Where the page goes: beside the file, into the folder.
+/// The page's path: in the folder, or next to the file.
 fs::path page_path(const ViewArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   const fs::path source = arguments.source;
@@ -148,7 +148,7 @@ bool has_desktop() {
   return (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && ::isatty(STDOUT_FILENO) == 1;
 }
 
-/// Hands the page to the desktop. \return whether it took it
+/// Opens the page on the desktop. \return whether this succeeded
 bool open_in_browser(const fs::path& page) {
   std::string program = "xdg-open";
   std::string file = fs::absolute(page).string();
@@ -161,10 +161,10 @@ bool open_in_browser(const fs::path& page) {
   return ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/// What the page shows.
+/// The number of trees on the page.
 std::string trees_text(const study::View& view) {
   if (view.trees > 0) return counted(view.trees, "tree", "trees");
-  if (view.unmeasured == 0) return "a scene without trees that are known";
+  if (view.unmeasured == 0) return "a scene without known trees";
   return counted(view.unmeasured, "tree", "trees") + " without measurements";
 }
 
@@ -174,11 +174,12 @@ void report(const ViewArguments& arguments,
             double seconds) {
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < std::min(kShown, view.left_out.size()); ++i) {
-    say(arguments.common, describe(view.left_out[i].place, view.left_out[i].reason + "; left out"));
+    say(arguments.common,
+        describe(view.left_out[i].place, view.left_out[i].reason + "; the row is skipped"));
   }
   if (view.left_out.size() > kShown) {
     say(arguments.common,
-        fmt::format("... and {} left out",
+        fmt::format("... and {} skipped",
                     counted(view.left_out.size() - kShown, "more row is", "more rows are")));
   }
   for (const std::string& note : view.notes) say(arguments.common, note);
@@ -229,7 +230,7 @@ void run(ViewArguments& arguments) {
   report(arguments, view, page, seconds.count());
   if (arguments.does_not_open || arguments.common.json || !has_desktop()) return;
   if (!open_in_browser(page)) {
-    say(arguments.common, "No browser could be started; open the page by hand.");
+    say(arguments.common, "The browser could not be started; open the page yourself.");
   }
 }
 
@@ -237,7 +238,7 @@ void run(ViewArguments& arguments) {
 
 void add_view_command(CLI::App& program) {
   const auto arguments = std::make_shared<ViewArguments>();
-  CLI::App& command = *program.add_subcommand("view", "A stand in 3D as one page for a browser");
+  CLI::App& command = *program.add_subcommand("view", "Write a 3D page of a stand for the browser");
   command
       .add_option("source",
                   arguments->source,
@@ -247,25 +248,27 @@ void add_view_command(CLI::App& program) {
   command.add_option("--trees", arguments->trees, "Measurements of the trees of a GLB scene")
       ->type_name("FILE.csv");
   command
-      .add_option("--out",
-                  arguments->out,
-                  "The page (default: view.html in the folder, or beside the file)")
+      .add_option(
+          "--out",
+          arguments->out,
+          "Page to write (default: view.html in the folder, or the name of the file with .html)")
       ->type_name("FILE.html");
   add_names_option(command, "--plot", arguments->options.plots, "Show these plots only");
   command.add_option("--title", arguments->options.title, "Headline (default: the name)");
   add_columns_option(command, arguments->columns);
-  const CLI::Option* models = command
-                                  .add_option("--models",
-                                              arguments->options.models_per_preset,
-                                              "Shapes of a species preset that its trees share")
-                                  ->capture_default_str();
+  const CLI::Option* models =
+      command
+          .add_option("--models",
+                      arguments->options.models_per_preset,
+                      "Number of models that the trees of a species preset share")
+          ->capture_default_str();
   const CLI::Option* levels =
       command
           .add_option(
               "--lod", arguments->options.levels, "Levels of detail in the page, 0 (finest) to 3")
           ->delimiter(',')
           ->capture_default_str();
-  command.add_flag("--no-open", arguments->does_not_open, "Write the page, do not open it");
+  command.add_flag("--no-open", arguments->does_not_open, "Do not open the page in a browser");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit view study --plot 3");
   command.callback([arguments, models, levels] {

@@ -41,7 +41,7 @@ double Random::uniform() { return static_cast<double>(bits() >> 11U) * 0x1.0p-53
 double Random::uniform(double low, double high) { return low + (high - low) * uniform(); }
 
 std::uint64_t Random::below(std::uint64_t count) {
-  // Values above the largest multiple of count would favour small results.
+  // Values above the largest multiple of count would make small results more probable.
   const std::uint64_t threshold = (0 - count) % count;
   for (;;) {
     const std::uint64_t value = bits();
@@ -68,7 +68,7 @@ double Random::truncated_normal(double mean, double standard_deviation, double l
     const double value = normal(mean, standard_deviation);
     if (value >= low && value <= high) return value;
   }
-  throw UsageError("the interval of a truncated normal holds next to no probability");
+  throw UsageError("the interval of a truncated normal distribution has a probability of almost 0");
 }
 
 double Random::gamma(double shape, double scale) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Angles that people give in degrees.
+// Conversion of degrees.
 #pragma once
 
 #include <numbers>

@@ -13,19 +13,19 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kPi = std::numbers::pi_v<float>;
-/// Rays are reflected so often; what comes after adds nothing one could see.
+/// Maximum number of reflections; further ones add nothing visible.
 constexpr int kMostReflections = 2;
 
 float uniform(Random& random) { return static_cast<float>(random.uniform()); }
 
-/// Two directions that stand upright on a third and on each other.
+/// Two directions orthogonal to a third and to each other.
 std::array<Vector3f, 2> frame_of(const Vector3f& axis) {
   const Vector3f helper = std::abs(axis.x()) < 0.7F ? Vector3f::UnitX() : Vector3f::UnitY();
   const Vector3f first = axis.cross(helper).normalized();
   return {first, axis.cross(first)};
 }
 
-/// A direction around a normal, as often as its cosine says.
+/// A direction around a normal, with probability proportional to its cosine.
 Vector3f cosine_direction(const Vector3f& normal, Random& random) {
   const float radius = std::sqrt(uniform(random));
   const float angle = 2.0F * kPi * uniform(random);
@@ -45,9 +45,9 @@ Vector3f sun_direction(const Vector3f& middle, Random& random) {
       .normalized();
 }
 
-/// A ray that leaves a surface on the side of its direction.
+/// A ray that starts on the side of the surface to which it goes.
 Ray leaving(const Hit& hit, const Vector3f& flat_normal, const Vector3f& direction) {
-  // Rounding of single precision at the place and at the distance that the ray came.
+  // Rounding of single precision at the point and at the distance of the ray.
   const float size = std::max({1.0F, hit.at.cwiseAbs().maxCoeff(), hit.distance});
   const float offset = 2e-6F * size;
   const float side = flat_normal.dot(direction) < 0.0F ? -1.0F : 1.0F;
@@ -72,7 +72,7 @@ Light::Light(const TracedScene& scene, SunPosition sun, float ground_m)
       to_sun_(sky_direction(sun.azimuth_deg, sun.elevation_deg)),
       ground_m_(ground_m),
       ground_{.color = {0.22, 0.20, 0.13}} {
-  // Low suns are red and weak, and the sky follows them into the night.
+  // A low sun is red and weak, and the sky darkens with it.
   const float height = to_sun_.y();
   const float day = std::clamp((height + 0.1F) / 0.3F, 0.02F, 1.0F);
   const float warmth = std::clamp(1.0F - height / 0.5F, 0.0F, 1.0F);
@@ -113,7 +113,7 @@ Vector3f Light::from_sun(const Hit& hit,
   const Vector3f direction = sun_direction(to_sun_, random);
   const float cosine = normal.dot(direction);
   const float share = cosine >= 0.0F ? 1.0F : static_cast<float>(hit.material->translucency);
-  // Where the smooth normal sees the sun but the triangle does not, its own body is in between.
+  // If the smooth normal faces the sun but the triangle does not, the surface shades itself.
   const bool is_behind = flat_normal.dot(direction) < 0.0F;
   if (is_behind && hit.material->translucency <= 0.0) return Vector3f::Zero();
   if (share <= 0.0F || sun_color_.isZero()) return Vector3f::Zero();
@@ -128,7 +128,7 @@ Vector3f Light::from_sky(const Hit& hit,
   const auto through = static_cast<float>(hit.material->translucency);
   const bool is_from_behind = uniform(random) * (1.0F + through) > 1.0F;
   const Vector3f direction = cosine_direction(is_from_behind ? Vector3f(-normal) : normal, random);
-  // What the sky does not light, other surfaces do a little.
+  // Other surfaces give a little light where the sky is blocked.
   constexpr float kBounced = 0.12F;
   const Vector3f arriving = direction.y() < 0.0F ? Vector3f(kBounced * horizon_)
                             : scene_.is_blocked(leaving(hit, flat_normal, direction))
@@ -151,7 +151,7 @@ Vector3f Light::along(const Ray& ray, Random& random, int depth) const {
   if (!hit) return sky(ray.direction);
   const bool is_back = hit->flat_normal.dot(ray.direction) > 0.0F;
   const Vector3f flat_normal = is_back ? Vector3f(-hit->flat_normal) : hit->flat_normal;
-  // Corner normals of a leaf may point to its other side.
+  // Vertex normals of a leaf may point to its other side.
   const Vector3f normal =
       hit->normal.dot(flat_normal) < 0.0F ? Vector3f(-hit->normal) : hit->normal;
   const auto reflectance = static_cast<float>(hit->material->reflectance);
@@ -166,7 +166,7 @@ Vector3f Light::along(const Ray& ray, Random& random, int depth) const {
   }
   Vector3f light = scattered(*hit, normal, flat_normal, random);
   if (hit->material != &ground_) return light;
-  // The plane has no end: it fades into the horizon.
+  // The plane is infinite: it fades into the horizon.
   const float haze =
       1.0F - std::exp(-std::max(0.0F, hit->distance - 2.0F * scale_m_) / (4.0F * scale_m_));
   return mixed(light, horizon_, haze);

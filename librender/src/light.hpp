@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sun and sky, and what surfaces make of them.
+// Light of sun and sky, and its reflection by surfaces.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ class Light {
   /// \param ground_m  height of the ground plane; not finite without one
   Light(const TracedScene& scene, SunPosition sun, float ground_m);
 
-  /// Light that comes along a ray, linear RGB.
+  /// Light that arrives along a ray, linear RGB.
   Eigen::Vector3f along(const Ray& ray, Random& random, int depth = 0) const;
 
  private:

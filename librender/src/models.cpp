@@ -11,11 +11,12 @@ Material material_of(const tree::ReadPart& part) {
   const tree::MeshPart& mesh = part.mesh;
   Material material{.color = {mesh.color[0], mesh.color[1], mesh.color[2]},
                     .double_sided = mesh.double_sided};
-  // Share of green light that comes through thin leaves, and Fresnel's reflectance of wax (n
-  // = 1.4).
+  // Proportion of green light that passes thin leaves, and the Fresnel reflectance of wax (n =
+  // 1.4).
   constexpr double kLeafTranslucency = 0.35;
   constexpr double kLeafReflectance = 0.028;
-  // Ours are named after their presets, such as generic-conifer-leaf. Files of others say nothing.
+  // silvafit names materials after presets, such as generic-conifer-leaf. Names in other files are
+  // unknown.
   const bool is_ours = !part.part.empty();
   const bool is_leaf = is_ours
                            ? part.material.ends_with(tree::material_name(tree::MaterialKind::kLeaf))
@@ -31,7 +32,7 @@ Material material_of(const tree::ReadPart& part) {
 
 Scene scene_of(const tree::ReadScene& read) {
   if (read.triangle_count() == 0) {
-    throw InputError("there is nothing to draw: it has no triangles", {.file = read.file});
+    throw InputError("nothing to draw: the file has no triangles", {.file = read.file});
   }
   Scene scene;
   for (const tree::ReadModel& model : read.models) {
@@ -49,9 +50,8 @@ Scene scene_of(const tree::ReadScene& read) {
   for (const tree::ReadInstance& instance : read.instances) {
     scene.instances.push_back({.model = instance.model, .transform = instance.transform});
     if (is_flattened(scene.instances.back())) {
-      throw InputError(
-          "the node '" + instance.name + "' is flattened: its scale is 0 in a direction",
-          {.file = read.file});
+      throw InputError("the node '" + instance.name + "' is scaled to 0 in one direction",
+                       {.file = read.file});
     }
   }
   return scene;

@@ -13,13 +13,13 @@ namespace silvafit::render {
 
 Picture contact_sheet(const std::vector<Picture>& pictures, std::size_t columns, std::size_t gap) {
   if (pictures.empty() || columns == 0) {
-    throw UsageError("a contact sheet needs at least one picture and one column");
+    throw UsageError("a contact sheet needs at least one image and one column");
   }
   const std::size_t width = pictures.front().width;
   const std::size_t height = pictures.front().height;
   for (const Picture& picture : pictures) {
     if (picture.width != width || picture.height != height) {
-      throw UsageError("the pictures of a contact sheet must have one size");
+      throw UsageError("the images of a contact sheet must have the same size");
     }
   }
   columns = std::min(columns, pictures.size());

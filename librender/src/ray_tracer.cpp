@@ -23,15 +23,15 @@ constexpr std::size_t kLargestSide = 16384;
 void check(const RenderOptions& options) {
   const auto is_side = [](std::size_t side) { return side >= 1 && side <= kLargestSide; };
   if (!is_side(options.width) || !is_side(options.height)) {
-    throw UsageError("a picture is 1 to 16384 pixels wide and high");
+    throw UsageError("the width and height of an image must be 1 to 16384 pixels");
   }
   constexpr std::size_t kMostSamples = 65536;
   if (options.samples < 1 || options.samples > kMostSamples) {
-    throw UsageError("a pixel needs 1 to 65536 rays");
+    throw UsageError("the number of rays per pixel must be 1 to 65536");
   }
   const Camera& camera = options.camera;
   if (!(camera.view_deg > 1.0 && camera.view_deg < 120.0)) {
-    throw UsageError("the angle of view must be between 1 and 120 degrees");
+    throw UsageError("the field of view must be between 1 and 120 degrees");
   }
   if (!(std::abs(camera.elevation_deg) <= 89.0) || !std::isfinite(camera.azimuth_deg)) {
     throw UsageError("the camera's elevation must be between -89 and 89 degrees");
@@ -44,7 +44,7 @@ void check(const RenderOptions& options) {
   }
 }
 
-/// Rays through the pixels of a picture.
+/// Rays through the pixels of an image.
 class Lens {
  public:
   Lens(const std::array<Vector3f, 2>& bounds, const RenderOptions& options)
@@ -70,7 +70,7 @@ class Lens {
   }
 
  private:
-  /// From which all corners of the box are in the picture, with a margin.
+  /// A distance at which all corners of the box are in the image, with a margin.
   float distance(const std::array<Vector3f, 2>& bounds, const Vector3f& target) const {
     constexpr float kMargin = 1.06F;
     float result = 0.0F;
@@ -95,7 +95,7 @@ class Lens {
   Vector3f up_;
 };
 
-/// Bright light is compressed as film does it (Narkowicz's fit of the ACES curve), then sRGB.
+/// Tone mapping (Narkowicz's fit of the ACES curve), then sRGB.
 std::uint8_t to_byte(float light) {
   const float x = std::max(0.0F, light);
   const float film = std::min(1.0F, x * (2.51F * x + 0.03F) / (x * (2.43F * x + 0.59F) + 0.14F));
@@ -110,7 +110,8 @@ Vector3f pixel_light(const Light& light,
                      std::size_t y,
                      const RenderOptions& options) {
   Random random(options.seed, y * options.width + x);
-  // Places within the pixel by an additive sequence of two irrational steps: even for any number.
+  // Points within the pixel by an additive sequence of two irrational steps: uniform for any number
+  // of points.
   constexpr double kStepX = 0.7548776662466927;
   constexpr double kStepY = 0.5698402909980532;
   double shift_x = random.uniform();
@@ -123,7 +124,7 @@ Vector3f pixel_light(const Light& light,
     shift_y -= std::floor(shift_y);
     const Ray ray = lens.ray(static_cast<float>(static_cast<double>(x) + shift_x),
                              static_cast<float>(static_cast<double>(y) + shift_y));
-    // One glint must not outshine its pixel.
+    // A single reflection must not make its pixel too bright.
     constexpr float kBrightest = 8.0F;
     sum += light.along(ray, random).cwiseMin(kBrightest);
   }

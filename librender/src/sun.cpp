@@ -30,10 +30,10 @@ double days_since_2000(const Moment& moment) {
 
 [[noreturn]] void refuse(std::string_view text) {
   throw UsageError("'" + std::string(text) +
-                   "' is no date; write it as 2023-06-21 or 2023-06-21T15:00+08:00");
+                   "' is not a date; write it as 2023-06-21 or 2023-06-21T15:00+08:00");
 }
 
-/// Reads `15:00` at a place of the text; false if there is no such time.
+/// Reads `15:00` at a position of the text; false if there is no such time.
 bool read_time(const std::string& text, std::size_t begin, double& hours) {
   int hour = 0;
   int minute = 0;
@@ -76,7 +76,8 @@ Moment parse_moment(std::string_view source) {
 
 SunPosition sun_over(double latitude_deg, double longitude_deg, const Moment& moment) {
   if (!(std::abs(latitude_deg) <= 90.0) || !(std::abs(longitude_deg) <= 180.0)) {
-    throw UsageError("a place has a latitude of -90 to 90 and a longitude of -180 to 180 degrees");
+    throw UsageError(
+        "the latitude must be between -90 and 90 degrees and the longitude between -180 and 180");
   }
   const double days = days_since_2000(moment);
   const double mean_longitude = turned(280.460 + 0.9856474 * days);

@@ -20,7 +20,7 @@ std::array<float, 256> linear_table() {
   return table;
 }
 
-/// The four pixels around a place and their weights.
+/// The four pixels around a point and their weights.
 struct Around {
   std::array<const std::uint8_t*, 4> pixels{};
   std::array<float, 4> weights{};

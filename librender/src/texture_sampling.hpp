@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Colors of pictures between their pixels.
+// Interpolation of textures.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,12 +8,12 @@
 
 namespace silvafit::render {
 
-/// The color in linear light and the opacity at a place, bilinear between the middles of pixels;
-/// the picture repeats. Colors count by their opacity.
-/// \param u, v  from the upper left corner, in sizes of the picture
+/// The color in linear light and the opacity at a point, bilinear between the centers of pixels;
+/// the texture repeats. Colors are weighted by their opacity.
+/// \param u, v  from the upper left corner, in sizes of the image
 Eigen::Vector4f sampled(const tree::Texture& texture, float u, float v);
 
-/// The opacity alone, as sampled() has it.
+/// The opacity alone, as in sampled().
 float opacity(const tree::Texture& texture, float u, float v);
 
 }  // namespace silvafit::render

@@ -30,7 +30,7 @@ void check(const Surface& surface) {
   const bool is_inside = std::ranges::all_of(
       surface.indices, [vertices](std::uint32_t index) { return index < vertices; });
   if (!is_whole || !is_inside) {
-    throw UsageError("the buffers of a surface do not fit each other");
+    throw UsageError("the buffers of a surface differ in length");
   }
   const auto is_finite = [](float value) { return std::isfinite(value); };
   if (!std::ranges::all_of(surface.positions, is_finite) ||
@@ -39,7 +39,7 @@ void check(const Surface& surface) {
   }
 }
 
-/// A picture with nothing to lay it by, or without pixels, is none.
+/// A texture without UVs or without pixels is ignored.
 bool has_picture(const Surface& surface) {
   return surface.texture != nullptr && !surface.uvs.empty() && !surface.texture->rgba.empty();
 }
@@ -48,11 +48,11 @@ void check_picture(const Surface& surface) {
   if (!has_picture(surface)) return;
   const tree::Texture& texture = *surface.texture;
   if (texture.rgba.size() != 4 * texture.width * texture.height) {
-    throw UsageError("the pixels of a surface's picture do not fill its width and height");
+    throw UsageError("the number of pixels of a texture must be width times height");
   }
 }
 
-/// Where in its picture a triangle was hit.
+/// The point of the texture where a triangle was hit.
 std::array<float, 2> place_in_picture(const Surface& surface,
                                       std::uint32_t triangle,
                                       float second,
@@ -66,7 +66,7 @@ std::array<float, 2> place_in_picture(const Surface& surface,
   return place;
 }
 
-/// Lets rays through where a picture is less than half opaque, as viewers of glTF do.
+/// Rays pass where a texture is less than half opaque, as in glTF viewers.
 void pass_transparent(const RTCFilterFunctionNArguments* hit) {
   constexpr float kOpaque = 0.5F;
   const auto& surface = *static_cast<const Surface*>(hit->geometryUserPtr);
@@ -90,8 +90,9 @@ void check(const Scene& scene) {
   }
   for (const Instance& instance : scene.instances) {
     if (instance.model >= scene.models.size()) {
-      throw UsageError(fmt::format(
-          "an instance is of model {}, but there are {}", instance.model, scene.models.size()));
+      throw UsageError(fmt::format("an instance refers to model {}, but there are {} models",
+                                   instance.model,
+                                   scene.models.size()));
     }
     for (const Surface& surface : scene.models[instance.model].surfaces) {
       triangles += surface.indices.size() / 3;
@@ -132,7 +133,7 @@ RTCRay to_embree(const Ray& ray) {
 TracedScene::TracedScene(const Scene& scene)
     : models_(scene.models), device_(rtcNewDevice(nullptr)) {
   check(scene);
-  if (!device_) throw NumericalError("the ray tracing kernel (Embree) does not start");
+  if (!device_) throw NumericalError("the ray tracing library (Embree) cannot be started");
   for (const Model& model : models_) model_scenes_.push_back(build(model));
   scene_.reset(rtcNewScene(device_.get()));
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
@@ -149,8 +150,8 @@ void TracedScene::check_device() const {
   const RTCError error = rtcGetDeviceError(device_.get());
   if (error == RTC_ERROR_NONE) return;
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  throw NumericalError(
-      fmt::format("the ray tracing kernel (Embree) failed with error {}", static_cast<int>(error)));
+  throw NumericalError(fmt::format("the ray tracing library (Embree) failed with error {}",
+                                   static_cast<int>(error)));
 }
 
 TracedScene::Geometry TracedScene::build(const Model& model) const {
@@ -186,7 +187,7 @@ TracedScene::Geometry TracedScene::build(const Model& model) const {
 bool is_flattened(const Instance& instance) {
   const Matrix4d transform = Eigen::Map<const Matrix4d>(instance.transform.data());
   const Matrix3f linear = transform.topLeftCorner<3, 3>().cast<float>();
-  // Not even the directions that normals turn to are known then.
+  // Then the directions of normals are unknown, too.
   return !(std::abs(linear.determinant()) >= std::numeric_limits<float>::min());
 }
 
@@ -199,7 +200,7 @@ void TracedScene::add(const Instance& instance, RTCScene scene) {
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
-  if (is_flattened(instance)) throw UsageError("an instance is flattened to nothing");
+  if (is_flattened(instance)) throw UsageError("an instance is scaled to 0 in one direction");
   const Matrix3f linear = rounded.topLeftCorner<3, 3>();
   normal_transforms_.emplace_back(linear.inverse().transpose());
   model_of_.push_back(instance.model);

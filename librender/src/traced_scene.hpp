@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A scene in Embree's hands: where rays hit it.
+// A scene in Embree: intersections of rays.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -19,17 +19,17 @@ struct Ray {
   Eigen::Vector3f direction;  ///< of length 1
 };
 
-/// Where a ray meets a surface.
+/// The point where a ray meets a surface.
 struct Hit {
   float distance = std::numeric_limits<float>::infinity();
   Eigen::Vector3f at{0, 0, 0};
   Eigen::Vector3f flat_normal{0, 1, 0};  ///< of the triangle, as it is wound; of length 1
-  Eigen::Vector3f normal{0, 1, 0};       ///< between those of its corners; of length 1
+  Eigen::Vector3f normal{0, 1, 0};       ///< interpolated between its vertices; of length 1
   Eigen::Vector3f color{1, 1, 1};
   const Material* material = nullptr;
 };
 
-/// Whether an instance squeezes its model to a plane, a line or a point.
+/// Whether an instance is scaled to a plane, a line or a point.
 bool is_flattened(const Instance& instance);
 
 class TracedScene {

@@ -21,8 +21,8 @@ constexpr char kOpenGrownOption[] = "--open-grown";
 data::Expression parsed(std::string_view text, const data::Table& table) {
   if (text.empty()) {
     throw UsageError(
-        "CCF needs the crown width of open-grown trees in m, such as \"0.9 + 0.22*dbh\", from a "
-        "source for your species",
+        "CCF needs --open-grown, the crown width of open-grown trees in m, such as \"0.9 + "
+        "0.22*dbh\", from a source for your species",
         {.column = kOpenGrownOption});
   }
   data::Expression expression = data::Expression::parse(text);
@@ -78,14 +78,15 @@ std::vector<double> crown_competition(const Inventory& inventory,
     std::vector<double> crowns_m2;
     for (const std::size_t tree : area.trees) {
       if (!(widths_m[tree] >= 0.0) || std::isinf(widths_m[tree])) {
-        throw UsageError(fmt::format("the crown width of an open-grown tree is {} m for dbh {} cm",
+        throw UsageError(fmt::format("the crown width of an open-grown tree is {} m for dbh {} cm; "
+                                     "it must be a positive number",
                                      widths_m[tree],
                                      inventory.dbh_cm[tree]),
                          {.column = kOpenGrownOption});
       }
       crowns_m2.push_back(std::numbers::pi / 4.0 * widths_m[tree] * widths_m[tree]);
     }
-    // Summed by size, so that the order of the rows does not show in the last digits.
+    // Summed in order of size, so that the order of the rows does not change the last digits.
     std::ranges::sort(crowns_m2);
     const double sum_m2 = std::accumulate(crowns_m2.begin(), crowns_m2.end(), 0.0);
     for (const std::size_t tree : area.trees) result[tree] = 100.0 * sum_m2 / area.area_m2;

@@ -67,18 +67,18 @@ void EdgeWorker::keep_beyond_buffer() {
   units_.core.assign(inside_.size(), 0);
   for_each_tree(inside_.size(), options_.threads, [this](std::size_t tree) {
     if (inside_[tree] == 0) return;
-    // Trees at the buffer's width are core trees in spite of rounding.
+    // Trees at exactly the buffer's width are core trees; the tolerance covers rounding.
     const double nearest_m = options_.buffer_m - window_of(tree).rounding_m();
     units_.core[tree] = to_boundary_m(tree) >= nearest_m ? 1 : 0;
   });
 }
 
-/// Hanisch 1984: whoever could stand outside would be farther than the n-th neighbor, so the unit
-/// is known to be true.
+/// Hanisch 1984: a tree outside would be farther than the n-th neighbor, so the unit is known to be
+/// right.
 void EdgeWorker::keep_certain_neighbors() {
   units_.core.assign(inside_.size(), 0);
   for_each_tree(inside_.size(), options_.threads, [this](std::size_t tree) {
-    // NaN, where there are too few neighbors, is not smaller.
+    // NaN (too few neighbors) is not smaller.
     if (inside_[tree] == 0) return;
     const double room_m = to_boundary_m(tree) - window_of(tree).rounding_m();
     units_.core[tree] = farthest_m(tree) < room_m ? 1 : 0;
@@ -94,7 +94,7 @@ void EdgeWorker::keep_certain_neighbors() {
   }
 }
 
-/// Weights are the window's area over the area where a tree with such a neighbor would be kept.
+/// Weights are the window's area divided by the area in which such a tree would be a core tree.
 void EdgeWorker::weight_domain(std::size_t domain, const std::vector<std::size_t>& trees) {
   const Window& window = windows_.domains[domain].window;
   std::vector<double> margins_m;
@@ -105,7 +105,7 @@ void EdgeWorker::weight_domain(std::size_t domain, const std::vector<std::size_t
     if (areas_m2[i] > 0.0) {
       units_.weight[trees[i]] = window.area_m2() / areas_m2[i];
     } else {
-      // Kept by a hair: the area is lost in rounding, and there is no chance to weigh by.
+      // The eroded area is lost in rounding, so no weight can be computed.
       units_.core[trees[i]] = 0;
     }
   }
@@ -125,7 +125,7 @@ void EdgeWorker::report_outside() {
   if (findings.outside > 0) report_plots_outside();
 }
 
-/// A plot without any tree inside has a window that is wrong, or hardly a tree.
+/// If no tree of a plot is inside its window, the window is probably wrong.
 void EdgeWorker::report_plots_outside() {
   std::vector<std::size_t> inside(windows_.domains.size(), 0);
   std::vector<std::size_t> outside(windows_.domains.size(), 0);
@@ -146,8 +146,8 @@ void EdgeWorker::report_plots_outside() {
 std::string outside_note(std::size_t trees, EdgeCorrection edge) {
   const bool is_torus = edge == EdgeCorrection::kTorus;
   return fmt::format("{} outside the window: {}",
-                     counted(trees, "tree stands", "trees stand"),
-                     is_torus ? "no place on the torus, left out" : "used as neighbors only");
+                     counted(trees, "tree is", "trees are"),
+                     is_torus ? "ignored with --edge torus" : "used only as neighbors");
 }
 
 void correct_edge(const Inventory& inventory,

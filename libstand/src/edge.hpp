@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Edge correction: which trees are core trees, and how much each counts.
+// Edge correction: the core trees and their weights.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ void correct_edge(const Inventory& inventory,
                   const StructuralUnitOptions& options,
                   StructuralUnits& units);
 
-/// What is said of trees that stand outside their windows.
+/// The note on trees outside their windows.
 std::string outside_note(std::size_t trees, EdgeCorrection edge);
 
 }  // namespace silvafit::stand

@@ -168,7 +168,7 @@ TEST_CASE("on a small torus each tree is a neighbor once, at its nearest image")
   CHECK(std::isnan(structural_units(stand, torus_options(3)).W[0]));
 }
 
-TEST_CASE("a torus needs a rectangle, one for all who are searched together") {
+TEST_CASE("needs a rectangular window, one for all who are searched together") {
   const Inventory stand = stand_of({{.x = 1, .y = 1, .plot = "a"}, {.x = 2, .y = 1, .plot = "b"}});
   StructuralUnitOptions options{.neighbors = 1,
                                 .edge = EdgeCorrection::kTorus,
@@ -177,17 +177,18 @@ TEST_CASE("a torus needs a rectangle, one for all who are searched together") {
                                             {"b", Window::rectangle({0, 0}, {5, 5})}}};
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("one window for the stand"));
   options.windows = {{std::nullopt, Window::circle({1, 1}, 5)}};
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("a torus needs a rectangle"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("needs a rectangular window"));
   options.windows = {{std::nullopt, Window::rectangle({0, 0}, {5, 1.5})}};
   CHECK(structural_units(stand, options).nearest == std::vector<std::uint32_t>{1, 0});
   options.further = {FurtherIndex::kHegyi};
   options.competition_radius_m = 1.0;
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("more than half of the torus"));
+  CHECK_THROWS_WITH(structural_units(stand, options),
+                    Contains("more than half of the shorter side of the torus"));
   // Without a window the rectangle around the trees, not their hull.
   const Inventory three = stand_of({{.x = 0, .y = 0}, {.x = 9, .y = 1}, {.x = 4, .y = 8}});
   const StructuralUnits units =
       structural_units(three, {.neighbors = 1, .edge = EdgeCorrection::kTorus});
-  CHECK_THAT(units.notes.at(0), Contains("no window is given: the rectangle around"));
+  CHECK_THAT(units.notes.at(0), Contains("no window is given; the rectangle around"));
 }
 
 TEST_CASE("trees outside have no place on a torus") {
@@ -195,7 +196,7 @@ TEST_CASE("trees outside have no place on a torus") {
   const StructuralUnits units = structural_units(stand, torus_options(1));
   CHECK(units.nearest == std::vector<std::uint32_t>{1, 0, kNoTree});
   CHECK(units.core == std::vector<char>{1, 1, 0});
-  CHECK_THAT(units.notes.at(0), Contains("1 tree stands outside the window: no place"));
+  CHECK_THAT(units.notes.at(0), Contains("1 tree is outside the window: ignored"));
 }
 
 TEST_CASE("a window of every plot holds in the coordinates of each") {

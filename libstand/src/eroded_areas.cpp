@@ -9,16 +9,17 @@
 namespace silvafit::stand {
 namespace {
 
-/// So many margins are computed one by one.
+/// Up to this number of margins, each area is computed.
 constexpr std::size_t kFewMargins = 128;
-/// And so many within a panel, which would take five areas to be tested.
+/// The same within a panel: a test of a panel would need five areas.
 constexpr std::size_t kFewOfPanel = 5;
-/// A kink at the place s of a panel from -1 to 1 puts the parabola off by at most
-/// 4 s (s + 1) <= 8 times what it is off at the quarter on the other side: together 8e-5.
+/// A kink at position s of a panel from -1 to 1 gives an error of the parabola of at most 4 s (s +
+/// 1) <= 8 times the error at the quarter point on the other side: together 8e-5.
 constexpr double kAtQuarters = 1e-5;
-/// Two kinks could hide from the quarters of the first panel, hardly from those of so many.
+/// Two kinks could hide from the quarter points of the first panel, but hardly from those of this
+/// many panels.
 constexpr std::size_t kFirstPanels = 8;
-/// The areas within a panel are alike if it is so narrow a part of all margins.
+/// A panel this narrow relative to all margins has nearly equal areas.
 constexpr double kNarrowest = 1e-9;
 
 /// Three equally spaced margins and their areas.
@@ -37,7 +38,7 @@ struct Panel {
   }
 };
 
-/// A margin and its place in the list.
+/// A margin and its index in the list.
 struct Member {
   double margin_m = 0.0;
   std::size_t place = 0;
@@ -128,7 +129,7 @@ void ErodedAreas::fill(const Panel& whole, Members members) {
   const Panel right = panel(middle_m, whole.high_m, whole.middle_m2, whole.high_m2);
   const double off_m2 = std::max(std::abs(whole.parabola_m2(left.middle_m()) - left.middle_m2),
                                  std::abs(whole.parabola_m2(right.middle_m()) - right.middle_m2));
-  // The area falls, so that it is smallest at the high end.
+  // The area decreases, so that it is smallest at the high end.
   const bool holds = off_m2 <= kAtQuarters * whole.high_m2;
   if (holds || whole.high_m - whole.low_m <= narrowest_m_) {
     for (const Member& member : members) {

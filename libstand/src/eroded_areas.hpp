@@ -8,16 +8,16 @@
 
 namespace silvafit::stand {
 
-/// Window::eroded_area_m2 of each margin, or a parabola between margins that is off by less than
+/// Window::eroded_area_m2 of each margin, or a parabola between margins with an error of less than
 /// 1e-4 of the area.
 ///
-/// The area of a polygon is a piece of a parabola between the margins at which an edge or an arc
+/// The area of a polygon is piecewise a parabola between the margins at which an edge or an arc
 /// vanishes, where it has a kink. Panels are halved until the parabola through both ends and the
-/// middle holds at the quarters; few margins are computed one by one, as they are where the
+/// middle is right at the quarter points; a few margins are computed one by one, also where the
 /// area is small.
 /// \param margins_m  (N) in any order, each >= 0
 /// \return           (N) areas [m2], >= 0
-/// Cost: some 100 areas and a few more for each kink, whatever N.
+/// Cost: some 100 areas and a few more for each kink, for any N.
 std::vector<double> eroded_areas_m2(const Window& window, const std::vector<double>& margins_m);
 
 }  // namespace silvafit::stand

@@ -73,7 +73,7 @@ TEST_CASE("Hegyi adds ratios of diameters over distances, of neighbors or within
              .competition_radius_m = 7.0};
   const StructuralUnits near_edge = structural_units(stand_of(corner()), options);
   REQUIRE(near_edge.notes.size() == 1);
-  CHECK_THAT(near_edge.notes[0], Contains("of 1 core trees within 7 m"));
+  CHECK_THAT(near_edge.notes[0], Contains("competitors of 1 core trees"));
 }
 
 TEST_CASE("BAL adds the basal area of thicker trees inside the window") {
@@ -168,7 +168,7 @@ TEST_CASE("C by facing radii takes the crown on the neighbor's side") {
   stand.cr_w_m[1] = NAN;
   CHECK(std::isnan(structural_units(stand, options).C[0]));
   stand.cr_n_m.clear();
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("facing radii need"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("facing needs the columns"));
 }
 
 TEST_CASE("a crown without radii towards its neighbor does not reach it") {

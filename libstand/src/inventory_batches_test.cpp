@@ -141,7 +141,7 @@ TEST_CASE("that all trees are outside is an error of all batches, not of one") {
     }
     return notes_of(findings, options, "trees.csv");
   };
-  CHECK(findings_in(10.0).at(0) == "1 tree stands outside the window: used as neighbors only");
+  CHECK(findings_in(10.0).at(0) == "1 tree is outside the window: used only as neighbors");
   CHECK_THROWS_WITH(findings_in(0.5),
                     Contains("trees.csv") && Contains("between x 1 and 90, y 1 and 1 m"));
 }
@@ -195,14 +195,14 @@ TEST_CASE("a species with a limit angle of its own may come in a later batch") {
                                 .edge = EdgeCorrection::kNone};
   InventoryBatches batches(file.path(), {.trust_units = true}, 1);
   const Inventory first = batches.next()->inventory;
-  CHECK_THROWS_WITH(structural_units(first, options), Contains("there is no species 'B'"));
+  CHECK_THROWS_WITH(structural_units(first, options), Contains("unknown species 'B'"));
   options.is_part = true;
   CHECK(structural_units(first, options).W[0] == 1.0);
   CHECK(structural_units(batches.next()->inventory, options).W[0] == 0.0);
   CHECK_NOTHROW(check_species_of_angles(options, {"A", "B"}, "trees.csv"));
   CHECK_THROWS_WITH(check_species_of_angles(options, {"A", "C"}, "trees.csv"),
                     Contains("trees.csv") && Contains("--alpha") &&
-                        Contains("there is no species 'B'; the species are A, C"));
+                        Contains("unknown species 'B'; available: A, C"));
 }
 
 TEST_CASE("batches refuse what they cannot read") {
@@ -229,9 +229,9 @@ TEST_CASE("plots of one label in several stands are told of, whole or plot by pl
     return text;
   };
   const std::string note =
-      "2 plot labels come under several values of the column STAND (1 under N and S), and all "
-      "trees of one label are taken for one plot: give plots labels that are unique in the file, "
-      "such as N-1";
+      "2 plot labels occur with several values of the column STAND (1 occurs with N and S), but "
+      "all trees with one plot label are treated as one plot; use plot labels that are unique in "
+      "the file, such as N-1";
   const ScratchFile shared(csv("STAND", "S"));
   CHECK(read_inventory(shared.path()).notes.size() == 2);  // the other: there are no species
   CHECK(read_inventory(shared.path()).notes.back() == note);

@@ -21,9 +21,9 @@ std::string SharedPlotLabels::note(const std::string& column) const {
   const auto& [plot, other] = *other_stand_.begin();
   const std::string& first = stand_of_plot_.at(plot);
   return fmt::format(
-      "{} under several values of the column {} ({} under {} and {}), and all trees of one label "
-      "are taken for one plot: give plots labels that are unique in the file, such as {}-{}",
-      counted(other_stand_.size(), "plot label comes", "plot labels come"),
+      "{} several values of the column {} ({} occurs with {} and {}), but all trees with one plot "
+      "label are treated as one plot; use plot labels that are unique in the file, such as {}-{}",
+      counted(other_stand_.size(), "plot label occurs with", "plot labels occur with"),
       column,
       plot,
       first,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Mean and standard deviation of values that come one by one.
+// Running mean and standard deviation.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,8 @@
 
 namespace silvafit::stand {
 
-/// Welford's recurrence, which loses no digits where the mean is large. Missing values are passed
-/// over.
+/// Welford's recurrence, which loses no digits if the mean is large. Missing values are
+/// skipped.
 class Moments {
  public:
   void add(double value) {

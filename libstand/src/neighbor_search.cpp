@@ -11,7 +11,7 @@
 namespace silvafit::stand {
 namespace {
 
-/// The points as nanoflann wants to see them.
+/// The points in the interface that nanoflann needs.
 struct Cloud {
   std::vector<Point> points{};
 
@@ -28,7 +28,7 @@ struct Cloud {
 using KdTree = nanoflann::
     KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>, Cloud, 2, std::uint32_t>;
 
-/// Any two points of a cell are nearer than trees that tie.
+/// Any two points of a cell are closer than the tie tolerance.
 constexpr double kCellMeters = 5e-8;
 /// More than the diagonal of a cell.
 constexpr double kSiteSlackMeters = 1e-7;
@@ -56,9 +56,9 @@ Point lowest(std::span<const std::uint32_t> trees, std::span<const Point> positi
   return low;
 }
 
-/// Orders trees along a Z-shaped curve through space (Morton 1966), so that consecutive searches
-/// touch the same memory: a million trees take half the time. Trees at one place are neighbors in
-/// the order.
+/// Orders trees along a Z-order curve (Morton 1966), so that consecutive searches use the same
+/// memory: a million trees take half the time. Trees at the same position are adjacent in the
+/// order.
 std::vector<Keyed> ordered_in_space(std::span<const std::uint32_t> trees,
                                     std::span<const Point> positions,
                                     Point low) {
@@ -99,9 +99,9 @@ struct NeighborSearch::Index {
   Before before{};
   std::optional<Torus> torus{};
   std::vector<std::uint32_t> trees{};
-  std::vector<Point> positions{};      ///< of trees; none if every site has one tree
+  std::vector<Point> positions{};      ///< rows of trees; none if every site has one tree
   std::vector<std::uint32_t> sites{};  ///< first tree of each site, and the end
-  Cloud cloud{};                       ///< a point for each site
+  Cloud cloud{};                       ///< one point per site
   std::unique_ptr<KdTree> tree{};
 
   void add_run(std::span<const Keyed> run, std::span<const Point> all, Point low);
@@ -123,7 +123,7 @@ struct NeighborSearch::Index {
   void keep_nearest_image(std::vector<Neighbor>& found) const;
 };
 
-/// Trees whose keys are equal: mostly one, else those of one place or of few.
+/// Trees with equal keys: usually one, else those of one position or of few positions.
 void NeighborSearch::Index::add_run(std::span<const Keyed> run,
                                     std::span<const Point> all,
                                     Point low) {
@@ -197,7 +197,7 @@ void NeighborSearch::Index::take(std::uint32_t site,
   }
 }
 
-/// Adds the trees of the nearest sites; returns the distance within which no site was passed over.
+/// Adds the trees of the nearest sites; returns the distance within which all sites were added.
 double NeighborSearch::Index::collect(std::size_t wanted,
                                       std::size_t most_of_site,
                                       Point from,
@@ -227,7 +227,7 @@ std::array<Point, 9> NeighborSearch::Index::images(Point from) const {
   return all;
 }
 
-/// As collect, for a torus: images that are too far away to matter are passed over.
+/// As collect, for a torus: images that are too far away are skipped.
 double NeighborSearch::Index::collect_images(std::size_t wanted,
                                              std::size_t most_of_site,
                                              Point from,
@@ -242,7 +242,7 @@ double NeighborSearch::Index::collect_images(std::size_t wanted,
   return seen_m;
 }
 
-/// Of each tree the image that is nearest; of two, the one that lies more to the east and north.
+/// The nearest image of each tree; of two at the same distance, the one farther east and north.
 void NeighborSearch::Index::keep_nearest_image(std::vector<Neighbor>& found) const {
   std::ranges::sort(found, [](const Neighbor& left, const Neighbor& right) {
     if (left.tree != right.tree) return left.tree < right.tree;
@@ -251,14 +251,14 @@ void NeighborSearch::Index::keep_nearest_image(std::vector<Neighbor>& found) con
     }
     return std::pair(left.east_m, left.north_m) > std::pair(right.east_m, right.north_m);
   });
-  // Not std::ranges::unique, whose result clang 14 cannot take apart.
+  // Not std::ranges::unique, because clang 14 does not support structured bindings of its result.
   const auto is_same_tree = [](const Neighbor& left, const Neighbor& right) {
     return left.tree == right.tree;
   };
   found.erase(std::unique(found.begin(), found.end(), is_same_tree), found.end());
 }
 
-/// By distance, and runs that tie with their first tree in the order of the trees.
+/// By distance; trees within the tie tolerance of the first of them in the order of the trees.
 void NeighborSearch::Index::order(std::vector<Neighbor>& found) const {
   std::ranges::sort(found, [](const Neighbor& left, const Neighbor& right) {
     return left.distance_m != right.distance_m ? left.distance_m < right.distance_m
@@ -293,7 +293,7 @@ void NeighborSearch::nearest(std::size_t position,
   const Point from =
       index.positions.empty() ? index.cloud.points[position] : index.positions[position];
   const std::size_t most_of_site = count + 1;
-  // One for the tree itself, one to see whether the last neighbor is tied with the next.
+  // One for the tree itself, one to test whether the last neighbor ties with the next.
   for (std::size_t wanted = count + 2;; wanted *= 2) {
     found.clear();
     const double seen_m = index.torus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The nearest neighbors of trees, with ties decided by rule and not by rounding.
+// The nearest neighbors of trees, with ties decided by a rule and not by rounding.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +21,9 @@ struct Neighbor {
   double north_m = 0.0;
 };
 
-/// Distances that differ by less are ties: positions are known to a centimeter at best, and
-/// arithmetic with coordinates errs by less than half of this up to 2e7 m, the way from a pole to
-/// the other.
+/// Smaller differences of distances are ties: positions are known to a centimeter at best, and
+/// arithmetic with coordinates has errors of less than half of this up to 2e7 m, the distance
+/// between the poles.
 inline constexpr double kSameDistanceMeters = 1e-7;
 
 /// A rectangle whose opposite sides are joined.
@@ -34,13 +34,13 @@ struct Torus {
 
 /// Trees that may be each other's neighbors.
 ///
-/// Trees at one place (in one cell of 5e-8 m) are kept as one site, in their order: a search takes
-/// no more of them than it needs, so that a million stems at one place are no trouble.
+/// Trees at the same position (in one cell of 5e-8 m) are stored as one site, in order: a search
+/// takes no more of them than it needs, so that a million stems at one position cause no problem.
 class NeighborSearch {
  public:
   /// Order of trees at the same distance.
   using Before = std::function<bool(std::uint32_t, std::uint32_t)>;
-  /// Memory that searches use again; one per thread.
+  /// Reusable memory of searches; one per thread.
   struct Scratch {
     std::vector<std::uint32_t> sites{};
     std::vector<double> squares{};
@@ -48,7 +48,7 @@ class NeighborSearch {
 
   /// \param trees      rows of the trees among which neighbors are searched
   /// \param positions  of all rows
-  /// \param torus      trees must stand inside; a neighbor counts once, where it is nearest
+  /// \param torus      trees must be inside; a neighbor counts once, at its shortest distance
   NeighborSearch(std::vector<std::uint32_t> trees,
                  std::span<const Point> positions,
                  Before before,
@@ -57,11 +57,11 @@ class NeighborSearch {
   NeighborSearch(NeighborSearch&&) noexcept;
   NeighborSearch& operator=(NeighborSearch&&) noexcept;
 
-  /// The trees, ordered such that those near each other in space are near in the list.
+  /// The trees, ordered such that trees that are close in space are close in the list.
   const std::vector<std::uint32_t>& trees() const;
 
-  /// The nearest neighbors of the tree at a position of trees(), nearest first, trees that tie with
-  /// the first of them in their order; fewer than `count` if there are no more. Thread safe.
+  /// The nearest neighbors of the tree at an index of trees(), nearest first; ties with the first
+  /// of them are in their order; fewer than `count` if there are no more. Thread safe.
   void nearest(std::size_t position,
                std::size_t count,
                std::vector<Neighbor>& found,

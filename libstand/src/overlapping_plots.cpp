@@ -20,10 +20,11 @@ using Box = bg::model::box<bg::model::d2::point_xy<double>>;
 using BoxAndPlot = std::pair<Box, std::size_t>;
 using BoxTree = bg::index::rtree<BoxAndPlot, bg::index::quadratic<16>>;
 
-/// Neighbors share a border; drawn twice, and rounded to a centimeter, it makes thin slivers.
+/// Adjacent plots share a border; digitized twice and rounded to a centimeter, it makes thin
+/// slivers.
 constexpr double kShareOfSliver = 1e-3;
 
-/// The trees of each plot, where they stand.
+/// The positions of the trees of each plot.
 std::vector<std::vector<Point>> points_by_plot(const Inventory& inventory) {
   std::vector<std::vector<Point>> points(inventory.plot.levels().size());
   for (std::size_t i = 0; i < inventory.size(); ++i) {
@@ -74,7 +75,7 @@ std::string note_on_overlapping_plots(const Inventory& inventory, const PlotWind
   std::size_t overlapping = 0;
   std::string first;
   for (const auto& [box, plot] : boxes) {
-    // Any one will do: where all plots lie on each other, all pairs would take too long.
+    // One pair is enough: if all plots cover each other, testing all pairs would take too long.
     std::size_t other = plot;
     for (auto near = tree.qbegin(bg::index::intersects(box)); near != tree.qend(); ++near) {
       if (near->second == plot || !overlap(*areas[plot], *areas[near->second])) continue;
@@ -86,8 +87,8 @@ std::string note_on_overlapping_plots(const Inventory& inventory, const PlotWind
   }
   if (overlapping == 0) return {};
   return fmt::format(
-      "{} plots overlap, {} among them, and neighbors are searched across plots: if positions are "
-      "counted from each plot's own corner or center, use --per plot",
+      "{} plots overlap, for example {}, and neighbors are searched across plots; if positions are "
+      "measured from each plot's own corner or center, use --per plot",
       overlapping,
       first);
 }

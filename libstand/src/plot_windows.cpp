@@ -16,7 +16,7 @@ namespace silvafit::stand {
 namespace {
 
 constexpr std::size_t kTreesPerWindowTask = 4096;
-/// Trees within so narrow a strip stand on one line, as in Window::convex_hull.
+/// Trees within a strip this narrow are on one line, as in Window::convex_hull.
 constexpr double kThinnestMeters = 1e-6;
 
 bool has_position(const Inventory& inventory, std::size_t tree) {
@@ -47,11 +47,11 @@ void assume_stand(const Inventory& inventory, AssumedWindow assumed, PlotWindows
   }
   const std::optional<Window> window = window_around(points, assumed);
   if (!window) {
-    result.notes.emplace_back("trees on one line make no window, so there is no core tree");
+    result.notes.emplace_back("trees on one line have no convex hull, so there is no core tree");
     return;
   }
   result.notes.push_back(
-      fmt::format("no window is given: the {} all trees is taken, which is smaller than the stand; "
+      fmt::format("no window is given; the {} all trees is used, which is smaller than the stand: "
                   "x {} to {}, y {} to {}, {:.4g} ha",
                   shape_name(assumed),
                   window->low().x,
@@ -79,10 +79,9 @@ void assume_plots(const Inventory& inventory, AssumedWindow assumed, PlotWindows
       result.plots_without_window.push_back(names[i]);
     }
   }
-  result.notes.push_back(
-      fmt::format("no window is given: the {} the trees of each plot is taken, which is smaller "
-                  "than the plot",
-                  shape_name(assumed)));
+  result.notes.push_back(fmt::format(
+      "no window is given; the {} the trees of each plot is used, which is smaller than the plot",
+      shape_name(assumed)));
 }
 
 /// Finds the given window of each plot.
@@ -124,7 +123,7 @@ void Assignment::run(SearchScope scope, PlotWindows& result) {
     for (const std::size_t plot : in_stand) missing.push_back(names[plot]);
   }
   if (!missing.empty()) {
-    throw InputError(fmt::format("the windows have none for plot {}", data::list_of(missing)),
+    throw InputError(fmt::format("no window for plot {}", data::list_of(missing)),
                      {.file = inventory_.file, .column = "plot"});
   }
   if (scope == SearchScope::kPlot) refuse_shared_window(in_stand.size());
@@ -141,7 +140,7 @@ void refuse_shared_window(std::size_t plots) {
   if (plots <= 1) return;
   throw UsageError(
       fmt::format("neighbors are searched within each plot, but one window is given for {} plots; "
-                  "use --per stand, or give each polygon its property 'plot' ('*' for every plot)",
+                  "use --per stand, or give each polygon the property 'plot' ('*' for every plot)",
                   plots));
 }
 

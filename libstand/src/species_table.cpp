@@ -17,24 +17,24 @@
 namespace silvafit::stand {
 namespace {
 
-/// A tree as importance values see it.
+/// The data of a tree for importance values.
 struct SpeciesMember {
-  std::size_t species = 0;  ///< code; the number of species for trees without
+  std::size_t species = 0;  ///< code; the number of species for trees without species
   std::size_t plot = 0;
   std::size_t layer = 0;
   double basal_area_m2 = 0.0;
-  /// Area and quadrat within it, or the plot.
+  /// Area, and quadrat within it, or the plot.
   std::tuple<std::size_t, long long, long long> quadrat{};
 };
 
 /// Along one side of a window: the quadrat of a tree, from 0. A tree on a border belongs to the
-/// quadrat beyond it, in spite of rounding, but on the window's own border to the last.
+/// next quadrat, with a tolerance for rounding, but on the window's own border to the last.
 long long quadrat_of(double offset_m, double extent_m, double quadrat_m, double rounding_m) {
   constexpr double kRounding = 1e-9;
   const double rounding = std::max(kRounding, rounding_m / quadrat_m);
   const double quadrats = std::ceil(extent_m / quadrat_m - rounding);
   const double own = std::floor(offset_m / quadrat_m + rounding);
-  constexpr double kMost = 1e15;  // more quadrats than this cannot be told apart
+  constexpr double kMost = 1e15;  // more quadrats than this cannot be distinguished
   return static_cast<long long>(std::clamp(own, 0.0, std::clamp(quadrats - 1.0, 0.0, kMost)));
 }
 
@@ -50,7 +50,7 @@ std::vector<Importance> importance_of(const std::vector<const SpeciesMember*>& m
     basal_m2 += member->basal_area_m2;
     occurrences.emplace(member->species, member->quadrat);
   }
-  // The number of quadrats cancels: what counts is in how many each species occurs.
+  // The number of quadrats cancels: only the number of quadrats with each species matters.
   for (const auto& [species, quadrat] : occurrences) result[species].relative_frequency += 1.0;
   if (members.empty()) return result;
   for (Importance& importance : result) {
@@ -73,7 +73,7 @@ std::vector<Importance> importance_with_plots(const std::vector<const SpeciesMem
   for (const SpeciesMember* member : members) by_plot[member->plot].push_back(member);
   std::vector<Moments> moments(species_count);
   for (const auto& plot : by_plot) {
-    // A plot without such a layer says nothing of its composition.
+    // A plot without trees in this layer has no composition and is skipped.
     if (plot.empty()) continue;
     const std::vector<Importance> own = importance_of(plot, species_count);
     for (std::size_t i = 0; i < species_count; ++i) moments[i].add(own[i].value);
@@ -113,18 +113,18 @@ void TableMaker::check() const {
       std::ranges::adjacent_find(bounds, std::greater_equal{}) == bounds.end() &&
       std::ranges::all_of(bounds, [](double bound) { return bound > 0.0 && std::isfinite(bound); });
   if (!is_ascending) {
-    throw UsageError("bounds of layers must be above 0 m and ascend", {.column = "--layers"});
+    throw UsageError("layer limits must be above 0 m and increasing", {.column = "--layers"});
   }
   if (!(options_.quadrat_m >= 0.0) || std::isinf(options_.quadrat_m)) {
-    throw UsageError(fmt::format("{} m is not 0 or more", options_.quadrat_m),
+    throw UsageError(fmt::format("{} m must be 0 or more", options_.quadrat_m),
                      {.column = "--quadrat"});
   }
   const bool has_windows =
       std::ranges::all_of(areas_, [](const SampledArea& area) { return area.window.has_value(); });
   if (options_.quadrat_m > 0.0 && !has_windows) {
     throw UsageError(
-        "quadrats lie in a window, and --plot-area gives none: give the plots' --window or "
-        "--circle in its place, or leave --quadrat out, so that plots are the quadrats",
+        "quadrats need windows, not --plot-area: give --window or --circle instead, or omit "
+        "--quadrat to use the plots as quadrats",
         {.column = "--quadrat"});
   }
 }

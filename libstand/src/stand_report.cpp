@@ -51,56 +51,54 @@ class ReportMaker {
 std::vector<SampledArea> ReportMaker::find_areas() {
   const bool has_window = !options_.units.windows.empty();
   if (options_.plot_area_m2 && has_window) {
-    throw UsageError(
-        "the area of a plot is that of its window: give --plot-area, or --window or --circle",
-        {.column = "--plot-area"});
+    throw UsageError("use either --plot-area or windows (--window, --circle), not both",
+                     {.column = "--plot-area"});
   }
   if (options_.plot_area_m2) return sampled_areas(inventory_, *options_.plot_area_m2);
   if (!inventory_.has_coordinates()) {
     throw UsageError(
-        "the area is not known: the inventory has no positions; give the area of a plot in m2 "
-        "with --plot-area",
+        "the area is unknown, because the inventory has no positions; give the area of a plot in "
+        "m2 with --plot-area",
         {.file = inventory_.file});
   }
   const PlotWindows windows =
       plot_windows(inventory_, options_.units.windows, options_.units.scope);
   if (windows.is_assumed) {
     report_.notes.emplace_back(
-        "areas are those of convex hulls, which are smaller than the plots, so that figures per "
-        "hectare are too large: give --window, --circle or --plot-area");
+        "areas are those of convex hulls, which are smaller than the plots, so values per hectare "
+        "are too large; give --window, --circle or --plot-area");
   }
   if (!windows.plots_without_window.empty()) note_plots_without_window(windows);
   return sampled_areas(inventory_, windows, options_.units.windows);
 }
 
-/// Their trees are neither counted nor outside of a window.
+/// Their trees are neither counted nor outside a window.
 void ReportMaker::note_plots_without_window(const PlotWindows& windows) {
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     const bool has_position = !std::isnan(inventory_.x[tree]) && !std::isnan(inventory_.y[tree]);
     if (has_position && windows.window_of(inventory_, tree) == nullptr) ++without_window_;
   }
   const std::vector<std::string>& names = windows.plots_without_window;
-  report_.notes.push_back(
-      fmt::format("{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, "
-                  "have no convex hull and so no area: give --window, --circle or --plot-area",
-                  counted(names.size(), "plot is", "plots are"),
-                  counted(without_window_, "tree", "trees"),
-                  data::list_of(names)));
+  report_.notes.push_back(fmt::format(
+      "{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, have no "
+      "convex hull and therefore no area; give --window, --circle or --plot-area",
+      counted(names.size(), "plot is", "plots are"),
+      counted(without_window_, "tree", "trees"),
+      data::list_of(names)));
 }
 
-/// What stands on them is not known, so that they are not plots without trees.
+/// Their trees are unknown, so they are not plots without trees.
 void ReportMaker::note_plots_left_out() {
   const std::vector<std::string>& names = inventory_.plots_left_out;
   if (names.empty()) return;
-  report_.notes.push_back(
-      fmt::format("plot {} {} not counted: all {} rows were left out, and what stands there is not "
-                  "known. If nothing does, take {} rows out of the file and give {} window by the "
-                  "plot's name",
-                  data::list_of(names),
-                  names.size() == 1 ? "is" : "are",
-                  names.size() == 1 ? "its" : "their",
-                  names.size() == 1 ? "its" : "their",
-                  names.size() == 1 ? "its" : "their"));
+  report_.notes.push_back(fmt::format(
+      "plot {} {} treated as unknown and not counted, because all {} rows were skipped. For "
+      "an empty plot, remove {} rows from the file and give {} window with the plot's name",
+      data::list_of(names),
+      names.size() == 1 ? "is" : "are",
+      names.size() == 1 ? "its" : "their",
+      names.size() == 1 ? "its" : "their",
+      names.size() == 1 ? "its" : "their"));
 }
 
 void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
@@ -126,8 +124,8 @@ void ReportMaker::note_trees_left_out(const std::vector<SampledArea>& areas) {
   if (outside_ > 0) report_.notes.push_back(outside_text(false));
   if (empty > 0) {
     report_.notes.push_back(counted(empty,
-                                    "plot has a window and no tree; it counts",
-                                    "plots have a window and no tree; they count"));
+                                    "plot with a window has no tree; it is counted as empty",
+                                    "plots with a window have no tree; they are counted as empty"));
   }
 }
 
@@ -136,11 +134,10 @@ std::string ReportMaker::outside_text(bool are_neighbors) const {
                              "tree outside the windows is not counted",
                              "trees outside the windows are not counted");
   if (!are_neighbors) return text;
-  return text + (outside_ == 1 ? ", but is a neighbor" : ", but are neighbors") +
-         " of those inside";
+  return text + (outside_ == 1 ? ", but is used as a neighbor" : ", but are used as neighbors");
 }
 
-/// Any column of the inventory may hold the strata, those that all inventories have as well.
+/// Any column of the inventory may contain the strata, standard columns as well.
 data::TextColumn ReportMaker::stratum_column() const {
   if (inventory_.other.has(options_.stratum)) return inventory_.other.labels(options_.stratum);
   const data::Table table = to_table(inventory_);
@@ -159,11 +156,12 @@ void ReportMaker::check_one_stratum(const SampledArea& area, const data::TextCol
     Place place = inventory_.place(tree);
     place.column = options_.stratum;
     throw InputError(
-        fmt::format("the plot is in the strata {} and {}", name_of(first), name_of(tree)), place);
+        fmt::format("the plot belongs to two strata, {} and {}", name_of(first), name_of(tree)),
+        place);
   }
 }
 
-/// The stratum of each area; areas without trees have none and leave the list.
+/// The stratum of each area; areas without trees have none and are removed from the list.
 std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas) {
   std::vector<std::string> strata;
   if (options_.stratum.empty()) return strata;
@@ -173,8 +171,8 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
       std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
   if (left_out > 0) {
     report_.notes.push_back(counted(left_out,
-                                    "plot without trees is in no stratum and is left out",
-                                    "plots without trees are in no stratum and are left out"));
+                                    "plot without trees belongs to no stratum and is skipped",
+                                    "plots without trees belong to no stratum and are skipped"));
   }
   for (const SampledArea& area : areas) {
     check_one_stratum(area, column);
@@ -184,20 +182,19 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
   }
   if (!without_stratum.empty()) {
     report_.notes.push_back(fmt::format(
-        "plot {} {} no stratum in the column {}: figures of {}, '(none)', are apart from "
-        "those of the strata{}",
+        "plot {} {} no stratum in the column {}; {} values are in the row '(none)'{}",
         data::list_of(without_stratum),
         without_stratum.size() == 1 ? "has" : "have",
         options_.stratum,
-        without_stratum.size() == 1 ? "its own" : "their own",
-        options_.stratum_areas_ha.empty() ? "" : " and not in those of all together"));
+        without_stratum.size() == 1 ? "its" : "their",
+        options_.stratum_areas_ha.empty() ? "" : ", which the row of all strata does not include"));
   }
   return strata;
 }
 
 void ReportMaker::add_structure() {
   if (!inventory_.has_coordinates()) {
-    report_.notes.emplace_back("there are no positions, so no structural units");
+    report_.notes.emplace_back("no tree positions, therefore no structural units");
     return;
   }
   StructuralUnitOptions options = options_.units;
@@ -208,7 +205,7 @@ void ReportMaker::add_structure() {
       report_.notes.push_back(note);
       continue;
     }
-    // Trees outside were spoken of; what is new is what they are used for.
+    // The number of trees outside was already reported; this adds how they are used.
     const bool are_neighbors = options_.units.edge != EdgeCorrection::kTorus;
     std::ranges::replace(report_.notes, outside_text(false), outside_text(are_neighbors));
   }
@@ -243,16 +240,16 @@ void ReportMaker::note_single_plots() {
   if (names.empty()) return;
   const bool is_one = names.size() == 1;
   const bool has_total = std::isfinite(report_.strata.back().stems.standard_error);
-  report_.notes.push_back(
-      fmt::format("the {} {} {} one plot, and a variance needs two: {} no standard error{}",
-                  is_one ? "stratum" : "strata",
-                  data::list_of(names),
-                  is_one ? "has" : "have each",
-                  is_one ? "it has" : "they have",
-                  has_total ? "" : ", and neither have all strata together"));
+  report_.notes.push_back(fmt::format(
+      "the {} {} {} only one plot; a variance needs two plots, so {} no standard error{}",
+      is_one ? "stratum" : "strata",
+      data::list_of(names),
+      is_one ? "has" : "each have",
+      is_one ? "it has" : "they have",
+      has_total ? "" : ", and neither has the total over all strata"));
 }
 
-/// Where only some trees were measured, the tallest may not be among them.
+/// If only some trees were measured, the tallest may not be among them.
 void ReportMaker::note_dominant_height() {
   std::vector<std::string> names;
   for (const AreaReport& area : report_.areas) {
@@ -267,7 +264,7 @@ void ReportMaker::note_dominant_height() {
   if (names.empty()) return;
   report_.notes.push_back(
       fmt::format("some of the thickest trees have no height, and dominant height is the mean of "
-                  "the others: {}; silvafit impute fills in heights",
+                  "the others: {}; to impute heights, use silvafit impute",
                   data::list_of(names)));
 }
 
@@ -308,8 +305,8 @@ StandReport ReportMaker::run() {
   const std::vector<std::string> strata = strata_of(areas);
   if (areas.empty()) {
     throw InputError(
-        "no plot has an area; convex hulls need three trees that are not in a line: give --window, "
-        "--circle or --plot-area",
+        "no plot has an area; a convex hull needs three trees that are not on one line; give "
+        "--window, --circle or --plot-area",
         {.file = inventory_.file});
   }
   add_structure();

@@ -43,8 +43,8 @@ TEST_CASE("crown cover is that of the trees with a crown width, and others are c
     return all;
   };
   CHECK_THAT(notes_of(),
-             Contains("2 of 4 trees have no crown width and are not in the crown "
-                      "cover, which is too small by their crowns"));
+             Contains("2 of 4 trees have no crown width and are not included in the crown "
+                      "cover, which is therefore too small"));
   stand.cw_m[1] = 3;
   CHECK_THAT(notes_of(), Contains("1 of 4 trees has no crown width and is not in the crown cover"));
   stand.cw_m[3] = 3;
@@ -77,10 +77,9 @@ TEST_CASE("a report counts plots without trees, and says what it leaves out") {
         return all + note + "\n";
       });
   CHECK_THAT(notes,
-             Contains("1 tree outside the windows is not counted, but is a neighbor of those "
-                      "inside\n"));
-  CHECK_THAT(notes, !Contains("stands outside the window"));
-  CHECK_THAT(notes, Contains("1 plot has a window and no tree"));
+             Contains("1 tree outside the windows is not counted, but is used as a neighbor\n"));
+  CHECK_THAT(notes, !Contains("outside the window:"));
+  CHECK_THAT(notes, Contains("1 plot with a window has no tree"));
 
   CHECK_THROWS_WITH(
       stand_report(stand_of({{.x = 1}, {.x = 2}}), {}),
@@ -143,9 +142,10 @@ TEST_CASE("a stratum of one plot has no standard error, and a note says why") {
   };
   // Without the strata's areas all plots are one sample, which has a variance.
   CHECK(notes_on_plots() ==
-        "the stratum B has one plot, and a variance needs two: it has no standard error");
+        "the stratum B has only one plot; a variance needs two plots, so it has no standard error");
   options.stratum_areas_ha = {{"A", 3.0}, {"B", 2.0}};
-  CHECK_THAT(notes_on_plots(), Catch::Matchers::EndsWith(", and neither have all strata together"));
+  CHECK_THAT(notes_on_plots(),
+             Catch::Matchers::EndsWith(", and neither has the total over all strata"));
   options.stratum_areas_ha.clear();
   options.stratum = "plot";
   CHECK_THAT(notes_on_plots(),
@@ -173,7 +173,7 @@ TEST_CASE("plots without a stratum are a row of their own, and are said") {
   // Four trees on three ares.
   CHECK(report.strata[3].stems.per_ha == Approx(4.0 / 0.03).epsilon(1e-14));
   CHECK_THAT(notes_in(report), Contains("plot 3 has no stratum in the column zone"));
-  CHECK_THAT(notes_in(report), Contains("the strata B, all, (none) have each one plot"));
+  CHECK_THAT(notes_in(report), Contains("the strata B, all, (none) each have only one plot"));
 
   // Weighted by areas: 200 stems per ha on 4 ha, 100 on 1 ha; plot 3 stands for no area.
   options.stratum_areas_ha = {{"B", 4.0}, {"all", 1.0}};
@@ -181,7 +181,7 @@ TEST_CASE("plots without a stratum are a row of their own, and are said") {
   CHECK(weighted.strata[3].plots == 2);
   CHECK(weighted.strata[3].stems.total == Approx(900.0).epsilon(1e-14));
   CHECK(std::isnan(weighted.strata[2].stems.total));
-  CHECK_THAT(notes_in(weighted), Contains("and not in those of all together"));
+  CHECK_THAT(notes_in(weighted), Contains("which the row of all strata does not include"));
 }
 
 TEST_CASE("plots whose trees make no hull are named, and their trees are not outside") {
@@ -212,7 +212,7 @@ TEST_CASE("a plot whose rows were all left out is not a plot without trees") {
   for (const StandReportOptions& options : {by_window, by_area}) {
     const StandReport report = stand_report(stand, options);
     CHECK(report.all.stems_per_ha == Approx(100.0).epsilon(1e-14));
-    CHECK_THAT(notes_in(report), Contains("plot 2 is not counted: all its rows were left out"));
+    CHECK_THAT(notes_in(report), Contains("plot 2 is treated as unknown and not counted"));
     CHECK_THAT(notes_in(report), !Contains("no tree"));
   }
 }
@@ -225,10 +225,9 @@ TEST_CASE("a plot area stands in place of a window, and quadrats need one") {
   CHECK(report.units->further[0].values[0] == Approx(basal_area_m2(30) / 0.05).epsilon(1e-14));
   CHECK_THAT(notes_in(report), !Contains("BAL"));
   options.species.quadrat_m = 5.0;
-  CHECK_THROWS_WITH(stand_report(stand, options), Contains("--plot-area gives none"));
+  CHECK_THROWS_WITH(stand_report(stand, options), Contains("quadrats need windows"));
   options.units.windows = {{kEveryPlot, Window::circle({0, 0}, 12.0)}};
-  CHECK_THROWS_WITH(stand_report(stand, options),
-                    Contains("give --plot-area, or --window or --circle"));
+  CHECK_THROWS_WITH(stand_report(stand, options), Contains("use either --plot-area or windows"));
 }
 
 TEST_CASE("thickest trees without a height are said, by plot") {

@@ -52,7 +52,7 @@ void set_dominant_height(const Inventory& inventory,
   figures.dominant_height_m = heights.mean();
 }
 
-/// What was counted on each plot of a stratum.
+/// The values of each plot of a stratum.
 struct Sample {
   std::vector<double> counted{};
   std::vector<double> area_ha{};
@@ -85,7 +85,7 @@ void add_total(Estimate& estimate, double area_ha) {
   estimate.total_standard_error = estimate.standard_error * area_ha;
 }
 
-/// Sum of independent strata.
+/// Sum over independent strata.
 Estimate stratified(const std::vector<StratumFigures>& strata, Estimate StratumFigures::*what) {
   double area = 0.0;
   double total = 0.0;
@@ -132,18 +132,18 @@ void check_stratum_areas(const std::set<std::string>& names,
   for (const auto& [name, area] : areas_ha) {
     if (!names.contains(name)) {
       throw UsageError(
-          fmt::format("there is no stratum '{}'; the strata are {}", name, fmt::join(names, ", ")),
+          fmt::format("unknown stratum '{}'; available: {}", name, fmt::join(names, ", ")),
           {.column = "--stratum-area"});
     }
     if (!(area > 0.0) || std::isinf(area)) {
-      throw UsageError(fmt::format("the area of stratum '{}', {} ha, is not above 0", name, area),
+      throw UsageError(fmt::format("the area of stratum '{}', {} ha, must be above 0", name, area),
                        {.column = "--stratum-area"});
     }
   }
   if (areas_ha.empty() || areas_ha.size() == names.size()) return;
   for (const std::string& name : names) {
     if (!areas_ha.contains(name)) {
-      throw UsageError(fmt::format("the area of stratum '{}' is not given", name),
+      throw UsageError(fmt::format("no area for stratum '{}'; give it with --stratum-area", name),
                        {.column = "--stratum-area"});
     }
   }
@@ -177,7 +177,7 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory,
 
 std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2) {
   if (!(plot_area_m2 > 0.0) || std::isinf(plot_area_m2)) {
-    throw UsageError(fmt::format("an area of {} m2 is not above 0", plot_area_m2),
+    throw UsageError(fmt::format("an area of {} m2 must be above 0", plot_area_m2),
                      {.column = "--plot-area"});
   }
   std::vector<SampledArea> areas = plots_of_unknown_area(inventory);
@@ -245,13 +245,12 @@ std::string note_on_crown_cover(const StandFigures& figures) {
   const std::size_t without = figures.trees_without_crown_width;
   if (without == 0 || without == figures.trees) return {};
   return fmt::format(
-      "{} of {} trees {} no crown width and {} not in the crown cover, which is too small by "
-      "{}",
+      "{} of {} trees {} no crown width and {} not included in the crown cover, which is therefore "
+      "too small",
       without,
       figures.trees,
       without == 1 ? "has" : "have",
-      without == 1 ? "is" : "are",
-      without == 1 ? "its crown" : "their crowns");
+      without == 1 ? "is" : "are");
 }
 
 std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
@@ -259,12 +258,12 @@ std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
                                                  double area_m2,
                                                  double width_cm) {
   if (!(width_cm > 0.0) || std::isinf(width_cm)) {
-    throw UsageError(fmt::format("a class of {} cm is not wider than 0", width_cm),
+    throw UsageError(fmt::format("the width of a diameter class, {} cm, must be above 0", width_cm),
                      {.column = "--class-width"});
   }
   std::vector<DiameterClass> classes;
   if (trees.empty()) return classes;
-  // A diameter on the limit belongs to the class above, in spite of rounding.
+  // A diameter on the class limit belongs to the upper class; the tolerance covers rounding.
   const auto class_of = [width_cm](double dbh_cm) { return std::floor(dbh_cm / width_cm + 1e-9); };
   double lowest = class_of(inventory.dbh_cm[trees.front()]);
   double highest = lowest;
@@ -272,10 +271,11 @@ std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
     lowest = std::min(lowest, class_of(inventory.dbh_cm[tree]));
     highest = std::max(highest, class_of(inventory.dbh_cm[tree]));
   }
-  // Numbers of classes are whole, and each is one more than the last, below 2^53.
+  // Class numbers are integers, and each is one more than the previous one, below 2^53.
   if (highest - lowest >= kMostClasses || highest >= 0x1p53) {
-    throw UsageError(fmt::format("classes of {} cm are too narrow for these trees", width_cm),
-                     {.column = "--class-width"});
+    throw UsageError(
+        fmt::format("diameter classes of {} cm are too narrow for these trees", width_cm),
+        {.column = "--class-width"});
   }
   for (double number = lowest; number <= highest; number += 1.0) {
     classes.push_back({.low_cm = number * width_cm, .high_cm = (number + 1.0) * width_cm});

@@ -110,7 +110,7 @@ TEST_CASE("strata are estimated as Cochran's ratio, and summed by their areas") 
   CHECK(stratum_figures(stand, areas, {}, {}).size() == 1);
   CHECK(stratum_figures(stand, areas, {}, {})[0].stems.per_ha == Approx(29.0 / 0.7).epsilon(1e-14));
   CHECK_THROWS_WITH(stratum_figures(stand, areas, {"A", "A", "A", "B", "B"}, {{"A", 30.0}}),
-                    Contains("area of stratum 'B' is not given"));
+                    Contains("no area for stratum 'B'"));
   CHECK_THROWS_WITH(stratum_figures(stand, areas, {"A", "A", "A", "B", "B"}, {{"C", 30.0}}),
                     Contains("no stratum 'C'"));
   CHECK(std::isnan(stratum_figures(stand, {areas[0]}, {}, {})[0].stems.standard_error));

@@ -33,7 +33,7 @@ bool is_integer(std::string_view label, long long& value) {
   return status == std::errc() && end == label.data() + label.size();
 }
 
-/// Integers by value and before other labels, those by their characters. Negative, zero or
+/// Integers by value and before other labels; those by their characters. Negative, zero or
 /// positive.
 int compare_labels(std::string_view left, std::string_view right) {
   long long left_value = 0;
@@ -111,7 +111,7 @@ bool Calculator::needs_area() const {
 
 void Calculator::find_windows() {
   if (options_.windows.empty() && options_.edge == EdgeCorrection::kNone) {
-    // Every tree is a core tree, whatever the area.
+    // Every tree is a core tree, for any area.
     for (std::size_t i = 0; i < inventory_.size(); ++i) inside_.push_back(is_placed(i) ? 1 : 0);
     windows_.domain_of_plot.resize(inventory_.plot.levels().size());
     return;
@@ -139,7 +139,7 @@ void Calculator::set_limit_angles() {
                           units_.alpha0_deg * kRadiansPerDegree);
   for (const auto& [species, degrees] : options_.alpha0_deg_of_species) {
     const std::uint32_t code = inventory_.species.code_of(species);
-    // Absent from this part of an inventory.
+    // Not in this part of the inventory.
     if (code == data::TextColumn::kMissingCode) continue;
     limit_angle_rad_[code] = degrees * kRadiansPerDegree;
   }
@@ -195,18 +195,19 @@ std::vector<std::vector<std::uint32_t>> Calculator::groups() const {
 std::optional<Torus> Calculator::torus_of(std::uint32_t tree) const {
   if (options_.edge != EdgeCorrection::kTorus) return std::nullopt;
   if (options_.scope == SearchScope::kStand && windows_.domains.size() > 1) {
-    throw UsageError("a torus needs one window for the stand; for windows of plots --per plot",
-                     {.column = "--edge"});
+    throw UsageError(
+        "--edge torus needs one window for the stand; for windows of plots use --per plot",
+        {.column = "--edge"});
   }
   const Window& window = *windows_.window_of(inventory_, tree);
   if (!window.is_rectangle()) {
-    throw UsageError("a torus needs a rectangle with sides along x and y as window",
+    throw UsageError("--edge torus needs a rectangular window with sides parallel to x and y",
                      {.column = "--edge"});
   }
   const double shorter_m =
       std::min(window.high().x - window.low().x, window.high().y - window.low().y);
   if (hegyi_ != nullptr && options_.competition_radius_m > shorter_m / 2.0) {
-    throw UsageError(fmt::format("{} m is more than half of the torus's shorter side, {} m",
+    throw UsageError(fmt::format("{} m is more than half of the shorter side of the torus, {} m",
                                  options_.competition_radius_m,
                                  shorter_m),
                      {.column = "--competition-radius"});
@@ -256,7 +257,7 @@ void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, 
     const std::size_t tree = search.trees()[i];
     search.nearest(i, options_.neighbors, neighbors, scratch);
     compute_tree(tree, neighbors);
-    // Where a stem stands at the same place there is no value, and perhaps a crowd of them.
+    // A stem at the same position makes the index missing; there may be very many such stems.
     const bool is_alone =
         neighbors.empty() || !is_at_same_place(inventory_, tree, neighbors[0].distance_m);
     if (!has_radius || !is_alone) continue;
@@ -265,10 +266,10 @@ void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, 
   }
 }
 
-/// Each search lives no longer than its group: a million of them would take gigabytes.
+/// Each search is destroyed with its group: a million of them would take gigabytes.
 void Calculator::compute_small_groups(std::vector<std::vector<std::uint32_t>> groups,
                                       const std::vector<Point>& positions) {
-  // Runs of groups with about as many trees as a task of a large group.
+  // Runs of groups with about as many trees as one task of a large group.
   std::vector<std::size_t> begins{0};
   std::size_t trees = 0;
   for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -285,7 +286,7 @@ void Calculator::compute_small_groups(std::vector<std::vector<std::uint32_t>> gr
   });
 }
 
-/// All are searched first, so that one large group among few is shared between threads.
+/// All are searched first, so that threads share one large group among few.
 void Calculator::compute_large_groups(std::vector<std::vector<std::uint32_t>> groups,
                                       const std::vector<Point>& positions) {
   std::vector<std::optional<NeighborSearch>> searches(groups.size());
@@ -321,7 +322,7 @@ void Calculator::compute_all() {
   compute_large_groups(std::move(large), all_positions);
 }
 
-/// The areas that BAL and CCF count by.
+/// The areas used by BAL and CCF.
 std::vector<SampledArea> Calculator::areas() {
   const bool is_given = !options_.windows.empty();
   if (options_.plot_area_m2 && !is_given) {
@@ -349,12 +350,12 @@ void Calculator::note_assumed_areas(const PlotWindows& assumed) {
   findings.plots_without_density = assumed.plots_without_window;
   if (assumed.domains.empty() && !is_per_plot) {
     findings.on_windows.push_back(
-        fmt::format("trees on one line have no area, so that {} missing", indices));
+        fmt::format("trees on one line have no area, so {} missing", indices));
     return;
   }
   findings.on_windows.push_back(
-      fmt::format("{} too large, since the area that counts is the {} {}, which is smaller than "
-                  "the {}: give --window or --circle",
+      fmt::format("{} too large: the area is that of the {} {}, which is smaller than the {}; give "
+                  "--window or --circle",
                   indices,
                   is_torus ? "rectangle around" : "convex hull of",
                   is_per_plot ? "the trees of each plot" : "all trees",

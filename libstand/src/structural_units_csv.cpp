@@ -32,7 +32,7 @@ void append_number(std::string& out, double value) {
   out.append(digits, end);
 }
 
-/// Writes rows; knows how a neighbor is named.
+/// Writes rows, with the labels of neighbors.
 class UnitWriter {
  public:
   UnitWriter(const Inventory& inventory, const StructuralUnits& units)

@@ -342,7 +342,7 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
   StructuralUnitOptions options{.neighbors = 1, .windows = {{"a", left}, {"b", right}}};
   const StructuralUnits units = structural_units(stand, options);
   CHECK(units.core == std::vector<char>{0, 1, 1, 0});
-  CHECK_THAT(units.notes.at(0), Contains("1 tree stands outside the window"));
+  CHECK_THAT(units.notes.at(0), Contains("1 tree is outside the window"));
   options.edge = EdgeCorrection::kNone;
   CHECK(structural_units(stand, options).core == std::vector<char>{1, 1, 1, 0});
 
@@ -353,8 +353,7 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
   options.scope = SearchScope::kStand;
   CHECK(structural_units(stand, options).core == std::vector<char>{1, 1, 0, 0});
   options.windows = {{std::nullopt, Window::rectangle({100, 0}, {110, 10})}};
-  CHECK_THROWS_WITH(structural_units(stand, options),
-                    Contains("all trees stand outside the window"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("all trees are outside the window"));
 }
 
 TEST_CASE("plots that lie on each other in a stand are noted, with what to do") {
@@ -405,7 +404,7 @@ TEST_CASE("a plot whose trees are all outside of its window is named") {
                                 .windows = {{kEveryPlot, Window::circle({0, 0}, 5)}}};
   const StructuralUnits units = structural_units(stand, options);
   CHECK(units.core == std::vector<char>{1, 1, 0, 0});
-  CHECK_THAT(units.notes.at(1), Contains("all trees stand outside the window of plot 07"));
+  CHECK_THAT(units.notes.at(1), Contains("all trees are outside the window of plot 07"));
   // With every correction it is an error if this is so of all plots.
   options.windows = {{kEveryPlot, Window::circle({0, 0}, 1)}};
   for (const EdgeCorrection edge : {EdgeCorrection::kNone,
@@ -418,7 +417,7 @@ TEST_CASE("a plot whose trees are all outside of its window is named") {
     }
     CHECK_THROWS_AS(structural_units(stand, options), silvafit::InputError);
     CHECK_THROWS_WITH(structural_units(stand, options),
-                      Contains("all trees stand outside the window") && Contains("x 1 and 102"));
+                      Contains("all trees are outside the window") && Contains("x 1 and 102"));
   }
 }
 
@@ -435,7 +434,8 @@ TEST_CASE("windows without an area are refused, and trees on one line have none"
       CHECK(units.core == std::vector<char>{0, 0, 0});
       std::string notes;
       for (const std::string& note : units.notes) notes += note + "\n";
-      CHECK_THAT(notes, Contains("trees on one line make no window, so there is no core tree"));
+      CHECK_THAT(notes,
+                 Contains("trees on one line have no convex hull, so there is no core tree"));
     }
   }
 }
@@ -448,7 +448,7 @@ TEST_CASE("without a window the convex hull is taken, and that is said") {
   trees.push_back({.x = 2, .plot = "line"});
   const StructuralUnits units = structural_units(stand_of(trees), {.neighbors = 1});
   CHECK(units.core == std::vector<char>{0, 0, 0, 1, 0, 0, 0});
-  CHECK_THAT(units.notes.at(0), Contains("no window is given: the convex hull"));
+  CHECK_THAT(units.notes.at(0), Contains("no window is given; the convex hull"));
   CHECK_THAT(units.notes.at(1), Contains("no core tree in: line"));
 }
 

@@ -16,7 +16,7 @@ const std::vector<double>& values_named(const StructuralUnits& units, std::strin
   if (name == "M") return units.M;
   if (name == "U") return units.U;
   if (name == "C") return units.C;
-  throw UsageError(fmt::format("'{}' is none of W, M, U, C", name));
+  throw UsageError(fmt::format("unknown index '{}'; available: W, M, U, C", name));
 }
 
 }  // namespace

@@ -20,8 +20,8 @@ void append(const std::vector<std::string>& names, std::vector<std::string>& to)
 
 void refuse_all_outside(const UnitFindings& findings, const std::string& file) {
   if (findings.outside == 0 || findings.outside < findings.placed) return;
-  throw InputError(fmt::format("all trees stand outside the window; they are between x {} and {}, "
-                               "y {} and {} m: is the window in the same coordinates?",
+  throw InputError(fmt::format("all trees are outside the window; they are between x {} and {}, y "
+                               "{} and {} m. Check that the window has the same coordinates",
                                findings.low.x,
                                findings.high.x,
                                findings.low.y,
@@ -36,13 +36,14 @@ void note_trees(const UnitFindings& findings,
     if (count == 0) return;
     notes.push_back(fmt::format("{} {}", counted(count, "tree has", "trees have"), what));
   };
-  note(findings.without_position, "no position and no structural unit");
+  note(findings.without_position, "no position and therefore no structural unit");
   note(findings.with_few_neighbors,
-       fmt::format("fewer than {} neighbors and no indices", neighbors));
+       fmt::format("fewer than {} neighbors and therefore no indices", neighbors));
   note(findings.with_neighbor_at_place,
-       "a neighbor at the same place, which has no direction: W is missing");
-  note(findings.without_crown_width, "no crown width or a neighbor without: C is missing");
-  if (findings.has_no_crown_widths) notes.emplace_back("there are no crown widths: C is missing");
+       "a neighbor at the same position, which has no direction; W is missing");
+  note(findings.without_crown_width,
+       "no crown width, or a neighbor without crown width; C is missing");
+  if (findings.has_no_crown_widths) notes.emplace_back("no crown widths; C is missing");
 }
 
 }  // namespace
@@ -76,25 +77,25 @@ std::vector<std::string> notes_of(const UnitFindings& findings,
   refuse_all_outside(findings, file);
   std::vector<std::string> notes = findings.on_windows;
   if (!findings.plots_without_window.empty()) {
-    notes.push_back(fmt::format("trees on one line make no window, so there is no core tree in: {}",
-                                data::list_of(findings.plots_without_window)));
+    notes.push_back(
+        fmt::format("trees on one line have no convex hull, so there is no core tree in: {}",
+                    data::list_of(findings.plots_without_window)));
   }
   if (!findings.plots_without_density.empty()) {
-    notes.push_back(
-        fmt::format("trees on one line have no area, so that indices per hectare (BAL, CCF) are "
-                    "missing in: {}",
-                    data::list_of(findings.plots_without_density)));
+    notes.push_back(fmt::format(
+        "trees on one line have no area, so indices per hectare (BAL, CCF) are missing in: {}",
+        data::list_of(findings.plots_without_density)));
   }
   if (findings.outside > 0) notes.push_back(outside_note(findings.outside, options.edge));
   if (!findings.plots_outside.empty()) {
-    notes.push_back(
-        fmt::format("all trees stand outside the window of plot {}: is it in the same coordinates?",
-                    data::list_of(findings.plots_outside)));
+    notes.push_back(fmt::format(
+        "all trees are outside the window of plot {}; check that it has the same coordinates",
+        data::list_of(findings.plots_outside)));
   }
   if (findings.with_cut_competitors > 0) {
     notes.push_back(
-        fmt::format("the competitors of {} core trees within {} m of them may stand outside the "
-                    "window, so that their Hegyi index is too small: a buffer of that width helps",
+        fmt::format("competitors of {} core trees may be outside the window (--competition-radius "
+                    "is {} m), so their Hegyi index is too small; use a --buffer of that width",
                     findings.with_cut_competitors,
                     options.competition_radius_m));
   }

@@ -13,13 +13,13 @@ namespace silvafit::stand {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Equality is met in spite of rounding: at the limit angle a pair does not count (strictly
-// smaller), at the touching distance crowns do not overlap (strictly larger). This is what
-// arithmetic loses at least; where coordinates are large, their own rounding is more.
+// Tolerance for equality: at the limit angle a pair does not count (strictly smaller), at the
+// touching distance crowns do not overlap (strictly larger). This is the minimum error of the
+// arithmetic; for large coordinates their own rounding is larger.
 constexpr double kSameAngleRadians = 1e-11;
 constexpr double kSameLengthMeters = 1e-9;
 
-/// How far rounding may move a neighbor as seen from a tree.
+/// The largest effect of rounding on a neighbor's position relative to a tree.
 double rounding_m(const Inventory& inventory, std::size_t tree, double distance_m) {
   const double own_m = std::max(std::abs(inventory.x[tree]), std::abs(inventory.y[tree]));
   return coordinate_rounding_m(own_m + distance_m);
@@ -37,7 +37,7 @@ double radius_towards(const Inventory& inventory, std::size_t tree, double east,
   if (east == 0.0) return along_y;
   if (north == 0.0) return along_x;
   if (std::isnan(along_x) || std::isnan(along_y)) return data::kMissing;
-  // The ellipse is a line along an axis, or a point.
+  // The ellipse degenerates to a line along an axis, or to a point.
   if (along_x == 0.0 || along_y == 0.0) return 0.0;
   return along_x * along_y / std::hypot(along_y * east, along_x * north);
 }
@@ -61,7 +61,7 @@ double shared_area_m2(double radius_m, double other_radius_m, double distance_m)
   const double small = std::min(radius_m, other_radius_m);
   if (distance_m >= large + small) return 0.0;
   if (distance_m <= large - small) return kPi * small * small;
-  // The chord through the two crossings cuts a segment off each circle.
+  // The chord through the two intersections cuts a segment off each circle.
   const double to_chord =
       (distance_m * distance_m + large * large - small * small) / (2.0 * distance_m);
   const auto segment = [](double radius, double height) {
@@ -123,7 +123,7 @@ double UnitIndices::dominance(std::span<const Neighbor> neighbors) const {
   return share(not_smaller, neighbors.size());
 }
 
-/// How far the two crowns reach towards each other, together.
+/// Sum of the facing radii of the two crowns.
 double UnitIndices::reach_m(const Neighbor& neighbor) const {
   // Without a direction there is no facing radius.
   const bool has_direction = !is_at_same_place(inventory_, tree_, neighbor.distance_m);
@@ -131,7 +131,7 @@ double UnitIndices::reach_m(const Neighbor& neighbor) const {
     return (inventory_.cw_m[tree_] + inventory_.cw_m[neighbor.tree]) / 2.0;
   }
   const double length = std::hypot(neighbor.east_m, neighbor.north_m);
-  // Due north is neither east nor west, whose radii may differ or be unknown.
+  // Due north uses neither the east nor the west radius, which may differ or be unknown.
   const double off_m = rounding_m(inventory_, tree_, neighbor.distance_m);
   const double east = std::abs(neighbor.east_m) <= off_m ? 0.0 : neighbor.east_m / length;
   const double north = std::abs(neighbor.north_m) <= off_m ? 0.0 : neighbor.north_m / length;
@@ -178,7 +178,7 @@ double UnitIndices::differentiation(std::span<const Neighbor> neighbors) const {
 double UnitIndices::hegyi(std::span<const Neighbor> neighbors) const {
   double sum = 0.0;
   for (const Neighbor& neighbor : neighbors) {
-    // Competition at distance 0 would be without limit.
+    // Competition at distance 0 would be infinite.
     if (is_at_same_place(inventory_, tree_, neighbor.distance_m)) return data::kMissing;
     sum += inventory_.dbh_cm[neighbor.tree] / inventory_.dbh_cm[tree_] / neighbor.distance_m;
   }

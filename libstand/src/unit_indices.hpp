@@ -12,11 +12,11 @@ namespace silvafit::stand {
 
 inline constexpr std::size_t kMostNeighbors = 64;
 
-/// Whether rounding alone parts a neighbor from a tree, so that it has no direction.
+/// Whether a neighbor differs from a tree only by rounding, so that it has no direction.
 bool is_at_same_place(const Inventory& inventory, std::size_t tree, double distance_m);
 
-/// A reference tree. Every index is NaN where it cannot be known, and takes all neighbors given.
-/// Rounding of the coordinates, which grows with them, decides nothing.
+/// A reference tree. Every index is NaN if unknown, and uses all given neighbors. Rounding of the
+/// coordinates, which grows with them, does not affect any index.
 class UnitIndices {
  public:
   UnitIndices(const Inventory& inventory, const StructuralUnitOptions& options, std::size_t tree)

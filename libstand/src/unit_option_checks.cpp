@@ -17,7 +17,7 @@ bool is_angle(double degrees) { return degrees > 0.0 && degrees <= 180.0; }
 
 void check_angles(const Inventory& inventory, const StructuralUnitOptions& options) {
   const auto refuse = [](double degrees) {
-    throw UsageError(fmt::format("{} degrees is not above 0 and up to 180", degrees),
+    throw UsageError(fmt::format("{} degrees must be above 0 and at most 180", degrees),
                      {.column = "--alpha"});
   };
   if (options.alpha0_deg && !is_angle(*options.alpha0_deg)) refuse(*options.alpha0_deg);
@@ -30,14 +30,14 @@ void check_angles(const Inventory& inventory, const StructuralUnitOptions& optio
 
 void check_measures(const Inventory& inventory, const StructuralUnitOptions& options) {
   if (sizes_of(inventory, options.size).empty()) {
-    throw UsageError(fmt::format("trees are to be compared by {}, but there is no such column",
+    throw UsageError(fmt::format("no column '{0}', which is needed to compare trees by {0}",
                                  options.size == SizeMeasure::kHeight ? "h" : "cw"),
                      {.file = inventory.file, .column = "--dominance"});
   }
   const bool has_radii = !inventory.cr_e_m.empty() && !inventory.cr_w_m.empty() &&
                          !inventory.cr_s_m.empty() && !inventory.cr_n_m.empty();
   if (options.reach == CrownReach::kFacingRadii && !has_radii) {
-    throw UsageError("facing radii need the columns cr_e, cr_w, cr_s and cr_n",
+    throw UsageError("--crowding facing needs the columns cr_e, cr_w, cr_s and cr_n",
                      {.file = inventory.file, .column = "--crowding"});
   }
 }
@@ -46,16 +46,16 @@ void check_measures(const Inventory& inventory, const StructuralUnitOptions& opt
 
 void check_unit_options(const Inventory& inventory, const StructuralUnitOptions& options) {
   if (options.neighbors < 1 || options.neighbors > kMostNeighbors) {
-    throw UsageError(fmt::format("{} is not between 1 and {}", options.neighbors, kMostNeighbors),
+    throw UsageError(fmt::format("{} must be between 1 and {}", options.neighbors, kMostNeighbors),
                      {.column = "--neighbors"});
   }
   check_angles(inventory, options);
   if (!(options.buffer_m >= 0.0) || std::isinf(options.buffer_m)) {
-    throw UsageError(fmt::format("{} m is not 0 or more", options.buffer_m),
+    throw UsageError(fmt::format("{} m must be 0 or more", options.buffer_m),
                      {.column = "--buffer"});
   }
   if (!(options.competition_radius_m >= 0.0) || std::isinf(options.competition_radius_m)) {
-    throw UsageError(fmt::format("{} m is not 0 or more", options.competition_radius_m),
+    throw UsageError(fmt::format("{} m must be 0 or more", options.competition_radius_m),
                      {.column = "--competition-radius"});
   }
   if (!inventory.has_coordinates()) {
@@ -70,7 +70,7 @@ void check_species_of_angles(const StructuralUnitOptions& options,
   for (const auto& [name, degrees] : options.alpha0_deg_of_species) {
     if (std::ranges::find(species, name) != species.end()) continue;
     throw UsageError(
-        fmt::format("there is no species '{}'; the species are {}", name, fmt::join(species, ", ")),
+        fmt::format("unknown species '{}'; available: {}", name, fmt::join(species, ", ")),
         {.file = file, .column = "--alpha"});
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the options of structural units are in range and suit the inventory.
+// Checks that the options of structural units are in range and suit the inventory.
 #pragma once
 
 #include "silvafit/stand/inventory.hpp"
@@ -7,7 +7,7 @@
 
 namespace silvafit::stand {
 
-/// \throws UsageError if an option is out of range, or the inventory lacks what it needs
+/// \throws UsageError if an option is out of range, or the inventory lacks a column it needs
 void check_unit_options(const Inventory& inventory, const StructuralUnitOptions& options);
 
 }  // namespace silvafit::stand

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Polygons by Boost.Geometry; its R-tree over the edges answers which of them is nearest.
+// Polygons by Boost.Geometry; its R-tree over the edges finds the nearest edge.
 #include "silvafit/stand/window.hpp"
 
 #include <fmt/format.h>
@@ -30,14 +30,14 @@ using BoostRegion = bg::model::multi_polygon<BoostPolygon>;
 using Edge = bg::model::segment<BoostPoint>;
 using EdgeTree = bg::index::rtree<Edge, bg::index::quadratic<16>>;
 
-/// Up to so many edges are looked at one by one, which is faster than the tree.
+/// Up to this number, edges are searched one by one, which is faster than the R-tree.
 constexpr std::size_t kFewEdges = 64;
 /// Rounding of coordinates near the origin.
 constexpr double kRoundingMeters = 1e-9;
-/// Coordinates beyond are counted from the window's first corner: the products of areas and
-/// crossings would lose half their digits at the millions of meters of national grids.
+/// Larger coordinates are stored relative to the window's first vertex: products of areas and
+/// intersections would lose half their digits at the millions of meters of national grids.
 constexpr double kFarMeters = 1e4;
-/// A hull is a line if it is no wider: coordinates in a national grid are rounded to 2e-9 m.
+/// A hull this narrow is a line: coordinates in a national grid are rounded to 2e-9 m.
 constexpr double kThinnestMeters = 1e-6;
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kCornersOfOutline = 120;
@@ -46,7 +46,7 @@ constexpr std::size_t kCornersOfArc = 360;
 Point operator-(Point left, Point right) { return {left.x - right.x, left.y - right.y}; }
 Point operator+(Point left, Point right) { return {left.x + right.x, left.y + right.y}; }
 
-/// Where coordinates are counted from: whole meters, so that no digit is lost on the way.
+/// Origin of the stored coordinates: whole meters, so that no digit is lost.
 Point origin_near(Point corner) {
   const auto whole = [](double value) {
     return std::abs(value) > kFarMeters ? std::floor(value) : 0.0;
@@ -58,7 +58,7 @@ BoostPolygon::ring_type ring_of(const std::vector<Point>& corners, Point origin)
   BoostPolygon::ring_type ring;
   for (const Point& corner : corners) {
     if (!std::isfinite(corner.x) || !std::isfinite(corner.y)) {
-      throw GeometryError("a corner of the polygon is not finite");
+      throw GeometryError("a vertex of the polygon is not finite");
     }
     const Point local = corner - origin;
     ring.emplace_back(local.x, local.y);
@@ -66,26 +66,26 @@ BoostPolygon::ring_type ring_of(const std::vector<Point>& corners, Point origin)
   return ring;
 }
 
-/// What a forester can do about Boost's verdict.
+/// Boost's reason in words that say what to correct.
 std::string trouble(bg::validity_failure_type failure, const std::string& reason) {
   switch (failure) {
     case bg::failure_few_points:
-      return "a ring has fewer than three different corners";
+      return "a ring has fewer than three different vertices";
     case bg::failure_wrong_topological_dimension:
       return "a ring has no area";
     case bg::failure_spikes:
-      return "the boundary runs out and back along the same line";
+      return "the boundary returns along the same line";
     case bg::failure_self_intersections:
       return "the boundary crosses or touches itself (" + reason + ")";
     case bg::failure_wrong_orientation:
-      // Rings were turned the right way: what has no right way is a bow tie.
+      // Rings have been oriented; a ring that cannot be oriented is a bow tie.
       return "the boundary crosses or touches itself";
     case bg::failure_interior_rings_outside:
-      return "a hole lies outside its polygon";
+      return "a hole is outside its polygon";
     case bg::failure_nested_interior_rings:
-      return "a hole lies inside another hole";
+      return "a hole is inside another hole";
     case bg::failure_disconnected_interior:
-      return "holes cut the polygon into pieces";
+      return "holes divide the polygon into pieces";
     default:
       return reason;
   }
@@ -103,7 +103,7 @@ BoostPolygon valid_polygon(const Polygon& source, Point origin) {
   if (polygon.outer().size() < 4) {
     throw GeometryError("not a valid polygon: " + trouble(bg::failure_few_points, ""));
   }
-  // Repeated corners are harmless, and common in drawn polygons.
+  // Repeated vertices are harmless, and common in digitized polygons.
   bg::unique(polygon);
   if (!bg::is_valid(polygon, failure)) {
     bg::is_valid(polygon, reason);
@@ -135,7 +135,7 @@ double distance_m(Point point, const Edge& edge) {
   return std::abs(along_x * from_y - along_y * from_x) / std::sqrt(length_squared);
 }
 
-/// Square of the distance from a point to an edge, quick and good enough to find the nearest.
+/// Square of the distance from a point to an edge, fast and accurate enough to find the nearest.
 double squared_distance_m2(Point point, const Edge& edge) {
   const double along_x = edge.second.x() - edge.first.x();
   const double along_y = edge.second.y() - edge.first.y();
@@ -170,10 +170,10 @@ struct Circle {
 
 struct Window::Shape {
   std::optional<Circle> circle{};  ///< instead of a region with edges
-  Point origin{};                  ///< region and edges are counted from here
+  Point origin{};                  ///< origin of the coordinates of region and edges
   BoostRegion region{};
   std::vector<Edge> edge_list{};
-  std::optional<EdgeTree> edges{};  ///< where there are more than few edges
+  std::optional<EdgeTree> edges{};  ///< only with more than a few edges
   Point low{};
   Point high{};
   double rounding_m = kRoundingMeters;
@@ -186,7 +186,7 @@ struct Window::Shape {
   bool has_sides_of_box() const;
 };
 
-/// Everything that follows from the region.
+/// Values computed from the region.
 void Window::Shape::complete() {
   for (const BoostPolygon& polygon : region) {
     append_edges(polygon.outer(), edge_list);
@@ -209,7 +209,7 @@ void Window::Shape::set_rounding() {
   rounding_m = std::max(kRoundingMeters, coordinate_rounding_m(farthest));
 }
 
-/// Whether every edge lies on a side of the bounding rectangle.
+/// Whether every edge is on a side of the bounding rectangle.
 bool Window::Shape::has_sides_of_box() const {
   const Point local_low = low - origin;
   const Point local_high = high - origin;
@@ -237,7 +237,7 @@ Window::Window(const std::vector<Polygon>& polygons) {
     bg::union_(shape->region, valid_polygon(polygon, shape->origin), joined);
     shape->region = std::move(joined);
   }
-  if (shape->region.empty()) throw GeometryError("a window needs a polygon");
+  if (shape->region.empty()) throw GeometryError("a window needs at least one polygon");
   shape->complete();
   shape_ = std::move(shape);
 }
@@ -250,8 +250,11 @@ Window Window::circle(Point center, double radius_m) {
   const bool is_finite =
       std::isfinite(center.x) && std::isfinite(center.y) && std::isfinite(radius_m);
   if (!is_finite || !(radius_m > 0.0)) {
-    throw GeometryError(fmt::format(
-        "a circle around ({}, {}) with radius {} m is no window", center.x, center.y, radius_m));
+    throw GeometryError(
+        fmt::format("the circle around ({}, {}) with radius {} m is not a valid window",
+                    center.x,
+                    center.y,
+                    radius_m));
   }
   auto shape = std::make_shared<Shape>();
   shape->circle = Circle{.center = center, .radius_m = radius_m};
@@ -275,7 +278,7 @@ std::optional<Window> Window::convex_hull(std::span<const Point> points) {
   }
   BoostPolygon hull;
   bg::convex_hull(cloud, hull);
-  // Half the perimeter is the length of a thin hull.
+  // For a thin hull, half the perimeter is its length.
   const double thinnest_m2 = kThinnestMeters * static_cast<double>(bg::perimeter(hull)) / 2.0;
   if (hull.outer().size() < 4 || !(bg::area(hull) > thinnest_m2)) return std::nullopt;
   shape->region.push_back(std::move(hull));
@@ -306,7 +309,7 @@ bool Window::contains(Point point) const {
   if (!shape_->edges) {
     for (const Edge& edge : shape_->edge_list) count(edge);
   } else {
-    // Beyond the farthest corner, and never before its own start.
+    // Beyond the farthest vertex, and never before its own start.
     const double end = shape_->high.x - shape_->origin.x + 2.0 * rounding_m;
     const bg::model::box<BoostPoint> ray({local.x, local.y}, {end, local.y});
     for (auto edge = shape_->edges->qbegin(bg::index::intersects(ray));

@@ -16,7 +16,7 @@
 namespace silvafit::stand {
 namespace {
 
-/// The position of a column, in capitals or not.
+/// The index of a column; upper and lower case are equal.
 std::optional<std::size_t> field_named(const std::vector<std::string>& header,
                                        std::string_view name) {
   const auto is_it = [name](const std::string& column) {
@@ -39,11 +39,10 @@ class CsvWindowReader {
     y_ = field_named(header_, "y");
     radius_ = field_named(header_, "radius");
     if (wkt_ || (x_ && y_ && radius_)) return;
-    throw InputError(
-        fmt::format("windows need the columns wkt, or x, y and radius, and plot where there are "
-                    "several; the columns are {}",
-                    data::list_of(header_)),
-        {.file = file_});
+    throw InputError(fmt::format("windows need the column wkt, or x, y and radius, and plot if "
+                                 "there are several plots; available: {}",
+                                 data::list_of(header_)),
+                     {.file = file_});
   }
 
   std::vector<NamedWindow> read();
@@ -67,7 +66,7 @@ double CsvWindowReader::number(const std::vector<std::string_view>& fields,
                                std::size_t field) const {
   double value = 0.0;
   if (csv_.parse_number(fields[field], value)) return value;
-  throw InputError(fmt::format("'{}' is no number", fields[field]),
+  throw InputError(fmt::format("'{}' is not a number", fields[field]),
                    {.file = file_, .line = csv_.line(), .column = header_[field]});
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which format a file of windows has, and what all formats share.
+// Detects the format of a window file; functions shared by all formats.
 #include "window_files.hpp"
 
 #include <algorithm>
@@ -13,7 +13,8 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr char kTwoWindows[] = "this plot has a window already, and a circle cannot be joined";
+constexpr char kTwoWindows[] =
+    "this plot already has a window; a circle cannot be combined with another window";
 
 }  // namespace
 
@@ -47,7 +48,7 @@ void WindowCollector::add_circle(const std::optional<std::string>& plot,
 }
 
 std::vector<NamedWindow> WindowCollector::windows(const std::string& file) const {
-  if (owners_.empty()) throw InputError("there is no window in this file", {.file = file});
+  if (owners_.empty()) throw InputError("the file contains no window", {.file = file});
   std::vector<NamedWindow> windows;
   for (const Owner& source : owners_) {
     windows.push_back(
@@ -62,7 +63,7 @@ std::vector<NamedWindow> read_windows(const std::filesystem::path& path) {
       ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (ending == ".csv") return read_csv_windows(path);
   if (ending == ".wkt") return read_wkt_windows(path);
-  // Whatever the ending: JSON begins with a brace, well-known text with a word.
+  // For any file ending: JSON begins with a brace, well-known text with a word.
   const std::string text = text_of(path);
   const auto first =
       std::ranges::find_if(text, [](unsigned char c) { return std::isspace(c) == 0; });

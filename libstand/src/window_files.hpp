@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Windows from the formats that people keep them in.
+// Reading windows from common file formats.
 #pragma once
 
 #include <cstddef>
@@ -14,13 +14,13 @@
 
 namespace silvafit::stand {
 
-/// Windows in the making: what a file says, gathered by plot.
+/// Collects the windows of a file by plot.
 class WindowCollector {
  public:
-  /// Polygons of one plot are joined.
+  /// Polygons of one plot are combined.
   /// \throws GeometryError if one is not valid, or the plot has a circle
   void add(const std::optional<std::string>& plot, const std::vector<Polygon>& polygons);
-  /// \throws GeometryError if the plot has a window already
+  /// \throws GeometryError if the plot already has a window
   void add_circle(const std::optional<std::string>& plot, Point center, double radius_m);
 
   /// \throws InputError if there is none

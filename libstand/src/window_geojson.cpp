@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Windows from GeoJSON (RFC 7946), but for the reference system: coordinates are meters.
+// Windows from GeoJSON (RFC 7946), except for the reference system: coordinates are meters.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,10 +53,10 @@ json GeoJsonReader::parse() const {
     const std::size_t read = std::min(error.byte, text.size());
     const auto line_ends =
         std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(read), '\n');
-    throw InputError("is no JSON from here on",
+    throw InputError("not valid JSON from here",
                      {.file = file_, .line = static_cast<std::size_t>(line_ends) + 1});
   } catch (const json::out_of_range&) {
-    fail("a number in it is too large");
+    fail("a number is too large");
   }
 }
 
@@ -91,12 +91,13 @@ std::vector<Polygon> GeoJsonReader::polygons_of(const json& geometry,
                                                 const std::string& where) const {
   const std::string type = type_of(geometry);
   if (type != "Polygon" && type != "MultiPolygon") {
-    fail(fmt::format("{}: a Polygon or MultiPolygon is needed{}",
+    fail(fmt::format("{}: expected a Polygon or MultiPolygon{}",
                      where,
                      type.empty() ? "" : fmt::format(", not a {}", type)));
   }
   const auto coordinates = geometry.find("coordinates");
-  if (coordinates == geometry.end() || !coordinates->is_array()) fail(where + ": no coordinates");
+  if (coordinates == geometry.end() || !coordinates->is_array())
+    fail(where + ": coordinates are missing");
   std::vector<Polygon> polygons;
   if (type == "Polygon") {
     polygons.push_back(polygon_of(*coordinates, where));
@@ -106,7 +107,7 @@ std::vector<Polygon> GeoJsonReader::polygons_of(const json& geometry,
   return polygons;
 }
 
-/// The feature's property `plot`, spelled as an inventory would spell it.
+/// The feature's property `plot`, written as an inventory would write it.
 std::optional<std::string> GeoJsonReader::plot_of(const json& feature) const {
   const auto properties = feature.find("properties");
   if (properties == feature.end() || !properties->is_object()) return std::nullopt;
@@ -114,7 +115,7 @@ std::optional<std::string> GeoJsonReader::plot_of(const json& feature) const {
   if (plot == properties->end() || plot->is_null()) return std::nullopt;
   if (plot->is_string()) return plot->get<std::string>();
   if (plot->is_number()) return data::shortest(plot->get<double>());
-  fail("the property 'plot' of a feature must be a text or a number");
+  fail("the property 'plot' of a feature must be a string or a number");
 }
 
 void GeoJsonReader::collect_feature(const json& feature, std::size_t number) {
@@ -147,7 +148,7 @@ void GeoJsonReader::collect_circle(const json& feature, const std::string& where
   if (!has_radius) fail(where + ": a Point needs the property 'radius' in meters");
   const json& geometry = feature["geometry"];
   const auto position = geometry.find("coordinates");
-  if (position == geometry.end()) fail(where + ": no coordinates");
+  if (position == geometry.end()) fail(where + ": coordinates are missing");
   const Point center = point_of(*position, where);
   try {
     collector_.add_circle(plot_of(feature), center, (*properties)["radius"].get<double>());

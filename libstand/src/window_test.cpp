@@ -102,9 +102,9 @@ TEST_CASE("polygons that are none are refused with what is wrong") {
       };
   const Ring square{{0, 0}, {10, 0}, {10, 10}, {0, 10}};
   refuse({{0, 0}, {10, 10}, {10, 0}, {0, 10}}, {}, "crosses or touches itself");
-  refuse({{0, 0}, {10, 0}}, {}, "fewer than three different corners");
+  refuse({{0, 0}, {10, 0}}, {}, "fewer than three different vertices");
   refuse({{0, 0}, {5, 0}, {10, 0}}, {}, "polygon");
-  refuse(square, {{{20, 20}, {25, 20}, {25, 25}}}, "a hole lies outside");
+  refuse(square, {{{20, 20}, {25, 20}, {25, 25}}}, "a hole is outside");
   refuse({{0, 0}, {NAN, 0}, {10, 10}}, {}, "not finite");
   CHECK_THROWS_AS(Window(std::vector<Polygon>{}), silvafit::GeometryError);
 }
@@ -289,9 +289,9 @@ TEST_CASE("windows are read from well-known text") {
       0.5);
   CHECK_THROWS_WITH(read_wkt("POLYGON((0 0,1 0,1 1,0 0))\nPOINT(1 2)\n"),
                     Contains(":2: ") && Contains("not a POINT"));
-  CHECK_THROWS_WITH(read_wkt("POLYGON((0 0, 1 x))"), Contains("this is no POLYGON"));
+  CHECK_THROWS_WITH(read_wkt("POLYGON((0 0, 1 x))"), Contains("not a POLYGON"));
   CHECK_THROWS_WITH(read_wkt("POLYGON((0 0,10 10,10 0,0 10,0 0))"), Contains("crosses"));
-  CHECK_THROWS_WITH(read_wkt("\n"), Contains("no window in this file"));
+  CHECK_THROWS_WITH(read_wkt("\n"), Contains("contains no window"));
 }
 
 TEST_CASE("windows are read from CSV, polygons and circles") {
@@ -309,8 +309,9 @@ TEST_CASE("windows are read from CSV, polygons and circles") {
   CHECK(circles[1].plot == kEveryPlot);
   CHECK_THROWS_WITH(read_csv("plot,x,y,r\n1,0,0,5\n"), Contains("wkt, or x, y and radius"));
   CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,-5\n"), Contains(":2: a circle around"));
-  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,zero,5\n"), Contains("'zero' is no number"));
-  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,5\n1,9,9,5\n"), Contains("a window already"));
+  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,zero,5\n"), Contains("'zero' is not a number"));
+  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,5\n1,9,9,5\n"),
+                    Contains("already has a window"));
 }
 
 TEST_CASE("a GeoJSON point with a radius is a circular plot") {
@@ -347,12 +348,12 @@ TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
 }
 
 TEST_CASE("what is no window is refused with the feature that is wrong") {
-  CHECK_THROWS_WITH(read_windows_text("{\n\"type\": \n"), Contains("is no JSON from here on"));
-  CHECK_THROWS_WITH(read_windows_text("[]"), Contains("a Polygon or MultiPolygon is needed"));
+  CHECK_THROWS_WITH(read_windows_text("{\n\"type\": \n"), Contains("not valid JSON from here"));
+  CHECK_THROWS_WITH(read_windows_text("[]"), Contains("expected a Polygon or MultiPolygon"));
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "Point", "coordinates": [1, 2]})"),
                     Contains("not a Point"));
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "FeatureCollection", "features": []})"),
-                    Contains("no window in this file"));
+                    Contains("contains no window"));
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "Feature", "geometry": null})"),
                     Contains("feature 1"));
   CHECK_THROWS_WITH(read_windows_text(polygon("[[[0,0],[\"a\",0],[1,1]]]")),

@@ -33,7 +33,7 @@ std::string kind_of(std::string_view text) {
   return kind;
 }
 
-/// Without `SRID=32633;`, which PostGIS puts before.
+/// Without the prefix `SRID=32633;` of PostGIS.
 std::string_view without_reference_system(std::string_view text) {
   if (kind_of(text) != "SRID") return text;
   const std::size_t end = text.find(';');
@@ -92,12 +92,12 @@ std::vector<Polygon> polygons_of_wkt(std::string_view text) {
     } else if (kind == "MULTIPOLYGON") {
       bg::read_wkt(geometry, region);
     } else {
-      throw GeometryError(fmt::format("a POLYGON or MULTIPOLYGON is needed{}",
+      throw GeometryError(fmt::format("expected a POLYGON or MULTIPOLYGON{}",
                                       kind.empty() ? "" : fmt::format(", not a {}", kind)));
     }
   } catch (const bg::read_wkt_exception&) {
     throw GeometryError(
-        fmt::format("this is no {} with two coordinates a corner: {:.40}...", kind, geometry));
+        fmt::format("not a {} with two coordinates per vertex: {:.40}...", kind, geometry));
   }
   std::vector<Polygon> polygons;
   for (const BoostPolygon& polygon : region) polygons.push_back(polygon_of(polygon));

@@ -228,7 +228,7 @@ class Grow(ProgramTest):
                 for plot in ("01", "02") for i in range(4)]
         self.write("in.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
         grow = ("grow", "in.csv", "--lod", "3")
-        self.assertIn("plots 01 and 02 lie on each other", self.run_program(*grow, "--scene", "s.glb").stderr)
+        self.assertIn("plots 01 and 02 cover each other", self.run_program(*grow, "--scene", "s.glb").stderr)
         for alone in (("--scene", "s.glb", "--plot", "02"), ("--out", "d"),
                       ("--scene", "s.glb", "--quiet")):
             self.assertNotIn("each other", self.run_program(*grow, *alone).stderr)
@@ -243,7 +243,7 @@ class Grow(ProgramTest):
                          [f"  stand-{year}.glb: 2 trees" for year in (2021, 2022, 2023)])
         for name in ("stand-2021.glb", "stand-2022.glb", "stand-2023.glb"):
             self.assertTrue((self.folder / name).exists())
-        self.assertIn("3 trees have parts that were not measured", done.stderr)
+        self.assertIn("3 trees have missing measurements", done.stderr)
         self.write("one.csv", GROWTH.splitlines()[0] + "\n" + GROWTH.splitlines()[1] + "\n")
         done = self.run_program("grow", "one.csv", "--lod", "2,3", "--scene", "s.glb")
         first, *files = done.stdout.splitlines()
@@ -252,7 +252,7 @@ class Grow(ProgramTest):
         self.assertEqual(files, [f"  {scene['file']}: 1 tree, {scene['triangles']} triangles"
                                  for scene in scenes])
         self.assertEqual([scene["file"] for scene in scenes], ["s-lod2.glb", "s-lod3.glb"])
-        self.assertIn("1 tree has parts", done.stderr)
+        self.assertIn("1 tree has missing measurements", done.stderr)
         folders = self.run_program("grow", "one.csv", "--lod", "0,3", "--out", "d").stdout.splitlines()
         self.assertEqual([line.split(": ")[0] for line in folders[1:]], ["  d", "  d (*-lod3.glb)"])
         self.assertEqual(len(list((self.folder / "d").glob("*-lod3.glb"))), 1)
@@ -267,9 +267,9 @@ class Grow(ProgramTest):
         done = self.run_program("grow", "in.csv", "--use", "population", "--out", "d")
         self.assertIn("in.csv:3: h_population: is missing", done.stderr)
         done = self.run_program("grow", "in.csv", "--plot", "Z", "--out", "d", status=3)
-        self.assertIn("in.csv: no tree stands in plot Z; the only plot is 01\n", done.stderr)
+        self.assertIn("in.csv: no trees in plot Z; the only plot is 01\n", done.stderr)
         done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--out", "d", status=2)
-        self.assertIn("leave one of them out", done.stderr)
+        self.assertIn("remove one of the two", done.stderr)
 
     def test_plots_whose_names_have_commas(self):
         text = "plot,tree,species,dbh,h,hcb,cw\n\"B, north\",1,SM,20,15,5,3\nC,2,SM,20,15,5,3\n\"D, \"\"old\"\"\",3,SM,20,15,5,3\n"
@@ -279,7 +279,7 @@ class Grow(ProgramTest):
         grown = self.run_json("grow", "commas.csv", "--out", "e", "--plot", '"D, ""old"""')
         self.assertEqual([tree["plot"] for tree in grown["trees"]], ['D, "old"'])
         error = self.run_program("grow", "commas.csv", "--out", "f", "--plot", "B, north", status=3).stderr
-        self.assertIn('no tree stands in plot B; the plots are "B, north", C, ', error)
+        self.assertIn('no trees in plot B; available: "B, north", C, ', error)
 
     def test_wrong_usage_has_status_2(self):
         self.write("in.csv", INVENTORY)
@@ -447,10 +447,10 @@ class Grow(ProgramTest):
                              "1,1,10,8,2,,2,2,2,\n1,2,10,8,2,4,1,,,\n1,3,10,8,2,10,1,1,1,1\n"
                              "1,4,10,8,2,2.1,1,1,1,1\n")
         result = self.run_json("grow", "in.csv", "--out", "d")
-        self.assertIn("not all there", result["left_out"][0]["reason"])
+        self.assertIn("at least one of the four crown radii is missing", result["left_out"][0]["reason"])
         notes = [{note["about"]: note["text"] for note in tree["notes"]} for tree in result["trees"]]
         self.assertIn("not all four", notes[0]["radii"])
-        self.assertIn("10 m not used: the four crown radii make 2 m", notes[1]["cw"])
+        self.assertIn("10 m not used: the four crown radii give 2 m", notes[1]["cw"])
         self.assertNotIn("cw", notes[2])
 
     def test_the_ground_of_wide_scenes_stays_at_the_feet(self):
@@ -524,7 +524,7 @@ class Grow(ProgramTest):
         self.assertIn("in.csv:1: month", done.stderr)
         self.write("long.csv", GROWTH.replace("2021", "spring" + "x" * 300))
         done = self.run_program("grow", "long.csv", "--by", "year", "--scene", "a.glb", status=3)
-        self.assertIn("too long for the name of a file", done.stderr)
+        self.assertIn("too long for a file name", done.stderr)
 
     def test_bamboo_has_what_was_measured_of_its_culm(self):
         rows = "plot,tree,species,x,y,dbh,h,hcb,cw,bend_deg,bend_azimuth_deg,internodes\n"

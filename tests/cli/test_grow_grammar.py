@@ -62,12 +62,12 @@ class GrowGrammar(ProgramTest):
         self.write("bad.lsys", GRAMMAR.replace("l*ratio", "l*ration").replace("F(l) [", "F(l) "))
         done = self.run_program("grow", "in.csv", "--builder", "lsystem", "--grammar", "bad.lsys",
                                 "--out", "d", status=3)
-        self.assertIn("bad.lsys:5: column 36: ']' without its '['", done.stderr)
+        self.assertIn("bad.lsys:5: column 36: ']' without a matching '['", done.stderr)
         self.write("hostile.lsys", "iterations: 100\naxiom: F\nF -> F[+F]F\n")
         done = self.run_program("grow", "in.csv", "--builder", "lsystem", "--grammar",
                                 "hostile.lsys", "--out", "d", status=3)
         self.assertIn("hostile.lsys:3: step ", done.stderr)
-        self.assertIn("more than 2000000 modules", done.stderr)
+        self.assertIn("exceeds 2000000 modules", done.stderr)
 
     def test_a_grammar_needs_the_builder(self):
         self.write("own.lsys", GRAMMAR)

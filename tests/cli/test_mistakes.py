@@ -176,7 +176,7 @@ class Columns(ProgramTest):
         by_plot = self.run_json("stand", "trees.csv", "--plot-area", "600", "--stratum", "plot")
         self.assertEqual(len(by_plot["strata"]), 1 + len(by_plot["areas"]))
         error = self.run_program("stand", "trees.csv", "--plot-area", "600", "--stratum", "species", status=3).stderr
-        self.assertIn("the plot is in the strata", error)
+        self.assertIn("the plot belongs to two strata,", error)
 
 
 class Notes(ProgramTest):

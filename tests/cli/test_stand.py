@@ -92,7 +92,7 @@ class Indices(ProgramTest):
         for options in ([], ["--stream"]):
             done = self.run_program("indices", "inventory.csv", "--trust-units", "--circle",
                                     "15,15,21", "--out", "out.csv", *options, status=3)
-            self.assertIn("all trees stand outside the window", done.stderr)
+            self.assertIn("all trees are outside the window", done.stderr)
             self.assertFalse((self.folder / "out.csv").exists())
 
     def test_every_plot_may_be_a_circle(self):
@@ -113,7 +113,7 @@ class Indices(ProgramTest):
 
     def test_without_a_window_the_hull_is_said(self):
         done = self.run_program("indices", "inventory.csv")
-        self.assertIn("no window is given: the convex hull", done.stderr)
+        self.assertIn("no window is given; the convex hull", done.stderr)
 
     def test_wrong_options_are_refused(self):
         for options, word in ((["--further", "Q"], "none of CO, T"),

@@ -75,7 +75,7 @@ class Pages(ViewTest):
         self.assertIn("3 trees without measurements", self.view("s.glb").stdout)
         (self.folder / "scene").write_bytes((self.folder / "s.glb").read_bytes())
         self.assertIn("3 trees", self.run_program("view", "scene", "--no-open").stdout)
-        self.assertIn("shown as it is",
+        self.assertIn("which is shown unchanged",
                       self.run_program("view", "s.glb", "--models", "2", status=2).stderr)
 
     def test_other_files_are_told_what_can_be_shown(self):
@@ -83,7 +83,7 @@ class Pages(ViewTest):
         self.write("library.json", '{"schema": "x",\n"models": [1, 2]}\n')
         for name in ("s.obj", "library.json"):
             error = self.view(name, status=3).stderr
-            self.assertIn("a folder of `silvafit study`, a scene as .glb, or a table", error)
+            self.assertIn("not a folder of `silvafit study`, a GLB scene or a CSV table", error)
 
     def test_names_cannot_end_the_script_that_holds_them(self):
         self.write("hostile.csv", TREES.replace("1,2,MH", f"1,{HOSTILE},<!--MH"))
@@ -137,7 +137,7 @@ class Pages(ViewTest):
         trees = self.data("two.html")["trees"]
         self.assertEqual(trees["number"], [None, None, 0])
         refused = self.view("two.glb", "--trees", "trees.csv", "--plot", "1", status=3)
-        self.assertIn("no tree of the table stands where the scene has one", refused.stderr)
+        self.assertIn("no tree of the table has the position", refused.stderr)
 
     def test_trees_that_places_do_not_tell_apart_get_no_measurements(self):
         # Each plot has coordinates of its own, and a tree at 0, 0.
@@ -146,7 +146,7 @@ class Pages(ViewTest):
         grow = ("grow", "own.csv", "--lod", "3", "--share", "--instancing", "--quiet", "--scene")
         self.run_program(*grow, "two.glb", "--plot", "2")
         said = self.view("two.glb", "--trees", "own.csv").stderr
-        self.assertIn("1 of 2 trees of the scene is not in the table, or not told apart", said)
+        self.assertIn("1 of 2 trees of the scene is not in the table, or not unique", said)
         self.assertEqual(self.data("two.html")["trees"]["number"], [None, None, None, 1])
         self.run_program(*grow, "all.glb")
         self.view("all.glb", "--trees", "own.csv")
@@ -166,13 +166,13 @@ class Pages(ViewTest):
         self.write("no.glb", "glTF")
         self.assertIn("no.glb", self.view("no.glb", status=3).stderr)
         self.write("scene.gltf", "{}")
-        self.assertIn("a page needs a .glb", self.view("scene.gltf", status=3).stderr)
+        self.assertIn("use a .glb file", self.view("scene.gltf", status=3).stderr)
         (self.folder / "empty").mkdir()
         self.assertIn("silvafit study", self.view("empty", status=3).stderr)
         self.assertIn("nothing.csv", self.view("nothing.csv", status=3).stderr)
         self.assertIn("nothing.glb", self.view("nothing.glb", status=3).stderr)
         self.write("nowhere.csv", "plot,tree,dbh,h,hcb,cw\n1,1,9,8,4,2\n")
-        self.assertIn("needs the trees' places", self.view("nowhere.csv", status=3).stderr)
+        self.assertIn("needs the positions of the trees", self.view("nowhere.csv", status=3).stderr)
         self.view("trees.csv", "--columns", "h", status=2)
         self.view("trees.csv", "--trees", "trees.csv", status=2)
         self.view("no.glb", "--plot", "1", status=2)

@@ -21,7 +21,7 @@ for (const [name, options] of [["light", { colorScheme: "light" }], ["dark", { c
       await page.getByRole("button", { name: "Choose plot 1, tree 58" }).click();
       await page.getByLabel("Color by").selectOption("ols-h");
       await page.getByLabel("Overlapping crowns").click();
-      await page.getByLabel("Drawing figures").click();
+      await page.getByLabel("Drawing statistics").click();
       assert.deepEqual(await violations(page), []);
       await page.getByRole("button", { name: "Walk", exact: true }).click();
       await page.getByRole("button", { name: "Keys and touch" }).click();
@@ -114,7 +114,7 @@ test("names of the halves and the button do not cover each other", { skip }, asy
   for (const viewport of [{ width: 320, height: 640 }, { width: 1100, height: 700 }]) {
     await withScene(sceneExample(), { viewport }, async (page) => {
       await page.getByLabel("Sizes", { exact: true }).selectOption("population");
-      await page.getByLabel("Beside them").selectOption("conditional");
+      await page.getByLabel("Compare with").selectOption("conditional");
       const button = await page.getByRole("button", { name: "Hide controls" }).boundingBox();
       for (const name of await page.locator(".side-name:visible").all()) {
         const box = await name.boundingBox();

@@ -291,7 +291,7 @@ test("colorings are those that the data allow, and say what they mean", () => {
   data.trees.h.forEach((height, tree) => assert.equal(layer.of(tree), LAYER_COLORS[height < 10 ? 0 : height < 20 ? 1 : 2]));
   data.trees.M[0] = null;
   const mingling = colorings(data).flatMap(({ choices }) => choices).find(({ value }) => value === "M").make();
-  assert.ok(mingling.keys.some(({ text }) => text === "not known (1)"));
+  assert.ok(mingling.keys.some(({ text }) => text === "unknown (1)"));
   data.trees.W.fill(null);
   assert.ok(!colorings(data).some(({ choices }) => choices.some(({ value }) => value === "W")));
 });

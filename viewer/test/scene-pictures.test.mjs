@@ -24,7 +24,7 @@ const PICTURES = {
   residual: (page) => page.getByLabel("Color by").selectOption("ols-h"),
   beside: async (page) => {
     await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
-    await page.getByLabel("Beside them").selectOption("conditional");
+    await page.getByLabel("Compare with").selectOption("conditional");
     await page.getByLabel("Color by").selectOption("shown-h");
   },
   overlaps: async (page) => {

@@ -101,7 +101,7 @@ test("every coloring changes the picture, and its legend says how", { skip }, ()
 test("two variants stand side by side, seen from one place", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
     await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
-    await page.getByLabel("Beside them").selectOption("conditional");
+    await page.getByLabel("Compare with").selectOption("conditional");
     await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
     assert.deepEqual(await page.locator(".side-name:visible").allInnerTexts(), ["OLS", "NLME, plot"]);
     const picture = await pixels(page);
@@ -125,7 +125,7 @@ test("two variants stand side by side, seen from one place", { skip }, () =>
     const canvas = await page.locator("#canvas").boundingBox();
     await page.mouse.click(canvas.x + at.x, canvas.y + at.y);
     assert.notEqual(await page.evaluate(() => window.silvafitView.chosen()), null);
-    await page.getByLabel("Beside them").selectOption("");
+    await page.getByLabel("Compare with").selectOption("");
     assert.equal(await page.locator(".side-name:visible").count(), 0);
   }),
 );
@@ -286,7 +286,7 @@ test("plots with coordinates of their own are shown one at a time", { skip }, ()
   return withScene(data, {}, async (page) => {
     assert.equal((await page.evaluate(() => window.silvafitView.draw())).trees, 9);
     assert.equal(await page.locator("[data-tree]").count(), 9);
-    assert.ok(await page.getByText("Plots lie on each other").isVisible());
+    assert.ok(await page.getByText("Plots cover each other").isVisible());
     const outlined = () => page.evaluate(() => window.silvafitView.outlined());
     assert.deepEqual(await outlined(), ["1"]);
     const choose = (label) => page.getByLabel("Plot", { exact: true }).selectOption({ label });
@@ -392,7 +392,7 @@ test("legends and headline count the trees that are shown", { skip }, () =>
 test("overlaps are told of each half", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
     await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
-    await page.getByLabel("Beside them").selectOption("conditional");
+    await page.getByLabel("Compare with").selectOption("conditional");
     await page.getByLabel("Overlapping crowns").click();
     const lines = await page.getByText(/crowns overlap/).allInnerTexts();
     assert.deepEqual(lines.filter((line) => /^(OLS|NLME, plot): \d+ pair/.test(line)).length, 2, `${lines}`);
@@ -436,7 +436,7 @@ test("a loss of the graphics is said, and the picture comes back with them", { s
       window.graphics = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
       window.graphics.loseContext();
     });
-    assert.match(await page.getByRole("alert").innerText(), /taken the graphics/);
+    assert.match(await page.getByRole("alert").innerText(), /withdrawn the graphics/);
     await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
     assert.match(await page.locator("#details").innerText(), /Chosen: plot 2, tree 990/);
     await page.keyboard.press("Escape");

@@ -52,7 +52,7 @@ Versions versions_of(const ViewStand& stand) {
 }
 
 tree::Position origin_of(const std::vector<tree::Position>& stems) {
-  // A round number keeps the places readable; the page's floats need it near.
+  // A rounded origin keeps the positions readable; floats need an origin near the trees.
   constexpr double kRound = 10.0;
   tree::Position low = stems.front();
   tree::Position high = stems.front();
@@ -68,7 +68,7 @@ tree::Position origin_of(const std::vector<tree::Position>& stems) {
 
 void check(const ViewOptions& options) {
   if (options.levels.empty()) throw UsageError("a view needs at least one level of detail");
-  if (options.models_per_preset == 0) throw UsageError("a preset needs at least one model");
+  if (options.models_per_preset == 0) throw UsageError("each preset needs at least one model");
   for (const int level : options.levels) static_cast<void>(tree::level_of_detail(level));
 }
 

@@ -22,7 +22,7 @@ ordered_json rounded(double value, double per_unit) {
   const double result = std::round(value * per_unit) / per_unit;
   return result == 0.0 ? 0.0 : result;  // no -0
 }
-/// Finer than lengths of trees are measured.
+/// Finer than the measurement of tree lengths.
 ordered_json millimeters(double meters) { return rounded(meters, 1e3); }
 ordered_json fine(double value) { return rounded(value, 1e6); }
 
@@ -30,7 +30,7 @@ ordered_json point(const tree::Position& at) {
   return {{"x", at.x_m}, {"y", at.y_m}, {"z", at.z_m}};
 }
 
-/// Distinct texts in order of falling number of trees, and the number of each tree's text.
+/// Distinct texts in order of decreasing number of trees, and the index of each tree's text.
 struct Names {
   std::vector<std::string> names{};
   std::vector<std::size_t> of_tree{};
@@ -123,7 +123,7 @@ ordered_json trees_json(const ViewStand& stand,
   return trees;
 }
 
-/// Radii of all trees of a variant, or null where they are half the crown width in all directions.
+/// Radii of all trees of a variant, or null if they are half the crown width in all directions.
 ordered_json radii_json(const ViewVariant& variant) {
   const bool all_round = std::ranges::all_of(variant.trees, [](const ViewVersion& tree) {
     if (!tree.shape) return true;
@@ -143,7 +143,7 @@ ordered_json radii_json(const ViewVariant& variant) {
           {"north", each(&tree::CrownRadii::north_m)}};
 }
 
-/// \param next  number of the first tree of this variant among those with a shape; counted on
+/// \param next  index of the first tree of this variant among those with a shape; is increased
 ordered_json variant_json(const ViewVariant& variant, const ViewModels* models, std::size_t& next) {
   const auto size = [&](double ViewSizes::*which) {
     return column(variant.trees,

@@ -11,7 +11,7 @@
 
 namespace silvafit::study {
 
-/// What the page draws.
+/// The objects that the page draws.
 struct ViewDrawing {
   tree::Position origin{};
   const ViewModels* models = nullptr;  ///< of all trees of all variants that have a shape

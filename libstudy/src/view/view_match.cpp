@@ -16,7 +16,7 @@
 namespace silvafit::study {
 namespace {
 
-/// Files hold places to a millimeter, tables often to a centimeter; stems are farther apart.
+/// Files store positions to a millimeter, tables often to a centimeter; stems are farther apart.
 constexpr double kSameMeters = 0.05;
 
 struct PlanPoint {
@@ -39,7 +39,7 @@ bool is_drawn(const ViewStand& stand, std::size_t tree) {
   });
 }
 
-/// Trees of a table by their place.
+/// Trees of a table by position.
 class Places {
  public:
   explicit Places(const ViewStand& stand) : stand_(stand) {
@@ -66,7 +66,7 @@ class Places {
 
  private:
   static std::int64_t cell_at(double coordinate_m) {
-    constexpr double kMost = 1e15;  // a scene of another program may lie anywhere
+    constexpr double kMost = 1e15;  // a scene of another program may have any coordinates
     return std::llround(std::clamp(coordinate_m / kSameMeters, -kMost, kMost));
   }
   static std::pair<std::int64_t, std::int64_t> cell_of(const PlanPoint& place) {
@@ -84,7 +84,7 @@ class Matcher {
     for (std::size_t i = 0; i < nodes.size(); ++i) nodes_.emplace(nodes[i], i);
     for (const tree::ReadInstance& instance : scene.instances) {
       named_.emplace(instance.name, &instance);
-      // A tree has an instance of its model for each of its materials at most.
+      // A tree has at most one instance of its model per material.
       if (instance.tree >= 0.0)
         numbered_.emplace(static_cast<std::size_t>(instance.tree), &instance);
     }
@@ -106,13 +106,12 @@ class Matcher {
     }
     if (placed_ < here) {
       const std::size_t missing = here - placed_;
-      stand_.notes.push_back(
-          fmt::format("{} of {} of the scene {} not in the table, or not told apart by {} no "
-                      "measurements.",
-                      missing,
-                      counted(here, "tree", "trees"),
-                      missing == 1 ? "is" : "are",
-                      missing == 1 ? "its place; it has" : "their places; they have"));
+      stand_.notes.push_back(fmt::format(
+          "{} of {} of the scene {} not in the table, or not unique by {} no measurements.",
+          missing,
+          counted(here, "tree", "trees"),
+          missing == 1 ? "is" : "are",
+          missing == 1 ? "position; it has" : "position; they have"));
     }
   }
 
@@ -134,7 +133,7 @@ class Matcher {
 
   void match_instances() {
     const Places places(stand_);
-    std::vector<std::size_t> grown;  // rows that no tree was grown from have no number
+    std::vector<std::size_t> grown;  // rows without a grown tree have no number
     for (std::size_t i = 0; i < stand_.trees.size(); ++i) {
       if (is_drawn(stand_, i)) grown.push_back(i);
     }
@@ -156,20 +155,18 @@ class Matcher {
 
   void refuse_others(std::size_t found, std::size_t here) const {
     if (found == 0) {
-      throw InputError(
-          elsewhere_ + here == 0
-              ? "no tree of the table is in the scene; nodes are named plot-tree"
-              : "no tree of the table stands where the scene has one: the table, its plots or its "
-                "coordinates are others than those that the scene was grown from");
+      throw InputError(elsewhere_ + here == 0
+                           ? "no tree of the table is in the scene; nodes are named plot-tree"
+                           : "no tree of the table has the position of a tree of the scene; use "
+                             "the table, plots and coordinates from which the scene was grown");
     }
     if (2 * placed_ < std::min(here, stand_.trees.size())) {
       throw InputError(
-          fmt::format("only {} of the {} trees of the scene {} where the table has one: the table, "
-                      "its plots or its coordinates are others than those that the scene was grown "
-                      "from",
+          fmt::format("only {} of the {} trees of the scene {} found in the table by position; use "
+                      "the table, plots and coordinates from which the scene was grown",
                       placed_,
                       here,
-                      placed_ == 1 ? "stands" : "stand"));
+                      placed_ == 1 ? "is" : "are"));
     }
   }
 

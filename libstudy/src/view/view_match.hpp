@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which trees of a table stand in a scene, by their names and places.
+// Matching of a table's trees with a scene, by names and positions.
 #pragma once
 
 #include <string>
@@ -11,10 +11,10 @@
 namespace silvafit::study {
 
 /// Gives the trees of a table their nodes and instances in the scene. A node is found by its name
-/// plot-tree, an instance by its place; both must stand where the table has the tree, within 5 cm
-/// in plan, so that measurements of other trees are never shown. An instance whose place fits more
-/// than one tree takes that of its number if it is one of them, and else none; a tree that fits
-/// more than one instance takes none. What is not found is noted.
+/// plot-tree, an instance by its position; both must have the position of the tree in the table,
+/// within 5 cm in x and y, so that measurements of other trees are never shown. An instance that
+/// matches more than one tree by position gets that of its number if it is one of them, and else
+/// none; a tree that matches more than one instance gets none. Notes count trees without a match.
 /// \param nodes  names of all nodes of the file, in its order
 /// \throws InputError if no tree is found, or fewer instances than half the scene's or the table's
 /// trees, whichever are fewer

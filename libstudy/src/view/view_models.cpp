@@ -18,7 +18,7 @@
 namespace silvafit::study {
 namespace {
 
-/// A builder for each preset, and which one each tree has.
+/// A builder for each preset, and the index of each tree's builder.
 class Builders {
  public:
   explicit Builders(std::span<const tree::Preset* const> presets) {
@@ -67,7 +67,7 @@ std::string packed(const tree::SharedModels& shared,
                    std::span<const tree::Position> stems,
                    const tree::Position& origin,
                    const ViewOptions& options) {
-  // The scene passes through the disk.
+  // The scene is written to a temporary file.
   const TemporaryFolder folder("silvafit-view");
   const std::filesystem::path path = folder.path() / "models.glb";
   const auto writer =

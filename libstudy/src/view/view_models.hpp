@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The models that the trees of a 3D page share: the only place where the page has trees grown.
+// The models that the trees of a 3D page share: only this file grows trees for the page.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace silvafit::study {
 
-/// A model's shape, which the page bends into that of each tree.
+/// A model's shape, which the page adapts to each tree.
 struct ViewModel {
   std::string preset{};
   double h_m = 0.0;
@@ -26,14 +26,15 @@ struct ViewModel {
 struct ViewModels {
   std::vector<ViewModel> models{};
   std::vector<std::size_t> of_tree{};
-  /// GLB: a node `model-M-level-L` for each model and level, and `ground`; packed by meshoptimizer.
+  /// GLB: a node `model-M-level-L` for each model and level, and `ground`; compressed by
+  /// meshoptimizer.
   std::string glb{};
 };
 
 /// \param trees    of all variants
-/// \param presets  one a tree
-/// \param stems    places of the stems, through which the ground passes
-/// \param origin   of the frame in which the ground lies
+/// \param presets  one per tree
+/// \param stems    positions of the stems, through which the ground passes
+/// \param origin   of the frame of the ground
 ViewModels grow_view_models(std::span<const tree::Morphology> trees,
                             std::span<const tree::Preset* const> presets,
                             std::span<const tree::Position> stems,

@@ -32,25 +32,26 @@ std::uint32_t word_at(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-/// The description of a GLB file; what is in its buffers is the page's business.
+/// The description of a GLB file; the page reads its buffers.
 json description_of(std::string_view glb) {
   if (glb.size() < kHeader || glb.substr(0, 4) != "glTF" || word_at(glb, 4) != 2 ||
       glb.substr(16, 4) != "JSON" || word_at(glb, 12) > glb.size() - kHeader) {
-    throw InputError("is no GLB file (binary glTF 2.0)");
+    throw InputError("not a GLB file (binary glTF 2.0)");
   }
   json description = json::parse(glb.substr(kHeader, word_at(glb, 12)), nullptr, false);
-  if (!description.is_object()) throw InputError("is no GLB file: its description is not JSON");
+  if (!description.is_object()) throw InputError("not a GLB file: its JSON part is not valid JSON");
   return description;
 }
 
-/// A page fetches nothing, so that everything must be in the file.
+/// A page loads nothing, so that everything must be in the file.
 void check_self_contained(const json& description) {
   for (const char* kind : {"buffers", "images"}) {
     if (!description.contains(kind)) continue;
     for (const json& item : description[kind]) {
       const std::string uri = item.value("uri", "");
       if (!uri.empty() && !uri.starts_with("data:")) {
-        throw InputError("needs the file " + uri + " beside it; a page holds one GLB file only");
+        throw InputError("the scene needs the file " + uri +
+                         " in the same folder; a page can contain a single GLB file only");
       }
     }
   }
@@ -108,8 +109,8 @@ const tree::Preset& preset_named(const std::string& name,
   return preset_or_fallback(species, catalogue);
 }
 
-/// Which nodes show something: those of the scene with a mesh at or below them, unless a scale of 0
-/// hides it, as it does the stages of an animated tree that are over.
+/// The visible nodes: those of the scene with a mesh at or below them, unless a scale of 0 hides
+/// it, as for past stages of an animated tree.
 class ShownNodes {
  public:
   explicit ShownNodes(const json& description)
@@ -132,9 +133,10 @@ class ShownNodes {
            });
   }
 
-  /// Parents before their children, and then back: nesting may be deep.
+  /// Parents before their children, without recursion, because nesting may be deep.
   void visit(std::size_t root) {
-    std::vector<std::pair<std::size_t, std::size_t>> reached;  // nodes, and the places of parents
+    std::vector<std::pair<std::size_t, std::size_t>>
+        reached;  // nodes, and the positions of parents
     if (!is_hidden(nodes_[root])) reached.emplace_back(root, 0);
     for (std::size_t k = 0; k < reached.size(); ++k) {
       const json& node = nodes_[reached[k].first];
@@ -154,7 +156,7 @@ class ShownNodes {
   std::vector<bool> shown_;
 };
 
-/// Trees whose measurements stand beside them.
+/// Trees with their measurements.
 ViewStand stand_of_extras(const json& description,
                           const tree::Position& origin,
                           const tree::PresetCatalogue& catalogue) {
@@ -189,12 +191,11 @@ ViewStand stand_of_extras(const json& description,
     stand.trees.push_back(std::move(tree));
   }
   if (without > 0) {
-    stand.notes.push_back(fmt::format("{} of {} of the file {} shown without measurements.",
-                                      without,
-                                      counted(without + stand.trees.size(), "tree", "trees"),
-                                      without == 1
-                                          ? "has no sizes that a tree can have; it is"
-                                          : "have no sizes that a tree can have; they are"));
+    stand.notes.push_back(fmt::format(
+        "{} of {} of the file {} shown without measurements.",
+        without,
+        counted(without + stand.trees.size(), "tree", "trees"),
+        without == 1 ? "has impossible sizes; it is" : "have impossible sizes; they are"));
   }
   stand.variants.push_back(std::move(variant));
   return stand;
@@ -208,8 +209,8 @@ std::vector<std::string> node_names(const json& description) {
   return names;
 }
 
-/// Trees of a scene that stand in it without measurements: instances with a number, and in files of
-/// this program the other nodes but for the ground. What the nodes of other files are is not known.
+/// Trees of a scene without measurements: instances with a number, and in files of this program the
+/// other nodes except the ground. Nodes of other files are unknown.
 std::size_t count_unmeasured(const json& description, const tree::ReadScene& scene) {
   const json::json_pointer generator("/asset/generator");
   const bool is_own = description.contains(generator) && description[generator] == "silvafit";
@@ -227,27 +228,26 @@ std::size_t count_unmeasured(const json& description, const tree::ReadScene& sce
 
 std::string note_without_measurements(std::size_t trees) {
   if (trees == 0) {
-    return "The file holds no measurements of trees, so there is no list of trees.";
+    return "The file has no measurements of trees, so there is no list of trees.";
   }
   return fmt::format(
-      "The file holds {} without measurements, so there is no list of trees; --trees FILE.csv, the "
-      "table that {} grown from, gives {} its own.",
+      "The file has {} without measurements, so there is no list of trees; give the table from "
+      "which {} grown with --trees FILE.csv to add {} measurements.",
       counted(trees, "tree", "trees"),
       trees == 1 ? "it was" : "they were",
-      trees == 1 ? "it" : "each");
+      trees == 1 ? "its" : "their");
 }
 
-/// Nodes form trees, which spares whoever walks through them endless ways.
+/// Checks that nodes form trees, so that traversal ends.
 void check_hierarchy(const json& description) {
   const json& nodes = description.value("nodes", json::array());
   std::vector<int> parents(nodes.size(), 0);
   const auto count = [&](const json& list) {
     for (const json& index : list) {
       const auto node = index.get<std::size_t>();
-      if (node >= parents.size())
-        throw InputError(fmt::format("there is no nodes[{}] in it", node));
+      if (node >= parents.size()) throw InputError(fmt::format("nodes[{}] does not exist", node));
       if (++parents[node] > 1) {
-        throw InputError(fmt::format("nodes[{}] in it has two parents, or is below itself", node));
+        throw InputError(fmt::format("nodes[{}] has two parents, or is its own descendant", node));
       }
     }
   };
@@ -267,7 +267,7 @@ SceneTrees trees_of_scene(std::string_view glb,
   try {
     check_self_contained(description);
     check_hierarchy(description);
-    // Whatever a page would stumble over is refused here.
+    // Rejects files that the page cannot draw.
     const tree::ReadScene read = tree::read_glb(glb);
     SceneTrees scene{.origin = origin_of(description)};
     if (table == nullptr) {
@@ -282,7 +282,7 @@ SceneTrees trees_of_scene(std::string_view glb,
     }
     return scene;
   } catch (const json::exception& error) {
-    throw InputError(std::string("is no GLB file that can be read: ") + error.what());
+    throw InputError(std::string("cannot read the GLB file: ") + error.what());
   }
 }
 

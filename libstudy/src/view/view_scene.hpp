@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which nodes of a GLB scene are which trees.
+// Finds the nodes of trees in a GLB scene.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace silvafit::study {
 struct SceneTrees {
   ViewStand stand{};
   tree::Position origin{};     ///< of the scene's frame in the inventory's coordinates
-  std::size_t unmeasured = 0;  ///< trees of a scene in which none has measurements
+  std::size_t unmeasured = 0;  ///< trees of a scene without any measurements
 };
 
 /// \throws as view_of_scene()

@@ -33,15 +33,15 @@ struct ViewTree {
   std::array<double, 4> indices{
       data::kMissing, data::kMissing, data::kMissing, data::kMissing};  ///< W, M, U, C
   double core = data::kMissing;
-  /// The tree's node in the scene, or the number that its instance has.
+  /// The tree's node in the scene, or the number of its instance.
   std::optional<std::size_t> node{};
   std::optional<std::size_t> number{};
 };
 
 /// A tree with the sizes of a variant.
 struct ViewVersion {
-  ViewSizes sizes{};                       ///< as the table has them
-  std::optional<tree::TreeShape> shape{};  ///< none if no tree can have such sizes
+  ViewSizes sizes{};                       ///< as in the table
+  std::optional<tree::TreeShape> shape{};  ///< none if the sizes are impossible
 };
 
 /// One set of sizes of all trees.
@@ -54,7 +54,7 @@ struct ViewVariant {
 struct ViewStand {
   std::vector<ViewTree> trees{};
   std::vector<ViewVariant> variants{};
-  std::vector<tree::LeftOut> left_out{};  ///< rows of which no variant can be drawn
+  std::vector<tree::LeftOut> left_out{};  ///< rows that cannot be drawn in any variant
   std::vector<std::string> notes{};
 };
 

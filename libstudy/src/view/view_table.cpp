@@ -31,7 +31,7 @@ constexpr std::array kKinds{
     Kind{Use::kConditional, "conditional", "_conditional", "NLME, plot"},
 };
 
-/// Columns under our names, whatever they are called in the table.
+/// Columns with our names, for any names in the table.
 class Columns {
  public:
   Columns(const data::Table& table, const ViewOptions& options)
@@ -43,17 +43,17 @@ class Columns {
   }
   bool has(const std::string& ours) const { return columns_.contains(ours) || table_.has(ours); }
 
-  /// NaN where a value, or the column, is missing or no number.
+  /// NaN if a value, or the column, is missing or not a number.
   std::vector<double> numbers(const std::string& ours) const {
     if (!has(ours)) return std::vector<double>(table_.rows(), data::kMissing);
-    std::vector<data::TextCell> ignored;  // told where the trees' rows are read
+    std::vector<data::TextCell> ignored;  // reported when the trees' rows are read
     return data::numbers_of(
         table_,
         data::column_reference(ours, name_of(ours), table_.names(), table_.file()),
         ignored);
   }
 
-  /// What tells trees apart: plot and tree, parted by a sign that no text has.
+  /// The key of a tree: plot and tree, separated by a character that no text contains.
   std::vector<std::string> keys() const {
     const data::TextColumn plots = table_.labels(name_of("plot"));
     const data::TextColumn trees = table_.labels(name_of("tree"));
@@ -90,7 +90,7 @@ struct ReadVariant {
   std::vector<tree::LeftOut> left_out{};
 };
 
-/// The mappings of a variant: one of h names the observed height, not the predicted ones.
+/// The mappings of a variant: a mapping of h is for the observed height, not the predicted ones.
 std::map<std::string, std::string> columns_of(const Kind& kind, const ViewOptions& options) {
   std::map<std::string, std::string> columns = options.columns;
   if (kind.use == Use::kObserved) return columns;
@@ -98,7 +98,7 @@ std::map<std::string, std::string> columns_of(const Kind& kind, const ViewOption
   return columns;
 }
 
-/// Of rows with a tree's key the first that was not left out.
+/// Of rows with a tree's key the first that was not skipped.
 void find_rows(const data::Table& table,
                const std::vector<std::string>& keys,
                ReadVariant& variant) {
@@ -125,7 +125,7 @@ ReadVariant read_variant(const data::Table& table, const Kind& kind, const ViewO
   return variant;
 }
 
-/// The sizes of a tree that can be drawn. Its crown width may follow from its radii.
+/// The sizes of a tree that can be drawn. Its crown width may be computed from its radii.
 ViewSizes sizes_of(const tree::Morphology& tree, const ViewSizes& table) {
   const bool has_width = !std::isnan(table.cw_m);
   const double radii_width = tree.radii ? tree.radii->width_m() : data::kMissing;
@@ -161,13 +161,13 @@ class StandReader {
     for (const char* name : {"x", "y"}) {
       if (columns_.has(name)) continue;
       throw InputError(
-          "a picture of a stand needs the trees' places: the columns x (east) and y (north) in "
-          "meters, or --columns x=...,y=... where they have other names",
+          "a page needs the positions of the trees: the columns x (east) and y (north) in meters, "
+          "or --columns x=...,y=... if they have other names",
           {.file = table_.file(), .line = 1, .column = name});
     }
   }
 
-  /// A row for each tree: that which the first variant that can draw it was read from.
+  /// A row for each tree: that of the first variant that can draw it.
   void choose_rows() {
     const std::vector<std::string> keys = columns_.keys();
     for (ReadVariant& variant : variants_) find_rows(table_, keys, variant);
@@ -182,7 +182,7 @@ class StandReader {
       stand_.left_out = variants_.front().left_out;
       const std::string why =
           stand_.left_out.empty() ? "" : "; the first row: " + stand_.left_out.front().reason;
-      throw InputError("no tree can be shown from its rows" + why, {.file = table_.file()});
+      throw InputError("no row can be used to show a tree" + why, {.file = table_.file()});
     }
   }
 
@@ -225,13 +225,14 @@ class StandReader {
     if (unknown.empty()) return;
     const std::string& fallback = catalogue_.fallback().name;
     if (unknown.erase("") > 0) {
-      stand_.notes.push_back(fmt::format("Trees without a species are drawn as {}.", fallback));
+      stand_.notes.push_back(
+          fmt::format("Trees without a species are drawn with preset {}.", fallback));
     }
     if (unknown.empty()) return;
     std::string names;
     for (const std::string& name : unknown) names += (names.empty() ? "" : ", ") + name;
     stand_.notes.push_back(
-        fmt::format("No preset lists the species {}; drawn as {}.", names, fallback));
+        fmt::format("No preset lists the species {}; preset {} is used.", names, fallback));
   }
 
   void add_variant(const ReadVariant& read) {
@@ -243,7 +244,7 @@ class StandReader {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       ViewVersion version{.sizes = {h[rows_[i]], hcb[rows_[i]], cw[rows_[i]]}};
       const auto found = read.trees.find(keys_[i]);
-      // A repeated tree's other row is not this tree.
+      // The other row of a repeated tree is not this tree.
       if (found != read.trees.end() && read.rows.at(keys_[i]) == rows_[i]) {
         const tree::Preset& preset = *stand_.trees[i].preset;
         version.shape = tree::complete(found->second, preset.relative_hc, preset.name);
@@ -262,7 +263,7 @@ class StandReader {
     for (const std::size_t row : rows_) lines.insert(table_.line(row));
     const std::set<std::string> keys(keys_.begin(), keys_.end());
     for (const tree::LeftOut& one : variants_.front().left_out) {
-      // Tables that come from no file have no lines.
+      // Tables that were not read from a file have no lines.
       const std::size_t line = one.place.line.value_or(0);
       const bool is_shown = line > 0 ? lines.contains(line)
                                      : keys.contains(Columns::key(one.place.plot, one.place.tree));
@@ -291,7 +292,7 @@ class StandReader {
           missing == 1 ? "is" : "are"));
     };
     say(count(true), is_observed ? "measurements" : "predictions");
-    say(count(false), "sizes that a tree can have");
+    say(count(false), "possible sizes");
   }
 
   const data::Table& table_;

@@ -16,7 +16,7 @@ ViewStand read_view_stand(const data::Table& table,
                           const tree::PresetCatalogue& catalogue,
                           const ViewOptions& options);
 
-/// The preset of a species, or that for species which none lists.
+/// The preset of a species, or that for species that no preset lists.
 const tree::Preset& preset_or_fallback(const std::string& species,
                                        const tree::PresetCatalogue& catalogue);
 

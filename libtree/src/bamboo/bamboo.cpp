@@ -11,7 +11,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// A narrow leaf, widest at a third of its length and drawn out to its tip.
+/// A narrow leaf, widest at a third of its length, with a long tip.
 std::vector<std::array<double, 2>> narrow_outline() {
   return {{0.55, 0.08}, {1.0, 0.32}, {0.45, 0.75}};
 }
@@ -44,7 +44,7 @@ SmoothStyle style_of_single_leaves(const BambooPreset& preset) {
   return style;
 }
 
-/// The leaves of a spray: on both sides of its twig in turn, the last one straight on.
+/// The leaves of a spray: alternately on both sides of its twig, the last one straight ahead.
 void add_leaves_of(const LeafSite& spray, const CulmLeaves& leaves, std::vector<LeafSite>& to) {
   const Point across = cross(spray.along, spray.facing);
   for (int i = 0; i < leaves.leaves_per_spray; ++i) {

@@ -40,7 +40,7 @@ std::vector<DrawnLeaf> spray(int number) {
   std::vector<DrawnLeaf> leaves;
   for (int i = 0; i < kPairs; ++i) {
     for (const int side : {-1, 1}) {
-      // Leaves of a twig grow on both sides in turn; a picture's number shifts the turns.
+      // Leaves of a twig grow alternately on both sides; the number of the image shifts the order.
       const double turn = 0.5 * ((side > 0) == (number % 2 == 0) ? 1 : 0);
       const double share = (i + turn) / kPairs;
       const double wave = std::sin(1.7 * number + 2.3 * i + side);
@@ -56,14 +56,14 @@ std::vector<DrawnLeaf> spray(int number) {
   return leaves;
 }
 
-/// How bright a leaf is at a place, or below 0 where it is not.
+/// Brightness of a leaf at a point, or below 0 outside the leaf.
 double brightness(const DrawnLeaf& leaf, double x, double y) {
   const double s = std::sin(leaf.angle_rad);
   const double c = std::cos(leaf.angle_rad);
   const double along = ((x - leaf.x) * s + (y - leaf.y) * c) / leaf.length;
   const double across = ((x - leaf.x) * c - (y - leaf.y) * s) / leaf.width;
   if (along < 0.0 || along > 1.0) return -1.0;
-  // Widest at a third, drawn out to the tip.
+  // Widest at a third, with a long tip.
   const double half = 0.5 * std::pow(along, 0.45) * (1.0 - along) * 2.1;
   if (std::abs(across) > half) return -1.0;
   const double rib = std::abs(across) < 0.08 ? 1.18 : 1.0;
@@ -75,7 +75,8 @@ double brightness(const DrawnLeaf& leaf, double x, double y) {
 Texture bamboo_leaf_picture(std::size_t size, const Color& color, int number) {
   const std::vector<DrawnLeaf> leaves = spray(number);
   Texture picture{.name = "bamboo-leaf-" + std::to_string(number), .width = size, .height = size};
-  // Transparent pixels have the leaves' color too, so that no other one bleeds in at their edges.
+  // Transparent pixels have the leaves' color too, so that interpolation shows no other color at
+  // the edges.
   picture.rgba.reserve(4 * size * size);
   const auto width = static_cast<double>(size);
   for (std::size_t row = 0; row < size; ++row) {

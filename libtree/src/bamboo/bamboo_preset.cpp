@@ -137,7 +137,7 @@ LeafForm form_of(const JsonEntry& entry) {
   throw InputError("must be \"card\" or \"crossed cards\"", entry.place_of("form"));
 }
 
-/// Between dark and bright in even steps.
+/// From dark to bright in equal steps.
 std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entry) {
   const int grades = whole_number(entry, "grades", 1, 10);
   const int size = whole_number(entry, "picture_size", 16, 1024);
@@ -154,12 +154,12 @@ std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entr
   return pictures;
 }
 
-/// The files beside the preset.
+/// The files in the folder of the preset.
 std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry) {
   const auto names = entry.get<std::vector<std::string>>("pictures");
   constexpr std::size_t kMost = 10;
   if (names.empty() || names.size() > kMost) {
-    throw InputError("must name one to ten PNG files", entry.place_of("pictures"));
+    throw InputError("must list one to ten PNG files", entry.place_of("pictures"));
   }
   std::vector<std::shared_ptr<const Texture>> pictures;
   for (const std::string& name : names) {
@@ -167,7 +167,7 @@ std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry
     pictures.push_back(
         std::make_shared<const Texture>(texture_from_png(read_file(file), file.string())));
     if (color_weight(*pictures.back()) == 0.0) {
-      throw InputError("nothing can be seen in it", {.file = file.string()});
+      throw InputError("is completely transparent", {.file = file.string()});
     }
   }
   return pictures;

@@ -18,16 +18,16 @@ namespace {
 constexpr double kThinnest = 0.0003;
 constexpr double kFlattest = 2.0 * kRadian;
 
-/// A first-order branch before it has its points.
+/// A first-order branch before its points are computed.
 struct Shoot {
   Point base{};
   double culm_radius_m = 0.0;
   double azimuth_rad = 0.0;  ///< from north over east
   double elevation_rad = 0.0;
   double bend_rad = 0.0;
-  double length_share = 1.0;   ///< of the way to the crown curve
+  double length_share = 1.0;   ///< relative to the distance of the crown curve
   std::optional<Point> tip{};  ///< where it must end
-  Random random;               ///< for what it bears
+  Random random;               ///< for its twigs
   bool is_second = false;      ///< of its node
 };
 
@@ -90,7 +90,7 @@ class BambooGrower {
 
   // ---- First order ----------------------------------------------------------------------------
 
-  /// Whether there is crown all around the culm.
+  /// Whether the crown is present all around the culm.
   bool has_room(double z_m) const {
     const Point at = culm_.at(z_m);
     const double away = std::hypot(at.x, at.y);
@@ -98,8 +98,8 @@ class BambooGrower {
     return away == 0.0 || away < kRoom * crown_.radius_m(at.x, at.y) * crown_.relative_width(z_m);
   }
 
-  /// Nodes with branches; the first is the crown base. At least two, so that a branch can be led to
-  /// each of the four measured radii.
+  /// Nodes with branches; the first is the crown base. At least two, so that a branch can be moved
+  /// to each of the four measured radii.
   std::vector<CulmNode> bearing_nodes() const {
     const double length = shape_.h_m - shape_.hcb_m;
     constexpr double kHighest = 0.985;
@@ -123,7 +123,7 @@ class BambooGrower {
   std::vector<Shoot> planned_shoots() {
     std::vector<double> x;
     const auto azimuth_of = [&](std::uint32_t number) {
-      // Counted from the ground, so that a crown that begins elsewhere leaves the others' as it is.
+      // Numbered from the ground, so that another crown base does not change the other nodes.
       while (x.size() <= number) x.push_back(azimuths_.next());
       const double other_side = number % 2 == 0 ? 0.0 : std::numbers::pi;
       return side_rad_ + kTwoPi * x[number] + other_side;
@@ -167,7 +167,7 @@ class BambooGrower {
             .is_second = is_second};
   }
 
-  /// In each measured direction the branch that would come nearest ends on the widest point.
+  /// In each measured direction the nearest branch ends at the widest point.
   void lead_to_radii(std::vector<Shoot>& shoots) const {
     const CrownRadii& radii = crown_.radii();
     const double hc = crown_.hc_m();
@@ -191,7 +191,7 @@ class BambooGrower {
     }
   }
 
-  /// How far a branch is from one that ends at a tip by itself: its base in shares of the crown's
+  /// Distance of a branch from one that ends at a measured radius: its base relative to the crown
   /// length, its azimuth in half turns.
   double cost_of(const Shoot& shoot, Point tip) const {
     const double elevation = std::max(shoot.elevation_rad - 0.5 * shoot.bend_rad, kFlattest);
@@ -203,7 +203,7 @@ class BambooGrower {
            (shoot.is_second ? kSecond : 0.0) + (shoot.base.z > tip.z ? 1.0 : 0.0);
   }
 
-  /// Where a branch ends that is not led to a radius.
+  /// End of a branch that is not moved to a radius.
   Point free_tip(const Shoot& shoot) const {
     const double elevation = std::max(shoot.elevation_rad - 0.5 * shoot.bend_rad, kFlattest);
     const Point flat = outward(shoot.azimuth_rad);
@@ -212,12 +212,12 @@ class BambooGrower {
     const double distance =
         crown_.matching_distance_m(std::min(shoot.base.z, crown_.h_m()), from_vertical, radius);
     Point along = std::cos(elevation) * flat + Point{0.0, 0.0, std::sin(elevation)};
-    // The culm may stand nearer to the other side.
+    // The culm may be nearer to the other side.
     constexpr double kMargin = 1.25;
     double wanted = kMargin * distance / std::cos(elevation);
     constexpr double kLong = 0.35;
     if (distance < kLong * radius && shoot.base.z < crown_.hc_m()) {
-      // Low in a slender crown branches rise more steeply, to where there is room.
+      // Low in a slender crown branches are steeper, because the crown leaves no other space.
       constexpr double kAway = 0.7;
       const Point there = kAway * radius * flat + Point{0.0, 0.0, crown_.hc_m()};
       along = direction(there - shoot.base);
@@ -227,7 +227,7 @@ class BambooGrower {
     return shoot.base + shoot.length_share * reach * along;
   }
 
-  /// An arch over the straight way from the base to the tip, as much bent as the crown lets it be.
+  /// An arch over the straight line from the base to the tip, bent as far as the crown allows.
   std::vector<Point> arch(const Shoot& shoot, Point tip, int segments) const {
     const Point chord = tip - shoot.base;
     const double span = length(chord);
@@ -241,7 +241,7 @@ class BambooGrower {
       if (bend < kStraight) bend = 0.0;
       const Point start = std::cos(0.5 * bend) * along + std::sin(0.5 * bend) * above;
       const Point side = std::cos(0.5 * bend) * above - std::sin(0.5 * bend) * along;
-      // V < 0: its tip hangs.
+      // V < 0: the tip hangs.
       const CubicBezier unit = bent_curve({}, start, side, 1.0, bend / kRadian, -1.0);
       const double scale = span / length(unit.control[3]);
       bool inside = true;
@@ -272,7 +272,7 @@ class BambooGrower {
     const CulmBranching& branches = preset_.branches;
     const Point tip = shoot.tip.value_or(free_tip(shoot));
     const double span = length(tip - shoot.base);
-    // What the crown curve cuts off bears nothing.
+    // Parts outside the crown curve are cut off and have no twigs.
     constexpr double kShortest = 0.05;
     const double radius_there = crown_.radius_m(tip.x, tip.y);
     if (!shoot.tip && span < kShortest * std::min(radius_there, shape_.h_m - shape_.hcb_m)) return;
@@ -326,7 +326,7 @@ class BambooGrower {
     const Point sideways = direction(cross(tangent, {0.0, 0.0, 1.0}), {1.0, 0.0, 0.0});
     const Point above = cross(sideways, tangent);
     const double angle = random.normal(twigs.angle_deg, twigs.angle_sd_deg) * kRadian;
-    // Nearly level, in the plane that the branch spreads its leaves in.
+    // Nearly horizontal, in the plane of the branch's leaves.
     constexpr double kTilt = 0.35;
     const double tilt = random.uniform(-kTilt, kTilt);
     const Point away = (is_left ? -1.0 : 1.0) * std::cos(tilt) * sideways + std::sin(tilt) * above;
@@ -349,7 +349,7 @@ class BambooGrower {
       const double share = (i + 1.0) / leaves;
       const Point at = share < 0.5 ? base + 2.0 * share * (middle - base)
                                    : middle + (2.0 * share - 1.0) * (tip - middle);
-      // Leaves spread to both sides of a twig, the last one straight on.
+      // Leaves on both sides of a twig, the last one straight ahead.
       constexpr double kSpread = 0.6;
       const double spread = i + 1 == leaves ? 0.0 : (i % 2 == 0 ? kSpread : -kSpread);
       const Point across = direction(cross(along, {0.0, 0.0, 1.0}), sideways);
@@ -357,11 +357,11 @@ class BambooGrower {
     }
   }
 
-  /// A picture of leaves that hangs from a place and stays inside the crown.
+  /// An image of leaves that hangs from a point and stays inside the crown.
   void add_leaf(
       std::uint32_t axis, Point at, Point outward_along, std::uint32_t order, Random& random) {
     const CulmLeaves& leaves = preset_.leaves;
-    // A crown with very unequal radii is hollow between them.
+    // A crown with very unequal radii is concave between them.
     at = crown_.confine(at);
     const double size = leaf_m_ * random.uniform(0.8, 1.2);
     const double roll = random.uniform(-0.5, 0.5);
@@ -371,7 +371,7 @@ class BambooGrower {
     double room = crown_.length_inside_m(at, along, size);
     constexpr double kEnough = 0.6;
     if (room < kEnough * size) {
-      // At the crown's surface it turns to where there is room.
+      // At the crown's surface it turns towards free space.
       const Point middle{0.0, 0.0, 0.5 * (shape_.hcb_m + shape_.h_m)};
       along = direction(along + 1.2 * direction(middle - at));
       room = crown_.length_inside_m(at, along, size);
@@ -399,7 +399,7 @@ class BambooGrower {
   Culm culm_;
   std::vector<double> angles_;
   LogisticMap azimuths_;
-  double side_rad_;  ///< of the even nodes' branches, before what the map adds
+  double side_rad_;  ///< of the branches at even nodes, before the logistic map is added
   std::uint64_t key_;
   double leaf_m_ = 0.0;
   Skeleton skeleton_{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The axes of a bamboo and the places of its leaves.
+// The axes of a bamboo and the positions of its leaves.
 #pragma once
 
 #include "silvafit/tree/bamboo.hpp"

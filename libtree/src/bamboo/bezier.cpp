@@ -19,7 +19,7 @@ double quadrature(const CubicBezier& curve, double from, double to) {
       [&curve](double t) { return speed(curve, t); }, from, to);
 }
 
-/// \param whole  the quadrature over all of it
+/// \param whole  the quadrature over the whole interval
 double halved(const CubicBezier& curve, double from, double to, double whole, int depth) {
   const double middle = 0.5 * (from + to);
   const double left = quadrature(curve, from, middle);
@@ -34,15 +34,14 @@ double halved(const CubicBezier& curve, double from, double to, double whole, in
 void check_parameters(std::span<const Point> points, std::span<const double> parameters) {
   if (parameters.size() != points.size()) {
     throw UsageError("a curve through " + std::to_string(points.size()) +
-                     " points needs as many "
-                     "parameters, not " +
+                     " points needs the same number of parameters, not " +
                      std::to_string(parameters.size()));
   }
   const bool in_order = std::is_sorted(parameters.begin(), parameters.end());
   const bool finite = std::all_of(
       parameters.begin(), parameters.end(), [](double t) { return t >= 0.0 && t <= 1.0; });
   if (!in_order || !finite || parameters.front() != 0.0 || parameters.back() != 1.0) {
-    throw UsageError("the parameters of a curve's points must rise from 0 to 1");
+    throw UsageError("the parameters of a curve's points must increase from 0 to 1");
   }
 }
 
@@ -77,7 +76,7 @@ std::vector<double> chord_length_parameters(std::span<const Point> points) {
   }
   const double total = parameters.empty() ? 0.0 : parameters.back();
   if (!(total > 0.0 && std::isfinite(total))) {
-    throw GeometryError("a curve needs points that lie apart");
+    throw GeometryError("the points of a curve must not all be equal");
   }
   for (double& parameter : parameters) parameter /= total;
   parameters.back() = 1.0;
@@ -86,9 +85,8 @@ std::vector<double> chord_length_parameters(std::span<const Point> points) {
 
 CubicBezier fit_bezier(std::span<const Point> points, std::span<const double> parameters) {
   if (points.size() < 4) {
-    throw GeometryError(
-        "a cubic curve is fitted to at least two points between its ends; there are " +
-        std::to_string(points.size() < 2 ? 0 : points.size() - 2));
+    throw GeometryError("a cubic curve needs at least two points between its ends, not " +
+                        std::to_string(points.size() < 2 ? 0 : points.size() - 2));
   }
   check_parameters(points, parameters);
   const Point v0 = points.front();
@@ -108,12 +106,12 @@ CubicBezier fit_bezier(std::span<const Point> points, std::span<const double> pa
     c2 = c2 + b[2] * rest;
   }
   const double determinant = a1 * a2 - a12 * a12;
-  // Of one parameter alone the determinant is 0 but for rounding.
+  // With a single parameter value the determinant is 0 except for rounding.
   constexpr double kSingular = 1e-12;
   if (!(determinant > kSingular * a1 * a2)) {
     throw GeometryError(
-        "the points between a curve's ends do not determine it: at least two of them must lie at "
-        "different places along it");
+        "the points between a curve's ends do not determine the curve: at least two of them must "
+        "have different parameters");
   }
   const double inverse = 1.0 / determinant;
   return {{v0, inverse * (a2 * c1 - a12 * c2), inverse * (a1 * c2 - a12 * c1), v3}};
@@ -136,7 +134,7 @@ CubicBezier bent_curve(
   const Point towards = sense < 0.0 ? -1.0 * side : side;
   const Point end = std::cos(bend) * along + std::sin(bend) * towards;
   const Point chord = direction(along + end, along);
-  // Of an arc whose chord has length 1.
+  // For an arc with a chord of length 1.
   constexpr double kStraight = 1e-6;
   const double handle = bend < kStraight
                             ? 1.0 / 3.0

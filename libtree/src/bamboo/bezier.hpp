@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Cubic Bezier curves: fitted to measured points, and bent by a wanted angle.
+// Cubic Bezier curves: fitted to measured points, and bent by a given angle.
 #pragma once
 
 #include <array>
@@ -26,8 +26,8 @@ struct CubicBezier {
 /// B_0 .. B_3 at t.
 std::array<double, 4> bernstein(double t);
 
-/// The share of the polyline's length at which each point lies: 0 for the first, 1 for the last.
-/// \throws GeometryError if all points are one
+/// The relative polyline length at each point: 0 for the first, 1 for the last.
+/// \throws GeometryError if all points are equal
 std::vector<double> chord_length_parameters(std::span<const Point> points);
 
 /// The cubic with V_0 = p_0 and V_3 = p_n whose sum of squared distances |Q(t_i) - p_i|^2 at the

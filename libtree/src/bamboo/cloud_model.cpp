@@ -11,11 +11,11 @@ namespace silvafit::tree {
 void check(const NormalCloud& cloud) {
   const auto [ex, en, he, low, high] = cloud;
   if (!(low < high && ex >= low && ex <= high)) {
-    throw UsageError("the expectation of a cloud must lie within its limits");
+    throw UsageError("the expectation of a cloud model must be within its limits");
   }
   if (!(en >= 0.0 && he >= 0.0 && en <= high - low && he <= high - low)) {
     throw UsageError(
-        "the entropies of a cloud must be at least 0 and at most the width of its limits");
+        "the entropies of a cloud model must be at least 0 and at most the width of its limits");
   }
 }
 
@@ -37,12 +37,12 @@ std::vector<std::size_t> appearances(std::span<const double> weights) {
     sum += weight;
   }
   if (weights.empty() || !std::isfinite(sum))
-    throw UsageError("weights must be finite, at least one");
+    throw UsageError("weights must be finite, and there must be at least one");
   if (sum == 0.0) return std::vector<std::size_t>(weights.size(), 1);
   std::vector<std::size_t> times;
   times.reserve(weights.size());
   for (const double weight : weights) {
-    // Fourteen equal weights have shares of 1, some of them a rounding error below it.
+    // Fourteen equal weights give values of 1, some with a rounding error below 1.
     constexpr double kRounding = 1e-9;
     const double share = static_cast<double>(weights.size()) * (weight / sum);
     times.push_back(static_cast<std::size_t>(std::floor(share + kRounding)));

@@ -13,7 +13,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// Length of an internode, as a share of the longest.
+/// Length of an internode relative to the longest.
 double relative_internode(const CulmStyle& style, double share) {
   constexpr double kQuarter = 0.5 * std::numbers::pi;
   if (share <= style.longest_at) {
@@ -52,7 +52,7 @@ std::vector<double> node_heights_m(const CulmStyle& style,
 
 Culm::Culm(const TreeShape& shape, const Crown& crown, const CulmStyle& style, Random& random)
     : style_(style), h_m_(shape.h_m), hcb_m_(shape.hcb_m), dbh_cm_(shape.dbh_cm) {
-  // Drawn whether they are measured or not, so that what follows is the same.
+  // Drawn even if they were measured, so that later random numbers do not change.
   const double bend_deg = std::clamp(random.normal(style.bend_deg, style.bend_sd_deg), 0.0, 60.0);
   const double azimuth_deg = random.normal(style.sun_azimuth_deg, style.sun_azimuth_sd_deg);
   const double factor = 1.0 + style.internodes_sd * std::clamp(random.normal(), -2.0, 2.0);
@@ -85,15 +85,14 @@ void Culm::bend(const TreeShape& shape, const Crown& crown, double bend_deg) {
   const double rise = h_m_ - from;
   constexpr double kShortest = 0.2;
   if (rise < kShortest || bend_deg == 0.0) return;
-  // The tip is a little beside the crown curve, but branches must find room around the culm.
+  // The tip is slightly outside the crown curve, but branches need space around the culm.
   constexpr double kRoom = 0.2;
   const double most_deg = 2.0 * std::atan(kRoom * narrowest_m(crown.radii()) / rise) / kRadian;
   if (bend_deg > most_deg && shape.culm.bend_deg) {
     notes_.push_back(
         {"bend_deg",
-         fmt::format("bent by {:.1f} degrees, not {}: the crown is too narrow for more",
-                     most_deg,
-                     bend_deg)});
+         fmt::format(
+             "bent by {:.1f} degrees instead of {}: the crown is too narrow", most_deg, bend_deg)});
   }
   bent_from_m_ = from;
   const Point side{
@@ -107,7 +106,7 @@ void Culm::bend(const TreeShape& shape, const Crown& crown, double bend_deg) {
 
 Point Culm::at(double z_m) const {
   if (z_m <= bent_from_m_) return {0.0, 0.0, z_m};
-  // Heights rise along the curve, almost evenly.
+  // Heights increase along the curve, almost uniformly.
   double t = (z_m - bent_from_m_) / (h_m_ - bent_from_m_);
   for (int step = 0; step < 3; ++step) {
     t = std::clamp(t - (curve_.at(t).z - z_m) / curve_.derivative(t).z, 0.0, 1.0);
@@ -128,7 +127,7 @@ std::vector<SkeletonPoint> Culm::points(const Taper& taper) const {
     const double below = i == 0 ? 0.0 : nodes_[i - 1].z_m;
     const double above = i + 1 == nodes_.size() ? h_m_ : nodes_[i + 1].z_m;
     const double half = std::min(style_.ridge_m, 0.2 * std::min(z - below, above - z));
-    // Breast height is measured between two nodes; so is it here.
+    // Breast height is measured between two nodes.
     constexpr double kLeast = 0.001;
     if (half < kLeast || std::abs(z - kBreastHeight) < half + kLeast) continue;
     sections.insert(sections.end(),

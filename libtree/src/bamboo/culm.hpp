@@ -20,14 +20,15 @@ class Culm {
  public:
   Culm(const TreeShape& shape, const Crown& crown, const CulmStyle& style, Random& random);
 
-  /// The culm's middle at a height.
+  /// The culm's center at a height.
   Point at(double z_m) const;
-  /// Nodes from the ground up; where the crown does not begin near the ground or the tip, one is at
-  /// the crown base.
+  /// Nodes from the ground up; unless the crown starts near the ground or the tip, one is at the
+  /// crown base.
   const std::vector<CulmNode>& nodes() const { return nodes_; }
   const std::vector<Note>& notes() const { return notes_; }
 
-  /// From the ground to the tip, a ridge at each node; breast height is a point, and in no ridge.
+  /// From the ground to the tip, with a ridge at each node; breast height is a point outside all
+  /// ridges.
   std::vector<SkeletonPoint> points(const Taper& taper) const;
 
  private:
@@ -40,7 +41,7 @@ class Culm {
   double dbh_cm_;
   std::vector<CulmNode> nodes_{};
   double lean_azimuth_deg_ = 0.0;
-  double bent_from_m_ = 0.0;  ///< the tip's height where it is straight
+  double bent_from_m_ = 0.0;  ///< the height of the tip if the culm is straight
   CubicBezier curve_{};       ///< above that
   std::vector<Note> notes_{};
 };

@@ -14,8 +14,8 @@ namespace {
 
 double step(double mu, double x) { return mu * x * (1.0 - x); }
 
-/// Whether a value comes back within a few steps of itself, so nearly that it would stay with it
-/// for more steps than a culm has branches.
+/// Whether a value returns within a few steps so close to itself that it would repeat for more
+/// steps than a culm has branches.
 bool repeats_soon(double mu, double x0) {
   constexpr int kLookedAt = 256;
   constexpr std::size_t kLongestPeriod = 8;
@@ -48,13 +48,15 @@ LogisticMap::LogisticMap(double mu, double x0) : mu_(mu), x0_(x0), x_(x0) {
     throw UsageError(fmt::format("mu = {} of the logistic map is outside [3.56994, 4]", mu));
   }
   if (!(x0 > 0.0 && x0 < 1.0)) {
-    throw UsageError(fmt::format("the logistic map starts between 0 and 1, not at {}", x0));
+    throw UsageError(
+        fmt::format("the start value of the logistic map must be between 0 and 1, not {}", x0));
   }
   if (repeats_soon(mu, x0)) {
-    throw UsageError(fmt::format(
-        "the logistic map with mu = {} soon repeats itself from {}; take another start, or mu = 4",
-        mu,
-        x0));
+    throw UsageError(
+        fmt::format("the logistic map with mu = {} soon repeats from start value {}; use another "
+                    "start value or mu = 4",
+                    mu,
+                    x0));
   }
 }
 

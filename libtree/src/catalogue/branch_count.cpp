@@ -13,7 +13,7 @@ data::Expression equation_of_age(const JsonEntry& entry, const std::string& fiel
   try {
     data::Expression equation = data::Expression::parse(entry.get<std::string>(field));
     for (const std::string& name : equation.variables()) {
-      if (name != "age") throw UsageError("knows only `age`, not `" + name + "`");
+      if (name != "age") throw UsageError("may use only `age`, not `" + name + "`");
     }
     return equation;
   } catch (const UsageError& error) {
@@ -39,7 +39,7 @@ BranchCount BranchCount::load(const std::filesystem::path& file) {
     const Count at =
         count.at(count.youngest_years_ + share * (count.oldest_years_ - count.youngest_years_));
     if (!(at.total > at.dead && at.dead > 0.0)) {
-      throw InputError("total > dead > 0 does not hold in the whole range",
+      throw InputError("total > dead > 0 must hold in the whole range of years",
                        entry.place_of("age_range_years"));
     }
   }

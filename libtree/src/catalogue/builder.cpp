@@ -33,7 +33,7 @@ BuilderKind builder_from_text(std::string_view text) {
     if (text == builder_name(kind)) return kind;
     names += (names.empty() ? "" : ", ") + std::string(builder_name(kind));
   }
-  throw UsageError("there is no builder " + std::string(text) + "; there are " + names);
+  throw UsageError("unknown builder '" + std::string(text) + "'; available: " + names);
 }
 
 Builder::Builder(BuilderKind kind, PresetHead preset) : kind_(kind), preset_(std::move(preset)) {}

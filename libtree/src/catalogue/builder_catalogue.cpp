@@ -61,8 +61,8 @@ const Builder& BuilderCatalogue::named(BuilderKind kind, std::string_view name) 
     if (builder->name() == name) return *builder;
     names += (names.empty() ? "" : ", ") + builder->name();
   }
-  throw UsageError("the builder " + std::string(builder_name(kind)) + " has no preset " +
-                   std::string(name) + "; it has " + names);
+  throw UsageError("unknown preset '" + std::string(name) + "' of builder " + builder_name(kind) +
+                   "; available: " + names);
 }
 
 const Builder* BuilderCatalogue::for_species(BuilderKind kind, std::string_view species) const {
@@ -77,8 +77,8 @@ const Builder& BuilderCatalogue::fallback(BuilderKind kind) const {
     const std::vector<std::string>& species = builder->preset().species;
     if (std::find(species.begin(), species.end(), kAnySpecies) != species.end()) return *builder;
   }
-  throw InputError(std::string("no preset of the builder ") + builder_name(kind) +
-                   " lists \"*\", for species that no other lists");
+  throw InputError(std::string("no preset of builder ") + builder_name(kind) +
+                   " has \"*\" among its species (for species that no other preset lists)");
 }
 
 }  // namespace silvafit::tree

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reading entries of the catalogue: JSON objects whose errors name the file and the field.
+// Reading entries of the catalogue: JSON objects with errors that name the file and the field.
 #pragma once
 
 #include <algorithm>
@@ -16,10 +16,10 @@
 
 namespace silvafit::tree {
 
-/// An object of a catalogue file together with the place of its fields.
+/// An object of a catalogue file with the position of its fields.
 class JsonEntry {
  public:
-  /// \throws InputError if the file is no JSON object of that schema
+  /// \throws InputError if the file is not a JSON object of that schema
   static JsonEntry load(const std::filesystem::path& file, const std::string& schema) {
     nlohmann::json value = nlohmann::json::parse(read_file(file), nullptr, false);
     if (!value.is_object()) throw InputError("is not a JSON object", {.file = file.string()});
@@ -53,11 +53,11 @@ class JsonEntry {
     return value;
   }
 
-  /// \throws InputError naming the first field that is none of these
+  /// \throws InputError naming the first unknown field
   void allow_only(std::initializer_list<std::string_view> fields) const {
     for (const auto& item : value_.items()) {
       if (std::find(fields.begin(), fields.end(), item.key()) == fields.end()) {
-        throw InputError("there is no such field", place_of(item.key()));
+        throw InputError("unknown field", place_of(item.key()));
       }
     }
   }

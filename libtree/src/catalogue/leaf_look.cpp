@@ -20,20 +20,19 @@ std::vector<std::array<double, 2>> outline_of(const JsonEntry& entry) {
   auto outline = entry.get<std::vector<std::array<double, 2>>>("outline");
   std::array<double, 2> before{1.0, -1.0};
   for (const auto& [across, along] : outline) {
-    // Seen from the petiole, each point stands to the left of the one before, lobes or not.
+    // Seen from the petiole, each point is to the left of the previous one, also with lobes.
     const bool is_left = along * before[0] > before[1] * across;
     if (!(across > 0.0 && across <= 1.0 && std::abs(along) < 1.0 && is_left)) {
       throw InputError(
-          "must be [across, along] with across in (0, 1] and along in (-1, 1), in the order in "
-          "which "
-          "the petiole's end sees them from the base to the tip",
+          "must be [across, along] with across in (0, 1] and along in (-1, 1), in angular order "
+          "around the end of the petiole, from the base to the tip",
           entry.place_of("outline"));
     }
     before = {across, along};
   }
   constexpr std::size_t kLeast = 3;
   if (outline.size() < kLeast) {
-    throw InputError("needs three points or more", entry.place_of("outline"));
+    throw InputError("must have at least three points", entry.place_of("outline"));
   }
   return outline;
 }

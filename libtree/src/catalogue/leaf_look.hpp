@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What presets say about the looks of bark and leaves.
+// Fields of presets for the appearance of bark and leaves.
 #pragma once
 
 #include "catalogue/json_entry.hpp"
@@ -7,12 +7,12 @@
 
 namespace silvafit::tree {
 
-/// A leaf without a picture: form (five-polygons or needle-fan), aspect, color, color_variation and
-/// perhaps outline.
+/// A leaf without an image: form (five-polygons or needle-fan), aspect, color, color_variation and
+/// optionally outline.
 /// \throws InputError naming file and field
 LeafLook leaf_look_of(const JsonEntry& entry);
 
-/// The picture of the bark: the field `bark`, smooth (also where it is missing) or furrowed.
+/// The texture of the bark: the field `bark`, smooth (default) or furrowed.
 /// \throws InputError naming file and field
 std::shared_ptr<const Texture> bark_picture_of(const JsonEntry& entry);
 

@@ -19,12 +19,13 @@ std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
     const bool ascends = layers.empty() ? from == 0.0 : from > layers.back().from && from < 1.0;
     if (!ascends || !(low > 0.0 && low < high && high <= 90.0)) {
       throw InputError(
-          "must be [from, low, high] with ascending shares from 0 and angles in (0, 90]",
+          "must be [from, low, high] with increasing `from`, starting at 0, and angles in (0, 90]",
           entry.place_of("angle_layers"));
     }
     layers.push_back({from, low, high});
   }
-  if (layers.empty()) throw InputError("needs a layer", entry.place_of("angle_layers"));
+  if (layers.empty())
+    throw InputError("must have at least one layer", entry.place_of("angle_layers"));
   return layers;
 }
 
@@ -123,7 +124,7 @@ Foliage foliage_of(const JsonEntry& entry) {
   foliage.outer = color_of(entry, "outer_color");
   for (std::size_t i = 0; i < 3; ++i) {
     if (!(foliage.outer[i] > 0.0 && foliage.inner[i] <= foliage.outer[i])) {
-      throw InputError("must be above 0 and nowhere darker than inner_color",
+      throw InputError("must be above 0 and not darker than inner_color",
                        entry.place_of("outer_color"));
     }
   }
@@ -158,7 +159,7 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
 PresetCatalogue PresetCatalogue::load(const fs::path& models) {
   const fs::path folder = models / "presets";
   if (!fs::is_directory(folder)) {
-    throw InputError("there are no species presets here", {.file = folder.string()});
+    throw InputError("no species presets in this folder", {.file = folder.string()});
   }
   PresetCatalogue catalogue;
   for (const auto& file : fs::directory_iterator(folder)) {
@@ -178,7 +179,7 @@ const Preset& PresetCatalogue::named(std::string_view name) const {
     if (preset.name == name) return preset;
     names += (names.empty() ? "" : ", ") + preset.name;
   }
-  throw UsageError("there is no preset " + std::string(name) + "; there are " + names);
+  throw UsageError("unknown preset '" + std::string(name) + "'; available: " + names);
 }
 
 const Preset* PresetCatalogue::for_species(std::string_view species) const {

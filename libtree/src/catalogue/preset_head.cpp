@@ -14,7 +14,7 @@ PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& 
   head.crown_index = {crown.number("index_up", 1.0, 2.0), crown.number("index_down", 1.0, 2.0)};
   head.relative_hc = crown.number("relative_hc", 0.0, 1.0);
   head.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));
-  // Whoever reads a preset must be able to tell what is known from what is guessed.
+  // `basis` is required: it separates published from guessed numbers.
   entry.get<std::map<std::string, std::string>>("basis");
   return head;
 }
@@ -32,7 +32,7 @@ Color color_of(const JsonEntry& entry, const std::string& field) {
 int whole_number(const JsonEntry& entry, const std::string& field, int low, int high) {
   const double value = entry.number(field, low, high);
   const int number = static_cast<int>(value);
-  if (number != value) throw InputError("must be a whole number", entry.place_of(field));
+  if (number != value) throw InputError("must be an integer", entry.place_of(field));
   return number;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The fields that the preset files of all builders share.
+// The common fields of the preset files of all builders.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& 
 /// Three numbers in [0, 1].
 Color color_of(const JsonEntry& entry, const std::string& field);
 
-/// A whole number in [low, high].
+/// An integer in [low, high].
 int whole_number(const JsonEntry& entry, const std::string& field, int low, int high);
 
 }  // namespace silvafit::tree

@@ -8,7 +8,7 @@
 
 namespace silvafit::tree {
 
-/// Listed by the preset for species that no other lists.
+/// Listed by the preset for species that no other preset lists.
 inline constexpr std::string_view kAnySpecies = "*";
 
 std::string lower_case(std::string_view text);

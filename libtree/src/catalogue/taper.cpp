@@ -63,11 +63,11 @@ std::vector<double> Taper::diameters_cm(std::span<const double> heights_m,
   for (std::size_t i = 0; i < diameters.size(); ++i) {
     double& relative = diameters[i];
     if (heights_m[i] < kBreastHeight) {
-      // The equation may overflow near the ground on a tree that has just reached 1.3 m.
+      // The equation may overflow near the ground for a tree that has just reached 1.3 m.
       relative = std::isnan(relative) ? butt_limit_ : std::min(relative, butt_limit_);
     }
     if (!(relative >= 0.0 && std::isfinite(relative))) {
-      throw NumericalError("the taper equation gives no diameter", {.model = name_});
+      throw NumericalError("the taper equation gives no valid diameter", {.model = name_});
     }
     relative *= dbh_cm;
   }

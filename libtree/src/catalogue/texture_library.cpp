@@ -25,7 +25,7 @@ std::uint8_t encoded(double linear) {
   return static_cast<std::uint8_t>(std::lround(255.0 * srgb));
 }
 
-/// A number in [0, 1) that belongs to a place of the lattice (the finalizer of MurmurHash3).
+/// A hash in [0, 1) of a lattice point (the finalizer of MurmurHash3).
 double lattice(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
   std::uint32_t h = x * 0x9e3779b1U + y * 0x85ebca77U + seed * 0xc2b2ae3dU;
   h = (h ^ h >> 16U) * 0x85ebca6bU;
@@ -34,8 +34,8 @@ double lattice(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
   return h / 4294967296.0;
 }
 
-/// Smooth noise in [0, 1] on the unit square that goes on at all edges: a lattice of so many cells,
-/// with cubic steps between.
+/// Seamless smooth noise in [0, 1] on the unit square: a lattice with this number of cells,
+/// interpolated cubically.
 double noise(double x, double y, int across, int along, std::uint32_t seed) {
   const auto wrapped = [](double value, int cells) {
     const double at = (value - std::floor(value)) * cells;
@@ -55,7 +55,7 @@ double noise(double x, double y, int across, int along, std::uint32_t seed) {
   return below + t * (above - below);
 }
 
-/// Noise of several sizes, each half as large as the one before.
+/// Noise of several wavelengths, each half as long as the previous one.
 double rough(double x, double y, int across, int along, int octaves, std::uint32_t seed) {
   double sum = 0.0;
   double weight = 0.0;
@@ -69,7 +69,7 @@ double rough(double x, double y, int across, int along, int octaves, std::uint32
 }
 
 double furrowed(double u, double v) {
-  // Ridges run along the stem and swerve; where the noise passes its middle there is a furrow.
+  // Irregular ridges run along the stem; there is a furrow where the noise crosses its middle.
   const double swerve = 0.06 * (rough(u, v, 4, 4, 3, 11) - 0.5);
   const double ridge = std::abs(2.0 * rough(u + swerve, v, 12, 3, 3, 23) - 1.0);
   const double plates = rough(u, v, 24, 12, 3, 31);
@@ -89,7 +89,7 @@ double culm(double u, double v) {
   return 0.8 + 0.16 * (lines - 0.5) + 0.2 * (bloom - 0.5);
 }
 
-/// A gray picture, brought to the mean that all have.
+/// A gray texture, scaled to the common mean.
 Texture gray(std::string name, const std::function<double(double, double)>& brightness) {
   std::vector<double> values;
   values.reserve(kBarkSide * kBarkSide);
@@ -111,12 +111,12 @@ Texture gray(std::string name, const std::function<double(double, double)>& brig
   return texture;
 }
 
-/// What a card shows at a place: x from -1 to 1, y from the base up to 1; brightness, or none where
+/// The image of a card at a point: x from -1 to 1, y from the base up to 1; brightness, or none if
 /// it is transparent.
 using Card = std::function<double(double x, double y)>;
 
 Texture leaf(std::string name, const Card& card) {
-  // Finer places in each pixel, so that edges are soft.
+  // Subsamples of each pixel, for smooth edges.
   constexpr int kFine = 4;
   Texture texture{.name = std::move(name), .width = kLeafSide, .height = kLeafSide};
   std::vector<double> light(kLeafSide * kLeafSide, 0.0);
@@ -143,7 +143,7 @@ Texture leaf(std::string name, const Card& card) {
   texture.rgba.reserve(4 * light.size());
   for (std::size_t i = 0; i < light.size(); ++i) {
     const double mean = cover[i] > 0.0 ? scale * light[i] / cover[i] : kMean;
-    // Red and blue follow brightness a little more than green: veins and dry edges are yellower.
+    // Red and blue vary slightly more than green: veins and dry edges are yellower.
     const std::uint8_t green = encoded(mean);
     const std::uint8_t other = encoded(mean * (0.97 + 0.03 * mean / kMean));
     texture.rgba.insert(texture.rgba.end(),
@@ -158,11 +158,11 @@ Texture leaf(std::string name, const Card& card) {
 
 double broadleaf(double x, double y) {
   if (y < 0.1) return std::abs(x) < 0.03 ? 0.9 : 0.0;
-  // Egg-shaped: widest at two fifths, drawn out to the tip.
+  // Egg-shaped: widest at two fifths, with a long tip.
   const double along = (y - 0.1) / 0.9;
   const double half = 2.45 * std::pow(along, 0.62) * std::pow(1.0 - along, 0.9) * 0.78;
   if (std::abs(x) > half) return 0.0;
-  // Side veins leave the middle one at 45 degrees, eight on each side.
+  // Side veins branch off the midrib at 45 degrees, eight on each side.
   constexpr double kVeins = 8.0;
   const double turn = kVeins * (along - 0.45 * std::abs(x));
   const double vein = std::abs(turn - std::round(turn));
@@ -172,7 +172,7 @@ double broadleaf(double x, double y) {
 
 double needles(double x, double y) {
   if (std::abs(x) < 0.035 && y < 0.9) return 0.7;
-  // Needles leave the shoot at 55 degrees; each is a stripe of its own brightness.
+  // Needles branch off the shoot at 55 degrees; each is a stripe of its own brightness.
   constexpr double kNeedles = 22.0;
   const double base = y - 0.5 * std::abs(x) * std::tan(35.0 * std::numbers::pi / 180.0);
   if (base < 0.02 || base > 0.9) return 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Models for formats that have no shared meshes: every place gets vertices of its own.
+// Models for formats without shared meshes: every instance gets its own vertices.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace silvafit::tree {
 
-/// Stretches and moves the vertices of a part, and turns its normals accordingly.
+/// Scales and moves the vertices of a part, and transforms its normals.
 inline MeshPart baked(const MeshPart& part, const Placement& placement, const Position& origin) {
   MeshPart result = part;
   const double stretch[3] = {placement.stretch_east, placement.stretch_up, placement.stretch_north};
@@ -22,7 +22,7 @@ inline MeshPart baked(const MeshPart& part, const Placement& placement, const Po
         static_cast<float>(stretch[i % 3] * double{part.positions[i]} + shift[i % 3]) + 0.0F;
   }
   for (std::size_t i = 0; i + 2 < result.normals.size(); i += 3) {
-    // Normals stretch by the inverse.
+    // Normals are multiplied by the inverse scale.
     const Point normal = direction({part.normals[i] / stretch[0],
                                     part.normals[i + 1] / stretch[1],
                                     part.normals[i + 2] / stretch[2]});
@@ -33,7 +33,7 @@ inline MeshPart baked(const MeshPart& part, const Placement& placement, const Po
   return result;
 }
 
-/// Keeps models by value until they are placed.
+/// Stores copies of models until they are placed.
 class BakingWriter : public SceneWriter {
  public:
   explicit BakingWriter(const Position& origin) : origin_(origin) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one animation of a glTF file.
+// The animation of a glTF file.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace silvafit::tree {
 
-/// Between keyframes.
+/// Interpolation between keyframes.
 enum class Interpolation { kStep, kLinear };
 
-/// Samplers and channels as they are added. Many trees share their keyframes: equal ones, and equal
-/// samplers, are written once.
+/// Samplers and channels in the order of their addition. Many trees share their keyframes: equal
+/// ones, and equal samplers, are written once.
 class GltfAnimation {
  public:
-  /// \param buffers  take the keyframes; they must outlive this
+  /// \param buffers  receive the keyframes; must outlive this
   explicit GltfAnimation(GltfBuffers& buffers) : buffers_(buffers) {}
 
   /// Scales of a node over time; nothing without keyframes.
@@ -30,7 +30,7 @@ class GltfAnimation {
                   Interpolation interpolation,
                   double step_m);
 
-  /// The field "animations" after a comma, or nothing where none was added.
+  /// The field "animations" after a comma, or nothing if there is none.
   std::string json() const;
 
  private:

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kAlignment = 4;
 
-/// glTF's numbers of what a view is for; 0 for none.
+/// glTF's target constants of a buffer view; 0 for none.
 constexpr int kNoTarget = 0;
 constexpr int kVertices = 34962;
 constexpr int kIndices = 34963;

@@ -13,28 +13,28 @@
 
 namespace silvafit::tree {
 
-/// Sizes in a glTF file go by four bytes.
+/// Sizes in a glTF file are multiples of four bytes.
 std::size_t aligned_to_word(std::size_t size);
 
-/// Bytes as they are added, and the JSON that says what they are.
+/// The added bytes, and the JSON that describes them.
 class GltfBuffers {
  public:
-  /// \param beside    the file that will take the bytes; empty keeps all in memory
-  /// \param compress  whether streams are written as packed (EXT_meshopt_compression)
+  /// \param beside    the file that will contain the bytes; empty keeps all in memory
+  /// \param compress  whether streams are compressed (EXT_meshopt_compression)
   GltfBuffers(const std::filesystem::path& beside, bool compress);
 
-  /// Each returns the number of the accessor that was added.
+  /// Each returns the index of the added accessor.
   std::size_t add_attribute(const PackedStream& stream);
-  /// With the least and most of the positions, which glTF asks for.
+  /// With minimum and maximum of the positions, which glTF requires.
   std::size_t add_positions(const PackedStream& stream, const PackedPart& bounds);
   std::size_t add_indices(const PackedStream& stream);
-  /// Floats by ones or threes.
+  /// Floats, scalar or in threes.
   /// \param each     1 or 3
-  /// \param bounded  with the first and last value as least and most: times of keyframes
+  /// \param bounded  with the first and last value as minimum and maximum: times of keyframes
   std::size_t add_floats(const std::vector<float>& values, std::size_t each, bool bounded = false);
 
-  /// Bytes that no accessor reads, such as a picture's.
-  /// \returns the number of their view
+  /// Bytes without an accessor, such as an image.
+  /// \returns the index of their view
   std::size_t add_view(const std::string& bytes);
 
   /// Of the buffer itself.
@@ -43,7 +43,7 @@ class GltfBuffers {
   Spool& views() { return views_.spool(); }
   Spool& accessors() { return accessors_.spool(); }
   /// The items of the array "buffers".
-  /// \param uri  of the buffer's own file; empty where it is in the same
+  /// \param uri  of the buffer's own file; empty if it is in the same file
   std::string description(const std::string& uri) const;
 
  private:
@@ -57,7 +57,7 @@ class GltfBuffers {
   Spool data_;
   ArraySpool views_;
   ArraySpool accessors_;
-  std::size_t unpacked_size_ = 0;  ///< of the streams that are packed
+  std::size_t unpacked_size_ = 0;  ///< of the compressed streams
 };
 
 }  // namespace silvafit::tree

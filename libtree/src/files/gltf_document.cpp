@@ -27,25 +27,25 @@ constexpr const char* kMeshopt = "EXT_meshopt_compression";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr std::size_t kMostElements = std::size_t{1} << 31U;
 constexpr std::size_t kLargestStride = 252;  // of glTF
-/// Bytes that a scene may take in memory: so many in any case, and so many for each of its file.
-/// Well-packed vertices grow tenfold, and a few parts share them.
+/// Bytes that a scene may take in memory: a fixed number, and a multiple of the file size. Well-
+/// compressed vertices grow tenfold, and some parts share them.
 constexpr std::size_t kLeastAllowance = std::size_t{1} << 29U;
 constexpr std::size_t kAllowancePerByte = 256;
 
 const json& item(const json& in, const char* array, std::size_t index) {
   const auto found = in.find(array);
   if (found == in.end() || !found->is_array() || index >= found->size()) {
-    refuse_gltf(fmt::format("there is no {}[{}]", array, index));
+    refuse_gltf(fmt::format("{}[{}] does not exist", array, index));
   }
   return (*found)[index];
 }
 
-/// A whole number that may not be missing, unless there is a default.
+/// An integer that is required, unless there is a default.
 std::size_t number(const json& in, const char* name, std::optional<std::size_t> otherwise = {}) {
   const auto found = in.find(name);
   if (found == in.end() && otherwise) return *otherwise;
   if (found == in.end() || !found->is_number_unsigned()) {
-    refuse_gltf(fmt::format("{} is not a whole number", name));
+    refuse_gltf(fmt::format("{} is not a non-negative integer", name));
   }
   return found->get<std::size_t>();
 }
@@ -91,7 +91,7 @@ Matrix placed(std::array<double, 3> t, std::array<double, 4> q, std::array<doubl
           1};
 }
 
-/// Whether a place shrinks whatever is there to a point.
+/// Whether a transformation reduces everything to a point.
 bool has_no_size(const Matrix& place) {
   for (const std::size_t k : {0U, 1U, 2U, 4U, 5U, 6U, 8U, 9U, 10U}) {
     if (place[k] != 0.0) return false;
@@ -104,16 +104,16 @@ std::array<double, N> numbers(const json& in, const char* name, std::array<doubl
   const auto found = in.find(name);
   if (found == in.end()) return otherwise;
   if (!found->is_array() || found->size() != N)
-    refuse_gltf(fmt::format("{} has not {} numbers", name, N));
+    refuse_gltf(fmt::format("{} does not have {} numbers", name, N));
   for (std::size_t i = 0; i < N; ++i) {
     if (!(*found)[i].is_number())
-      refuse_gltf(std::string(name) + " has something else than numbers");
+      refuse_gltf(std::string(name) + " contains values that are not numbers");
     otherwise[i] = (*found)[i].template get<double>();
   }
   return otherwise;
 }
 
-/// The numbers of an accessor, as doubles, and as many a row as its type has.
+/// The values of an accessor, as doubles, with as many per row as its type has.
 struct Values {
   std::size_t width = 1;
   std::vector<double> numbers{};
@@ -150,7 +150,7 @@ class Reader {
   }
 
   static std::size_t index_of(const json& value) {
-    if (!value.is_number_unsigned()) refuse_gltf("a reference is not a whole number");
+    if (!value.is_number_unsigned()) refuse_gltf("a reference is not an integer");
     return value.get<std::size_t>();
   }
 
@@ -159,7 +159,7 @@ class Reader {
     if (required == json_.end()) return;
     for (const json& name : *required) {
       if (name != kMeshopt && name != kInstancing && name != "KHR_mesh_quantization") {
-        refuse_gltf("it requires " + json_text(name));
+        refuse_gltf("it requires the unsupported extension " + json_text(name));
       }
     }
   }
@@ -172,13 +172,14 @@ class Reader {
   }
 
   std::string_view slice(std::size_t buffer, std::size_t from, std::size_t size) const {
-    if (buffer >= buffers_.size()) refuse_gltf(fmt::format("there is no buffer {}", buffer));
+    if (buffer >= buffers_.size()) refuse_gltf(fmt::format("buffer {} does not exist", buffer));
     const std::string& bytes = buffers_[buffer];
-    if (from > bytes.size() || size > bytes.size() - from) refuse_gltf("a view leaves its buffer");
+    if (from > bytes.size() || size > bytes.size() - from)
+      refuse_gltf("a buffer view exceeds its buffer");
     return std::string_view(bytes).substr(from, size);
   }
 
-  /// The bytes of a view, unpacked where they are packed; unpacked once.
+  /// The bytes of a view, decompressed if necessary, only once.
   std::string_view view(std::size_t index) {
     const json& view = item(json_, "bufferViews", index);
     const json* packed = extension(view, kMeshopt);
@@ -202,9 +203,10 @@ class Reader {
     return unpacked(view, source);
   }
 
-  /// Counts what is kept of the file: small files may name the same bytes again and again.
+  /// Counts the memory for the file's data: small files may refer to the same bytes many times.
   void spend(std::size_t bytes) {
-    if (bytes > allowance_) refuse_gltf("it names the same bytes too often");
+    if (bytes > allowance_)
+      refuse_gltf("its data would need too much memory because accessors share bytes too often");
     allowance_ -= bytes;
   }
 
@@ -245,7 +247,7 @@ class Reader {
       case 5126:
         return 4;
       default:
-        refuse_gltf(fmt::format("there is no component type {}", type));
+        refuse_gltf(fmt::format("unknown component type {}", type));
     }
   }
 
@@ -254,12 +256,12 @@ class Reader {
     if (type == "VEC2") return 2;
     if (type == "VEC3") return 3;
     if (type == "VEC4") return 4;
-    refuse_gltf("an accessor has the type " + type);
+    refuse_gltf("unknown accessor type " + type);
   }
 
   Values values(std::size_t index) {
     const json& accessor = item(json_, "accessors", index);
-    if (accessor.contains("sparse")) refuse_gltf("sparse accessors are not read");
+    if (accessor.contains("sparse")) refuse_gltf("sparse accessors are not supported");
     const std::size_t type = number(accessor, "componentType");
     const std::size_t size = size_of(type);
     Values result{.width = width_of(gltf_text(accessor, "type"))};
@@ -271,13 +273,14 @@ class Reader {
     const std::string_view bytes = view(view_index);
     const std::size_t from = number(accessor, "byteOffset", 0);
     if (stride < row || stride > kLargestStride) {
-      refuse_gltf(fmt::format("the view of accessor {} has the stride {}", index, stride));
+      refuse_gltf(
+          fmt::format("accessor {} has a buffer view with the invalid stride {}", index, stride));
     }
-    // Divided, not multiplied: the product of two numbers of the file may be larger than any
-    // number.
+    // A division instead of a multiplication, because the product of two numbers of the file may
+    // overflow.
     if (count == 0 || count > kMostElements || from > bytes.size() || row > bytes.size() - from ||
         count - 1 > (bytes.size() - from - row) / stride) {
-      refuse_gltf(fmt::format("accessor {} leaves its view", index));
+      refuse_gltf(fmt::format("accessor {} exceeds its buffer view", index));
     }
     spend(count * result.width * sizeof(double));
     const bool normalized = accessor.value("normalized", false);
@@ -286,7 +289,8 @@ class Reader {
       for (std::size_t k = 0; k < result.width; ++k) {
         const double value =
             component(bytes.data() + from + i * stride + k * size, type, normalized);
-        if (!std::isfinite(value)) refuse_gltf(fmt::format("accessor {} is not finite", index));
+        if (!std::isfinite(value))
+          refuse_gltf(fmt::format("accessor {} has values that are not finite", index));
         result.numbers.push_back(value);
       }
     }
@@ -309,13 +313,13 @@ class Reader {
     if (!attributes.contains(name)) return {};
     const Values read = values(number(attributes, name));
     if (read.width != width || (rows > 0 && read.rows() != rows)) {
-      refuse_gltf(fmt::format("{} has another size than POSITION", name));
+      refuse_gltf(fmt::format("{} and POSITION differ in length", name));
     }
     return {read.numbers.begin(), read.numbers.end()};
   }
 
   ReadPart part(const json& primitive) {
-    if (number(primitive, "mode", 4) != 4) refuse_gltf("only triangles are read");
+    if (number(primitive, "mode", 4) != 4) refuse_gltf("only triangles are supported");
     const auto found = primitive.find("attributes");
     if (found == primitive.end()) refuse_gltf("a primitive has no attributes");
     const json& attributes = *found;
@@ -353,7 +357,7 @@ class Reader {
     part.mesh.texture = picture(number(texture, "source"));
   }
 
-  /// A PNG picture in a buffer; null where it is of another kind, or in a file of its own.
+  /// A PNG image in a buffer; null for other formats and separate files.
   std::shared_ptr<const Texture> picture(std::size_t index) {
     const auto known = pictures_.find(index);
     if (known != pictures_.end()) return known->second;
@@ -375,12 +379,12 @@ class Reader {
     } else {
       for (const double value : values(number(primitive, "indices")).numbers) {
         if (value < 0.0 || value >= static_cast<double>(mesh.vertex_count())) {
-          refuse_gltf("an index is larger than the number of vertices");
+          refuse_gltf("a vertex index is too large");
         }
         mesh.indices.push_back(static_cast<std::uint32_t>(value));
       }
     }
-    if (mesh.indices.size() % 3 != 0) refuse_gltf("a triangle has not three corners");
+    if (mesh.indices.size() % 3 != 0) refuse_gltf("the number of indices is not a multiple of 3");
   }
 
   void add_node(std::size_t index, const Matrix& parent, int depth) {
@@ -398,11 +402,11 @@ class Reader {
                            numbers<4>(node, "rotation", {0, 0, 0, 1}),
                            numbers<3>(node, "scale", {1, 1, 1})));
     }
-    // What an animation shows at another time has no size now.
+    // Nodes that an animation shows at another time now have scale 0.
     if (has_no_size(own)) return;
     if (node.contains("mesh")) {
       const std::size_t mesh = number(node, "mesh");
-      if (mesh >= scene_.models.size()) refuse_gltf(fmt::format("there is no meshes[{}]", mesh));
+      if (mesh >= scene_.models.size()) refuse_gltf(fmt::format("meshes[{}] does not exist", mesh));
       add_instances(node, mesh, own);
     }
     if (!node.contains("children")) return;
@@ -420,7 +424,7 @@ class Reader {
     const auto column = [&](const char* name, std::size_t width) -> Values {
       if (!found->contains(name)) return {.width = width};
       Values read = values(number(*found, name));
-      if (read.width != width) refuse_gltf(fmt::format("instances have a wrong {}", name));
+      if (read.width != width) refuse_gltf(fmt::format("instances have an invalid {}", name));
       return read;
     };
     const Values translation = column("TRANSLATION", 3);
@@ -430,7 +434,8 @@ class Reader {
     const std::size_t count =
         std::max({translation.rows(), rotation.rows(), scale.rows(), tree.rows()});
     for (const Values* values : {&translation, &rotation, &scale, &tree}) {
-      if (values->rows() != 0 && values->rows() != count) refuse_gltf("instances differ in number");
+      if (values->rows() != 0 && values->rows() != count)
+        refuse_gltf("the attributes of instances differ in length");
     }
     for (std::size_t i = 0; i < count; ++i) {
       const auto row = [i](const Values& from, auto otherwise) {
@@ -452,7 +457,8 @@ class Reader {
   void add_instance(ReadInstance instance) {
     constexpr double kMost = std::numeric_limits<float>::max();
     for (const double value : instance.transform) {
-      if (!(std::abs(value) <= kMost)) refuse_gltf("a node lies farther away than numbers reach");
+      if (!(std::abs(value) <= kMost))
+        refuse_gltf("the position of a node is too far from the origin");
     }
     spend(instance.name.size() + sizeof(instance));
     scene_.instances.push_back(std::move(instance));
@@ -470,7 +476,7 @@ class Reader {
 }  // namespace
 
 void refuse_gltf(const std::string& what) {
-  throw InputError("not a glTF scene that can be read: " + what);
+  throw InputError("cannot read the glTF scene: " + what);
 }
 
 std::string gltf_text(const json& in, const char* name) {

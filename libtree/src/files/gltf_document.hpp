@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a glTF description and its buffers say, whatever file they came in.
+// The contents of a glTF description and its buffers, for any kind of file.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,14 +10,14 @@
 
 namespace silvafit::tree {
 
-/// \throws InputError that says what is wrong with the file
+/// \throws InputError with the reason
 [[noreturn]] void refuse_gltf(const std::string& what);
 
-/// The text under a name; empty if there is none.
+/// The string with this name; empty if there is none.
 std::string gltf_text(const nlohmann::json& in, const char* name);
 
-/// The default scene, unpacked. Sizes, indices and references are checked before they are used.
-/// \throws InputError; nlohmann::json::exception where a value has another type than glTF gives it
+/// The default scene, decompressed. Sizes, indices and references are checked before they are used.
+/// \throws InputError; nlohmann::json::exception if a value has another type than glTF requires
 ReadScene read_document(nlohmann::json description, std::vector<std::string> buffers);
 
 }  // namespace silvafit::tree

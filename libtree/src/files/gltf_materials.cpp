@@ -31,7 +31,7 @@ std::string GltfMaterials::description(const ModelPart& part) {
       "{{\"name\":{},\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],{}"
       "\"metallicFactor\":0,\"roughnessFactor\":0.9}}{}{}}}",
       json_quoted(part.material),
-      // glTF's factors end at 1, which a sum of shades may pass by rounding.
+      // glTF's factors are at most 1; a sum of shades may exceed this by rounding.
       std::min(color[0], 1.0),
       std::min(color[1], 1.0),
       std::min(color[2], 1.0),
@@ -41,7 +41,7 @@ std::string GltfMaterials::description(const ModelPart& part) {
       part.mesh->double_sided ? ",\"doubleSided\":true" : "");
 }
 
-/// The number of a texture, whose picture is put into the buffer once.
+/// The index of a texture, whose image is added to the buffer once.
 std::size_t GltfMaterials::texture(const Texture& picture) {
   const auto [found, is_new] = textures_.try_emplace(picture.name, textures_.size());
   if (is_new) {
@@ -53,7 +53,7 @@ std::size_t GltfMaterials::texture(const Texture& picture) {
   return found->second;
 }
 
-/// Every texture is its own picture; all repeat and are smoothed.
+/// Every texture has its own image; all are repeated and interpolated.
 std::string GltfMaterials::textures() const {
   if (textures_.empty()) return {};
   std::string text;

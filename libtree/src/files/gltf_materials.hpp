@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Materials of a glTF file and the pictures on them.
+// Materials of a glTF file and their textures.
 #pragma once
 
 #include <cstddef>
@@ -11,19 +11,19 @@
 
 namespace silvafit::tree {
 
-/// Materials by their names and pictures by theirs, each written once.
+/// Materials and images by name, each written once.
 class GltfMaterials {
  public:
-  /// \param buffers  take the pictures' bytes; they must outlive this
+  /// \param buffers  receive the bytes of the images; must outlive this
   explicit GltfMaterials(GltfBuffers& buffers) : buffers_(buffers) {}
 
-  /// The number of a part's material, which is that of the first part of the material's name.
+  /// The index of a part's material: that of the first part with the same material name.
   std::size_t number_of(const ModelPart& part);
 
   /// The items of the array "materials".
   const std::string& materials() const { return materials_text_; }
-  /// The fields "textures", "images" and "samplers", each with a comma after it; nothing without
-  /// pictures.
+  /// The fields "textures", "images" and "samplers", each followed by a comma; nothing without
+  /// images.
   std::string textures() const;
 
  private:

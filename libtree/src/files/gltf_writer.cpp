@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Binary glTF and glTF with its buffer beside it.
+// Binary glTF, and glTF with a separate buffer file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,7 +58,8 @@ class GltfWriter final : public SceneWriter {
       if (!part.mesh->indices.empty()) meshes.push_back(part.mesh);
     }
     if (meshes.empty()) throw GeometryError("the model " + name + " has no triangles");
-    // The ground is as wide as the stand: steps of its width would be too coarse for its heights.
+    // The ground is as wide as the stand: quantization steps of its width would be too coarse for
+    // its heights.
     const bool has_steps = options_.quantize && std::none_of(parts.begin(), parts.end(), is_ground);
     if (has_steps) pack_options.step_m = quantization_step_m(meshes);
     std::string primitives;
@@ -88,7 +89,7 @@ class GltfWriter final : public SceneWriter {
   void add_tree(const SceneTree& tree) override {
     const Model model = add_model(tree.name(), parts_of(tree.mesh, tree.preset));
     add_node(models_[model], tree.name(), {.position = tree.position}, tree_extras(tree));
-    models_.pop_back();  // nothing else stands at this model's place
+    models_.pop_back();  // this model has only one position
   }
 
   void animate(const std::string& name,
@@ -143,7 +144,7 @@ class GltfWriter final : public SceneWriter {
     std::size_t mesh = 0;
     double step_m = 1.0;  ///< of quantized positions
     std::string name{};
-    std::vector<float> instances{};  ///< kPerInstance a place
+    std::vector<float> instances{};  ///< kPerInstance per instance
   };
 
   std::array<double, 3> translation_of(const Placement& placement) const {
@@ -167,14 +168,14 @@ class GltfWriter final : public SceneWriter {
     node += fmt::format(",\"translation\":{}", json_triple(translation_of(placement)));
     const std::array<double, 3> scale = scale_of(model, placement);
     if (scale != std::array<double, 3>{1.0, 1.0, 1.0}) {
-      // Seven digits are what a viewer's floats hold.
+      // Seven digits are the precision of a viewer's floats.
       node += fmt::format(",\"scale\":[{:.7g},{:.7g},{:.7g}]", scale[0], scale[1], scale[2]);
     }
     if (!extras.empty()) node += ",\"extras\":" + extras;
     roots_.add(std::to_string(nodes_.add(node + '}')));
   }
 
-  /// As large as at its first keyframe of full size.
+  /// As large as at its first keyframe with scale 1.
   std::size_t add_resting_node(const PlacedModel& placed, const AnimatedModel& model) {
     const double step = placed.step_m;
     std::string node = fmt::format("{{\"mesh\":{}", placed.mesh);
@@ -212,7 +213,7 @@ class GltfWriter final : public SceneWriter {
     }
   }
 
-  /// \returns the accessor of `each` values of every place, the first of them at `from`
+  /// \returns the accessor of `each` values of every instance, starting at `from`
   std::size_t instance_attribute(const PlacedModel& model, std::size_t from, std::size_t each) {
     std::vector<float> values;
     values.reserve(model.instances.size() / kPerInstance * each);
@@ -250,7 +251,7 @@ class GltfWriter final : public SceneWriter {
       if (used) names += (names.empty() ? "\"" : ",\"") + std::string(name) + '"';
     }
     if (names.empty()) return {};
-    // Required, since a program without them would show one tree, or none, without a word.
+    // Required, because a program without support would show one tree, or none, without an error.
     return fmt::format(",\"extensionsUsed\":[{0}],\"extensionsRequired\":[{0}]", names);
   }
 
@@ -284,8 +285,8 @@ class GltfWriter final : public SceneWriter {
     const std::size_t total = kHeaders + json.size() + buffers_.size();
     if (total > std::numeric_limits<std::uint32_t>::max()) {
       throw GeometryError(
-          "the scene is larger than the 4 GB of a GLB file; share models, use a coarser level of "
-          "detail or fewer plots, or write glTF");
+          "the scene exceeds the 4 GB of a GLB file; share models, use a coarser level of detail "
+          "or fewer plots, or write glTF");
     }
     stream << "glTF" << word(2) << word(total) << word(json.size()) << "JSON";
     json.write_to(stream);
@@ -307,7 +308,7 @@ class GltfWriter final : public SceneWriter {
     AtomicFile file(path_);
     const Pieces json = description(uri_of(buffer_path().filename().string()));
     json.write_to(file.stream());
-    // The buffer first: a description never names one that is not there.
+    // The buffer first, so that a description never refers to a missing file.
     buffer.commit();
     file.commit();
     return json.size() + buffers_.size();
@@ -317,7 +318,7 @@ class GltfWriter final : public SceneWriter {
     return std::filesystem::path(path_).replace_extension(".bin");
   }
 
-  /// Bytes that a URI does not take as they are become %XX.
+  /// Bytes that are not allowed in a URI become %XX.
   static std::string uri_of(const std::string& name) {
     std::string uri;
     for (const char c : name) {

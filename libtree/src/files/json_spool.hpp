@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// JSON that is too long to be kept in memory while it is written.
+// JSON that is too long for memory while it is written.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace silvafit::tree {
 
-/// A text in quotation marks, with JSON's escapes.
+/// A string in quotation marks, with JSON's escapes.
 std::string json_quoted(const std::string& text);
 
 /// An array of three numbers, in as many digits as they need.
@@ -23,7 +23,7 @@ std::string json_triple(const std::array<double, 3>& values);
 /// The items of a JSON array, with commas between them.
 class ArraySpool {
  public:
-  /// \param beside  as Spool's
+  /// \param beside  as for Spool
   explicit ArraySpool(const std::filesystem::path& beside) : spool_(beside) {}
 
   /// \param item  as JSON
@@ -37,7 +37,7 @@ class ArraySpool {
   std::size_t count_ = 0;
 };
 
-/// Text and spools one after the other. The spools must outlive it.
+/// Text and spools in sequence. The spools must outlive it.
 class Pieces {
  public:
   void add(std::string text) { pieces_.emplace_back(std::move(text), nullptr); }

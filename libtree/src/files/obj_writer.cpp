@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wavefront OBJ with its materials in an MTL file beside it.
+// Wavefront OBJ with its materials in a separate MTL file.
 #include <fmt/format.h>
 
 #include <iterator>
@@ -12,7 +12,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// OBJ separates by blanks.
+/// OBJ separates words by spaces.
 std::string one_word(std::string name) {
   for (char& c : name) {
     if (static_cast<unsigned char>(c) <= ' ') c = '_';
@@ -24,7 +24,7 @@ class ObjWriter final : public BakingWriter {
  public:
   ObjWriter(const std::filesystem::path& path, const SceneOptions& options)
       : BakingWriter(options.origin),
-        // Under the name that the OBJ can say: other programs look for that one.
+        // The file name without spaces, as written in the OBJ file.
         materials_path_(path.parent_path() / one_word(path.stem().string() + ".mtl")),
         file_(path) {
     const Position& origin = options.origin;
@@ -45,7 +45,7 @@ class ObjWriter final : public BakingWriter {
     if (vertices_ == 0) throw GeometryError("a scene needs at least one tree");
     AtomicFile materials(materials_path_);
     materials.stream() << materials_;
-    // The materials first: an OBJ never names a file that is not there.
+    // The materials first, so that an OBJ file never refers to a missing file.
     materials.commit();
     file_.commit();
     return size_ + materials_.size();
@@ -61,7 +61,7 @@ class ObjWriter final : public BakingWriter {
     fmt::memory_buffer text;
     auto to = std::back_inserter(text);
     fmt::format_to(to, "g {}\nusemtl {}\n", part, one_word(material));
-    // A tenth of a millimeter.
+    // Coordinates are written to a tenth of a millimeter.
     for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
       fmt::format_to(to,
                      "v {:.4f} {:.4f} {:.4f}\n",
@@ -77,7 +77,7 @@ class ObjWriter final : public BakingWriter {
                      mesh.normals[i + 2]);
     }
     for (std::size_t i = 0; i < mesh.uvs.size(); i += 2) {
-      // OBJ counts v upwards.
+      // In OBJ v increases upward.
       fmt::format_to(to, "vt {:.4f} {:.4f}\n", mesh.uvs[i], 1.0F - mesh.uvs[i + 1]);
     }
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -120,7 +120,7 @@ class ObjWriter final : public BakingWriter {
     return path;
   }
 
-  /// Writes a picture beside the materials, once.
+  /// Writes an image to the folder of the materials, once.
   std::string picture_file(const Texture& texture) {
     const std::filesystem::path path = path_of_picture(texture.name);
     if (pictures_.insert(texture.name).second) {

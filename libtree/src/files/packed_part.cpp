@@ -77,7 +77,7 @@ PackedStream uvs_in_shorts(const std::vector<float>& uvs) {
   return stream;
 }
 
-/// Two bytes an index where they suffice; the largest value of each type is reserved.
+/// Two bytes per index if they suffice; the largest value of each type is reserved.
 PackedStream indices_of(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
   if (vertices >= std::numeric_limits<std::uint16_t>::max()) {
     return copied("", ComponentType::kUint, 1, indices);
@@ -86,7 +86,7 @@ PackedStream indices_of(const std::vector<std::uint32_t>& indices, std::size_t v
   return copied("", ComponentType::kUshort, 1, narrow);
 }
 
-// Tangents are for normal maps, which no material has: they stay in memory.
+// Tangents are for normal maps, which no material has: they are not written.
 
 PackedPart plain(const MeshPart& part) {
   PackedPart packed;
@@ -150,7 +150,7 @@ void compress_attribute(PackedStream& stream, const std::vector<float>& normals)
       stream.packed.data(), stream.packed.size(), source.data(), stream.count, stream.stride));
 }
 
-/// Orders triangles and vertices so that they pack well.
+/// Orders triangles and vertices for better compression.
 MeshPart reordered(const MeshPart& part) {
   MeshPart result = part;
   const std::size_t vertices = part.vertex_count();
@@ -179,7 +179,7 @@ MeshPart reordered(const MeshPart& part) {
 void compress_indices(PackedStream& stream,
                       const std::vector<std::uint32_t>& indices,
                       std::size_t vertices) {
-  // The library keeps the version for all its callers; the format asks for 1 and 0.
+  // The version is a global setting of the library; the format requires 1 and 0.
   static std::once_flag once;
   std::call_once(once, [] {
     meshopt_encodeIndexVersion(1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The buffers of a part as a glTF file holds them.
+// The buffers of a part for a glTF file.
 #pragma once
 
 #include <array>
@@ -20,17 +20,17 @@ enum class ComponentType {
   kFloat = 5126
 };
 
-/// One attribute or the indices: bytes with their meaning.
+/// One attribute or the indices: bytes and their format.
 struct PackedStream {
   std::string attribute{};  ///< POSITION, ...; empty for indices
   ComponentType component = ComponentType::kFloat;
   int components = 1;
   bool normalized = false;
   std::size_t count = 0;
-  std::size_t stride = 0;  ///< bytes from one to the next, a multiple of 4 for attributes
+  std::size_t stride = 0;              ///< stride in bytes, a multiple of 4 for attributes
   std::vector<std::uint8_t> bytes{};   ///< count * stride
-  bool octahedral = false;             ///< `packed` went through meshoptimizer's filter
-  std::vector<std::uint8_t> packed{};  ///< compressed, where asked for
+  bool octahedral = false;             ///< whether `packed` was filtered by meshoptimizer
+  std::vector<std::uint8_t> packed{};  ///< compressed, if requested
 };
 
 struct PackedPart {
@@ -43,10 +43,10 @@ struct PackedPart {
 struct PackOptions {
   bool quantize = false;
   bool compress = false;
-  double step_m = 0.0;  ///< of quantized positions; 0 leaves positions as floats
+  double step_m = 0.0;  ///< of quantized positions; 0: positions are floats
 };
 
-/// The step with which the farthest coordinate of a model's parts is just within 16 bits, signed.
+/// The step for which the largest coordinate of a model's parts is within signed 16 bits.
 double quantization_step_m(const std::vector<const MeshPart*>& parts);
 
 PackedPart pack(const MeshPart& part, const PackOptions& options);

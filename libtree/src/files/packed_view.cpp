@@ -9,22 +9,22 @@ namespace silvafit::tree {
 namespace {
 
 constexpr std::size_t kLargestPackedStride = 256;
-/// Packed attributes have two bits for each 16 elements of a byte of theirs, if all are as the one
-/// before; packed triangles and indices have a byte each at least.
+/// Compressed attributes have at least two bits for each 16 elements of a byte; compressed
+/// triangles and indices have at least one byte each.
 constexpr std::size_t kMostExpansion = 64;
 
 void check_stride(const PackedView& view) {
   if (view.mode == "ATTRIBUTES") {
     if (view.stride == 0 || view.stride > kLargestPackedStride || view.stride % 4 != 0) {
-      refuse_gltf("packed attributes have a stride that is no multiple of 4 up to 256");
+      refuse_gltf("compressed attributes have a stride that is not a multiple of 4 up to 256");
     }
   } else if (view.mode == "TRIANGLES" || view.mode == "INDICES") {
     if ((view.stride != 2 && view.stride != 4) ||
         (view.mode == "TRIANGLES" && view.count % 3 != 0)) {
-      refuse_gltf("packed indices have a wrong size");
+      refuse_gltf("compressed indices have an invalid size");
     }
   } else {
-    refuse_gltf("a packed view has the mode " + view.mode);
+    refuse_gltf("a compressed view has the unknown mode " + view.mode);
   }
 }
 
@@ -38,7 +38,7 @@ void unfilter(const PackedView& view, std::string& bytes) {
   } else if (filter == "EXPONENTIAL" && stride % 4 == 0) {
     meshopt_decodeFilterExp(bytes.data(), count, stride);
   } else {
-    refuse_gltf("a packed view has the filter " + filter);
+    refuse_gltf("a compressed view has the unknown filter " + filter);
   }
 }
 
@@ -47,7 +47,7 @@ void unfilter(const PackedView& view, std::string& bytes) {
 std::size_t unpacked_size(const PackedView& view, std::string_view source) {
   check_stride(view);
   if (view.count > kMostExpansion * source.size() / view.stride) {
-    refuse_gltf("a packed view says more elements than its bytes can hold");
+    refuse_gltf("a compressed view declares more elements than its bytes can contain");
   }
   return view.count * view.stride;
 }
@@ -62,7 +62,7 @@ std::string unpacked(const PackedView& view, std::string_view source) {
       : view.mode == "TRIANGLES"
           ? meshopt_decodeIndexBuffer(to, view.count, view.stride, from, source.size())
           : meshopt_decodeIndexSequence(to, view.count, view.stride, from, source.size());
-  if (failed != 0) refuse_gltf("a packed view is damaged");
+  if (failed != 0) refuse_gltf("a compressed view is damaged");
   unfilter(view, bytes);
   return bytes;
 }

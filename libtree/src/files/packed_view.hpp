@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Views of glTF buffers that meshoptimizer packed (EXT_meshopt_compression).
+// Buffer views compressed by meshoptimizer (EXT_meshopt_compression).
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,15 @@ struct PackedView {
   std::string mode{};    ///< ATTRIBUTES, TRIANGLES or INDICES
   std::string filter{};  ///< NONE or empty, OCTAHEDRAL, QUATERNION, EXPONENTIAL
   std::size_t count = 0;
-  std::size_t stride = 0;  ///< bytes of an element
+  std::size_t stride = 0;  ///< bytes per element
 };
 
-/// Bytes that a view has unpacked: `count` times `stride`, which the file says and which the packed
-/// bytes must be enough for.
-/// \throws InputError if they cannot be, or a size is none of the mode's
+/// Bytes of a decompressed view: `count` times `stride`, as declared in the file, if the compressed
+/// bytes can contain so many.
+/// \throws InputError if they cannot, or a size is not valid for the mode
 std::size_t unpacked_size(const PackedView& view, std::string_view source);
 
-/// The elements, filters undone.
+/// The elements, with filters reversed.
 /// \throws InputError as unpacked_size, and if the bytes are damaged
 std::string unpacked(const PackedView& view, std::string_view source);
 

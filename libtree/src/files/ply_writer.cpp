@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stanford PLY with a color a vertex, binary or text.
+// Stanford PLY with a color per vertex, binary or text.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,9 +18,10 @@
 namespace silvafit::tree {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "PLY is written as the machine has it");
+static_assert(std::endian::native == std::endian::little,
+              "PLY is written in the byte order of the machine");
 
-/// PLY viewers show bytes as they are: the material's linear color goes through the sRGB curve.
+/// PLY viewers use bytes as sRGB: the material's linear color is converted.
 std::uint8_t srgb(double linear) {
   const double value =
       linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
@@ -66,7 +67,8 @@ class PlyWriter final : public BakingWriter {
                 const std::string& /*material*/,
                 const MeshPart& mesh) override {
     if (vertex_count_ + mesh.vertex_count() > std::numeric_limits<std::int32_t>::max()) {
-      throw GeometryError("the scene has more vertices than PLY can count; grow fewer plots");
+      throw GeometryError(
+          "the scene has more vertices than a PLY file can index; grow fewer plots");
     }
     for (std::size_t i = 0; i < mesh.vertex_count(); ++i) add_vertex(mesh, i);
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) add_face(mesh, i);

@@ -18,7 +18,7 @@ std::string encoded(std::size_t width,
                     std::uint32_t format) {
   if (width == 0 || height == 0 || pixels.size() / PNG_IMAGE_PIXEL_SIZE(format) / width != height ||
       pixels.size() % (width * PNG_IMAGE_PIXEL_SIZE(format)) != 0) {
-    throw UsageError("the pixels of a picture do not fill its width and height");
+    throw UsageError("the number of pixels of a texture must be width times height");
   }
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
@@ -30,7 +30,7 @@ std::string encoded(std::size_t width,
   for (const bool measures : {true, false}) {
     void* const target = measures ? nullptr : bytes.data();
     if (png_image_write_to_memory(&image, target, &size, 0, pixels.data(), 0, nullptr) == 0) {
-      throw UsageError(std::string("the picture cannot be written (") + image.message + ")");
+      throw UsageError(std::string("cannot write the image (") + image.message + ")");
     }
     if (measures) bytes.resize(size);
   }
@@ -38,7 +38,7 @@ std::string encoded(std::size_t width,
   return bytes;
 }
 
-/// Frees what libpng keeps of a file, whatever happens.
+/// Frees libpng's memory, also after errors.
 struct PngImage : png_image {
   PngImage() : png_image{} { version = PNG_IMAGE_VERSION; }
   ~PngImage() { png_image_free(this); }
@@ -65,7 +65,7 @@ std::string png_bytes(std::size_t width, std::size_t height, std::span<const std
 
 Texture texture_from_png(std::string_view bytes, std::string name) {
   const auto refuse = [&](const char* why) {
-    throw InputError("the picture " + name + " cannot be read: " + why);
+    throw InputError("cannot read the image " + name + ": " + why);
   };
   PngImage image;
   if (png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()) == 0) {

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 std::uint32_t word_at(std::string_view bytes, std::size_t at) {
-  if (at + 4 > bytes.size()) refuse_gltf("it ends too early");
+  if (at + 4 > bytes.size()) refuse_gltf("the file is truncated");
   std::uint32_t value = 0;
   std::memcpy(&value, bytes.data() + at, sizeof(value));
   return value;
@@ -25,7 +25,7 @@ std::uint32_t word_at(std::string_view bytes, std::size_t at) {
 
 json parsed(std::string_view bytes) {
   json description = json::parse(bytes, nullptr, false);
-  if (!description.is_object()) refuse_gltf("its description is not JSON");
+  if (!description.is_object()) refuse_gltf("its JSON part is not valid JSON");
   return description;
 }
 
@@ -34,37 +34,36 @@ ReadScene guarded(Read read) {
   try {
     return read();
   } catch (const json::exception& error) {
-    // What is there under a name has another type than glTF gives it.
+    // The value with this name has another type than glTF requires.
     refuse_gltf(error.what());
   }
 }
 
 ReadScene read_glb_unguarded(std::string_view bytes) {
-  if (bytes.size() < 20 || bytes.substr(0, 4) != "glTF") refuse_gltf("it does not begin with glTF");
-  if (word_at(bytes, 4) != 2) refuse_gltf("it is not of version 2");
-  if (word_at(bytes, 8) != bytes.size()) refuse_gltf("it is not as long as it says");
+  if (bytes.size() < 20 || bytes.substr(0, 4) != "glTF")
+    refuse_gltf("it does not begin with 'glTF'");
+  if (word_at(bytes, 4) != 2) refuse_gltf("its version is not 2");
+  if (word_at(bytes, 8) != bytes.size())
+    refuse_gltf("its length differs from the length in its header");
   const std::size_t length = word_at(bytes, 12);
   if (bytes.substr(16, 4) != "JSON" || length > bytes.size() - 20)
-    refuse_gltf("it has no description");
+    refuse_gltf("it has no JSON part");
   std::vector<std::string> buffers;
   const std::size_t binary = 20 + length;
   if (binary + 8 <= bytes.size()) {
     const std::size_t size = word_at(bytes, binary);
-    if (size > bytes.size() - binary - 8) refuse_gltf("its buffer ends too early");
+    if (size > bytes.size() - binary - 8) refuse_gltf("its binary buffer is truncated");
     buffers.emplace_back(bytes.substr(binary + 8, size));
   }
   return read_document(parsed(bytes.substr(20, length)), std::move(buffers));
 }
 
-/// OBJ, PLY and tables are often taken for scenes.
+/// OBJ, PLY and tables are often given instead of scenes.
 void require_gltf(const std::string& bytes) {
-  // A byte order mark may go before.
+  // A byte order mark may precede the text.
   const std::size_t start = bytes.find_first_not_of("\xEF\xBB\xBF \t\r\n");
   if (start != std::string::npos && bytes[start] == '{') return;
-  throw InputError(
-      "is neither GLB nor glTF, the kinds of scenes that are read; `silvafit grow --scene "
-      "FILE.glb` "
-      "writes one");
+  throw InputError("not a GLB or glTF scene; `silvafit grow --scene FILE.glb` writes one");
 }
 
 std::string unescaped(const std::string& uri) {
@@ -80,7 +79,7 @@ std::string unescaped(const std::string& uri) {
       const bool digit = c >= '0' && c <= '9';
       const bool upper = c >= 'A' && c <= 'F';
       const bool lower = c >= 'a' && c <= 'f';
-      if (!digit && !upper && !lower) refuse_gltf("a URI has a stray %");
+      if (!digit && !upper && !lower) refuse_gltf("a URI has an invalid % escape");
       value =
           16 * value + static_cast<unsigned>(digit ? c - '0' : (upper ? c - 'A' : c - 'a') + 10);
     }
@@ -99,14 +98,14 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
     for (const json& buffer : description["buffers"]) {
       const std::string uri = gltf_text(buffer, "uri");
       if (uri.empty()) {
-        buffers.emplace_back();  // nothing but views that are packed elsewhere may name it
+        buffers.emplace_back();  // only compressed views may refer to it
         continue;
       }
       const std::filesystem::path name = unescaped(uri);
       if (name.has_parent_path() || uri.find(':') != std::string::npos) {
-        refuse_gltf("its buffer is not a file beside it: " + uri);
+        refuse_gltf("its buffer is not a file in the same folder: " + uri);
       }
-      if (!names.insert(name).second) refuse_gltf("two of its buffers are one file: " + uri);
+      if (!names.insert(name).second) refuse_gltf("two of its buffers are the same file: " + uri);
       buffers.push_back(read_file(path.parent_path() / name));
     }
   }

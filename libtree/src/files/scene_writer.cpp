@@ -11,7 +11,7 @@ SceneFormat scene_format_from_text(const std::string& text) {
   if (text == "gltf") return SceneFormat::kGltf;
   if (text == "obj") return SceneFormat::kObj;
   if (text == "ply") return SceneFormat::kPly;
-  throw UsageError("a scene is written as glb, gltf, obj or ply, not as " + text);
+  throw UsageError("a scene format must be glb, gltf, obj or ply, not " + text);
 }
 
 const char* file_ending(SceneFormat format) {
@@ -41,7 +41,7 @@ void SceneWriter::animate(const std::string&,
                           const Position&,
                           const std::vector<AnimatedModel>&,
                           const std::string&) {
-  throw UsageError("only glb and gltf hold animations");
+  throw UsageError("animations need the format glb or gltf");
 }
 
 std::unique_ptr<SceneWriter> open_scene(const std::filesystem::path& path,
@@ -49,10 +49,10 @@ std::unique_ptr<SceneWriter> open_scene(const std::filesystem::path& path,
                                         const SceneOptions& options) {
   const bool is_gltf = format == SceneFormat::kGlb || format == SceneFormat::kGltf;
   if (!is_gltf && (options.instancing || options.quantize || options.compress)) {
-    throw UsageError("instancing, quantization and compression are for glb and gltf");
+    throw UsageError("instancing, quantization and compression need the format glb or gltf");
   }
   if (options.ascii && format != SceneFormat::kPly) {
-    throw UsageError("only ply is written as text or binary by choice");
+    throw UsageError("only ply can be written as text");
   }
   if (is_gltf) return make_gltf_writer(path, format == SceneFormat::kGlb, options);
   return format == SceneFormat::kObj ? make_obj_writer(path, options)

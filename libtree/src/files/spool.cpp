@@ -40,7 +40,7 @@ void Spool::spill() {
     static std::atomic<unsigned> counter{0};
     const std::string name = fmt::format("{}.{}.{}.spool", beside_.string(), ::getpid(), counter++);
     if (beside_.has_parent_path()) {
-      std::error_code ignored;  // opening says what is wrong
+      std::error_code ignored;  // opening gives the reason of an error
       std::filesystem::create_directories(beside_.parent_path(), ignored);
     }
     file_.reset(std::fopen(name.c_str(), "w+bx"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bytes that wait for their place in a file: the first few in memory, more on disk.
+// Bytes that are written to a file later: the first ones in memory, more on disk.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@
 
 namespace silvafit::tree {
 
-/// Grows at its end and is read once, whole. What does not fit into memory goes to a nameless file
-/// beside the target, so that nothing stays behind when the program is stopped.
+/// Grows at its end and is read once. Bytes beyond the memory limit go to an unnamed temporary file
+/// in the folder of the target, so that no file is left when the program is stopped.
 class Spool {
  public:
-  /// \param beside  the file that will take the bytes; empty keeps all in memory
+  /// \param beside  the file that will contain the bytes; empty keeps all in memory
   explicit Spool(std::filesystem::path beside = {});
 
   void append(std::string_view bytes);

@@ -9,16 +9,16 @@ namespace {
 
 double level_distance(double x, double y) { return std::sqrt(x * x + y * y); }
 
-constexpr double kBent = 0.04;  // the share of the crown's depth in which branches are bent
+constexpr double kBent = 0.04;  // the relative crown depth in which branches are bent
 
-/// The identity but near 0 and 1, which it approaches smoothly from inside and never reaches.
+/// The identity except near 0 and 1, which it approaches smoothly from inside and never reaches.
 double between_curves(double share) {
   if (share < kBent) return kBent * std::exp((share - kBent) / kBent);
   if (share > 1.0 - kBent) return 1.0 - kBent * std::exp((1.0 - kBent - share) / kBent);
   return share;
 }
 
-/// The identity up to the knee; from there on smoothly bent so that `most` becomes 1.
+/// The identity up to the knee; above, smoothly compressed so that `most` becomes 1.
 double drawn_in(double out, double most) {
   constexpr double kKnee = 0.7;
   if (out <= kKnee || most <= 1.0) return std::min(out, 1.0);
@@ -27,7 +27,7 @@ double drawn_in(double out, double most) {
   return std::min(kKnee + (1.0 - kKnee) * beyond / (1.0 + (1.0 - 1.0 / longest) * beyond), 1.0);
 }
 
-/// A crown's width by height, but never so little that a branch there would vanish.
+/// A crown's width by height, with a minimum so that branches do not vanish.
 double kept_width(const Crown& crown, double z_m) {
   constexpr double kLeast = 0.3;
   const double width = crown.relative_width(z_m);
@@ -38,7 +38,7 @@ double kept_width(const Crown& crown, double z_m) {
 
 CrownMap::CrownMap(const StandingSkeleton& grown, const Crown& crown)
     : crown_(crown), low_(0.0), high_(grown.top) {
-  // What hangs below the first branch comes with it, unless it hangs far: then it is bent up.
+  // Parts below the first branch move with it, unless they are far below: then they are bent up.
   constexpr double kHanging = 0.15;
   low_ = std::max(grown.lowest, grown.first_base - kHanging * (high_ - grown.first_base));
   low_ = std::clamp(low_, 0.0, 0.98 * high_);
@@ -54,7 +54,7 @@ CrownMap::CrownMap(const StandingSkeleton& grown, const Crown& crown)
   }
 }
 
-/// Bends the scale of heights so that the highest of the widest layers comes to hc.
+/// Transforms the heights so that the highest of the widest layers is moved to hc.
 void CrownMap::match_widest(const StandingSkeleton& grown) {
   const auto widths = silhouette(grown);
   const double most = *std::max_element(widths.begin(), widths.end());
@@ -75,7 +75,7 @@ void CrownMap::match_widest(const StandingSkeleton& grown) {
       std::clamp(widest * (1.0 - wanted) / (wanted * (1.0 - widest)), 1.0 / kStrongest, kStrongest);
 }
 
-/// How far branches reach from the axis at each height, smoothed.
+/// Distance of branches from the axis at each height, smoothed.
 std::array<double, CrownMap::kLayers> CrownMap::silhouette(const StandingSkeleton& grown) const {
   std::array<double, kLayers> reach{};
   const Skeleton& skeleton = grown.skeleton;
@@ -90,7 +90,7 @@ std::array<double, CrownMap::kLayers> CrownMap::silhouette(const StandingSkeleto
     for (std::size_t i = 1; i < line.size(); ++i) {
       const double out = level_distance(line[i].at.x, line[i].at.y);
       const std::size_t to = layer_of(line[i].at.z);
-      // Between the layers of its ends a line reaches out no farther than in proportion.
+      // Between the layers of its ends, the reach of a line is interpolated.
       const auto [low, high] = std::minmax(from, to);
       const double per_layer =
           from == to ? 0.0 : (out - before) / (static_cast<double>(to) - static_cast<double>(from));
@@ -105,7 +105,7 @@ std::array<double, CrownMap::kLayers> CrownMap::silhouette(const StandingSkeleto
     }
   }
   const double most = *std::max_element(reach.begin(), reach.end());
-  // Gaps between branches, and what hardly stands off the stem, must not be blown up.
+  // Gaps between branches, and parts close to the stem, must not be enlarged.
   constexpr double kLeast = 0.25;
   std::array<double, kLayers> smooth{};
   for (std::size_t k = 0; k < kLayers; ++k) {
@@ -126,7 +126,7 @@ std::array<double, CrownMap::kLayers> CrownMap::silhouette(const StandingSkeleto
 
 double CrownMap::share_of(double grown_z) const {
   const double share = std::min((grown_z - low_) / (high_ - low_), 1.0);
-  // What hangs lower than the lowest height stays lower, by the slope at that height.
+  // Parts below the lowest height stay below, by the slope at that height.
   return share < 0.0 ? share / skew_ : share / (share + skew_ * (1.0 - share));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Leaves that follow the axes that bear them.
+// Leaves that move with their axes.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 namespace silvafit::tree {
 
 /// The leaves of a grown skeleton on the fitted one: each is moved and turned with the piece of its
-/// axis that is nearest to it, scaled by as much as all branches together became longer, and moved
-/// in towards the stem's axis until its tip is inside the crown too. Leaves of the stem itself
-/// stand as they grew.
+/// axis that is nearest to it, scaled by the ratio by which all branches together became longer,
+/// and moved towards the stem's axis until its tip is inside the crown too. Leaves of the stem
+/// itself keep their orientation.
 /// \param number    of each grown axis in the fitted skeleton; none: 2^32 - 1
-/// \param in_crown  where a place of the grown skeleton's space comes to in the crown
+/// \param in_crown  the map of the grown skeleton's space to the crown
 std::vector<LeafSite> fitted_leaves(const Skeleton& grown,
                                     const Skeleton& fitted,
                                     const std::vector<std::uint32_t>& number,

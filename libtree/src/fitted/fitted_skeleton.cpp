@@ -20,7 +20,7 @@ namespace {
 
 // A float at the height of the tallest tree still resolves a twig of this radius.
 constexpr double kThinnest = 0.0003;
-constexpr double kShortest = 0.0005;  // an axis that the crown leaves no more of goes
+constexpr double kShortest = 0.0005;  // an axis with less than this length in the crown is removed
 
 double squared(double value) { return value * value; }
 
@@ -54,7 +54,7 @@ class Fitter {
   }
 
  private:
-  /// The branch of the stem that will begin at the crown base: the lowest that is drawn as wood,
+  /// The branch of the stem that will start at the crown base: the lowest that is drawn as wood,
   /// and if possible one that reaches no measured radius.
   void choose_lowest() {
     const Skeleton& grown = grown_.skeleton;
@@ -98,7 +98,7 @@ class Fitter {
     if (direction >= 0) line_.back() = {radius_tip(direction), 0.0};
     if (line_length_m(line_) < kShortest) {
       if (!is_measured) return;
-      // Whatever it was, it has to be there: as a shoot along the stem.
+      // An axis of radius 0 on which a measurement depends becomes a shoot along the stem.
       line_.back().at.z += 0.5 * (crown_.h_m() - line_.back().at.z);
     }
     set_radii(i);
@@ -110,7 +110,7 @@ class Fitter {
     result_.points.insert(result_.points.end(), line_.begin(), line_.end());
   }
 
-  /// Where the axis comes to by the map of the crown, and by what happened to what bears it.
+  /// The axis after the map of the crown and the changes of its parent.
   void place(std::uint32_t i, bool is_measured) {
     const Axis& axis = grown_.skeleton.axes[i];
     const auto grown_line = line_of(i);
@@ -123,7 +123,7 @@ class Fitter {
     }
   }
 
-  /// The place on its parent where an axis begins.
+  /// The point on its parent where an axis starts.
   Point base_of(std::uint32_t i) const {
     const Axis& axis = grown_.skeleton.axes[i];
     if (axis.order == 1) {
@@ -134,11 +134,11 @@ class Fitter {
     const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
     const auto parent = fitted_line_of(axis.parent);
     const Point from = parent[place.segment].at;
-    // A crown with very unequal radii is hollow between them; a bearer's line may cut across.
+    // A crown with very unequal radii is concave between them; the line of a parent may cross it.
     return crown_.confine(from + place.part * (parent[place.segment + 1].at - from));
   }
 
-  /// Moves the axis to its base on what bears it: as a whole, or so that its tip stays where it is.
+  /// Moves the axis to its base on its parent: as a whole, or so that its tip does not move.
   void bring_to_base(std::uint32_t i, bool keeps_tip) {
     const Point base = base_of(i);
     const Point shift = base - line_.front().at;
@@ -156,7 +156,7 @@ class Fitter {
     if (!keeps_tip) moves_[i].b = moves_[i].b + shift;
   }
 
-  /// Turns the axis up or down about its base, and makes it shorter, until it is inside the crown.
+  /// Turns the axis up or down about its base, and shortens it, until it is inside the crown.
   void fit_in(std::uint32_t i) {
     const Point base = line_.front().at;
     const Point chord = line_.back().at - base;
@@ -183,7 +183,7 @@ class Fitter {
       }
     }
     if (kept < 1.0) {
-      // Tips that all end on the curve would make a clipped hedge.
+      // Tips that all end on the curve would look like a clipped hedge.
       constexpr double kGoldenRatio = 0.6180339887498949;
       constexpr double kRagged = 0.12;
       kept *= 1.0 - kRagged * std::fmod(kGoldenRatio * i, 1.0);
@@ -196,7 +196,7 @@ class Fitter {
     moves_[i] = move.after(moves_[i]);
   }
 
-  /// How much of its size the axis keeps inside the crown, turned about its base.
+  /// Proportion of the axis inside the crown if it is turned about its base.
   double share_inside(Point base, const AffineMap& turn) const {
     double share = 1.0;
     for (const SkeletonPoint& point : line_) {
@@ -224,8 +224,8 @@ class Fitter {
     }
   }
 
-  /// Radii of a branch of the stem keep their share of the stem's radius at its base; what grows
-  /// from the branch gets thinner or thicker with it.
+  /// Radii of a branch of the stem keep their ratio to the stem's radius at its base; its twigs are
+  /// scaled with it.
   void set_radii(std::uint32_t i) {
     const Axis& axis = grown_.skeleton.axes[i];
     const double grown_base = line_.front().radius_m;
@@ -241,7 +241,8 @@ class Fitter {
       const double from = parent[place.segment].radius_m;
       bearer_m = from + place.part * (parent[place.segment + 1].radius_m - from);
     }
-    // No branch is thicker than what bears it, nor a club in a crown too narrow for the stem.
+    // No branch is thicker than its parent, or too thick for its length in a crown too narrow for
+    // the stem.
     constexpr double kThickest = 0.15;
     const double most = std::min(bearer_m, kThickest * line_length_m(line_));
     if (grown_base * thickness_[i] > most) thickness_[i] = most / grown_base;
@@ -260,8 +261,8 @@ class Fitter {
   std::uint32_t lowest_ = kNone;
   std::vector<std::uint32_t> number_{};  ///< of each grown axis in the result
   std::vector<double> thickness_{};      ///< fitted by grown radius of each axis
-  std::vector<AffineMap> moves_{};       ///< of each grown axis from where the map has it
-  std::vector<SkeletonPoint> line_{};    ///< the axis being fitted
+  std::vector<AffineMap> moves_{};     ///< displacement of each grown axis from its mapped position
+  std::vector<SkeletonPoint> line_{};  ///< the axis being fitted
   Skeleton result_{};
 };
 

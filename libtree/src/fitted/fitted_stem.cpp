@@ -27,7 +27,7 @@ std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
                                        const Taper& taper) {
   const std::vector<double> heights = section_heights_m(shape.h_m);
   const std::vector<double> diameters = taper.diameters_cm(heights, shape.h_m, shape.dbh_cm);
-  // A section's height, so that the stem is on the axis wherever it is below.
+  // The height of a section; the stem is on the axis below.
   const double from =
       *std::lower_bound(heights.begin(), heights.end(), std::max(kBreastHeight, shape.hcb_m));
   const double scale = mean_m(shape.radii) / map.widest();
@@ -43,7 +43,7 @@ std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
     const double x = scale * (grown_at.x - chord.x);
     const double y = scale * (grown_at.y - chord.y);
     const double away = std::hypot(x, y);
-    // The inner third of the crown, and no steeper bend than a short crown has room for.
+    // The inner third of the crown, and no steeper bend than a short crown allows.
     constexpr double kInner = 1.0 / 3.0;
     constexpr double kSteepest = 0.2;
     const double most = std::min(kInner * narrowest_m(shape.radii) * crown.relative_width(z_m),

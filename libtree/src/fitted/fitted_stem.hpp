@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The stem of a tree with measured height and diameter that keeps the bends of a grown one.
+// The stem of a tree with measured height and diameter and the bends of a grown stem.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace silvafit::tree {
 
-/// Sections as the builder of segments makes them, by the taper equation. Straight up to breast
-/// height and to the crown base; above it the stem winds as it grew, in proportion to the crown's
-/// width and within its inner third, and comes back to the axis at the tip.
+/// Sections as in the segment builder, by the taper equation. Straight up to breast height and to
+/// the crown base; above, the stem keeps its grown bends, in proportion to the crown's width and
+/// within its inner third, and returns to the axis at the tip.
 std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
                                        const CrownMap& map,
                                        const TreeShape& shape,

@@ -14,19 +14,19 @@ namespace {
 
 constexpr std::array<Point, 4> kDirections{{{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 1, 0}}};
 
-/// From the place's direction to another, counterclockwise, in [-pi, pi].
+/// From the point's direction to another, counterclockwise, in [-pi, pi].
 double turn_to(const CrownPlace& place, Point direction) {
   return std::atan2(place.x * direction.y - place.y * direction.x,
                     place.x * direction.x + place.y * direction.y);
 }
 
-/// An axis that could be led to a radius.
+/// A candidate axis for a measured radius.
 struct Candidate {
   CrownPlace tip{};
   Point base_at{};
   Point tip_at{};
-  std::array<double, 4> costs{};  ///< by direction: how much the axis has to be bent
-  bool is_taken = false;          ///< it, what bears it or what it bears is led already
+  std::array<double, 4> costs{};  ///< by direction: the necessary bend
+  bool is_taken = false;          ///< it, its parent or one of its branches is already used
 };
 
 class Leader {
@@ -46,7 +46,7 @@ class Leader {
     }
   }
 
-  /// The axes by direction; those that need the least bending choose first.
+  /// The axes by direction; those that need the smallest bend are assigned first.
   std::array<std::uint32_t, 4> choose() {
     std::array<std::uint32_t, 4> chosen{kNone, kNone, kNone, kNone};
     for (int round = 0; round < 4; ++round) {
@@ -60,7 +60,7 @@ class Leader {
       const bool is_new = best.cost > kTooMuch;
       chosen[best.direction] = is_new ? copied(best.direction) : best.axis;
       if (chosen[best.direction] == kNone) {
-        throw GeometryError("no branch of a grown skeleton has a length and a radius");
+        throw GeometryError("no branch of the skeleton has a length and a radius");
       }
       take(chosen[best.direction]);
     }
@@ -74,13 +74,13 @@ class Leader {
     double cost = std::numeric_limits<double>::infinity();
   };
 
-  /// Only what is drawn as wood ends where it is led to.
+  /// Only axes drawn as wood end at the measured radius.
   bool has_wood(std::uint32_t axis) const {
     return grown_.points[grown_.axes[axis].first].radius_m > 0.0;
   }
 
-  /// How far the tip must be moved, per length of the axis. A branch of the stem turns about it
-  /// without a bend, and only leaves a gap behind.
+  /// Displacement of the tip relative to the length of the axis. A branch of the stem turns about
+  /// the stem without a bend.
   double cost(std::uint32_t axis, int direction) const {
     const Candidate& one = candidates_[axis];
     const Point outward = kDirections[direction];
@@ -109,7 +109,7 @@ class Leader {
     return best;
   }
 
-  /// Neither what bears an axis nor what it bears is bent again.
+  /// Neither the parent of an axis nor its branches are bent again.
   void take(std::uint32_t axis) {
     for (std::uint32_t i = axis; i != 0; i = grown_.axes[i].parent) candidates_[i].is_taken = true;
     std::vector<bool> is_below(grown_.axes.size(), false);
@@ -121,7 +121,7 @@ class Leader {
     }
   }
 
-  /// A copy of the branch that comes nearest to the radius when it is turned about the stem.
+  /// A copy of the branch that is nearest to the radius after rotation about the stem.
   std::uint32_t copied(int direction) {
     std::uint32_t from = kNone;
     double least = std::numeric_limits<double>::infinity();
@@ -203,7 +203,7 @@ CrownPlace RadiusAxes::led(CrownPlace place, std::uint32_t point) const {
   place.x = x;
   if (lead.out != 0.0) {
     place.out = std::clamp(place.out + lead.out, 0.0, lead.is_own ? 1.0 : 2.0);
-    // What grows beyond the tip of its bearer is drawn in, so that it does not pass the crown.
+    // Parts beyond the tip of their parent are moved inward, so that they stay in the crown.
     constexpr double kKnee = 0.85;
     if (place.out > kKnee && !lead.is_own) {
       const double beyond = (place.out - kKnee) / (1.0 - kKnee);
@@ -233,7 +233,7 @@ RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crow
         if (k > 0) before += length(line[k].at - line[k - 1].at);
         const double share = total > 0.0 ? before / total : 1.0;
         const double bend = share * share;
-        // A branch of the stem turns about it as a whole.
+        // A branch of the stem turns about the stem as a whole.
         const double turned = axis.order == 1 ? turn : bend * turn;
         result.leads_[axis.first + k] = {std::cos(turned),
                                          std::sin(turned),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The branches of a grown skeleton that are led to the four measured crown radii.
+// The branches of a grown skeleton that are bent to the four measured crown radii.
 #pragma once
 
 #include <array>
@@ -11,35 +11,35 @@
 
 namespace silvafit::tree {
 
-/// How places of the grown skeleton's points change so that one axis ends at the crown's widest
-/// place east, west, south and north (directions 0 to 3).
+/// Displacements of the points of a grown skeleton by which one axis ends at the crown's widest
+/// point in the east, west, south and north (directions 0 to 3).
 class RadiusAxes {
  public:
-  /// -1 where an axis ends at no measured radius.
+  /// -1 if an axis ends at no measured radius.
   int direction_of(std::uint32_t axis) const;
 
-  /// The place of a point that belongs to one of these axes, or to what grows from them.
+  /// The position of a point of one of these axes, or of their branches.
   CrownPlace led(CrownPlace place, std::uint32_t point) const;
 
  private:
   friend RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crown);
 
-  /// Grows from nothing at an axis's base to all of it at its tip.
+  /// Increases from 0 at an axis's base to 1 at its tip.
   struct Lead {
     double turn_cos = 1.0;
     double turn_sin = 0.0;
     double out = 0.0;
     double rise_m = 0.0;
-    bool is_own = false;  ///< of the axis itself, not of what it bears
+    bool is_own = false;  ///< of the axis itself, not of its branches
   };
 
   std::array<std::uint32_t, 4> axes_{};
   std::vector<Lead> leads_{};  ///< by point
 };
 
-/// Chooses the four axes that have to be bent least. A direction that no axis is near gets a copy
-/// of a whole branch, turned about the stem.
-/// \param grown  upright; gains the copies
+/// Selects the four axes with the smallest necessary bend. A direction without a near axis gets a
+/// copy of a whole branch, rotated about the stem.
+/// \param grown  upright; the copies are added
 RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crown);
 
 }  // namespace silvafit::tree

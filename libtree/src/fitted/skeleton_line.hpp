@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Places on a line of skeleton points: by length, by height, nearest to a point.
+// Positions on a line of skeleton points: by length, by height, nearest to a point.
 #pragma once
 
 #include <cstddef>
@@ -12,32 +12,32 @@ namespace silvafit::tree {
 /// Length of a line of points [m].
 double line_length_m(std::span<const SkeletonPoint> line);
 
-/// The point at a share of a line's length.
+/// The point at a relative length of a line.
 SkeletonPoint point_at(std::span<const SkeletonPoint> line, double share);
 
-/// The place and radius of a rising line of points at a height.
+/// The position and radius of a rising line of points at a height.
 SkeletonPoint at_height(std::span<const SkeletonPoint> line, double z);
 
-/// A place on a line of points.
+/// A position on a line of points.
 struct PlaceOnLine {
   std::size_t segment = 0;  ///< from points[segment] to points[segment + 1]
   double part = 0.0;        ///< of the segment, 0 .. 1
 };
 
-/// The place on a line that is nearest to a point; of several, the first.
+/// The position on a line that is nearest to a point; of several, the first.
 PlaceOnLine nearest_place(std::span<const SkeletonPoint> line, Point point);
 
-/// The same as a share of the line's length.
+/// The same as relative length of the line.
 double nearest_share(std::span<const SkeletonPoint> line, Point point);
 
-/// Whether two lines have the same points, whatever their radii.
+/// Whether two lines have the same points, for any radii.
 bool is_same_line(std::span<const SkeletonPoint> a, std::span<const SkeletonPoint> b);
 
-/// Points along a line no farther apart than this [m] stand for the line.
+/// Points along a line at most this far apart [m] represent the line.
 inline constexpr double kLineStep = 0.025;
 
-/// Calls visit(share, point) at even steps of at most kLineStep along a line, from its start to its
-/// end, until it returns false.
+/// Calls visit(fraction, point) at equal steps of at most kLineStep along a line, from its start to
+/// its end, until it returns false.
 template <typename Visit>
 void walk(std::span<const SkeletonPoint> line, Visit visit) {
   const double total = line_length_m(line);
@@ -55,7 +55,7 @@ void walk(std::span<const SkeletonPoint> line, Visit visit) {
     }
     const SkeletonPoint& a = line[to - 1];
     const SkeletonPoint& b = line[to];
-    // The last point is the line's own end, without rounding.
+    // The last point is exactly the line's own end.
     const bool is_end = i == steps;
     const double part = is_end ? 1.0 : (size > 0.0 ? (at - before) / size : 0.0);
     const SkeletonPoint point = is_end

@@ -15,18 +15,18 @@ bool is_finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std
 
 void check(const Skeleton& grown) {
   if (grown.axes.empty() || grown.axes.front().order != 0 || grown.axes.front().count < 2) {
-    throw GeometryError("a grown skeleton has no stem");
+    throw GeometryError("the skeleton has no stem");
   }
-  if (grown.axes.size() < 2) throw GeometryError("a grown skeleton has no branch");
+  if (grown.axes.size() < 2) throw GeometryError("the skeleton has no branch");
   for (const SkeletonPoint& point : grown.points) {
     if (!is_finite(point.at) || !std::isfinite(point.radius_m)) {
-      throw GeometryError("a grown skeleton has a coordinate that is not finite");
+      throw GeometryError("the skeleton has a coordinate that is not finite");
     }
   }
   for (const LeafSite& leaf : grown.leaves) {
     if (!is_finite(leaf.at) || !is_finite(leaf.along) || !is_finite(leaf.facing) ||
         !std::isfinite(leaf.length_m) || leaf.axis >= grown.axes.size()) {
-      throw GeometryError("a grown skeleton has a leaf that is nowhere");
+      throw GeometryError("the skeleton has a leaf without an axis");
     }
   }
 }
@@ -37,8 +37,8 @@ double polyline_length(std::span<const SkeletonPoint> line) {
   return sum;
 }
 
-/// The axes that make the stem: the stem itself, then at each end the branch that grows on from
-/// there and rises highest.
+/// The axes that form the stem: the stem itself, then at each end the branch that continues there
+/// and rises highest.
 std::vector<std::uint32_t> leaders(const Skeleton& grown) {
   std::vector<std::uint32_t> chain{0};
   constexpr double kAtTip = 0.02;
@@ -97,7 +97,7 @@ void set_upright(Skeleton& skeleton) {
   const auto stem = skeleton.points_of(skeleton.axes.front());
   const Point base = stem.front().at;
   const Point chord = stem.back().at - base;
-  if (!(chord.z > 0.0)) throw GeometryError("the stem of a grown skeleton does not rise");
+  if (!(chord.z > 0.0)) throw GeometryError("the stem of the skeleton does not rise");
   const Point from = direction(chord);
   const Point up{0.0, 0.0, 1.0};
   for (SkeletonPoint& point : skeleton.points) point.at = turned_with(point.at - base, from, up);
@@ -108,7 +108,7 @@ void set_upright(Skeleton& skeleton) {
   }
 }
 
-/// The stem's points that are higher than all before them.
+/// The stem's points that are higher than all previous ones.
 std::vector<SkeletonPoint> rising_course(std::span<const SkeletonPoint> stem) {
   std::vector<SkeletonPoint> course{stem.front()};
   for (const SkeletonPoint& point : stem.subspan(1)) {

@@ -9,21 +9,21 @@
 
 namespace silvafit::tree {
 
-/// A skeleton in the units in which it was grown, round a stem that is the z axis from 0 up: at
-/// each height everything is moved sideways by as much as the stem was there.
+/// A skeleton in its original units, around a stem that is the z axis from 0 up: at each height
+/// everything is shifted sideways by the stem's distance from the axis.
 struct StandingSkeleton {
-  /// The stem and what takes it further: where it ends in a fork, the limb that rises highest.
+  /// The stem and its continuation: if it ends in a fork, the limb that rises highest.
   Skeleton skeleton{};
-  std::vector<SkeletonPoint> course{};  ///< of the stem before it was straightened, rising
+  std::vector<SkeletonPoint> course{};  ///< of the stem before it was straightened, increasing
   double top = 0.0;                     ///< of the stem and all branches
-  double first_base = 0.0;              ///< lowest place on the stem from which a branch grows
+  double first_base = 0.0;              ///< lowest point on the stem with a branch
   double lowest = 0.0;                  ///< of branches and leaves
 };
 
 /// \throws GeometryError if a coordinate is not finite, there is no stem that rises or no branch
 StandingSkeleton standing(const Skeleton& grown);
 
-/// The vector `v` after the least turn that takes direction `from` to direction `to`.
+/// The vector `v` after the smallest rotation that turns direction `from` into direction `to`.
 Point turned_with(Point v, Point from, Point to);
 
 }  // namespace silvafit::tree

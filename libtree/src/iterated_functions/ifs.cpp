@@ -28,7 +28,7 @@ std::vector<double> by_volume(const std::vector<AffineMap>& maps) {
   return probabilities;
 }
 
-/// The point that a map leaves where it is.
+/// The fixed point of a map.
 Point fixed_point(const AffineMap& map) {
   const Eigen::Vector3d b(map.b.x, map.b.y, map.b.z);
   const Eigen::Vector3d x =
@@ -41,16 +41,16 @@ Point fixed_point(const AffineMap& map) {
 IteratedFunctionSystem::IteratedFunctionSystem(std::vector<AffineMap> maps,
                                                std::vector<double> probabilities)
     : maps_(std::move(maps)), probabilities_(std::move(probabilities)) {
-  if (maps_.empty()) throw DomainError("an iterated function system needs a map");
+  if (maps_.empty()) throw DomainError("an iterated function system needs at least one map");
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     if (!is_finite(maps_[i]) || !(maps_[i].spectral_norm() < 1.0)) {
       throw DomainError("map " + std::to_string(i + 1) +
-                        " does not shrink space: its largest singular value must be below 1");
+                        " is not contractive: its largest singular value must be below 1");
     }
   }
   if (probabilities_.empty()) probabilities_ = by_volume(maps_);
   if (probabilities_.size() != maps_.size()) {
-    throw DomainError("either each map has a probability or none");
+    throw DomainError("give a probability for every map or for none");
   }
   double sum = 0.0;
   for (const double probability : probabilities_) {
@@ -60,7 +60,7 @@ IteratedFunctionSystem::IteratedFunctionSystem(std::vector<AffineMap> maps,
   }
   constexpr double kRounding = 1e-9;
   if (!(std::abs(sum - 1.0) <= kRounding)) {
-    throw DomainError("the maps' probabilities must add up to 1, not " + std::to_string(sum));
+    throw DomainError("the probabilities of the maps must sum to 1, not " + std::to_string(sum));
   }
 }
 
@@ -90,7 +90,7 @@ double IteratedFunctionSystem::similarity_dimension() const {
     for (const double scale : scales) total += scale > 0.0 ? std::pow(scale, dimension) : 0.0;
     return total;
   };
-  // The sum falls in D, from the number of maps at 0.
+  // The sum decreases with D, from the number of maps at 0.
   double low = 0.0;
   double high = 1.0;
   while (sum(high) > 1.0) high *= 2.0;

@@ -12,7 +12,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// The map written out, three rows of four numbers.
+/// The map as a matrix, three rows of four numbers.
 AffineMap matrix_of(const JsonEntry& entry) {
   const auto rows = entry.get<std::array<std::array<double, 4>, 3>>("matrix");
   AffineMap map;
@@ -23,7 +23,7 @@ AffineMap matrix_of(const JsonEntry& entry) {
   return map;
 }
 
-/// The map by the place of the copy on the trunk.
+/// The map by the position of the copy on the trunk.
 AffineMap placed(const JsonEntry& entry) {
   const double azimuth = kRadian * entry.number("azimuth_deg", -360.0, 360.0);
   const double angle = kRadian * entry.number("angle_deg", 0.0, 180.0);
@@ -43,7 +43,7 @@ IfsCopy copy_of(const JsonEntry& entry) {
     entry.allow_only({"matrix", "thickness", "continues", "orders", "probability"});
     copy.map = matrix_of(entry);
     if (!(copy.map.spectral_norm() < 1.0)) {
-      throw InputError("does not shrink space: its largest singular value must be below 1",
+      throw InputError("is not contractive: its largest singular value must be below 1",
                        entry.place_of("matrix"));
     }
     copy.scale = length(copy.map.turn({0.0, 0.0, 1.0}));
@@ -63,7 +63,7 @@ IfsCopy copy_of(const JsonEntry& entry) {
   copy.thickness = entry.number("thickness", 0.01, 1.0);
   copy.continues = entry.has("continues") && entry.get<bool>("continues");
   if (copy.continues && length(copy.map.b - Point{0.0, 0.0, 1.0}) > 1e-9) {
-    throw InputError("must stand on the trunk's end, at 1, to continue it",
+    throw InputError("must start at the end of the trunk, at 1, because it continues the trunk",
                      entry.place_of(entry.has("matrix") ? "matrix" : "at"));
   }
   if (entry.has("orders")) {
@@ -96,12 +96,12 @@ std::vector<IfsCopy> copies_of(const JsonEntry& entry) {
     copies.push_back(copy);
   }
   if (!branches) {
-    throw InputError("needs a map that puts branches on the stem", entry.place_of("maps"));
+    throw InputError("must have a map that places branches on the stem", entry.place_of("maps"));
   }
   return copies;
 }
 
-/// With the maps' probabilities, which are all given or all missing.
+/// With the maps' probabilities, which are given for all or for none.
 IteratedFunctionSystem system_of(const JsonEntry& entry, const std::vector<IfsCopy>& copies) {
   std::vector<AffineMap> maps;
   std::vector<double> probabilities;
@@ -148,7 +148,7 @@ IfsLeaves leaves_of(const JsonEntry& entry) {
 }
 
 /// Copies without variation, counted by depth and order before anything is grown, so that a file
-/// which asks for too many is refused when it is read.
+/// with too many copies is rejected when it is read.
 void check_number(const JsonEntry& entry, const IfsPreset& preset) {
   IfsPreset even = preset;
   even.variation = {};

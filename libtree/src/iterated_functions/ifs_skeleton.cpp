@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Copies of copies of a trunk.
+// Recursive copies of a trunk.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -12,7 +12,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// A copy of the trunk where it stands.
+/// A placed copy of the trunk.
 struct Copy {
   AffineMap place{};
   double scale = 1.0;
@@ -46,7 +46,7 @@ class Grower {
     std::uint32_t parent = 0;
   };
 
-  /// The copy's trunk, and what continues it.
+  /// The copy's trunk and its continuation.
   void grow_axis(std::uint32_t copy, std::uint32_t order, std::uint32_t parent) {
     const auto axis = static_cast<std::uint32_t>(skeleton_.axes.size());
     skeleton_.axes.push_back({.order = order,
@@ -64,7 +64,7 @@ class Grower {
         static_cast<std::uint32_t>(skeleton_.points.size()) - skeleton_.axes[axis].first;
   }
 
-  /// Makes the copies that a copy bears.
+  /// Makes the copies on a copy.
   /// \return the one that continues it, if there is one
   std::uint32_t bear(std::uint32_t copy, std::uint32_t order, std::uint32_t axis) {
     const std::size_t maps = preset_.copies.size();
@@ -78,9 +78,9 @@ class Grower {
       const Copy child = varied(copies_[copy], map);
       if (child.scale < preset_.limits.least_scale) continue;
       if (copies_.size() >= preset_.limits.most_copies) {
-        throw GeometryError("an iterated function system makes more than " +
+        throw GeometryError("the iterated function system makes more than " +
                             std::to_string(preset_.limits.most_copies) +
-                            " copies; lower its depth or raise its least scale");
+                            " copies; reduce its depth or increase its least_scale");
       }
       const auto number = static_cast<std::uint32_t>(copies_.size());
       children_[copies_[copy].children + m] = number;
@@ -123,7 +123,7 @@ class Grower {
     return copy;
   }
 
-  /// The points of a copy's trunk but the first.
+  /// The points of a copy's trunk without the first.
   void add_trunk(std::uint32_t number, std::uint32_t next) {
     const Copy& copy = copies_[number];
     const IfsTrunk& trunk = preset_.trunk;
@@ -143,7 +143,7 @@ class Grower {
     }
   }
 
-  /// On the last of copies of copies that the maps' probabilities choose.
+  /// On the last of the copies that the maps' probabilities select.
   void add_leaf() {
     std::uint32_t copy = 0;
     while (true) {
@@ -164,7 +164,7 @@ class Grower {
     const double angle = kRadian * preset_.leaves.angle_deg;
     LeafSite leaf{.at = a + (share - segment) * (b - a), .axis = bearer.axis};
     leaf.along = direction(std::cos(angle) * along + std::sin(angle) * across);
-    // The upper side looks up as far as the leaf's direction lets it.
+    // The upper side points up as far as the leaf's direction allows.
     const Point up{0.0, 0.0, 1.0};
     leaf.facing = direction(up - dot(up, leaf.along) * leaf.along, across);
     leaf.length_m = preset_.leaves.length;
@@ -195,7 +195,7 @@ class Grower {
   Random& random_;
   Skeleton skeleton_{};
   std::vector<Copy> copies_{};
-  std::vector<std::uint32_t> children_{};  ///< by copy and map; none where a copy was left out
+  std::vector<std::uint32_t> children_{};  ///< by copy and map; none if a copy was omitted
   std::vector<Start> starts_{};
 };
 

@@ -73,7 +73,7 @@ class Derivation {
                 0.0);
   }
 
-  /// The first that matches; or, where they have weights, one of all that match.
+  /// The first that matches or, with weights, one of all that match.
   const Production* matching() {
     const SymbolRules& rules = rules_.of_symbol[string_.symbol(at_)];
     if (rules.has_weights) return chosen(rules);
@@ -109,9 +109,10 @@ class Derivation {
     if (candidates_.empty()) return without_weight;
     if (without_weight != nullptr) {
       fail(without_weight->line,
-           fmt::format("matches, and so does line {}, which has a weight; give both a weight, or "
-                       "conditions that exclude each other",
-                       candidates_.front().first->line));
+           fmt::format(
+               "this production and that of line {} match the same module, but only the latter has "
+               "a weight; give both a weight, or conditions that exclude each other",
+               candidates_.front().first->line));
     }
     const double drawn = random_.uniform(0.0, sum);
     for (const auto& [production, up_to] : candidates_) {
@@ -140,11 +141,11 @@ class Derivation {
     try {
       return expression.value(parameters, random_);
     } catch (const ArithmeticProblem& problem) {
-      fail(line, fmt::format("{}, {}, is {}", what, expression.text(), problem.message));
+      fail(line, fmt::format("{}, {}, is not valid: {}", what, expression.text(), problem.message));
     }
   }
 
-  /// Removes what stands behind a % in its branch, and the % itself.
+  /// Removes everything after a % in its branch, and the % itself.
   void cut(ModuleString& string) {
     if (!rules_.cuts) return;
     ModuleString kept(rules_.alphabet);
@@ -177,8 +178,8 @@ class Derivation {
   void check_size(std::size_t line) const {
     if (next_.size() <= limits_.modules && next_.parameter_count() <= 4 * limits_.modules) return;
     fail(line,
-         fmt::format("the string has grown to more than {} modules or {} parameters; use fewer "
-                     "iterations, or a condition that ends the growth",
+         fmt::format("the string exceeds {} modules or {} parameters; use fewer iterations, or a "
+                     "condition that ends the growth",
                      limits_.modules,
                      4 * limits_.modules));
   }
@@ -186,7 +187,7 @@ class Derivation {
   void check_time() const {
     if (Clock::now() <= deadline_) return;
     fail(rules_.axiom_line,
-         fmt::format("the grammar takes longer than {} seconds; use fewer iterations",
+         fmt::format("deriving the grammar takes longer than {} seconds; use fewer iterations",
                      limits_.seconds));
   }
 

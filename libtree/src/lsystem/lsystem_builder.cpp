@@ -47,7 +47,7 @@ std::vector<LsystemPreset::Stage> stages_of(const JsonEntry& entry,
   return stages;
 }
 
-/// All the same, seen from another side.
+/// The same drawing with another azimuth.
 void turn_about_stem(Skeleton& skeleton, double angle_rad) {
   const double c = std::cos(angle_rad);
   const double s = std::sin(angle_rad);
@@ -62,8 +62,8 @@ void turn_about_stem(Skeleton& skeleton, double angle_rad) {
 
 }  // namespace
 
-/// What a grammar without random numbers draws for every tree.
-// Not std::call_once: where a grammar fails, not every implementation lets the next thread in.
+/// The drawing of a grammar without random numbers, used for every tree.
+// Not std::call_once: after an exception, not every implementation lets the next thread in.
 struct LsystemBuilder::Derived {
   std::mutex deriving{};
   std::optional<Skeleton> skeleton{};
@@ -123,7 +123,7 @@ Skeleton LsystemBuilder::derive(const Grammar& grammar, Random& random) const {
     skeleton.leaves.clear();
     return skeleton;
   }
-  // A grammar may know more grades than the preset has looks.
+  // A grammar may use more grades than the preset has leaf types.
   for (LeafSite& leaf : skeleton.leaves) {
     leaf.grade = std::min(leaf.grade, static_cast<std::uint32_t>(looks - 1));
   }
@@ -160,7 +160,7 @@ Skeleton LsystemBuilder::grow_skeleton(const TreeShape& shape,
   try {
     return fit_to_measurements(grown, shape, crown, preset().taper);
   } catch (const GeometryError& error) {
-    // What was drawn is at fault, not the measurements.
+    // The drawing causes the error, not the measurements.
     throw GeometryError(error.message(),
                         {.file = lsystem_.stages[stage_of(shape.h_m)].grammar.file()});
   }

@@ -16,8 +16,8 @@ using Operation = LsystemExpression::Operation;
 
 namespace {
 
-// Deep nesting ends in a message, not in a stack overflow.
-/// A pair of parentheses counts twice: for itself, and for what may stand before it.
+// Deep nesting ends in an error, not in a stack overflow.
+/// A pair of parentheses counts twice: for itself, and for a sign or power before it.
 constexpr int kDeepest = 200;
 constexpr std::size_t kStack = 256;
 
@@ -48,22 +48,22 @@ bool draws(Operation operation) {
 }
 
 double divided(double a, double b) {
-  if (b == 0.0) throw ArithmeticProblem{"a division by zero"};
+  if (b == 0.0) throw ArithmeticProblem{"division by zero"};
   return a / b;
 }
 
 double remainder(double a, double b) {
-  if (b == 0.0) throw ArithmeticProblem{"a remainder (%) of a division by zero"};
+  if (b == 0.0) throw ArithmeticProblem{"remainder (%) of a division by zero"};
   return std::fmod(a, b);
 }
 
 double root(double a) {
-  if (a < 0.0) throw ArithmeticProblem{fmt::format("the square root of {}", a)};
+  if (a < 0.0) throw ArithmeticProblem{fmt::format("square root of {}", a)};
   return std::sqrt(a);
 }
 
 double logarithm(double a) {
-  if (!(a > 0.0)) throw ArithmeticProblem{fmt::format("the logarithm of {}", a)};
+  if (!(a > 0.0)) throw ArithmeticProblem{fmt::format("logarithm of {}", a)};
   return std::log(a);
 }
 
@@ -75,8 +75,8 @@ double power(double a, double b) {
 
 double normal(double mean, double standard_deviation, Random& random) {
   if (standard_deviation < 0.0) {
-    throw ArithmeticProblem{fmt::format(
-        "normal({}, {}), whose standard deviation is negative", mean, standard_deviation)};
+    throw ArithmeticProblem{
+        fmt::format("negative standard deviation in normal({}, {})", mean, standard_deviation)};
   }
   return random.normal(mean, standard_deviation);
 }
@@ -192,7 +192,7 @@ double LsystemExpression::run(const double* parameters, Random& random) const {
         stack[top - 1] = of_two(instruction.operation, stack[top - 1], stack[top], random);
     }
   }
-  if (!std::isfinite(stack[0])) throw ArithmeticProblem{"a number too large"};
+  if (!std::isfinite(stack[0])) throw ArithmeticProblem{"the number is too large"};
   return stack[0];
 }
 
@@ -202,7 +202,7 @@ bool LsystemExpression::draws_random_numbers() const {
   });
 }
 
-/// Recursive descent, loosest binding first; code is written as it is read.
+/// Recursive descent, lowest precedence first; code is generated while reading.
 class ExpressionParser {
  public:
   ExpressionParser(GrammarCursor& cursor, const ExpressionNames& names)
@@ -232,7 +232,8 @@ class ExpressionParser {
 
   void push(Operation operation, std::uint32_t index, double number) {
     emit(operation, index, number);
-    if (++height_ > kStack) fail("the expression is nested too deeply; write it in simpler parts");
+    if (++height_ > kStack)
+      fail("the expression is nested too deeply; split it into simpler parts");
   }
 
   void binary(Operation operation) {
@@ -240,7 +241,7 @@ class ExpressionParser {
     --height_;
   }
 
-  /// A sub-expression without names is computed now.
+  /// A sub-expression without names is evaluated now.
   void fold(std::size_t offset) {
     auto& code = result_.code_;
     const bool varies = std::any_of(code.begin(), code.end(), [](const Instruction& one) {
@@ -292,7 +293,7 @@ class ExpressionParser {
     if (cursor_.accept(">=")) return compare(Operation::kGreaterEqual);
     if (cursor_.accept("<")) return compare(Operation::kLess);
     if (cursor_.accept(">")) return compare(Operation::kGreater);
-    if (cursor_.at("=")) fail("'=' compares as '=='");
+    if (cursor_.at("=")) fail("use '==' for comparisons, not '='");
   }
 
   void sum() {
@@ -359,8 +360,8 @@ class ExpressionParser {
       if (!cursor_.accept(")")) refuse_grammar(open, "this '(' is not closed");
       return;
     }
-    if (next == '\0') fail("a number, a name or '(' is missing at the end");
-    fail(fmt::format("a number, a name or '(' is expected, not '{}'", next));
+    if (next == '\0') fail("expected a number, a name or '(' at the end");
+    fail(fmt::format("expected a number, a name or '(', not '{}'", next));
   }
 
   void number() {
@@ -368,7 +369,7 @@ class ExpressionParser {
     const std::string_view text = cursor_.rest();
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error == std::errc::result_out_of_range) fail("this number is too large or too small");
-    if (error != std::errc()) fail("this is no number");
+    if (error != std::errc()) fail("not a number");
     cursor_.take(static_cast<std::size_t>(end - text.data()));
     push(Operation::kNumber, 0, value);
   }
@@ -394,9 +395,9 @@ class ExpressionParser {
     for (const std::string& parameter : names_.parameters) known += " " + parameter;
     for (const auto& [constant, value] : *names_.constants) known += " " + constant;
     return fmt::format(
-        "there is no {} here; it must be a parameter of the production or #defined above{}{}",
+        "unknown name '{}'; it must be a parameter of the production or #defined above{}{}",
         name.substr(0, 40),
-        known.empty() ? "" : "; there are",
+        known.empty() ? "" : "; available:",
         known.substr(0, 200));
   }
 
@@ -408,8 +409,8 @@ class ExpressionParser {
     if (function == kFunctions.end()) {
       std::string known;
       for (const Function& one : kFunctions) known += fmt::format(" {}", one.name);
-      refuse_grammar(
-          begin, fmt::format("there is no function {}; there are{}", name.substr(0, 40), known));
+      refuse_grammar(begin,
+                     fmt::format("unknown function '{}'; available:{}", name.substr(0, 40), known));
     }
     int arguments = 0;
     do {

@@ -13,26 +13,26 @@
 
 namespace silvafit::tree {
 
-/// No number is the result of this: a division by zero, a root of a negative number.
+/// The result is not a number: a division by zero, a root of a negative number.
 struct ArithmeticProblem {
   std::string message{};
 };
 
-/// Names that an expression may use: constants by value, parameters by slot.
+/// Names that an expression may use: constants by value, parameters by index.
 struct ExpressionNames {
   const std::map<std::string, double, std::less<>>* constants = nullptr;
   std::vector<std::string> parameters{};
 };
 
 /// An expression of a production. libdata's expressions are made for derivatives and for whole
-/// columns at a time; this one draws random numbers and takes a module's parameters as they lie.
+/// columns; this one draws random numbers and takes a module's parameters in place.
 class LsystemExpression {
  public:
   /// Reads up to the first character that cannot continue an expression, and stops there.
   /// \throws GrammarProblem
   static LsystemExpression parse(GrammarCursor& cursor, const ExpressionNames& names);
 
-  /// \param parameters  as many as there were names
+  /// \param parameters  one for each name
   /// \throws ArithmeticProblem
   double value(const double* parameters, Random& random) const {
     return code_.size() == 1 && code_.front().operation == Operation::kNumber
@@ -65,7 +65,7 @@ class LsystemExpression {
     kGreaterEqual,
     kEqual,
     kNotEqual,
-    kSkipIfFalse,  ///< of &&: what follows is not evaluated
+    kSkipIfFalse,  ///< of &&: the following operand is not evaluated
     kSkipIfTrue,   ///< of ||
     kTruth,
     kSqrt,
@@ -84,7 +84,7 @@ class LsystemExpression {
   };
   struct Instruction {
     Operation operation = Operation::kNumber;
-    std::uint32_t index = 0;  ///< a parameter's slot; where a skip goes to
+    std::uint32_t index = 0;  ///< index of a parameter; target of a jump
     double number = 0.0;
   };
 

@@ -9,28 +9,27 @@ namespace silvafit::tree {
 namespace {
 
 constexpr std::size_t kMostDepth = 1000;
-// More than anyone writes, and few enough to try all of them at each letter.
+// More than usual, and few enough to try all of them at each letter.
 constexpr std::size_t kMostNames = 200;
-// Symbols that are modules by themselves; letters are, too.
+// Symbols that are modules by themselves, like letters.
 constexpr std::string_view kSymbols = "+-&^\\/|$!'%@[]{}";
 
 [[noreturn]] void refuse_name(char c, std::size_t begin) {
-  if (c == '\0') refuse_grammar(begin, "a module is missing here");
+  if (c == '\0') refuse_grammar(begin, "expected a module");
   if (c == '<' || c == '>') {
-    refuse_grammar(
-        begin,
-        "contexts ('<' and '>') are not part of this language; a production looks at one module "
-        "only. Hand on what it must know as a parameter");
+    refuse_grammar(begin,
+                   "contexts ('<' and '>') are not supported: a production sees one module only. "
+                   "Pass the information as a parameter");
   }
-  if (is_digit(c)) refuse_grammar(begin, "a number stands in parentheses after its module: F(1)");
+  if (is_digit(c)) refuse_grammar(begin, "put a number in parentheses after its module: F(1)");
   if (c == '*') {
-    refuse_grammar(begin, "'*' is no module; a successor that is empty is left empty");
+    refuse_grammar(begin, "'*' is not a module; leave an empty successor blank");
   }
   refuse_grammar(begin,
-                 shown(c) + " is no module; see the list of symbols in docs/lsystem-trees.md");
+                 shown(c) + " is not a module; see the list of symbols in docs/lsystem-trees.md");
 }
 
-/// The branches [ ] and outlines { } that are open at a place of a word.
+/// The open branches [ ] and outlines { } at a position of a word.
 class Brackets {
  public:
   explicit Brackets(const GrammarText& text) : text_(text) {}
@@ -54,7 +53,7 @@ class Brackets {
 
   void open(char c, std::size_t offset) {
     if (c == '{' && std::exchange(in_outline_, true)) {
-      refuse_grammar(offset, "an outline { } cannot stand in another");
+      refuse_grammar(offset, "outlines { } must not be nested");
     }
     if (open_.size() >= kMostDepth) refuse_grammar(offset, "brackets are nested too deeply");
     open_.push_back({c, offset});
@@ -62,13 +61,15 @@ class Brackets {
 
   void close(char c, std::size_t offset) {
     const char wanted = c == ']' ? '[' : '{';
-    if (open_.empty()) refuse_grammar(offset, fmt::format("'{}' without its '{}'", c, wanted));
+    if (open_.empty())
+      refuse_grammar(offset, fmt::format("'{}' without a matching '{}'", c, wanted));
     const Open& last = open_.back();
     if (last.bracket != wanted) {
-      refuse_grammar(
-          offset,
-          fmt::format(
-              "'{}' closes the '{}' at column {}", c, last.bracket, text_.column_of(last.offset)));
+      refuse_grammar(offset,
+                     fmt::format("'{}' does not match the '{}' at column {}",
+                                 c,
+                                 last.bracket,
+                                 text_.column_of(last.offset)));
     }
     open_.pop_back();
     if (c == '}') in_outline_ = false;
@@ -79,7 +80,7 @@ class Brackets {
   bool in_outline_ = false;
 };
 
-/// Those in the parentheses that begin here.
+/// The parameters in the parentheses that begin here.
 std::vector<LsystemExpression> arguments(GrammarCursor& cursor,
                                          const ExpressionNames& names,
                                          std::string_view name) {
@@ -93,14 +94,14 @@ std::vector<LsystemExpression> arguments(GrammarCursor& cursor,
   do {
     if (parameters.size() >= kMostParameters) {
       refuse_grammar(cursor.position(),
-                     fmt::format("a module has {} parameters at most", kMostParameters));
+                     fmt::format("a module may have at most {} parameters", kMostParameters));
     }
     parameters.push_back(LsystemExpression::parse(cursor, names));
   } while (cursor.accept(","));
   if (!cursor.accept(")")) {
     if (cursor.at_end()) refuse_grammar(open, "this '(' is not closed");
     refuse_grammar(cursor.position(),
-                   fmt::format("',' or ')' is expected, not {}", shown(cursor.peek())));
+                   fmt::format("expected ',' or ')', not {}", shown(cursor.peek())));
   }
   return parameters;
 }
@@ -119,9 +120,9 @@ void ModuleReader::declare(GrammarCursor& cursor) {
           "letters are modules anyway");
     }
     if (long_names_.size() >= kMostNames) {
-      refuse_grammar(begin, fmt::format("{} long names at most", kMostNames));
+      refuse_grammar(begin, fmt::format("at most {} long names are allowed", kMostNames));
     }
-    if (!long_names_.insert(name).second) refuse_grammar(begin, name + " is listed already");
+    if (!long_names_.insert(name).second) refuse_grammar(begin, name + " is listed twice");
   } while (cursor.accept(","));
 }
 
@@ -137,7 +138,8 @@ std::string_view ModuleReader::name(GrammarCursor& cursor) const {
   }
   if (c == '~') {
     if (!cursor.at("~L") && !cursor.at("~B")) {
-      refuse_grammar(begin, "'~' draws a leaf, ~L(length, grade), or a bud, ~B(length)");
+      refuse_grammar(begin,
+                     "'~' must be followed by a leaf, ~L(length, grade), or a bud, ~B(length)");
     }
     return cursor.take(2);
   }
@@ -162,7 +164,7 @@ std::vector<SuccessorModule> ModuleReader::word(GrammarCursor& cursor,
   while (!cursor.at_end()) {
     const std::size_t begin = cursor.position();
     if (cursor.at_arrow() && !modules.empty()) {
-      refuse_grammar(begin, "a second '->'; each production begins a line");
+      refuse_grammar(begin, "a second '->' in a line; each production needs its own line");
     }
     const std::string_view symbol = name(cursor);
     brackets.pass(symbol.front(), begin);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a grammar's text to its rules.
+// Parser of a grammar's text.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kLongestText = 1 << 20;
 constexpr std::size_t kMostProblems = 20;
-// More than anyone writes, and few enough to compare all with all.
+// More than usual, and few enough to compare all with all.
 constexpr std::size_t kMostProductions = 10000;
 
 /// The value of an expression that is_constant().
@@ -67,7 +67,7 @@ class GrammarParser {
  private:
   using Statement = GrammarText::Statement;
 
-  /// One statement's mistake does not hide the next one's.
+  /// An error in one statement does not hide errors in the next one.
   template <typename Read>
   void guarded(const Statement& statement, Read read) {
     if (problems_.size() >= kMostProblems) return;
@@ -81,12 +81,11 @@ class GrammarParser {
 
   void expect_end(std::string_view after) {
     if (cursor_.at_end()) return;
-    refuse_grammar(
-        cursor_.position(),
-        fmt::format("unexpected {} after {}; a statement ends with its line, and a line that "
-                    "begins with a blank continues the one before",
-                    shown(cursor_.peek()),
-                    after));
+    refuse_grammar(cursor_.position(),
+                   fmt::format("unexpected {} after {}; start a new statement on a new line (a "
+                               "line that begins with a space continues the previous one)",
+                               shown(cursor_.peek()),
+                               after));
   }
 
   // ---- Statements -----------------------------------------------------------------------------
@@ -95,7 +94,7 @@ class GrammarParser {
   bool read_module_names() {
     if (cursor_.word() != "modules" || !cursor_.accept(":")) return false;
     modules_.declare(cursor_);
-    expect_end("a module's name");
+    expect_end("the name of a module");
     return true;
   }
 
@@ -109,10 +108,8 @@ class GrammarParser {
     cursor_.accept("#");
     const bool is_define = cursor_.word() == "define" && is_blank(cursor_.next());
     if (!is_define) {
-      refuse_grammar(
-          begin,
-          "only '#define NAME expression' begins with # and a letter; a comment begins with # and "
-          "a blank");
+      refuse_grammar(begin,
+                     "unknown directive; use '#define NAME expression', or '# ' for a comment");
     }
     cursor_.skip_blanks();
     const std::size_t at_name = cursor_.position();
@@ -120,7 +117,7 @@ class GrammarParser {
     if (name.empty()) {
       refuse_grammar(at_name, "#define needs a name and an expression: #define r1 0.8");
     }
-    if (rules_.constants.contains(name)) refuse_grammar(at_name, name + " is defined already");
+    if (rules_.constants.contains(name)) refuse_grammar(at_name, name + " is defined twice");
     const double value = constant_value("the value of " + name);
     expect_end("the value of " + name);
     const auto replaced = replaced_.find(name);
@@ -131,14 +128,16 @@ class GrammarParser {
     return {.constants = &rules_.constants, .parameters = std::move(parameters)};
   }
 
-  /// What the same text always means.
+  /// Settings that do not depend on the other statements.
   double constant_value(const std::string& what) {
     cursor_.skip_blanks();
     const std::size_t begin = cursor_.position();
     const LsystemExpression value = LsystemExpression::parse(cursor_, names_for({}));
     if (!value.is_constant()) {
-      refuse_grammar(
-          begin, what + " must be one number; rnd and normal are for the axiom and productions");
+      refuse_grammar(begin,
+                     what +
+                         " must be one number; rnd and normal are allowed only in the axiom and in "
+                         "productions");
     }
     return constant(value);
   }
@@ -153,7 +152,7 @@ class GrammarParser {
     return value;
   }
 
-  /// \returns false if the statement is no setting
+  /// \returns false if the statement is not a setting
   bool read_setting() {
     const std::size_t begin = cursor_.position();
     const std::string name(cursor_.word());
@@ -162,7 +161,7 @@ class GrammarParser {
       return false;
     }
     cursor_.accept(":");
-    if (!set_.insert(name).second) refuse_grammar(begin, name + " is set already");
+    if (!set_.insert(name).second) refuse_grammar(begin, name + " is set twice");
     set(name, begin);
     expect_end(name);
     return true;
@@ -176,7 +175,7 @@ class GrammarParser {
       rules_.axiom = modules_.word(cursor_, names_for({}), "the axiom");
     } else if (name == "iterations") {
       const double value = setting_value(name, 0, kMostIterations);
-      if (value != std::floor(value)) refuse_grammar(begin, "iterations must be a whole number");
+      if (value != std::floor(value)) refuse_grammar(begin, "iterations must be an integer");
       rules_.iterations = static_cast<int>(value);
     } else if (name == "angle") {
       turtle.angle_deg = setting_value(name, -360.0, 360.0);
@@ -198,9 +197,8 @@ class GrammarParser {
       refuse_grammar(
           begin,
           fmt::format(
-              "there is no setting {}; there are modules, axiom, iterations, angle, length, "
-              "width, width_ratio, tropism, elasticity; a module with a long name is listed "
-              "in modules:",
+              "unknown setting '{}'; available: modules, axiom, iterations, angle, length, width, "
+              "width_ratio, tropism, elasticity. Declare a module with a long name in modules:",
               name.substr(0, 40)));
     }
   }
@@ -231,7 +229,8 @@ class GrammarParser {
     expect_arrow(begin);
     production.successor = modules_.word(cursor_, names, "the successor");
     if (rules_.productions.size() >= kMostProductions) {
-      refuse_grammar(begin, fmt::format("a grammar has {} productions at most", kMostProductions));
+      refuse_grammar(begin,
+                     fmt::format("a grammar may have at most {} productions", kMostProductions));
     }
     offsets_.push_back(begin);
     rules_.productions.push_back(std::move(production));
@@ -240,16 +239,14 @@ class GrammarParser {
   void expect_arrow(std::size_t begin) {
     if (cursor_.accept_arrow()) return;
     if (cursor_.at_end()) {
-      refuse_grammar(
-          begin,
-          "this is neither a #define, nor a setting (name: value), nor a production (A -> B)");
+      refuse_grammar(begin, "not a #define, a setting (name: value) or a production (A -> B)");
     }
     const char c = cursor_.peek();
     refuse_grammar(
         cursor_.position(),
-        fmt::format("':' or '->' is expected, not {}{}",
+        fmt::format("expected ':' or '->', not {}{}",
                     shown(c),
-                    is_letter(c) ? "; a name of several letters is declared by `modules:`" : ""));
+                    is_letter(c) ? "; declare a name of several letters with `modules:`" : ""));
   }
 
   std::vector<std::string> formal_parameters() {
@@ -263,24 +260,24 @@ class GrammarParser {
       const std::size_t begin = cursor_.position();
       const std::string name(cursor_.word());
       if (name.empty()) {
-        refuse_grammar(
-            begin,
-            "a production's predecessor has names of parameters: A(l, w); a value that it "
-            "must have goes to the condition: A(l) : l == 1 -> ...");
+        refuse_grammar(begin,
+                       "the predecessor of a production needs parameter names: A(l, w); use a "
+                       "condition for a required value: A(l) : l == 1 -> ...");
       }
       if (std::find(parameters.begin(), parameters.end(), name) != parameters.end()) {
-        refuse_grammar(begin, fmt::format("two parameters are named {}", name));
+        refuse_grammar(begin, fmt::format("two parameters have the name {}", name));
       }
       if (rules_.constants.contains(name)) {
-        refuse_grammar(begin, fmt::format("{} is #defined; give the parameter another name", name));
+        refuse_grammar(begin, fmt::format("{} is #defined; use another parameter name", name));
       }
       if (parameters.size() >= kMostParameters) {
-        refuse_grammar(begin, fmt::format("a module has {} parameters at most", kMostParameters));
+        refuse_grammar(begin,
+                       fmt::format("a module may have at most {} parameters", kMostParameters));
       }
       parameters.push_back(name);
     } while (cursor_.accept(","));
     if (!cursor_.accept(")")) {
-      refuse_grammar(open, "this '(' is not closed after names separated by commas");
+      refuse_grammar(open, "this '(' is not closed; expected names separated by commas");
     }
     return parameters;
   }
@@ -288,7 +285,7 @@ class GrammarParser {
   void read_condition(Production& production, const ExpressionNames& names) {
     cursor_.accept(":");
     if (cursor_.accept("*")) {
-      // Always, as in cpfg.
+      // As in cpfg, the condition * always holds.
     } else {
       LsystemExpression condition = LsystemExpression::parse(cursor_, names);
       if (!condition.is_constant() || constant(condition) == 0.0) {
@@ -314,12 +311,11 @@ class GrammarParser {
       }
     }
     if (!set_.contains("axiom")) {
-      problems_.push_back(
-          {text_.size(), "there is no axiom; begin with a line such as axiom: A(1)"});
+      problems_.push_back({text_.size(), "no axiom; add a line such as axiom: A(1)"});
     } else if (rules_.axiom.empty() && problems_.empty()) {
       problems_.push_back({text_.size(), "the axiom is empty"});
     }
-    // What other mistakes left out would be missed here.
+    // After other errors, missing parts would only be consequences.
     if (!problems_.empty()) return;
     for (UnreachedProduction& unreached : unreached_productions(rules_)) {
       problems_.push_back({offsets_[unreached.index], std::move(unreached.why)});
@@ -339,11 +335,11 @@ class GrammarParser {
     for (std::size_t i = 1; i < problems_.size(); ++i) {
       message += '\n' + describe(place_of(problems_[i]), problems_[i].message);
     }
-    if (problems_.size() >= kMostProblems) message += "\nand perhaps more";
+    if (problems_.size() >= kMostProblems) message += "\nThere may be more errors.";
     throw InputError(message, place_of(problems_.front()));
   }
 
-  /// What the rules hold besides the statements themselves.
+  /// The rules that depend on all statements.
   void finish() {
     const std::vector<std::string>& alphabet = modules_.alphabet();
     rules_.of_symbol.resize(alphabet.size());
@@ -367,7 +363,7 @@ class GrammarParser {
   std::vector<GrammarProblem> problems_{};
   std::vector<std::size_t> offsets_{};  ///< of productions
   std::set<std::string> set_{};         ///< names of settings
-  GrammarCursor cursor_{};              ///< in the statement that is read
+  GrammarCursor cursor_{};              ///< in the current statement
 };
 
 }  // namespace
@@ -376,8 +372,9 @@ GrammarRules parse_grammar(std::string_view text,
                            const std::string& file,
                            const std::map<std::string, double>& constants) {
   if (text.size() > kLongestText) {
-    throw InputError(fmt::format("has {} bytes; a grammar may have {}", text.size(), kLongestText),
-                     {.file = file});
+    throw InputError(
+        fmt::format("has {} bytes; the limit for a grammar is {}", text.size(), kLongestText),
+        {.file = file});
   }
   return GrammarParser(text, file, constants).parse();
 }

@@ -29,13 +29,13 @@ Uses uses_of(const GrammarRules& rules) {
   return uses;
 }
 
-/// Why no module has the production's symbol and as many parameters. Empty where none has the
-/// symbol at all: grammars may hold a production more than their axiom calls for.
+/// The reason why no module has the production's symbol and number of parameters. Empty if none has
+/// the symbol at all: grammars may contain unused productions.
 std::string why_unmet(const GrammarRules& rules, const Uses& uses, const Production& production) {
   const auto count = production.parameter_count;
   const auto other = uses.lower_bound({production.symbol, 0});
   if (other == uses.end() || other->first.first != production.symbol) return {};
-  return fmt::format("{} has {} parameter{} here, but {} in line {}; so this never applies",
+  return fmt::format("{} has {} parameter{} here, but {} in line {}; this production never applies",
                      (*rules.alphabet)[production.symbol],
                      count,
                      count == 1 ? "" : "s",
@@ -43,7 +43,7 @@ std::string why_unmet(const GrammarRules& rules, const Uses& uses, const Product
                      other->second);
 }
 
-/// Empty where no earlier production takes all of this one's modules.
+/// Empty if no earlier production matches all of this one's modules.
 std::string why_preceded(const GrammarRules& rules, std::size_t index) {
   const Production& production = rules.productions[index];
   for (std::size_t before = 0; before < index; ++before) {
@@ -52,12 +52,12 @@ std::string why_preceded(const GrammarRules& rules, std::size_t index) {
                         earlier.parameter_count == production.parameter_count;
     if (!always || (earlier.weight && production.weight)) continue;
     if (!earlier.weight && !production.weight) {
-      return fmt::format("this never applies: line {} comes first and has no condition",
+      return fmt::format("this production never applies: line {} comes first and has no condition",
                          earlier.line);
     }
     return fmt::format(
-        "{} is rewritten by weight in one and without weight in the other of this and line {}; "
-        "give both a weight, or conditions that exclude each other",
+        "of this production and that of line {1}, which rewrite {0}, only one has a weight; give "
+        "both a weight, or conditions that exclude each other",
         (*rules.alphabet)[production.symbol],
         earlier.line);
   }

@@ -15,9 +15,9 @@ struct UnreachedProduction {
   std::string why{};
 };
 
-/// Productions that no module meets, or that an earlier one always comes before: mistakes that
+/// Productions that no module matches, or that an earlier one always precedes: errors that
 /// would otherwise show as a missing branch.
-/// \param rules  whole, with their alphabet
+/// \param rules  complete, with their alphabet
 std::vector<UnreachedProduction> unreached_productions(const GrammarRules& rules);
 
 }  // namespace silvafit::tree

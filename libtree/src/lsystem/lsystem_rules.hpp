@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a grammar's text says, as derivation needs it.
+// The content of a grammar's text, for derivation.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ struct Production {
   std::uint32_t symbol = 0;
   std::size_t parameter_count = 0;
   std::optional<LsystemExpression> condition{};
-  std::optional<LsystemExpression> weight{};  ///< of productions that are chosen by chance
+  std::optional<LsystemExpression> weight{};  ///< of randomly selected productions
   std::vector<SuccessorModule> successor{};
   std::size_t line = 0;
 };
@@ -46,7 +46,7 @@ struct GrammarRules {
   std::vector<Production> productions{};
   std::vector<SymbolRules> of_symbol{};
   bool is_random = false;
-  bool cuts = false;  ///< a successor or the axiom has %
+  bool cuts = false;  ///< a successor or the axiom contains %
 };
 
 /// \throws as Grammar::parse

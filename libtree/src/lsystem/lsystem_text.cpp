@@ -14,7 +14,7 @@ constexpr std::string_view kLongArrow = "-->";
 
 bool is_name(char c) { return is_letter(c) || is_digit(c) || c == '_'; }
 
-/// Comments become blanks, so that offsets stay those of the text.
+/// Comments become spaces, so that offsets do not change.
 std::string without_comments(std::string_view text) {
   std::string clean(text);
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";

@@ -16,10 +16,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Larger numbers are a mistake, and their squares would soon be too large for a double.
+// Larger numbers are errors, and their squares would soon overflow a double.
 constexpr double kFarthest = 1e9;
 
-/// Turns `a` towards `b`, and `b` away from it.
+/// Turns `a` towards `b`, and `b` away from `a`.
 void turn(Point& a, Point& b, double angle_rad) {
   const double c = std::cos(angle_rad);
   const double s = std::sin(angle_rad);
@@ -28,7 +28,7 @@ void turn(Point& a, Point& b, double angle_rad) {
   a = turned;
 }
 
-/// Rounding errors of many turns do not add up: length 1, right angles.
+/// Prevents that rounding errors accumulate: length 1, right angles.
 void straighten(TurtleFrame& frame) {
   frame.heading = direction(frame.heading);
   frame.left = direction(frame.left - dot(frame.left, frame.heading) * frame.heading);
@@ -40,7 +40,7 @@ bool is_near(Point p) {
 }
 
 enum class Command : std::uint8_t {
-  kNothing,  ///< a module that the turtle does not know: an apex
+  kNothing,  ///< an unknown module: an apex
   kDraw,
   kMove,
   kTurnLeft,
@@ -141,8 +141,8 @@ class Turtle {
     double width = 0.0;
     double elasticity = 0.0;
     Point tropism{};
-    std::uint32_t segment = Drawing::kNone;  ///< at whose end it stands
-    std::uint32_t line = Drawing::kNone;     ///< that bears what is drawn now
+    std::uint32_t segment = Drawing::kNone;  ///< at whose end the turtle is
+    std::uint32_t line = Drawing::kNone;     ///< parent of the next segment
     std::uint32_t grade = 0;
     bool begins_line = true;  ///< the next segment is the first of a line
   };
@@ -210,14 +210,14 @@ class Turtle {
     const Point from = state_.at;
     state_.at = from + distance * state_.frame.heading;
     if (!is_near(state_.at)) {
-      fail(fmt::format("goes farther than {} from the root", kFarthest));
+      fail(fmt::format("the position is farther than {} from the root", kFarthest));
     }
     if (in_outline_) {
       outline_.push_back(state_.at);
     } else if (draws && distance != 0.0) {
       add_segment(from);
     } else if (distance != 0.0) {
-      // What comes next does not begin where the last segment ends.
+      // The next segment does not start where the last one ends.
       state_.begins_line = true;
     }
     if (draws && state_.elasticity != 0.0) {
@@ -239,7 +239,7 @@ class Turtle {
     state_.segment = index;
   }
 
-  /// An apex that draws nothing any more still says that its axis ends here.
+  /// An apex that does not grow further still ends its axis here.
   void note_apex() {
     if (!state_.begins_line && state_.line != Drawing::kNone) {
       drawing_.lines[state_.line].has_apex = true;
@@ -248,14 +248,14 @@ class Turtle {
 
   void begin() {
     if (stack_.size() >= limits_.depth) {
-      fail(fmt::format("branches are nested more than {} deep", limits_.depth));
+      fail(fmt::format("branches are nested more than {} levels deep", limits_.depth));
     }
     stack_.push_back(state_);
     state_.begins_line = true;
   }
 
   void end() {
-    if (stack_.empty()) fail("there is no '[' that this closes");
+    if (stack_.empty()) fail("']' without a matching '['");
     state_ = stack_.back();
     stack_.pop_back();
   }
@@ -263,14 +263,15 @@ class Turtle {
   void set_width() {
     state_.width = parameter(0, state_.width * settings_.width_ratio);
     if (!(state_.width >= 0.0 && state_.width <= kFarthest)) {
-      fail(fmt::format("a width is a number from 0 to {}", kFarthest));
+      fail(fmt::format("a width must be a number from 0 to {}", kFarthest));
     }
   }
 
   void set_grade() {
     constexpr double kMost = 255.0;
     const double grade = parameter(0, state_.grade + 1.0);
-    if (!(grade >= 0.0 && grade <= kMost)) fail("a leaf's grade is a number from 0 to 255");
+    if (!(grade >= 0.0 && grade <= kMost))
+      fail("the grade of a leaf must be a number from 0 to 255");
     state_.grade = static_cast<std::uint32_t>(grade);
   }
 
@@ -280,7 +281,7 @@ class Turtle {
       state_.tropism = {parameter(1, 0.0), parameter(2, 0.0), parameter(3, 0.0)};
     }
     if (!is_near(state_.tropism) || std::abs(state_.elasticity) > kFarthest) {
-      fail(fmt::format("a tropism is made of numbers up to {}", kFarthest));
+      fail(fmt::format("the components of a tropism must be numbers up to {}", kFarthest));
     }
   }
 
@@ -299,11 +300,12 @@ class Turtle {
   void leaf(bool is_bud) {
     const double length = parameter(0, settings_.length);
     if (!(length >= 0.0 && length <= kFarthest)) {
-      fail(fmt::format("a leaf's length is a number from 0 to {}", kFarthest));
+      fail(fmt::format("the length of a leaf must be a number from 0 to {}", kFarthest));
     }
     constexpr double kMost = 255.0;
     const double grade = parameter(1, state_.grade);
-    if (!(grade >= 0.0 && grade <= kMost)) fail("a leaf's grade is a number from 0 to 255");
+    if (!(grade >= 0.0 && grade <= kMost))
+      fail("the grade of a leaf must be a number from 0 to 255");
     outline_.clear();
     add_leaf(
         state_.frame.heading, state_.frame.up, length, static_cast<std::uint32_t>(grade), is_bud);
@@ -311,14 +313,14 @@ class Turtle {
   }
 
   void begin_outline() {
-    if (in_outline_) fail("an outline { } cannot stand in another");
+    if (in_outline_) fail("outlines { } must not be nested");
     in_outline_ = true;
     outline_.assign(1, state_.at);
   }
 
-  /// An outline stands for one leaf: from its first corner to the farthest one, in its plane.
+  /// An outline represents one leaf: from its first vertex to the farthest one, in its plane.
   void end_outline() {
-    if (!in_outline_) fail("there is no '{' that this closes");
+    if (!in_outline_) fail("'}' without a matching '{'");
     in_outline_ = false;
     const Point base = outline_.front();
     Point farthest{};
@@ -332,7 +334,7 @@ class Turtle {
     normal = normal - dot(normal, along) * along;
     Point facing = direction(normal, state_.frame.up);
     facing = direction(facing - dot(facing, along) * along, state_.frame.left);
-    // The upper side is the turtle's.
+    // The upper side is that of the turtle.
     if (dot(facing, state_.frame.up) < 0.0) facing = -1.0 * facing;
     add_leaf(along, facing, length(farthest), state_.grade, false);
     outline_.clear();

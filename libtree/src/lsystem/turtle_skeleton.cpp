@@ -22,7 +22,7 @@ class SkeletonMaker {
     skeleton_.axes.reserve(drawing_.lines.size());
     axis_of_line_.assign(drawing_.lines.size(), kNone);
     add_axis(stem(), 0, 0, true);
-    // Lines that bear come before those that they bear, so a bearer's axis is always there.
+    // Parents come before their children, so a parent's axis always exists.
     for (std::uint32_t line = 0; line < drawing_.lines.size(); ++line) {
       if (axis_of_line_[line] != kNone) continue;
       const std::uint32_t before = drawing_.lines[line].before;
@@ -38,7 +38,7 @@ class SkeletonMaker {
   const DrawnLine& line_at(std::uint32_t i) const { return drawing_.lines[i]; }
   double width(std::uint32_t line) const { return drawing_.segments[line_at(line).first].width; }
 
-  /// How high each segment reaches with everything that grows from it.
+  /// The height that each segment reaches with its branches.
   void find_tops() {
     tops_.resize(drawing_.segments.size());
     for (std::size_t i = 0; i < tops_.size(); ++i) tops_[i] = drawing_.segments[i].to.z;
@@ -48,7 +48,7 @@ class SkeletonMaker {
     }
   }
 
-  /// Lines in the order of the segments at whose end they begin.
+  /// Lines in the order of the segments at whose end they start.
   void group_by_bearer() {
     borne_.resize(drawing_.lines.size());
     for (std::uint32_t i = 0; i < borne_.size(); ++i) borne_[i] = i;
@@ -57,7 +57,7 @@ class SkeletonMaker {
     });
   }
 
-  /// Lines that begin at the end of a segment, or at the root.
+  /// Lines that start at the end of a segment, or at the root.
   std::span<const std::uint32_t> borne_by(std::uint32_t segment) const {
     const auto begin = std::lower_bound(
         borne_.begin(), borne_.end(), segment, [this](std::uint32_t line, std::uint32_t wanted) {
@@ -80,7 +80,7 @@ class SkeletonMaker {
     return direction(drawing_.segments[segment].to - from(segment));
   }
 
-  /// The thickest; of equally thick ones that which scores best, of equal ones the first.
+  /// The thickest; of equally thick ones the one with the best score, of equal ones the first.
   template <typename Score>
   std::uint32_t best(std::span<const std::uint32_t> lines, Score score) const {
     constexpr double kEqual = 1e-9;
@@ -96,12 +96,12 @@ class SkeletonMaker {
 
   double top(std::uint32_t line) const { return tops_[line_at(line).first]; }
 
-  /// Of several lines from the ground one is the stem, the others are limbs that begin at its foot.
+  /// Of several lines from the ground one is the stem, the others are limbs from its base.
   std::uint32_t stem() const {
     return best(borne_by(kNone), [this](std::uint32_t line) { return top(line); });
   }
 
-  /// The line in which a line goes on, or kNone.
+  /// The line that continues a line, or kNone.
   std::uint32_t continuation(std::uint32_t line, bool is_stem) const {
     if (line_at(line).has_apex) return kNone;
     const std::uint32_t last = line_at(line).last;
@@ -109,7 +109,7 @@ class SkeletonMaker {
     const Point end = drawing_.segments[last].to;
     std::vector<std::uint32_t> adjoining;
     for (const std::uint32_t next : borne_by(last)) {
-      // Behind a move, a new axis begins.
+      // After a move, a new axis starts.
       if (length(line_at(next).from - end) == 0.0) adjoining.push_back(next);
     }
     return best(adjoining, [&](std::uint32_t next) {
@@ -123,7 +123,7 @@ class SkeletonMaker {
     skeleton_.points.push_back({line_at(line).from, 0.5 * width(line)});
     for (; line != kNone; line = continuation(line, is_stem)) {
       axis_of_line_[line] = index;
-      // A line's segments follow each other, but for those of its branches.
+      // A line's segments are consecutive, except for those of its branches.
       const std::size_t begin = skeleton_.points.size();
       for (std::uint32_t segment = line_at(line).last;;
            segment = drawing_.segments[segment].before) {
@@ -134,7 +134,7 @@ class SkeletonMaker {
       std::reverse(skeleton_.points.begin() + static_cast<std::ptrdiff_t>(begin),
                    skeleton_.points.end());
     }
-    // So far each point has the width of the segment that ends there.
+    // Up to here each point has the width of the segment that ends there.
     for (std::size_t i = first; i + 1 < skeleton_.points.size(); ++i) {
       skeleton_.points[i].radius_m = skeleton_.points[i + 1].radius_m;
     }
@@ -168,7 +168,7 @@ Skeleton skeleton_of(const Drawing& drawing,
                      const std::string& file,
                      std::optional<std::uint32_t> bud_grade) {
   if (drawing.lines.empty()) {
-    throw InputError("draws no wood; a branch is drawn by F, as in F(1)", {.file = file});
+    throw InputError("draws no wood; draw branches with F, for example F(1)", {.file = file});
   }
   return SkeletonMaker(drawing, bud_grade).make();
 }

@@ -3,11 +3,11 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <tuple>
 
 #include "reference.hpp"
-#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 using namespace silvafit;
@@ -15,6 +15,7 @@ using namespace silvafit::tree;
 
 namespace {
 
+constexpr double kRadian = std::numbers::pi / 180.0;
 // Coordinates of a few meters, a few roundings each.
 constexpr double kRounding = 1e-14;
 
@@ -341,12 +342,13 @@ TEST_CASE("an outline is a leaf from its first corner to its farthest") {
 TEST_CASE("strings that cannot be drawn are refused") {
   CHECK(mentions(failure("axiom: A"), "draws no wood"));
   CHECK(mentions(failure("axiom: F !(-1) F"), "module 2, !(-1): a width"));
-  CHECK(mentions(failure("axiom: F ~L(-1)"), "a leaf's length"));
-  CHECK(mentions(failure("axiom: F '(-1)"), "a leaf's grade"));
-  CHECK(mentions(failure("axiom: F(1e300) F(1e300)"), "goes farther than"));
+  CHECK(mentions(failure("axiom: F ~L(-1)"), "the length of a leaf"));
+  CHECK(mentions(failure("axiom: F '(-1)"), "the grade of a leaf"));
+  CHECK(mentions(failure("axiom: F(1e300) F(1e300)"), "is farther than"));
   CHECK(mentions(failure("axiom: @(1e300) F"), "a tropism"));
   CHECK(mentions(failure("iterations: 500\naxiom: A\nA -> F[A]", {.depth = 400}),
-                 "nested more than 400 deep"));
-  CHECK(mentions(failure("iterations: 1\naxiom: F{A}\nA -> {f}"), "cannot stand in another"));
+                 "nested more than 400 levels deep"));
+  CHECK(
+      mentions(failure("iterations: 1\naxiom: F{A}\nA -> {f}"), "outlines { } must not be nested"));
   CHECK(mentions(failure("axiom: F", {.seconds = -1.0}), "longer than"));
 }

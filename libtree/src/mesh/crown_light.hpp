@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How leaves are lit: by where they are in the crown.
+// Shading of leaves by their position in the crown.
 #pragma once
 
 #include <algorithm>
@@ -9,11 +9,11 @@
 
 namespace silvafit::tree {
 
-/// The crown as an ellipsoid of its width and length. Leaves that are lit one by one flicker; the
-/// crown's own shape and light from above make them read as foliage.
+/// The crown as an ellipsoid of its width and length. Shading by each leaf alone looks noisy; the
+/// crown's shape and light from above look like foliage.
 class CrownLight {
  public:
-  /// What light from above adds to that from outside, whose length is about 1.
+  /// Weight of light from above relative to light from outside.
   static constexpr Point kAbove{0.0, 0.0, 0.35};
 
   explicit CrownLight(const Crown& crown) {
@@ -23,16 +23,16 @@ class CrownLight {
     along_ = 2.0 / length;
   }
 
-  /// Away from the crown's inside; of length 1.
+  /// Away from the inside of the crown; of length 1.
   Point outward(Point at) const { return direction(stretched(at)); }
 
-  /// How much light a place gets: 0 in the middle, 1 at the ellipsoid and beyond.
+  /// Amount of light at a point: 0 in the middle, 1 at the ellipsoid and outside.
   double share(Point at) const {
     const Point reach = stretched(at);
     return std::clamp(dot(reach, reach), 0.0, 1.0);
   }
 
-  /// In a frame where the ellipsoid is the sphere of radius 1.
+  /// In coordinates in which the ellipsoid is the unit sphere.
   Point stretched(Point at) const {
     return {
         (at.x - center_.x) * across_, (at.y - center_.y) * across_, (at.z - center_.z) * along_};

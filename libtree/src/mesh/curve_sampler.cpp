@@ -10,10 +10,10 @@
 namespace silvafit::tree {
 namespace {
 
-/// As far as the corners of a triangle with the circle's area stand out.
+/// The distance of the corners of a triangle with the circle's area.
 constexpr double kFarthestCorner = 1.56;
 
-/// Sections of the stem lean no more than keeps them on their side of breast height.
+/// Limits the tilt of stem sections so that they do not cross breast height.
 void limit_lean(Ring& ring) {
   constexpr double kShare = 0.5;
   const Point up{0.0, 0.0, 1.0};
@@ -66,7 +66,7 @@ void CurveSampler::add_steps(double from_m, double to_m, std::vector<Ring>& samp
   }
 }
 
-/// One more where there is none near.
+/// One more if there is none near.
 void CurveSampler::insert(double along_m, std::vector<Ring>& samples) {
   const auto after =
       std::lower_bound(samples.begin(), samples.end(), along_m, [](const Ring& ring, double along) {
@@ -96,7 +96,7 @@ void CurveSampler::begin(std::span<const HermitePiece> pieces, const Limb& limb)
   for (const HermitePiece& piece : pieces) {
     whole += piece.length_m();
     ends_.push_back(whole);
-    // A cubic ends at its knot but for rounding.
+    // A cubic ends at its knot except for rounding.
     constexpr double kRounding = 1e-12;
     if (limb.axis == 0 && piece.at(1.0).z <= kBreastHeight + kRounding) breast_height_m_ = whole;
   }
@@ -140,7 +140,7 @@ void CurveSampler::add_samples(const Limb& limb, std::vector<Ring>& samples) {
     add_steps(0.0, whole, samples);
   }
   if (limb.collar_m > 0.0) insert(limb.collar_m, samples);
-  // A blunt end is rounded off.
+  // A blunt end is rounded.
   constexpr double kBlunt = 0.0001;
   if (limb.axis != 0 && samples.back().radius_m > kBlunt) {
     insert(whole - std::min(samples.back().radius_m, 0.5 * whole), samples);

@@ -10,8 +10,8 @@
 
 namespace silvafit::tree {
 
-/// A section of a tube, square to `tangent`. `sideways` and `upward` are square to it and to each
-/// other; all three have length 1.
+/// A section of a tube, orthogonal to `tangent`. `sideways` and `upward` are orthogonal to it and
+/// to each other; all three have length 1.
 struct Ring {
   Point at{};
   double radius_m = 0.0;
@@ -19,39 +19,39 @@ struct Ring {
   Point sideways{};
   Point upward{};
   double along_m = 0.0;   ///< length of the curve up to here
-  bool is_fixed = false;  ///< drawn whatever the tolerance is
+  bool is_fixed = false;  ///< drawn for any tolerance
 
   /// A direction of the plane (x, y) in the plane of the ring.
   Point across(Point flat) const { return flat.x * sideways + flat.y * upward; }
-  /// Lays the ring square to a direction, its own sideways kept as far as that goes.
+  /// Rotates the ring orthogonal to a direction, keeping its own sideways as far as possible.
   void turn(Point along, Point aside);
 };
 
-/// How far a ring is from the straight tube between two others.
+/// Distance of a ring from the straight tube between two others.
 struct RingOffset {
   Point middle{};
-  Point sideways{};  ///< of the end of the radius that goes sideways, besides the middle's
+  Point sideways{};  ///< of the end of the sideways radius, in addition to the center's
   Point upward{};
 };
 
-/// At the ring's share of the way between `a` and `b`, or at the nearer of them beyond.
+/// At the ring's relative position between `a` and `b`, or at the nearer one if outside.
 RingOffset offset_between(const Ring& a, const Ring& b, const Ring& ring);
 
-/// Equal steps of one limb's curve with frames that do not turn about it. The last one is its tip.
+/// Equal steps of one limb's curve with frames that do not twist about it. The last one is its tip.
 ///
-/// On the stem breast height is a step too, the steps below and above it being equal among
-/// themselves, and sections are level below it and nearly so a little above, so that none of them
+/// On the stem breast height is a step too; the steps below and above are equal among
+/// themselves. Sections are horizontal below it and nearly so a little above, so that none of them
 /// crosses breast height.
 class CurveSampler {
  public:
-  /// \param pieces       of the limb's curve, as far as it is drawn
-  /// \param tolerance_m  how far straight lines between the steps may be off
+  /// \param pieces       of the drawn part of the limb's curve
+  /// \param tolerance_m  maximum error of straight lines between the steps
   void sample(std::span<const HermitePiece> pieces,
               const Limb& limb,
               double tolerance_m,
               std::vector<Ring>& samples);
 
-  /// The same with steps of a length that is given, or a little less.
+  /// The same with steps of a given length, or slightly less.
   void sample_evenly(std::span<const HermitePiece> pieces,
                      const Limb& limb,
                      double step_m,
@@ -66,9 +66,9 @@ class CurveSampler {
 
   std::span<const HermitePiece> pieces_{};
   std::vector<double> ends_;      ///< length of the curve up to the end of each piece
-  double breast_height_m_ = 0.0;  ///< length up to there, on the stem
-  double step_m_ = 0.0;           ///< that keeps to the tolerance
-  std::size_t piece_ = 0;         ///< the one that the last step was in
+  double breast_height_m_ = 0.0;  ///< length up to breast height, on the stem
+  double step_m_ = 0.0;           ///< that satisfies the tolerance
+  std::size_t piece_ = 0;         ///< the piece of the last step
 };
 
 }  // namespace silvafit::tree

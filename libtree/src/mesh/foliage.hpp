@@ -15,8 +15,8 @@ void add_foliage(const Skeleton& skeleton,
                  const MeshOptions& options,
                  PartBuilder& build);
 
-/// A frond on each first-order branch: its twigs' needles, tips above and below each twig, and the
-/// gaps between them filled part of the way out.
+/// A frond on each first-order branch: its twigs' needles, tips above and below each twig, and
+/// partly filled gaps between them.
 void add_needles(const Skeleton& skeleton,
                  const Crown& crown,
                  const Foliage& foliage,

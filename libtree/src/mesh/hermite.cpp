@@ -7,7 +7,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// Least speed at the end of a piece, as a share of its mean, with which shares are first guessed.
+/// Minimum relative speed at the end of a piece, for the first guess of positions.
 constexpr double kSlowest = 1.0 / 3.0;
 
 double step_of(std::span<const HermiteKnot> knots, std::size_t i) {
@@ -37,7 +37,7 @@ void set_rates(std::span<HermiteKnot> knots, Point start) {
     knots[i].rate = (1.0 / (left + right)) * (right * before + left * after);
     before = after;
   }
-  // No bend at the end: the second derivative is zero there.
+  // Natural end: the second derivative is zero there.
   knots[last].rate = 1.5 * before - 0.5 * knots[last - 1].rate;
 }
 
@@ -75,14 +75,14 @@ double HermitePiece::length_m(double share) const {
 double HermitePiece::share_at(double wanted_m) const {
   if (wanted_m <= 0.0) return 0.0;
   if (wanted_m >= length_m_) return 1.0;
-  // The share as a cubic of the length that has the right slopes at both ends, where these are such
-  // that it rises between them.
+  // The position as a cubic of the length with the right slopes at both ends, if the slopes make it
+  // monotone.
   const double part = wanted_m / length_m_;
   const double first = length_m_ / std::max(length(rate(0.0)), kSlowest * length_m_);
   const double last = length_m_ / std::max(length(rate(1.0)), kSlowest * length_m_);
   double share = part * (first + part * (3.0 - 2.0 * first - last + part * (first + last - 2.0)));
   const double enough = 1e-6 * length_m_;
-  // After a step from this near, Newton's method is near enough.
+  // After a step this small, Newton's method has converged.
   const double nearly = 1e-3 * length_m_;
   double low = 0.0;
   double high = 1.0;
@@ -93,7 +93,7 @@ double HermitePiece::share_at(double wanted_m) const {
     (off > 0.0 ? high : low) = share;
     const double speed = length(rate(share));
     const double next = speed > 0.0 ? share - off / speed : low;
-    // Where Newton's step leads astray, the middle of what is left.
+    // If Newton's step leaves the interval, bisection is used.
     const bool is_inside = next > low && next < high;
     share = is_inside ? next : 0.5 * (low + high);
     if (is_inside && std::abs(off) < nearly) break;
@@ -102,13 +102,14 @@ double HermitePiece::share_at(double wanted_m) const {
 }
 
 double HermitePiece::steps_within(double tolerance_m) const {
-  // The second derivative is linear, so it is largest at an end; between two points of a curve that
-  // are a step apart a straight line is off by at most an eighth of it times the step's square.
+  // The second derivative is linear, so it is largest at an end; the error of a straight line
+  // between two points of a curve one step apart is at most an eighth of it times the square of the
+  // step.
   const double bend = std::max(length(2.0 * c_), length(2.0 * c_ + 6.0 * d_));
   const double swell =
       std::max(std::abs(2.0 * radius_[2]), std::abs(2.0 * radius_[2] + 6.0 * radius_[3]));
   const double thickest = std::max(radius_[0], radius_m(1.0));
-  // Corners stand out, and turn with the curve.
+  // Corners are farther out, and turn with the curve.
   const double turn = length_m_ > 0.0 ? bend / length_m_ : 0.0;
   return std::sqrt((bend + swell + thickest * turn * turn) / (8.0 * tolerance_m));
 }
@@ -125,7 +126,7 @@ void set_monotone_radii(std::span<const HermiteKnot> knots, std::span<HermitePie
     if (before * after <= 0.0) {
       to_slope = i + 1 < pieces.size() ? 0.0 : before;
     } else if (before != after) {
-      // The weighted harmonic mean lies in the region where the cubic is monotone.
+      // The weighted harmonic mean is in the region where the cubic is monotone.
       const double left = pieces[i].length_m();
       const double right = pieces[i + 1].length_m();
       const double w1 = 2.0 * right + left;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Triangles of leaves that face the way their normals point.
+// Triangles of leaves oriented like their normals.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ struct LeafCorner {
   std::uint32_t vertex = 0;  ///< of the part
 };
 
-/// Counter-clockwise as seen from where the normals point, so that viewers light the right side;
-/// nothing where floats could not tell the corners apart.
+/// Counterclockwise as seen from the side of the normals, so that viewers light the right side;
+/// nothing if floats cannot distinguish the corners.
 inline void add_leaf_triangle(const LeafCorner& a,
                               const LeafCorner& b,
                               const LeafCorner& c,

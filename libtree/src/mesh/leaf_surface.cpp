@@ -74,12 +74,12 @@ void LeafSurface::card(std::size_t base, std::size_t right, std::size_t tip, std
     corner.vertex =
         card_vertex(corner, sideways, axis, across[i], 1.0 - std::clamp(rise, 0.0, 1.0));
   }
-  // Folded leaves may have a half that turns away; each half faces its own normals.
+  // One half of a folded leaf may face away; each half is oriented by its own normals.
   add_leaf_triangle(corners[0], corners[1], corners[2], build_);
   add_leaf_triangle(corners[0], corners[2], corners[3], build_);
 }
 
-/// The middle of a picture, without its corners: the shoot goes to the tip.
+/// The middle of an image, without its corners: the shoot goes to the tip.
 void LeafSurface::triangular_card(std::size_t first, std::size_t tip, std::size_t second) {
   LeafCorner left = points_[first];
   LeafCorner right = points_[second];
@@ -99,11 +99,11 @@ void LeafSurface::triangular_card(std::size_t first, std::size_t tip, std::size_
 std::uint32_t LeafSurface::card_vertex(
     const LeafCorner& corner, Point sideways, Point axis, double u, double v) {
   const std::uint32_t vertex = build_.vertex(corner.at, corner.normal);
-  // Level with the surface that the normal stands on.
+  // Tangential to the surface with this normal.
   const Point flat = sideways - dot(sideways, corner.normal) * corner.normal;
   const Point other = cross(corner.normal, {0.0, 0.0, 1.0});
   const Point tangent = direction(flat, direction(other, {1.0, 0.0, 0.0}));
-  // glTF's bitangent points up in the picture, where v falls.
+  // glTF's bitangent points up in the image, where v decreases.
   const float sign = dot(cross(corner.normal, tangent), axis) >= 0.0 ? 1.0F : -1.0F;
   build_.texture({.u = u, .v = v, .tangent = tangent, .sign = sign});
   if (options_.vertex_colors) build_.color(color_at(corner.at));
@@ -114,7 +114,7 @@ Bytes4 LeafSurface::color_at(Point at) const {
   const double mix = light_.share(at);
   Bytes4 color{0, 0, 0, 255};
   for (std::size_t i = 0; i < 3; ++i) {
-    // The material holds the outer color; vertices hold their share of it.
+    // The material has the outer color; vertices are relative to it.
     const double value = foliage_.inner[i] + mix * (foliage_.outer[i] - foliage_.inner[i]);
     color[i] = to_byte(shade_ * value / foliage_.outer[i]);
   }

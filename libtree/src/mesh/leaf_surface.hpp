@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Leaves as they are added to the foliage of a mesh.
+// Leaves of the foliage of a mesh.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@ namespace silvafit::tree {
 
 /// Points of one spray or tuft and the leaves between them.
 ///
-/// Neighboring leaves share their points, which halves the size of a mesh. Where a picture of a
-/// leaf is to be laid over each, they cannot: then every leaf becomes a card of its own.
+/// Neighboring leaves share their points, which halves the size of a mesh. With a texture this is
+/// not possible: then every leaf is a card of its own.
 class LeafSurface {
  public:
   LeafSurface(const Crown& crown,
@@ -24,28 +24,28 @@ class LeafSurface {
               const MeshOptions& options,
               PartBuilder& build);
 
-  /// Begins a spray: what it may have at most, and how bright it is.
+  /// Starts a spray, with its maximum size and its brightness.
   void begin(std::size_t points, std::size_t leaves, std::size_t fillings, double shade);
 
-  /// A point, moved into the crown where it is outside.
-  /// \param lean  how the surface leans away there from the crown's; much shorter than 1
-  /// \returns its number in the spray
+  /// A point, moved into the crown if it is outside.
+  /// \param lean  inclination of the surface relative to the crown's; much shorter than 1
+  /// \returns its index in the spray
   std::size_t point(Point at, Point lean = {});
   Point at(std::size_t number) const { return points_[number].at; }
 
-  /// A leaf folded along its middle, counter-clockwise from its base.
+  /// A leaf folded along its middle, counterclockwise from its base.
   void leaf(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
   /// A triangle between leaves, from the branch (`first`, `second`) out to its tip.
   void fill(std::size_t first, std::size_t tip, std::size_t second);
 
-  /// Away from the crown's inside, as on an ellipsoid with the crown's width and length.
+  /// Away from the inside of the crown, as on an ellipsoid with the crown's width and length.
   Point outward_of(Point at) const { return light_.outward(at); }
 
  private:
   void triangle(std::size_t a, std::size_t b, std::size_t c);
   void card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
   void triangular_card(std::size_t first, std::size_t tip, std::size_t second);
-  /// A vertex of a card whose picture has `sideways` to the right and `axis` up.
+  /// A vertex of a card whose image has `sideways` to the right and `axis` up.
   std::uint32_t card_vertex(
       const LeafCorner& corner, Point sideways, Point axis, double u, double v);
   Bytes4 color_at(Point at) const;

@@ -8,7 +8,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// Cheap random numbers for details that no measurement depends on: one draw of 64 bits makes many.
+/// Fast random numbers for details that no measurement depends on: one draw of 64 bits makes many.
 class Jitter {
  public:
   explicit Jitter(Random& random) : state_(random.bits() | 1U) {}
@@ -35,8 +35,8 @@ class TuftGrower {
         random_(random),
         options_(options),
         surface_(crown, foliage, options, build) {
-    // Leaves stand for several: in a larger crown, each stands for more of them. Where only one
-    // tuft in n is drawn, its leaves cover the area of n.
+    // One leaf represents several: more of them in a larger crown. If only one tuft in n is drawn,
+    // its leaves cover the area of n.
     constexpr double kReferenceWidth = 5.0;
     constexpr double kReferenceLength = 7.0;
     leaf_length_m_ =
@@ -49,8 +49,8 @@ class TuftGrower {
     Jitter jitter(random_);
     if (tufts_++ % options_.foliage_per != options_.foliage_per / 2) return;
     const double size = leaf_length_m_ * (1.0 + 0.2 * jitter.next());
-    // A tuft that would reach out of the crown is moved in whole; cutting its leaves off would make
-    // a clipped hedge.
+    // A tuft that would reach out of the crown is moved inward as a whole; cut leaves would look
+    // like a clipped hedge.
     const Point outward = surface_.outward_of(end);
     const double room = crown_.length_inside_m(end, outward, size);
     const Point at = end - 0.6 * (size - room) * outward;
@@ -92,7 +92,7 @@ class TuftGrower {
   int tufts_ = 0;
 };
 
-/// Whether the next axis grows from this one.
+/// Whether the next axis is a child of this one.
 bool bears_another(std::span<const Axis> axes, std::size_t i) {
   return i + 1 < axes.size() && axes[i + 1].order > axes[i].order;
 }

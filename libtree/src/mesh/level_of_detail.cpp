@@ -29,16 +29,16 @@ constexpr std::array<Level, kLevelsOfDetail> kLevels{{
     {4, 3, 0.03, 0.2, 1, 8},
 }};
 
-/// Distance of a regular polygon's outline from its middle, in the direction that is `angle` away
-/// from a corner.
+/// Distance of a regular polygon's outline from its center, in the direction at `angle` from a
+/// corner.
 double outline(int sides, double corner, double angle) {
   const double step = 2.0 * std::numbers::pi / sides;
   const double from_corner = angle - step * std::floor(angle / step);
   return corner * std::cos(0.5 * step) / std::cos(from_corner - 0.5 * step);
 }
 
-/// Largest distance, measured from the middle, between the outlines of two polygons that share the
-/// direction of a corner; both stand for the circle of radius 1.
+/// Largest distance, measured from the center, between the outlines of two polygons with a common
+/// corner direction; both have the area of the unit circle.
 double outline_gap(int sides, double corner, int other_sides, double other_corner) {
   constexpr int kDirections = 720;
   double gap = 0.0;
@@ -47,11 +47,12 @@ double outline_gap(int sides, double corner, int other_sides, double other_corne
     gap = std::max(
         gap, std::abs(outline(sides, corner, angle) - outline(other_sides, other_corner, angle)));
   }
-  // Between two of the directions an outline moves by less than half a degree of its length.
+  // Between two of the directions the outline changes by less than half a degree of its length.
   return gap + 0.005 * gap;
 }
 
-/// Gaps to the finest level's outlines for the numbers of sides that levels have, computed once.
+/// Distances from the finest level's outlines for the numbers of sides of the levels, computed
+/// once.
 struct OutlineGaps {
   static constexpr int kMost = 16;
   std::array<double, kMost + 1> stem{};
@@ -71,8 +72,8 @@ const OutlineGaps& gaps_to_finest() {
   return gaps;
 }
 
-/// How far a tube is off at a point of the whole axis, seen from the piece between two points that
-/// it keeps; `gap` is that of the sections' outlines, `corner` how far their corners stand out.
+/// Error of a tube at a point of the whole axis, relative to the piece between two points that it
+/// keeps; `gap` is that of the sections' outlines, `corner` the distance of their corners.
 double error_at(const SkeletonPoint& at,
                 const SkeletonPoint& from,
                 const SkeletonPoint& to,
@@ -137,7 +138,7 @@ class ErrorBound {
       while (piece + 2 < kept_.size() && kept_[piece + 1].at.z < at.at.z) ++piece;
       worst = std::max(worst, error_at(at, kept_[piece], kept_[piece + 1], gap, corner));
     }
-    // The finest level has left out a little itself.
+    // The finest level has also omitted points.
     return worst + std::max(corner, kBendTolerance) * finest_.stem_tolerance_m;
   }
 
@@ -165,7 +166,7 @@ class ErrorBound {
     return worst;
   }
 
-  /// A twig that is not drawn is as far off as it reaches from the axis that bears it.
+  /// The error of a twig that is not drawn is its distance from its parent axis.
   double of_left_out(const Axis& axis, std::span<const SkeletonPoint> points) {
     const Axis* bearer = &skeleton_.axes[axis.parent];
     while (bearer->order > 0 &&
@@ -190,7 +191,7 @@ class ErrorBound {
   const Crown& crown_;
   const MeshOptions& options_;
   MeshOptions finest_;
-  std::vector<SkeletonPoint> kept_;   ///< what the tube in question is drawn along
+  std::vector<SkeletonPoint> kept_;   ///< the points of the tube
   std::vector<SkeletonPoint> whole_;  ///< the same for the finest level
 };
 
@@ -202,7 +203,7 @@ double equal_area_gap(int sides, int other_sides) {
 
 MeshOptions level_of_detail(int level, const MeshOptions& base) {
   if (level < 0 || level >= kLevelsOfDetail) {
-    throw UsageError("levels of detail go from 0, the finest, to " +
+    throw UsageError("a level of detail must be from 0 (finest) to " +
                      std::to_string(kLevelsOfDetail - 1) + ", not " + std::to_string(level));
   }
   const Level& of = kLevels[static_cast<std::size_t>(level)];
@@ -224,7 +225,7 @@ double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshO
 
 int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m) {
   if (!(tolerance_m >= 0.0 && std::isfinite(tolerance_m))) {
-    throw UsageError("the tolerance of a level of detail must be a length in m, not negative");
+    throw UsageError("the tolerance of a level of detail must be a length of at least 0 m");
   }
   int level = kLevelsOfDetail - 1;
   while (level > 0 && surface_error_m(skeleton, crown, level_of_detail(level)) > tolerance_m)

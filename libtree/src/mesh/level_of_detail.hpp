@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Which axes a level of detail draws.
+// The axes that a level of detail draws.
 #pragma once
 
 #include "silvafit/tree/mesh.hpp"
 
 namespace silvafit::tree {
 
-/// Whether an axis that is not the stem is drawn as wood.
+/// Whether an axis other than the stem is drawn as wood.
 inline bool is_drawn(const Axis& axis, const SkeletonPoint& base, const MeshOptions& options) {
   return base.radius_m > 0.0 && static_cast<int>(axis.order) <= options.wood_order;
 }
@@ -16,8 +16,8 @@ inline int sides_of(const SkeletonPoint& base, const MeshOptions& options) {
   return 2.0 * base.radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
 }
 
-/// Largest distance between the outlines of two regular polygons that have the area of the circle
-/// of radius 1 and the direction of a corner in common.
+/// Largest distance between the outlines of two regular polygons with the area of the unit circle
+/// and a common corner direction.
 double equal_area_gap(int sides, int other_sides);
 
 }  // namespace silvafit::tree

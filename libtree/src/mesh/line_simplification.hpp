@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which points of a line are needed to keep its shape.
+// The points of a line that are needed to keep its shape.
 //
 // Douglas, D. H., Peucker, T. K. (1973). Algorithms for the reduction of the number of points
 // required to represent a digitized line or its caricature. Cartographica 10, 112-122.
@@ -11,9 +11,9 @@
 
 namespace silvafit::tree {
 
-/// Marks the points between `first` and `last` without which the line, straight between the marked
-/// ones, would be off by more than the tolerance.
-/// \param error   error(a, b, p): how far off the straight line between points a and b is at p, in
+/// Marks the points between `first` and `last` that are needed for an error of at most the
+/// tolerance if the marked points are joined by straight lines.
+/// \param error   error(a, b, p): the error of the straight line between points a and b at p, in
 ///                the unit of the tolerance
 /// \param needed  as many as points; marks that are set stay set
 template <typename Vertex, typename Error>
@@ -38,7 +38,7 @@ void mark_needed(std::span<const Vertex> line,
   mark_needed(line, at, last, tolerance, error, needed);
 }
 
-/// The points that are marked, in their order.
+/// The marked points, in their order.
 template <typename Vertex>
 void take_marked(std::span<const Vertex> line,
                  const std::vector<bool>& needed,

@@ -15,7 +15,7 @@
 namespace silvafit::tree {
 namespace {
 
-// The height that a vertex at 1.3 m has in a mesh of floats.
+// The height of a vertex at 1.3 m in a mesh of floats.
 constexpr double kBreastHeightInMesh = 1.3F;
 
 struct Vertex {
@@ -34,8 +34,8 @@ Vertex crossing(const Vertex& below, const Vertex& above, double height) {
   return {below.x + part * (above.x - below.x), height, below.z + part * (above.z - below.z)};
 }
 
-/// Twice the signed area that one triangle's cut through the plane at a height adds to the section
-/// (Green).
+/// Twice the signed area that one triangle adds to the section at a height (Green's
+/// theorem).
 double doubled_area(const std::array<Vertex, 3>& corners, double height) {
   std::array<Vertex, 2> ends{};  // where the outline enters and leaves the part below the plane
   int cuts = 0;
@@ -51,7 +51,7 @@ double doubled_area(const std::array<Vertex, 3>& corners, double height) {
   return cuts == 2 ? ends[0].x * ends[1].z - ends[0].z * ends[1].x : 0.0;
 }
 
-/// Areas of the stem's sections at rising heights.
+/// Areas of the stem's sections at increasing heights.
 std::vector<double> section_areas_m2(const Mesh& mesh, std::span<const double> heights) {
   std::vector<double> doubled(heights.size(), 0.0);
   for (const MeshPart& part : mesh.parts) {

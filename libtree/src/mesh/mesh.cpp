@@ -22,13 +22,14 @@ void check_options(const MeshOptions& options) {
   }
   if (options.foliage_per < 1) throw UsageError("foliage_per must be at least 1");
   if (options.wood_order < 1) {
-    throw UsageError("first-order branches are always drawn: wood_order must be at least 1");
+    throw UsageError(
+        "wood_order must be at least 1, because first-order branches are always drawn");
   }
 }
 
 namespace {
 
-/// Without colors of the vertices, the material has what they are on the whole.
+/// Without vertex colors, the material has their mean color.
 Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
   constexpr double kInner = 0.25;
   Color color = foliage.outer;
@@ -42,7 +43,7 @@ Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
 }  // namespace
 
 void check_finite(const MeshPart& part) {
-  // A number times 0 is 0 unless the number is not finite: a sum that the compiler may vectorize.
+  // A finite number times 0 is 0, others are NaN: a sum that the compiler can vectorize.
   const auto is_finite = [](const std::vector<float>& values) {
     float sum = 0.0F;
     for (const float value : values) sum += 0.0F * value;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What all ways to a mesh ask of their options and their result.
+// Checks of options and results that all mesh functions share.
 #pragma once
 
 #include "silvafit/tree/mesh.hpp"

@@ -13,7 +13,7 @@ constexpr std::size_t kPointsPerTwig = 6;
 constexpr std::size_t kLeavesPerTwig = 4;
 constexpr std::size_t kTrianglesPerTwig = 9;
 
-/// A twig of a frond as its side of the branch sees it.
+/// A twig of a frond relative to its side of the branch.
 struct FrondTwig {
   Point base{};
   Point tip{};
@@ -25,8 +25,8 @@ class FrondSide {
   FrondSide(const Foliage& foliage, const MeshOptions& options, LeafSurface& surface)
       : foliage_(foliage), options_(options), surface_(surface) {}
 
-  /// \param ribs    numbers of the points where the twigs start, and at the end of the branch's tip
-  /// \param inmost  number of the point on the branch below the first twig
+  /// \param ribs    indices of the points where the twigs start, and at the end of the branch's tip
+  /// \param inmost  index of the point on the branch below the first twig
   void add(const std::vector<FrondTwig>& twigs,
            const std::vector<std::size_t>& ribs,
            std::size_t inmost) {
@@ -48,7 +48,7 @@ class FrondSide {
 
  private:
   /// Spikes along, above and below the twig; of the upper ones, one leans to the branch's tip and
-  /// one back. A coarser level has the middle one alone.
+  /// one back. A coarser level has only the middle one.
   void add_tips(const FrondTwig& twig,
                 Point along,
                 std::size_t rib,
@@ -114,8 +114,8 @@ class FrondGrower {
   }
 
  private:
-  /// Every n-th twig of a side, the ones in the middle of each n; what stays keeps the frond's
-  /// outline, and the gaps between are filled as before.
+  /// Every n-th twig of a side, the middle ones of each n; the outline of the frond is kept, and
+  /// the gaps are filled as before.
   void thin(std::vector<FrondTwig>& twigs) const {
     const auto per = static_cast<std::size_t>(options_.foliage_per);
     if (per == 1 || twigs.empty()) return;
@@ -133,7 +133,7 @@ class FrondGrower {
     return 0.5 * (points[0].at + points[1].at);
   }
 
-  /// Points where the twigs start; twigs of a pair share theirs.
+  /// Points where the twigs start; twigs of a pair share them.
   const std::vector<std::size_t>& ribs_of(const std::vector<FrondTwig>& twigs, std::size_t end) {
     ribs_.clear();
     for (const FrondTwig& twig : twigs) {

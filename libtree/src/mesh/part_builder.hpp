@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Vertices and triangles as they are added to a part of a mesh.
+// Builder of the vertices and triangles of a part of a mesh.
 #pragma once
 
 #include <algorithm>
@@ -14,29 +14,29 @@ namespace silvafit::tree {
 
 using Bytes4 = std::array<std::uint8_t, 4>;
 
-/// What a vertex may have besides its place and its normal.
+/// Optional data of a vertex besides position and normal.
 struct Texturing {
   double u = 0.0;
   double v = 0.0;
-  Point tangent{};  ///< direction of growing u
+  Point tangent{};  ///< direction of increasing u
   float sign = 1.0F;
 };
 
-/// Turns the tree's frame (z up) into the mesh's (y up) while it fills a part. Buffers are grown by
-/// whole blocks and cut to size by finish(), since a vertex takes fewer instructions than a call to
-/// push_back.
+/// Transforms the tree's frame (z up) into the mesh's (y up) while it fills a part. Buffers are
+/// resized by whole blocks and cut to size by finish(), because a vertex takes fewer instructions
+/// than a call of push_back.
 class PartBuilder {
  public:
   explicit PartBuilder(MeshPart& part) : part_(part) {}
 
-  /// Makes room for this many more; more than that must not be added before the next call.
+  /// Reserves space; no more than this may be added before the next call.
   void reserve(std::size_t vertices, std::size_t triangles) {
     grow(part_.positions, 3 * (vertices_ + vertices));
     grow(part_.normals, 3 * (vertices_ + vertices));
     grow(part_.indices, indices_ + 3 * triangles);
   }
 
-  /// Cuts the buffers to what was added.
+  /// Cuts the buffers to the added size.
   void finish() {
     part_.positions.resize(3 * vertices_);
     part_.normals.resize(3 * vertices_);
@@ -79,7 +79,7 @@ class PartBuilder {
   }
 
   static void write(float* to, Point p) {
-    // Adding zero turns -0 into 0, so that equal places have equal bytes.
+    // Adding zero turns -0 into 0, so that equal positions have equal bytes.
     to[0] = static_cast<float>(p.x) + 0.0F;
     to[1] = static_cast<float>(p.z) + 0.0F;
     to[2] = static_cast<float>(-p.y) + 0.0F;

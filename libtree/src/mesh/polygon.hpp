@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The regular polygons that stand for round sections.
+// The regular polygons that represent round sections.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ inline std::vector<Point> corners(int sides) {
   return result;
 }
 
-/// Distance of the corners of the regular polygon that has the area of the circle of radius 1.
+/// Distance of the corners of the regular polygon with the area of the unit circle.
 inline double equal_area_corner(int sides) {
   const double angle = 2.0 * std::numbers::pi / sides;
   return std::sqrt(angle / std::sin(angle));

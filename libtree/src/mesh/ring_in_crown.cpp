@@ -11,7 +11,7 @@ bool RingInCrown::contains(Point at, double radius_m) const {
   });
 }
 
-/// Of the corners of a ring of radius 1, relative to its middle.
+/// Of the corners of a ring of radius 1, relative to its center.
 double RingInCrown::lowest() const {
   double lowest = 0.0;
   for (const Point& corner : corners_) lowest = std::min(lowest, across(corner).z);

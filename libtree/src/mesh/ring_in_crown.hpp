@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rings of wood and the crown that they may not leave.
+// Rings of wood that stay inside the crown.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace silvafit::tree {
 
-/// Sections of wood with one shape and direction, wherever they are and however thick.
+/// Sections of wood with one shape and direction, at any position and of any thickness.
 class RingInCrown {
  public:
   /// \param corners           of the section in its plane, for a radius of 1; they outlive this
@@ -21,7 +21,7 @@ class RingInCrown {
 
   /// Lifts a ring that would reach out of the crown to the crown base, then makes it smaller until
   /// it fits.
-  /// \param let_pass_m  a radius that may reach out, so that no ring becomes a point
+  /// \param let_pass_m  a radius that may be outside, so that no ring becomes a point
   /// \returns whether it fits
   bool fit(Point& at, double& radius_m, double let_pass_m) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Triangles that are none.
+// Degenerate triangles.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace silvafit::tree {
 
-/// Whether a triangle is so small or so narrow that floats could not tell its sides apart.
+/// Whether a triangle is so small or so narrow that floats cannot distinguish its sides.
 /// \param face  cross product of its sides `ab` and `ac`
 inline bool is_sliver(Point ab, Point ac, Point face) {
   constexpr double kSmallest = 1e-8;  // m2

@@ -33,16 +33,15 @@ std::size_t most_points(const LeafLook& look) {
 void check_looks(const Skeleton& skeleton, const SmoothStyle& style) {
   for (const LeafSite& site : skeleton.leaves) {
     if (site.grade < style.leaves.size()) continue;
-    throw UsageError("a leaf is of grade " + std::to_string(site.grade) +
-                     ", but there are looks for " + std::to_string(style.leaves.size()) +
-                     " grades only");
+    throw UsageError("a leaf has grade " + std::to_string(site.grade) + ", but only " +
+                     std::to_string(style.leaves.size()) + " leaf types are defined");
   }
   for (const LeafLook& look : style.leaves) {
     if (!look.outline.empty() && look.outline.size() < kLeastOutline) {
-      throw UsageError("the outline of a leaf in five polygons needs at least three points a side");
+      throw UsageError("a leaf outline needs at least three points per side");
     }
     if (look.texture != style.leaves.front().texture) {
-      throw UsageError("the leaves of a tree must all have their pictures in the same texture");
+      throw UsageError("all leaf types of a tree must use the same texture");
     }
   }
 }
@@ -84,7 +83,7 @@ void LeafWriter::add(const LeafSite& site, double scale, double shade) {
   const LeafLook& look = style_.leaves[site.grade];
   build_.reserve(most_points(look), most_points(look));
   begin(site, look, scale, shade);
-  // Without its picture a card would be a board.
+  // Without a texture a card would be a rectangle.
   const LeafForm form =
       options_.textured || look.form == LeafForm::kNeedleFan ? look.form : LeafForm::kFivePolygons;
   switch (form) {
@@ -109,7 +108,7 @@ void LeafWriter::begin(const LeafSite& site, const LeafLook& look, double scale,
   facing_ = square_to(site.along, site.facing);
   length_ = scale * site.length_m * site.along;
   half_width_ = 0.5 * look.aspect * scale * site.length_m * cross(site.along, facing_);
-  // Leaves that would reach out of the crown are moved in, as far as they can go as a whole.
+  // Leaves that would reach out of the crown are moved inward as a whole, as far as possible.
   const Point tip = base_ + length_;
   const Point inside = crown_.confine(tip);
   base_ = crown_.confine(base_ + (inside - tip));
@@ -142,7 +141,7 @@ void LeafWriter::point(Flat flat) {
   const double u = std::clamp(0.5 + 0.5 * flat.across, 0.0, 1.0);
   const double v = std::clamp(1.0 - flat.along, 0.0, 1.0);
   const Point tangent = square_to(normal, sideways);
-  // glTF's bitangent points up in the picture, where v falls.
+  // glTF's bitangent points up in the image, where v decreases.
   const float sign = dot(cross(normal, tangent), length_) >= 0.0 ? 1.0F : -1.0F;
   build_.texture({.u = left + u * (right - left),
                   .v = upper + v * (lower - upper),
@@ -154,8 +153,8 @@ void LeafWriter::triangle(std::size_t a, std::size_t b, std::size_t c) {
   add_leaf_triangle(corners_[a], corners_[b], corners_[c], build_);
 }
 
-/// A fan from the petiole's end around the outline: the polygon with the tip, and two on each side
-/// of it.
+/// A fan from the petiole's end around the outline: the polygon with the tip, and two on each
+/// side.
 void LeafWriter::add_outline(const LeafLook& look) {
   constexpr double kFold = 0.25;
   const auto outline = outline_of(look);
@@ -171,7 +170,7 @@ void LeafWriter::add_outline(const LeafLook& look) {
 
 /// Needles on both sides of a shoot, and one at its end.
 void LeafWriter::add_needles() {
-  constexpr double kForward = 0.3;  // of the way between two needles' bases to the next one's
+  constexpr double kForward = 0.3;  // relative distance between two needles' bases
   constexpr double kFold = 0.3;
   for (int i = 0; i <= kNeedles; ++i) point({.along = static_cast<double>(i) / (kNeedles + 1)});
   for (const double side : {1.0, -1.0}) {
@@ -183,7 +182,7 @@ void LeafWriter::add_needles() {
       triangle(base, corners_.size() - 1, base + 1);
     }
   }
-  // The end stands for the last needle of each side.
+  // The end represents the last needle of each side.
   point({.across = 0.2, .along = 1.0});
   point({.across = -0.2, .along = 1.0});
   triangle(kNeedles, corners_.size() - 2, corners_.size() - 1);

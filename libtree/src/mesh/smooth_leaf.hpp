@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Single leaves, sprays and cards at the places that a skeleton names.
+// Single leaves, sprays and cards at the leaf sites of a skeleton.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ namespace silvafit::tree {
 /// \throws UsageError as build_smooth_mesh()
 void check_looks(const Skeleton& skeleton, const SmoothStyle& style);
 
-/// Color of the foliage's material, which the colors of vertices are shares of.
+/// Color of the foliage's material, to which vertex colors are relative.
 Color leaf_material(const Skeleton& skeleton, const SmoothStyle& style, bool vertex_colors);
 
 /// Adds leaves to a part. All their vertices are inside the crown.
@@ -31,13 +31,13 @@ class LeafWriter {
 
   void reserve(const Skeleton& skeleton);
 
-  /// \param scale  how much larger than its site says
+  /// \param scale  relative to the size at its site
   /// \param shade  brightness, in [0, 1]
   void add(const LeafSite& site, double scale, double shade);
 
  private:
-  /// A point of a leaf: across in shares of the half width, along in shares of the length, and
-  /// above the leaf's plane in shares of the half width; its place in the picture.
+  /// A point of a leaf: across relative to the half width, along relative to the length, and
+  /// above the leaf's plane relative to the half width; its position in the image.
   struct Flat {
     double across = 0.0;
     double along = 0.0;
@@ -58,7 +58,7 @@ class LeafWriter {
   PartBuilder& build_;
   CrownLight light_;
 
-  /// Of the leaf at hand:
+  /// Of the current leaf:
   const LeafLook* look_ = nullptr;
   Point base_{};
   Point length_{};

@@ -34,7 +34,7 @@ bool has_same_wood(const MeshOptions& a, const MeshOptions& b) {
 }
 
 /// An upper bound of the distance between the surfaces of two sets of rings of the same limbs: that
-/// of places with the same share of the way between neighboring rings.
+/// of points with the same relative position between neighboring rings.
 class WoodError {
  public:
   WoodError(const Limbs& limbs, const WoodRings& finest, const WoodRings& coarse)
@@ -86,15 +86,15 @@ class WoodError {
   double error_at(const Ring& ring, const Ring& a, const Ring& b) const {
     const auto [middle, sideways, upward] = offset_between(a, b, ring);
     const double thickest = std::max({ring.radius_m, a.radius_m, b.radius_m});
-    // The faces between two rings that lean to each other are bent, and their diagonals cut the
-    // corner: as far as a quarter of what the sides of the polygon differ by.
+    // The faces between two inclined rings are not planar, and their diagonals cut the corner: by
+    // up to a quarter of the difference of the polygon's sides.
     constexpr double kWarp = 0.25;
     const double turn = length(a.sideways - b.sideways) + length(a.upward - b.upward);
     return length(middle) + corner_ * std::sqrt(dot(sideways, sideways) + dot(upward, upward)) +
            gap_ * thickest + kWarp * corner_ * turn * thickest;
   }
 
-  /// A twig that is not drawn is as far off as it reaches from where it begins.
+  /// The error of a twig that is not drawn is its distance from its start.
   double left_out(std::size_t i) const {
     const Limb* limb = &limbs_.all()[i];
     while (limb->bearer != kNone && coarse_.of(limb->bearer).size() < 2) {
@@ -164,7 +164,7 @@ void add_leaves(const Skeleton& skeleton,
   const double scale = std::sqrt(static_cast<double>(options.foliage_per));
   for (std::size_t i = 0; i < skeleton.leaves.size(); ++i) {
     LeafSite site = skeleton.leaves[i];
-    // Drawn for all of them, so that the levels of detail agree about those that they share.
+    // Drawn for all of them, so that the levels of detail agree on common ones.
     const double shade = 1.0 - style.leaves[site.grade].color_variation * random.uniform();
     if (i % static_cast<std::size_t>(options.foliage_per) != 0) continue;
     site.at = site.at + limbs.moved(site.axis, site.at);

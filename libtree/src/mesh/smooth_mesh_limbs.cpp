@@ -10,11 +10,11 @@
 namespace silvafit::tree {
 namespace {
 
-/// Points nearer to each other than this are one.
+/// Points closer to each other than this are treated as one.
 constexpr double kSamePlace = 1e-6;
 
-/// Direction in which a branch leaves: its own, turned towards its bearer's the more, the more the
-/// two agree.
+/// Direction in which a branch starts: its own, turned towards its parent's, the more they
+/// agree.
 Point leaving(Point own, Point of_bearer) {
   constexpr double kMost = 0.6;
   const double agreement = 0.5 + 0.5 * dot(own, of_bearer);
@@ -44,8 +44,8 @@ bool Limbs::is_wood(std::uint32_t axis) const {
   return axis == 0 || skeleton_.points[skeleton_.axes[axis].first].radius_m > 0.0;
 }
 
-/// An axis has one heir at most: the thickest that starts at its end, if that is as thick as the
-/// end or a little thinner.
+/// At most one axis continues an axis: the thickest that starts at its end, if it is as thick as
+/// the end or slightly thinner.
 void Limbs::find_heirs() {
   constexpr double kThickest = 1.05;
   constexpr double kThinnest = 0.6;
@@ -73,10 +73,10 @@ void Limbs::mark(std::uint32_t axis) {
   }
 }
 
-/// Axes that end on one of the four crown radii, or are the lowest of the crown, are drawn at all
+/// Axes that end at one of the four crown radii, or are the lowest of the crown, are drawn at all
 /// levels of detail.
 void Limbs::mark_measured() {
-  // tan(0.5 degrees), as measure() looks.
+  // tan(0.5 degrees), as in measure().
   constexpr double kSector = 0.008726867790758789;
   struct Farthest {
     std::uint32_t axis = 0;
@@ -130,10 +130,10 @@ Limbs::Place Limbs::away_from_ends(const Limb& limb, Place place, double distanc
   for (std::uint32_t i = place.knot + 1; i + 1 < limb.count && above < distance_m; ++i) {
     above += chord(i);
   }
-  // Away from both ends alike where the limb is too short.
+  // Equally far from both ends if the limb is too short.
   double move = 0.0;
   if (limb.axis == 0) {
-    // A branch at the foot of the stem stays there; the crown base lifts it.
+    // A branch at the base of the stem stays there; the crown base lifts it.
     move = std::max(std::min(above - distance_m, 0.0), -below);
   } else if (below + above < 2.0 * distance_m) {
     move = 0.5 * (above - below);
@@ -181,7 +181,7 @@ void Limbs::add_knot(const SkeletonPoint& point, std::uint32_t order) {
   orders_.push_back(order);
 }
 
-/// Points of an axis as knots; breast height is one on the stem.
+/// Points of an axis as knots; on the stem breast height is one.
 void Limbs::add_knots(std::uint32_t axis, std::uint32_t order) {
   const auto points = skeleton_.points_of(skeleton_.axes[axis]);
   const bool goes_on = limbs_.back().axis != axis;
@@ -218,7 +218,7 @@ void Limbs::add_limb(std::uint32_t axis) {
   }
   limb.count = static_cast<std::uint32_t>(knots_.size()) - limb.first;
   if (limb.count < 2) {
-    // All in one place: nothing to draw, and nothing can begin on it.
+    // All points are equal: nothing is drawn, and nothing can start on it.
     knots_.resize(limb.first);
     orders_.resize(limb.first);
     limbs_.pop_back();
@@ -240,7 +240,7 @@ void Limbs::add_limb(std::uint32_t axis) {
   set_rates(knots, start);
   if (axis == 0) {
     for (HermiteKnot& knot : knots) {
-      // Sections at breast height and below are level.
+      // Sections at breast height and below are horizontal.
       if (knot.at.z <= kBreastHeight) knot.rate = {0.0, 0.0, length(knot.rate)};
     }
   }
@@ -255,7 +255,7 @@ void Limbs::place_on_bearer(Limb& limb, std::uint32_t axis) {
   const Limb& bearer = limbs_[limb.bearer];
   const HermiteKnot& first = knots_[limb.first];
   const HermiteKnot& second = knots_[limb.first + 1];
-  // As far as the corners of a triangle with the circle's area stand out.
+  // The distance of the corners of a triangle with the circle's area.
   constexpr double kCorner = 1.6;
   const double reach = kCorner * first.radius_m;
   const Place place = away_from_ends(bearer, nearest(parent, first.at), reach);
@@ -271,8 +271,8 @@ void Limbs::place_on_bearer(Limb& limb, std::uint32_t axis) {
   const Point chord = second.at - base.at;
   const double sine = length(cross(direction(chord), direction(base.rate)));
   constexpr double kFlattest = 0.3;
-  // Well inside the bearer on the side where the limb leaves, so that it has its full thickness
-  // where it is seen.
+  // Well inside the parent on the side where the limb starts, so that it has its full thickness
+  // where it is visible.
   constexpr double kWithin = 0.4;
   limb.collar_m =
       std::min(0.5 * length(chord), kWithin * base.radius_m / std::max(sine, kFlattest));

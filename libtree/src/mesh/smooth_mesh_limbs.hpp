@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The axes of a skeleton as curves: what the levels of detail of a mesh have in common.
+// The axes of a skeleton as curves, common to all levels of detail of a mesh.
 #pragma once
 
 #include <cstddef>
@@ -13,25 +13,25 @@
 
 namespace silvafit::tree {
 
-/// One curve: an axis, and the one that goes on from its end if there is such, and so on.
+/// One curve: an axis, the axis that continues it, if any, and so on.
 struct Limb {
-  std::uint32_t axis = 0;         ///< where it begins
+  std::uint32_t axis = 0;         ///< its start
   std::uint32_t first = 0;        ///< its first knot
   std::uint32_t count = 0;        ///< number of knots, at least 2
-  std::uint32_t bearer = kNone;   ///< limb that it begins on; the stem has none
-  std::uint32_t bearer_knot = 0;  ///< the knot of the bearer before its base
-  double bearer_share = 0.0;      ///< and the share of the length up to the next
-  double bearer_along_m = 0.0;    ///< length of the bearer's curve up to there
-  /// Length up to which the tube widens from a base that fits into the bearer; 0 where the base is
-  /// thin enough as it is [m].
+  std::uint32_t bearer = kNone;   ///< parent limb; the stem has none
+  std::uint32_t bearer_knot = 0;  ///< the knot of the parent before its base
+  double bearer_share = 0.0;      ///< and the relative length up to the next
+  double bearer_along_m = 0.0;    ///< length of the parent's curve up to there
+  /// Length over which the tube widens from a base that fits into the parent; 0 if the base is thin
+  /// enough [m].
   double collar_m = 0.0;
 };
 
 /// Curves through all axes that are thick enough to be wood.
 ///
-/// Branches begin on the smooth curves of those that bear them, which pass by the straight lines of
-/// the skeleton, and turn away from them gradually. An axis whose base is its bearer's end, and as
-/// thick, carries on that curve.
+/// Branches start on the smooth curves of their parents, which deviate from the straight lines of
+/// the skeleton, and turn away from them gradually. An axis that starts at its parent's end with
+/// the same thickness continues that curve.
 class Limbs {
  public:
   explicit Limbs(const Skeleton& skeleton);
@@ -46,15 +46,15 @@ class Limbs {
     return {pieces_.data() + limb.first, limb.count - 1};
   }
 
-  /// How many of a limb's knots belong to axes up to this order; those that a measurement needs
-  /// always count. 0 where nothing of the limb is drawn.
+  /// The number of a limb's knots that belong to axes up to this order; those needed for a
+  /// measurement are always included. 0 if nothing of the limb is drawn.
   std::size_t drawn_knots(const Limb& limb, int wood_order) const;
 
-  /// How far the curve has moved away from a place beside the axis, on the skeleton's lines.
+  /// Displacement of the curve from a point beside the axis on the skeleton's lines.
   Point moved(std::uint32_t axis, Point place) const;
 
  private:
-  /// Beside the piece that begins at a knot, at a share of its length.
+  /// Beside the piece that starts at a knot, at a relative length.
   struct Place {
     std::uint32_t knot = 0;
     double share = 0.0;
@@ -69,19 +69,19 @@ class Limbs {
   void place_on_bearer(Limb& limb, std::uint32_t axis);
   bool is_wood(std::uint32_t axis) const;
   Place nearest(std::uint32_t axis, Point place) const;
-  /// The place so far from both ends of the limb, where it is long enough.
+  /// The point at this distance from both ends of the limb, if it is long enough.
   Place away_from_ends(const Limb& limb, Place place, double distance_m) const;
   HermiteKnot on_curve(const Limb& limb, Place place) const;
 
   const Skeleton& skeleton_;
   std::vector<Limb> limbs_;
   std::vector<HermiteKnot> knots_;
-  std::vector<HermitePiece> pieces_;     ///< that begin at the knots; the last of a limb is empty
+  std::vector<HermitePiece> pieces_;     ///< that start at the knots; the last of a limb is empty
   std::vector<std::uint32_t> orders_;    ///< of the piece that ends at a knot; 0: always drawn
-  std::vector<std::uint32_t> limb_of_;   ///< by axis; kNone where it is not wood
-  std::vector<std::uint32_t> first_of_;  ///< by axis: number of its first knot in its limb
+  std::vector<std::uint32_t> limb_of_;   ///< by axis; kNone if it is not wood
+  std::vector<std::uint32_t> first_of_;  ///< by axis: index of its first knot in its limb
   std::vector<std::uint32_t> last_of_;   ///< and of its last one
-  std::vector<std::uint32_t> heir_of_;   ///< by axis: the one that goes on from its end
+  std::vector<std::uint32_t> heir_of_;   ///< by axis: the one that continues it
   std::vector<bool> is_needed_;          ///< by axis: a measurement of the tree ends on it
 };
 

@@ -15,15 +15,15 @@
 namespace silvafit::tree {
 namespace {
 
-/// Of a tolerance, what straight lines between a curve's steps may take up; the rest is for steps
-/// that are left out.
+/// Part of a tolerance for straight lines between a curve's steps; the rest is for omitted
+/// steps.
 constexpr double kStepShare = 0.4;
 
-/// Nothing thinner or shorter than this can be told apart by floats at a height.
+/// Anything thinner or shorter cannot be represented by floats at a height.
 double least_distance_m(double height_m) { return 0.0002 * (1.0 + 0.05 * std::abs(height_m)); }
 
-/// Where the options leave it open, bends may add half as much to the surface's error as the
-/// section's corners.
+/// By default, bends may add half as much to the surface's error as the section's
+/// corners.
 double own_tolerance_m(double radius_m, int sides) {
   constexpr double kFinest = 0.0002;
   return std::max(0.5 * (equal_area_corner(sides) - 1.0) * radius_m, kFinest);
@@ -39,10 +39,10 @@ int sides_with(const Limb& limb, double radius_m, const MeshOptions& options) {
   return 2.0 * radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
 }
 
-/// How far the tube is off at a ring that is left out between two others: its middle, its radius,
-/// and its corners as the curve turns.
+/// Error of the tube at a ring that is omitted between two others: its center, its radius, and its
+/// corners as the curve turns.
 struct RingError {
-  double bend = 1.0;  ///< weight of the middle's error
+  double bend = 1.0;  ///< weight of the center's error
 
   double operator()(const Ring& a, const Ring& b, const Ring& ring) const {
     const auto [middle, sideways, upward] = offset_between(a, b, ring);
@@ -51,7 +51,7 @@ struct RingError {
   }
 };
 
-/// Whether all corners of a ring lie ahead of another's, as seen from both.
+/// Whether all corners of a ring are ahead of another's, as seen from both.
 bool advances(const Ring& from, const Ring& to, std::span<const Point> corners, double least_m) {
   return std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
     const Point step =
@@ -119,7 +119,7 @@ void WoodRings::add(const Limb& limb) {
   } else {
     const std::span<const Point> corners = corners_of(limb);
     if (limb.bearer != kNone) place_base(limb, kept_.front());
-    // Up to its collar the tube widens evenly.
+    // Up to its collar the tube widens linearly.
     const double widest = collar_radius_m(limb);
     for (Ring& ring : kept_) {
       if (ring.along_m >= limb.collar_m) break;
@@ -142,7 +142,7 @@ double WoodRings::collar_radius_m(const Limb& limb) const {
   return kept_.back().radius_m;
 }
 
-/// Fills kept_ with the steps of the curve that are drawn.
+/// Fills kept_ with the drawn steps of the curve.
 void WoodRings::take_steps(const Limb& limb, std::size_t drawn_knots) {
   const auto pieces = limbs_.pieces_of(limb).first(drawn_knots - 1);
   if (step_m_ > 0.0) {
@@ -173,7 +173,7 @@ void WoodRings::keep_needed(double tolerance_m, double bend) {
   take_marked(samples, is_needed_, kept_);
 }
 
-/// Moves the base onto the bearer as it is drawn, and makes it so small that it is inside.
+/// Moves the base onto the drawn parent, and makes it small enough to be inside.
 void WoodRings::place_base(const Limb& limb, Ring& base) const {
   const auto rings = of(limb.bearer);
   if (rings.size() < 2) return;
@@ -205,9 +205,9 @@ void WoodRings::place_base(const Limb& limb, Ring& base) const {
   base.radius_m = std::max(std::min(base.radius_m, kInside * inner * thinnest / corner), kThinnest);
 }
 
-/// A base inside a branch stays where it is, since the branch has been fitted itself; only where
-/// the crown is hollow, so that the straight way between two fitted rings leaves it, the base
-/// moves.
+/// A base inside a branch is not moved, because the branch has been fitted itself; it is
+/// moved only if the crown is concave, so that the straight line between two fitted rings
+/// leaves it.
 void WoodRings::fit_base_into_crown(const Limb& limb, std::span<const Point> corners) {
   constexpr double kLetPass = 0.0005;
   Ring& base = kept_.front();
@@ -219,13 +219,13 @@ void WoodRings::fit_base_into_crown(const Limb& limb, std::span<const Point> cor
   if (!stays) fit_into_crown(base, corners);
 }
 
-/// Half a millimeter is let pass, so that a ring never becomes a point.
+/// A tolerance of half a millimeter, so that a ring never becomes a point.
 void WoodRings::fit_into_crown(Ring& ring, std::span<const Point> corners) const {
   constexpr double kLetPass = 0.0003;
   ring.radius_m = std::max(ring.radius_m, kLetPass);
   const RingInCrown in_crown(crown_, corners, ring.sideways, ring.upward);
   if (in_crown.fit(ring.at, ring.radius_m, kLetPass)) return;
-  // Beside a direction in which the crown is much narrower a hair's breadth of azimuth counts.
+  // Near a direction in which the crown is much narrower, a tiny change of azimuth matters.
   constexpr int kMostSteps = 12;
   for (int i = 1; i <= kMostSteps && !in_crown.contains(ring.at, ring.radius_m); ++i) {
     const double away = std::hypot(ring.at.x, ring.at.y);
@@ -234,8 +234,8 @@ void WoodRings::fit_into_crown(Ring& ring, std::span<const Point> corners) const
   }
 }
 
-/// Leaves out rings that would fold the tube where a curve turns more sharply than it is thick, or
-/// that floats could not tell apart. Only the tip stays of a limb that is too short.
+/// Omits rings that would fold the tube if a curve turns more sharply than it is thick, or that
+/// floats cannot distinguish. Of a limb that is too short only the tip is left.
 void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners) {
   const Ring tip = kept_.back();
   const double least = least_distance_m(tip.at.z);
@@ -250,7 +250,7 @@ void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners)
   }
   while (kept > 1 && !reaches(kept_[kept - 1], tip, corners, least)) --kept;
   Ring& base = kept_.front();
-  // A hook that comes back behind its base becomes straight.
+  // A hook that returns behind its base becomes straight.
   if (kept == 1 && !reaches(base, tip, corners, least)) {
     base.turn(direction(whole), base.sideways);
     fit_base_into_crown(limb, corners);
@@ -261,8 +261,8 @@ void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners)
 
 namespace {
 
-/// Joins a ring with the one before it; where there is a seam, the last vertices of both stand
-/// where the first ones do.
+/// Joins a ring with the previous one; with a seam, the last vertices of both are at the position
+/// of the first ones.
 void join(
     PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
   for (std::uint32_t i = 0; i < sides; ++i) {
@@ -272,8 +272,8 @@ void join(
   }
 }
 
-/// By how much the tube gets thinner at a ring, by length. A base that widens in its bearer is not
-/// seen.
+/// Decrease of the radius at a ring, per length. A base that widens inside its parent is not
+/// visible.
 double lean_of(std::span<const Ring> rings, std::size_t k) {
   const bool widens = k > 0 && rings[k - 1].radius_m < rings[k].radius_m;
   const Ring& before = k > 0 && !widens ? rings[k - 1] : rings[k];

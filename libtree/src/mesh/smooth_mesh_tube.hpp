@@ -15,16 +15,16 @@
 
 namespace silvafit::tree {
 
-/// The rings that all limbs of a tree are drawn with.
+/// The rings of all limbs of a tree.
 class WoodRings {
  public:
-  /// \param step_m  all steps of this length are drawn, whatever the tolerances are; 0 for none
+  /// \param step_m  all steps of this length are drawn, for any tolerance; 0 for none
   WoodRings(const Limbs& limbs,
             const Crown& crown,
             const MeshOptions& options,
             double step_m = 0.0);
 
-  /// None where a limb is not drawn. The last one is the tip, where the tube ends in a point.
+  /// None if a limb is not drawn. The last one is the tip, where the tube ends in a point.
   std::span<const Ring> of(std::size_t limb) const {
     return {rings_.data() + first_[limb], first_[limb + 1] - first_[limb]};
   }
@@ -48,20 +48,20 @@ class WoodRings {
   CurveSampler sampler_;
   std::vector<Ring> rings_;
   std::vector<std::size_t> first_;
-  std::vector<Ring> samples_;  ///< of the limb at hand
-  std::vector<Ring> kept_;     ///< those of them that are drawn
+  std::vector<Ring> samples_;  ///< of the current limb
+  std::vector<Ring> kept_;     ///< the drawn ones
   std::vector<bool> is_needed_;
   std::vector<Point> branch_corners_;
   std::vector<Point> twig_corners_;
 };
 
-/// Corners of the regular polygon that has the area of the circle of radius 1.
+/// Corners of the regular polygon with the area of the unit circle.
 std::vector<Point> equal_area_corners(int sides);
 
 /// Adds a tube that is closed at its base and ends in a point.
-/// \param corners   of its sections, where their radius is 1
-/// \param textured  with a seam, and UVs and tangents for pictures
-/// \param has_foot  its base is seen, and has normals of its own
+/// \param corners   of its sections, for radius 1
+/// \param textured  with a seam, UVs and tangents for textures
+/// \param has_foot  its base is visible, and has normals of its own
 void add_tube(std::span<const Ring> rings,
               std::span<const Point> corners,
               bool textured,

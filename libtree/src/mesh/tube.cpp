@@ -14,10 +14,10 @@
 namespace silvafit::tree {
 namespace {
 
-/// How far the surface is off at a point that is left out between two others: its radius and its
-/// middle together.
+/// Error of the surface at a point that is omitted between two others: its radius and its center
+/// together.
 struct TubeError {
-  double bend = 1.0;  ///< weight of the middle's error
+  double bend = 1.0;  ///< weight of the center's error
 
   double operator()(const SkeletonPoint& a, const SkeletonPoint& b, const SkeletonPoint& at) const {
     const Point chord = b.at - a.at;
@@ -28,8 +28,8 @@ struct TubeError {
   }
 };
 
-/// Joins a ring with the one before it; both have `count` vertices, one after the other, and where
-/// `seam` is set the last ones stand where the first ones do.
+/// Joins a ring with the previous one; both have `count` vertices, one after the other, and with
+/// `seam` the last ones are at the position of the first ones.
 void join_rings(
     PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
   for (std::uint32_t i = 0; i < sides; ++i) {
@@ -39,8 +39,8 @@ void join_rings(
   }
 }
 
-/// The tube of a stem that stands upright. Pictures go round it once, and up by as much as they are
-/// wide.
+/// The tube of an upright stem. Textures go round it once, and repeat upward by their
+/// width.
 class StemTube {
  public:
   StemTube(std::span<const SkeletonPoint> sections, const MeshOptions& options, PartBuilder& build)
@@ -115,7 +115,7 @@ class StemTube {
   std::uint32_t sides_;
   bool seam_;
   std::vector<Point> polygon_;
-  double enlarged_;  ///< the section's corners, so that its area is the circle's
+  double enlarged_;  ///< the section's corners, so that its area is that of the circle
   double girth_m_;
   PartBuilder& build_;
 };
@@ -123,7 +123,7 @@ class StemTube {
 }  // namespace
 
 TubeFrame frame_of(std::span<const SkeletonPoint> branch) {
-  // Branches bow so little that one frame serves along the whole of one.
+  // Branches bend so little that one frame is enough for a whole branch.
   const Point tangent = direction(branch.back().at - branch.front().at);
   const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
   return {tangent, sideways, cross(tangent, sideways)};
@@ -142,8 +142,8 @@ void branch_rings(std::span<const SkeletonPoint> branch,
   const std::vector<Point> own = has_corners ? std::vector<Point>{} : corners(sides);
   const RingInCrown in_crown(crown, has_corners ? round : own, frame.sideways, frame.upward);
   constexpr double kLetPass = 0.00045;
-  // Where a crown is flat or thin, rings may end up beside each other; floats could not tell them
-  // apart.
+  // If a crown is flat or thin, rings may be side by side; floats cannot distinguish
+  // them.
   const SkeletonPoint tip = rings.back();
   const double apart = 0.0002 * (1.0 + 0.05 * tip.at.z);
   std::size_t kept = 0;
@@ -174,7 +174,7 @@ void needed_sections(std::span<const SkeletonPoint> stem,
     }
     mark_needed(stem, from, stem.size() - 1, tolerance_m, error, needed);
   }
-  // Sections that floats could not tell from the tip.
+  // Sections that floats cannot distinguish from the tip.
   constexpr double kThinnest = 0.00005;
   constexpr double kNearest = 0.001;
   const double tip = stem.back().at.z;

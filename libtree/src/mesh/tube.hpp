@@ -11,16 +11,16 @@
 
 namespace silvafit::tree {
 
-/// How much more than a change of its radius a shift of the stem's axis may be.
+/// Tolerance for a shift of the stem's axis relative to that for its radius.
 inline constexpr double kBendTolerance = 5.0;
 
-/// Those points of the stem without which its radius would be off by more than the tolerance, or
-/// its axis by more than kBendTolerance times that; the ends and breast height always.
+/// The points of the stem that are needed for errors of at most the tolerance for its radius, and
+/// kBendTolerance times that for its axis; always the ends and breast height.
 void needed_sections(std::span<const SkeletonPoint> stem,
                      double tolerance_m,
                      std::vector<SkeletonPoint>& sections);
 
-/// The same for a branch: its ends, and what bows by more than the tolerance between them.
+/// The same for a branch: its ends, and points where it bends by more than the tolerance.
 void needed_points(std::span<const SkeletonPoint> branch,
                    double tolerance_m,
                    std::vector<SkeletonPoint>& needed);
@@ -37,8 +37,8 @@ struct TubeFrame {
 
 TubeFrame frame_of(std::span<const SkeletonPoint> branch);
 
-/// The rings of a branch's tube and the point in which it ends: the needed points, moved and made
-/// thinner where the polygon around them would leave the crown. Only the end is left of a branch
+/// The rings of a branch's tube and the point at its end: the needed points, moved and made
+/// thinner if the polygon around them would leave the crown. Only the end is left of a branch
 /// that is too short for floats.
 void branch_rings(std::span<const SkeletonPoint> branch,
                   double tolerance_m,
@@ -47,19 +47,19 @@ void branch_rings(std::span<const SkeletonPoint> branch,
                   const Crown& crown,
                   std::vector<SkeletonPoint>& rings);
 
-/// A closed tube around the stem, its sections as large as the circles they stand for.
+/// A closed tube around the stem, its sections with the areas of their circles.
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build);
 
-/// Tubes around branches. Each begins in its parent, open or closed as the options say, and ends in
-/// a point. Its vertices stay inside the crown.
+/// Tubes around branches. Each starts in its parent, open or closed as in the options, and ends in
+/// a point. Its vertices are inside the crown.
 class BranchTubes {
  public:
   BranchTubes(const Crown& crown, const MeshOptions& options, PartBuilder& build);
 
-  /// Makes room for all branches of a tree at once.
+  /// Reserves space for all branches of a tree.
   void reserve(const Skeleton& skeleton);
 
-  /// Nothing is added for a branch too short for a float to tell its ends apart.
+  /// Nothing is added for a branch that is too short for floats.
   void add(std::span<const SkeletonPoint> branch);
 
  private:

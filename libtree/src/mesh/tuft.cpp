@@ -10,10 +10,10 @@
 namespace silvafit::tree {
 namespace {
 
-/// Corners of one leaf of the spiral; `share` runs from 0 at the lowest to 1 at the uppermost.
+/// Corners of one leaf of the spiral; `share` is from 0 at the lowest to 1 at the uppermost.
 std::array<Point, 4> spiral_leaf(int number, double share, double aspect) {
   constexpr double kGoldenAngle = 137.507764 * kRadian;
-  constexpr double kShoot = 1.1;    // length that bears leaves
+  constexpr double kShoot = 1.1;    // length with leaves
   constexpr double kLowest = 95.0;  // degrees between shoot and leaf
   constexpr double kUppermost = 25.0;
   constexpr double kFold = 0.12;
@@ -30,7 +30,7 @@ std::array<Point, 4> spiral_leaf(int number, double share, double aspect) {
 
 double doubled_area(Point a, Point b, Point c) { return length(cross(b - a, c - a)); }
 
-/// Joins the points of leaves, the closest first.
+/// Merges the points of leaves, the closest first.
 class Joiner {
  public:
   explicit Joiner(const std::vector<Point>& points)
@@ -101,7 +101,7 @@ class Joiner {
     --groups_;
   }
 
-  /// Not where a leaf would lose more than two thirds of a half.
+  /// Not if a leaf would lose more than two thirds of a half.
   bool may_join(std::size_t first, std::size_t second) const {
     constexpr double kLeast = 0.35;
     for (std::size_t leaf = 0; leaf < points_.size(); leaf += 4) {
@@ -137,7 +137,7 @@ Tuft Tuft::of(int leaves, double aspect) {
     const std::array<Point, 4> corners = spiral_leaf(i, share, aspect);
     tuft.points.insert(tuft.points.end(), corners.begin(), corners.end());
   }
-  // Two triangles a leaf: with so many points, a triangle takes 22 bytes of a file.
+  // Two triangles per leaf: with this number of points, a triangle takes 22 bytes of a file.
   constexpr double kPointsPerLeaf = 1.32;
   Joiner joiner(tuft.points);
   joiner.join_until(static_cast<std::size_t>(kPointsPerLeaf * leaves));

@@ -13,15 +13,15 @@ namespace {
 
 constexpr std::size_t kTableSteps = 128;
 
-/// share^power with the powers that crowns usually have spelled out, since this is the inner loop.
+/// share^power with the usual powers of crowns written out, because this is the inner loop.
 double power_of(double share, double power) {
   if (power == 2.0) return share * share;
   if (power == 1.0) return share;
   return std::pow(share, power);
 }
 
-/// share^(1 / index) at even steps from 0 to 1. Concave, so that straight lines between the steps
-/// stay inside the crown. Empty for the index 2, whose square root is as fast as a table.
+/// share^(1 / index) at equal steps from 0 to 1. Concave, so that straight lines between the steps
+/// stay inside the crown. Empty for the index 2, because a square root is as fast as a table.
 std::vector<double> width_table(double index) {
   if (index == 2.0) return {};
   std::vector<double> widths(kTableSteps + 1);
@@ -39,9 +39,9 @@ double look_up(const std::vector<double>& widths, double share) {
   return widths[below] + part * (widths[below + 1] - widths[below]);
 }
 
-/// The largest root in (0, 1] of a function that a ray and a crown curve make, from u = 1 down.
-/// Seen from there both are such that Newton's steps fall monotonically onto the root: convex and
-/// rising for the upper curve, concave and falling for the lower one.
+/// The largest root in (0, 1] of the function of a ray and a crown curve, starting from u = 1.
+/// Newton's steps from there decrease monotonically to the root, because both functions are: convex
+/// and increasing for the upper curve, concave and decreasing for the lower one.
 template <typename Function>
 double root_from_one(Function value_and_slope) {
   constexpr int kSteps = 100;
@@ -70,7 +70,7 @@ Crown::Crown(const TreeShape& shape, CrownIndex index)
   for (const double a : {index.up, index.down}) {
     if (!(a >= 1.0 && a <= 2.0)) throw DomainError("a crown index must be in [1, 2]");
   }
-  // A part of the crown without height is never looked up inside.
+  // A part of the crown without height is never evaluated inside.
   per_up_m_ = h_m_ > hc_m_ ? 1.0 / (h_m_ - hc_m_) : 0.0;
   per_down_m_ = hc_m_ > hcb_m_ ? 1.0 / (hc_m_ - hcb_m_) : 0.0;
   widths_up_ = width_table(index.up);
@@ -131,7 +131,7 @@ double Crown::excess_m(Point point) const {
   const double sideways =
       std::hypot(point.z - z, std::max(distance - relative_width(z) * radius, 0.0));
   if (distance > radius) return sideways;
-  // Where the curve is nearly level, a hair's breadth upwards is far sideways.
+  // If the curve is nearly horizontal, a tiny distance upward is a large distance sideways.
   const double upright =
       std::max({point.z - up_m(distance, radius), down_m(distance, radius) - point.z, 0.0});
   return std::min(sideways, upright);

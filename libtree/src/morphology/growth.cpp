@@ -27,7 +27,7 @@ std::vector<RowsOfMoment> rows_by(const data::Table& table,
                                   const std::string& by,
                                   std::vector<LeftOut>& left_out) {
   if (!table.has(by)) {
-    throw InputError("there is no such column to split the table by",
+    throw InputError("no such column to split the table by time",
                      {.file = table.file(), .line = 1, .column = by});
   }
   const data::TextColumn labels = table.labels(by);
@@ -35,7 +35,7 @@ std::vector<RowsOfMoment> rows_by(const data::Table& table,
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (labels.is_missing(row)) {
       left_out.push_back(
-          {{.file = table.file(), .line = table.line(row), .column = by}, "its time is missing"});
+          {{.file = table.file(), .line = table.line(row), .column = by}, "the time is missing"});
       continue;
     }
     RowsOfMoment& moment = moments[labels.code(row)];
@@ -50,7 +50,7 @@ std::vector<RowsOfMoment> rows_by(const data::Table& table,
   return moments;
 }
 
-/// The plots of the rows; nothing without such a column, which is refused where the table is read.
+/// The plots of the rows; nothing without such a column, which is an error when the table is read.
 std::optional<data::TextColumn> plot_labels(const data::Table& table,
                                             const MorphologyTableOptions& options) {
   const auto mapped = options.columns.find("plot");
@@ -59,7 +59,7 @@ std::optional<data::TextColumn> plot_labels(const data::Table& table,
   return table.labels(column);
 }
 
-/// The chosen plots that have a row; a plot may be measured at some times only.
+/// The chosen plots with a row; a plot may be measured at some times only.
 std::vector<std::string> plots_in(const data::Table& table, const MorphologyTableOptions& options) {
   const auto labels = plot_labels(table, options);
   if (!labels) return options.plots;
@@ -79,7 +79,7 @@ bool same(const std::optional<CrownRadii>& a, const std::optional<CrownRadii>& b
                 a->north_m == b->north_m);
 }
 
-/// Whether two measurements give the same model at the same place.
+/// Whether two measurements give the same model at the same position.
 bool same(const Morphology& a, const Morphology& b) {
   return a.species == b.species && a.dbh_cm == b.dbh_cm && a.h_m == b.h_m && a.hcb_m == b.hcb_m &&
          a.hc_m == b.hc_m && a.cw_m == b.cw_m && same(a.radii, b.radii) &&
@@ -110,26 +110,25 @@ std::array<double, 3> growth_between(const Morphology& from, const Morphology& t
   return {b.east_west / a.east_west, b.up / a.up, b.north_south / a.north_south};
 }
 
-/// Files keep the times of keyframes in single precision; there, too, each must be later than the
-/// one before.
+/// Files store the times of keyframes in single precision; there, too, times must
+/// increase.
 void check_times(const std::vector<Keyframe>& keyframes, const std::string& moment) {
   double before = -1.0;
   for (const Keyframe& keyframe : keyframes) {
     // Converting a number beyond the range of floats is undefined.
     if (!(keyframe.time_s <= double{std::numeric_limits<float>::max()})) {
       throw UsageError(fmt::format(
-          "the animation would last {:.3g} s, which files have no number for; use fewer "
-          "--seconds",
+          "the animation would last {:.3g} s, which is too long for a file; use fewer --seconds",
           keyframe.time_s));
     }
     const double stored = static_cast<float>(keyframe.time_s);
     if (!(stored > before)) {
-      throw UsageError(fmt::format(
-          "at time {} the animation has moments that lie too close together for the numbers of its "
-          "file ({:.9g} s from its start, in single precision); give times in larger units, such "
-          "as years, leave out times that lie far away, or use more --seconds",
-          moment,
-          keyframe.time_s));
+      throw UsageError(
+          fmt::format("at time {} the animation has times that single precision cannot distinguish "
+                      "({:.9g} s from its start); give times in larger units, such as years, "
+                      "remove times that are far away, or use more --seconds",
+                      moment,
+                      keyframe.time_s));
     }
     before = stored;
   }
@@ -180,7 +179,7 @@ std::vector<AnimatedModel> animated(const GrowingTree& tree,
                                     std::span<const SceneWriter::Model> models,
                                     const Pace& pace) {
   if (!(pace.seconds_per_unit > 0.0 && pace.growing_up >= 0.0)) {
-    throw UsageError("an animation needs more than 0 seconds a unit of time");
+    throw UsageError("the duration per unit of time must be above 0 seconds");
   }
   const double start = moments.front().time;
   const auto seconds = [&](double time) { return pace.seconds_per_unit * (time - start); };

@@ -11,16 +11,17 @@
 namespace silvafit::tree {
 namespace {
 
-// Beyond these no tree has ever been measured; a larger number is a wrong unit.
+// No measured tree exceeds these; a larger number has a wrong unit.
 constexpr double kTallest = 150.0;
 constexpr double kThickest = 2000.0;
 constexpr double kWidest = 60.0;
 constexpr double kOldest = 5000.0;
 constexpr double kThinnest = 0.01;  // cm
 constexpr double kNarrowest = 0.001;
-/// Farther than any projection's coordinates; beyond, not even a millimeter is left of a double.
+/// Farther than any projection's coordinates; beyond, a double cannot represent millimeters.
 constexpr double kFarthest = 1e9;
-/// Farther apart, the crown width and that of the radii are not one crown's, rounded to decimeters.
+/// If they differ more, the crown width and that of the radii are not of one crown, rounded to
+/// decimeters.
 constexpr double kLikeWidths = 0.1;
 constexpr double kMostBent = 60.0;
 constexpr double kSteepestBranch = 70.0;
@@ -44,23 +45,27 @@ class Checker {
       double value, double least, double largest, const char* column, const char* unit) const {
     known(value, column);
     require(value > 0.0, column, fmt::format("{} {} must be above 0", value, unit));
-    require(
-        value >= least,
-        column,
-        fmt::format(
-            "{} {} is less than any tree has ({} {}); check the unit", value, unit, least, unit));
-    require(
-        value <= largest,
-        column,
-        fmt::format(
-            "{} {} is more than any tree has ({} {}); check the unit", value, unit, largest, unit));
+    require(value >= least,
+            column,
+            fmt::format("{} {} is below the smallest possible value ({} {}); check the unit",
+                        value,
+                        unit,
+                        least,
+                        unit));
+    require(value <= largest,
+            column,
+            fmt::format("{} {} is above the largest possible value ({} {}); check the unit",
+                        value,
+                        unit,
+                        largest,
+                        unit));
   }
 
   void place(double value, const char* column) const {
     known(value, column);
     require(std::abs(value) <= kFarthest,
             column,
-            fmt::format("{} m is no place on the earth; check the unit", value));
+            fmt::format("{} m is not a possible coordinate; check the unit", value));
   }
 
  private:
@@ -70,8 +75,7 @@ class Checker {
 void validate_crown(const Morphology& m, const Checker& check) {
   check.known(m.hcb_m, "hcb");
   check.require(m.hcb_m >= 0.0, "hcb", fmt::format("{} m is below the ground", m.hcb_m));
-  check.require(
-      m.hcb_m < m.h_m, "hcb", fmt::format("{} m is not below the tip, h {} m", m.hcb_m, m.h_m));
+  check.require(m.hcb_m < m.h_m, "hcb", fmt::format("{} m is not below h {} m", m.hcb_m, m.h_m));
   if (m.hc_m) {
     check.known(*m.hc_m, "hc");
     check.require(*m.hc_m >= m.hcb_m && *m.hc_m <= m.h_m,
@@ -84,8 +88,9 @@ void validate_crown(const Morphology& m, const Checker& check) {
     check.within(m.radii->south_m, kNarrowest, kWidest, "cr_s", "m");
     check.within(m.radii->north_m, kNarrowest, kWidest, "cr_n", "m");
   } else {
-    check.require(
-        m.cw_m.has_value(), "cw", "is missing, and the four crown radii are not all there");
+    check.require(m.cw_m.has_value(),
+                  "cw",
+                  "is missing, and at least one of the four crown radii is missing");
     check.within(*m.cw_m, 2.0 * kNarrowest, 2.0 * kWidest, "cw", "m");
   }
 }
@@ -110,7 +115,7 @@ void validate(const Morphology& morphology) {
   check.within(morphology.h_m, 0.0, kTallest, "h", "m");
   check.require(morphology.h_m > kBreastHeight,
                 "h",
-                fmt::format("{} m does not exceed 1.3 m, where DBH is measured", morphology.h_m));
+                fmt::format("{} m is not above 1.3 m, where DBH is measured", morphology.h_m));
   check.within(morphology.dbh_cm, kThinnest, kThickest, "dbh", "cm");
   validate_crown(morphology, check);
   if (morphology.age_years) {
@@ -118,7 +123,7 @@ void validate(const Morphology& morphology) {
     check.require(*morphology.age_years > 0.0, "age", "must be above 0");
     check.require(*morphology.age_years <= kOldest,
                   "age",
-                  fmt::format("{} years is more than any tree has ({}); check the unit",
+                  fmt::format("{} years is above the largest possible age ({}); check the unit",
                               *morphology.age_years,
                               kOldest));
   }
@@ -141,7 +146,7 @@ TreeShape complete(const Morphology& morphology, double relative_hc, const std::
     shape.hc_m = shape.hcb_m + relative_hc * (shape.h_m - shape.hcb_m);
     shape.notes.push_back(
         {"hc",
-         fmt::format("height of the widest crown not measured: {} of the crown's length ({})",
+         fmt::format("height of the widest crown not measured: {} of the crown length is used ({})",
                      relative_hc,
                      source)});
   }
@@ -151,7 +156,7 @@ TreeShape complete(const Morphology& morphology, double relative_hc, const std::
     if (morphology.cw_m && std::abs(*morphology.cw_m - width) > kLikeWidths * width) {
       shape.notes.push_back(
           {"cw",
-           fmt::format("crown width {} m not used: the four crown radii make {:.4g} m",
+           fmt::format("crown width {} m not used: the four crown radii give {:.4g} m",
                        *morphology.cw_m,
                        width)});
     }
@@ -159,7 +164,8 @@ TreeShape complete(const Morphology& morphology, double relative_hc, const std::
     const double radius = 0.5 * *morphology.cw_m;
     shape.radii = {radius, radius, radius, radius};
     shape.notes.push_back(
-        {"radii", "not all four crown radii measured: half the crown width all round"});
+        {"radii",
+         "not all four crown radii were measured: half the crown width is used in all directions"});
   }
   return shape;
 }

@@ -16,10 +16,10 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-/// Cells with text where a number belongs, by row, the first of each.
+/// Cells with text instead of a number, by row, the first of each.
 using UnreadableCells = std::map<std::size_t, data::TextCell>;
 
-/// What our columns are read from, in the table's words: "h" from "h_ols" or "BHD/10".
+/// The sources of our columns in the table: "h" from "h_ols" or "BHD/10".
 using SourceNames = std::map<std::string, std::string>;
 
 std::string suffix_of(Use use) {
@@ -38,8 +38,8 @@ std::string suffix_of(Use use) {
 
 class Columns {
  public:
-  /// \param unreadable  gets the rows whose cells cannot be read
-  /// \param names       gets what is read
+  /// \param unreadable  receives the rows with unreadable cells
+  /// \param names       receives the names of the sources
   Columns(const data::Table& table,
           const MorphologyTableOptions& options,
           UnreadableCells& unreadable,
@@ -56,7 +56,7 @@ class Columns {
                                              "bend_deg",   "bend_azimuth_deg",
                                              "internodes", "branch_angle_deg"};
     for (const auto& [name, expression] : options.columns) {
-      if (!known.contains(name)) throw UsageError("no tree is grown from a column " + name);
+      if (!known.contains(name)) throw UsageError("grow does not use a column " + name);
     }
   }
 
@@ -80,10 +80,10 @@ class Columns {
     const bool is_column = !reference.expression;
     if (is_column && !cells.empty() &&
         std::all_of(values.begin(), values.end(), [](double value) { return std::isnan(value); })) {
-      throw InputError("holds text where numbers are needed",
+      throw InputError("contains text; numbers are needed",
                        {.file = table_.file(), .column = reference.text});
     }
-    // The rows of such cells cannot be used.
+    // Rows with such cells cannot be used.
     for (data::TextCell& cell : cells) unreadable_.emplace(cell.row, std::move(cell));
     return values;
   }
@@ -103,7 +103,7 @@ class Columns {
 
   std::string required(const std::string& column) const {
     if (table_.has(column)) return column;
-    throw InputError("there is no such column; name the one that takes its place with --columns",
+    throw InputError("no such column; name the column with --columns",
                      {.file = table_.file(), .line = 1, .column = column});
   }
 
@@ -120,7 +120,7 @@ class Columns {
   SourceNames& names_;
 };
 
-/// All columns, fetched once.
+/// All columns, read once.
 struct Sources {
   data::TextColumn plot;
   data::TextColumn tree;
@@ -167,7 +167,7 @@ std::optional<double> value_if_known(const std::optional<Numbers>& column, std::
   return (*column)[row];
 }
 
-/// Which of the two labels that name a tree is missing; empty: none.
+/// The missing label of a tree; empty: none.
 std::string missing_label(const Sources& from, std::size_t row) {
   if (from.plot[row].empty()) return "plot";
   return from.tree[row].empty() ? "tree" : "";
@@ -205,7 +205,7 @@ Use use_from_text(const std::string& text) {
   if (text == "ols") return Use::kOls;
   if (text == "population") return Use::kPopulation;
   if (text == "conditional") return Use::kConditional;
-  throw UsageError("--use takes observed, ols, population or conditional, not " + text);
+  throw UsageError("--use must be observed, ols, population or conditional, not " + text);
 }
 
 MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options) {
@@ -226,7 +226,7 @@ MorphologyTable read_morphologies(const data::Table& table, const MorphologyTabl
     }
     if (const auto cell = from.unreadable.find(row); cell != from.unreadable.end()) {
       place.column = cell->second.column;
-      result.left_out.push_back({place, "'" + cell->second.text + "' is no number"});
+      result.left_out.push_back({place, "'" + cell->second.text + "' is not a number"});
       continue;
     }
     try {
@@ -238,7 +238,7 @@ MorphologyTable read_morphologies(const data::Table& table, const MorphologyTabl
       continue;
     }
     if (!seen.emplace(tree.plot, tree.tree).second) {
-      result.left_out.push_back({place, "the plot has a tree of this name already"});
+      result.left_out.push_back({place, "the plot has another tree with this label"});
       continue;
     }
     result.morphologies.push_back(std::move(tree));

@@ -96,7 +96,7 @@ TEST_CASE("a cell with text costs its row only") {
       table_of("plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,15,6,3\n1,2,SM,thick,15,6,3\n"), {});
   CHECK(read.morphologies.size() == 1);
   REQUIRE(read.left_out.size() == 1);
-  CHECK(read.left_out[0].reason == "'thick' is no number");
+  CHECK(read.left_out[0].reason == "'thick' is not a number");
   CHECK(read.left_out[0].place.column == "dbh");
   CHECK(read.left_out[0].place.tree == "2");
   CHECK_THROWS_AS(read_morphologies(table_of("plot,tree,dbh,h,hcb,cw\n1,1,thick,15,6,3\n"), {}),
@@ -130,7 +130,7 @@ TEST_CASE("columns are spelled as in the header, in expressions in backquotes") 
   CHECK(read.morphologies[0].hcb_m == 5.0);
   REQUIRE(read.left_out.size() == 1);
   CHECK(read.left_out[0].place.column == "crown base");
-  CHECK(read.left_out[0].reason == "'n.v.' is no number");
+  CHECK(read.left_out[0].reason == "'n.v.' is not a number");
   options.columns["dbh"] = "`BHD [cm]`*2";
   options.columns["hcb"] = "`crown base`/2";
   read = read_morphologies(table, options);
@@ -155,7 +155,7 @@ TEST_CASE("a row that is left out names the column that it lacks") {
 TEST_CASE("a plot that is not there is refused with those that are") {
   std::string csv = "plot,tree,dbh,h,hcb,cw\n01,1,20,15,5,3\n";
   CHECK_THROWS_WITH(read_morphologies(table_of(csv), {.plots = {"01", "1"}}),
-                    Contains("no tree stands in plot 1; the only plot is 01"));
+                    Contains("no trees in plot 1; the only plot is 01"));
   for (int plot = 2; plot <= 12; ++plot) {
     csv += std::to_string(plot) + ",1,20,15,5,3\n";
   }

@@ -8,12 +8,12 @@
 namespace silvafit::tree {
 namespace {
 
-/// A name as it stands in a list, in double quotes if it has a comma.
+/// A name for a list, in double quotes if it contains a comma.
 std::string in_list(const std::string& name) {
   return name.find(',') == std::string::npos ? name : '"' + name + '"';
 }
 
-/// "01, 02, 03", or the first of many and how many more there are.
+/// "01, 02, 03", or the first of many and the number of the others.
 std::string some_of(const std::vector<std::string>& plots) {
   constexpr std::size_t kShown = 10;
   std::string list;
@@ -32,9 +32,9 @@ void require_plots(const std::vector<std::string>& chosen,
   for (const std::string& plot : chosen) {
     if (labels.code_of(plot) != data::TextColumn::kMissingCode) continue;
     const std::vector<std::string>& plots = labels.levels();
-    std::string message = "no tree stands in plot " + plot;
+    std::string message = "no trees in plot " + plot;
     if (!plots.empty()) {
-      message += (plots.size() == 1 ? "; the only plot is " : "; the plots are ") + some_of(plots);
+      message += (plots.size() == 1 ? "; the only plot is " : "; available: ") + some_of(plots);
     }
     throw InputError(message, {.file = file});
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The plots that are chosen of a table.
+// Selection of plots of a table.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace silvafit::tree {
 
-/// Makes sure that each chosen plot has a row.
+/// Checks that each chosen plot has a row.
 /// \param labels  the plots of the rows
 /// \param file    for messages
-/// \throws InputError that names the first plot without a row, and some of those that there are
+/// \throws InputError that names the first plot without a row, and some existing ones
 void require_plots(const std::vector<std::string>& chosen,
                    const data::TextColumn& labels,
                    const std::string& file);

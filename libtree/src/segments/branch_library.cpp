@@ -16,7 +16,7 @@ constexpr double kAngleStep = 10.0;
 constexpr double kLengthStep = 0.4;
 constexpr double kBase = 8.0;
 
-/// A tree whose crown is far away from any branch of the library.
+/// A tree whose crown is far from any branch of the library.
 TreeShape roomy_tree() {
   constexpr double kRoom = 10.0;
   return {.dbh_cm = 60.0,
@@ -26,7 +26,7 @@ TreeShape roomy_tree() {
           .radii = {kRoom, kRoom, kRoom, kRoom}};
 }
 
-/// Leaves as large as in a crown of the size that the preset gives them for.
+/// Leaves as large as in a crown of the preset's reference size.
 Preset with_leaves_of_reference(Preset preset, const TreeShape& shape) {
   constexpr double kReferenceArea = 5.0 * 7.0;
   const double area = shape.radii.width_m() * (shape.h_m - shape.hcb_m);

@@ -26,8 +26,8 @@ class Planner {
     const double radius = crown_.radius_m(branch.outward.x, branch.outward.y);
     const AngleLayer& layer = layer_at(base_m);
     aim(branch, draw_angle(layer), radius);
-    // At the crown base a flat branch leaves a hollow crown at once: turn it up, first within its
-    // layer, then as far as it takes to reach a quarter of the radius.
+    // At the crown base a flat branch would leave a concave crown at once: turn it up, first within
+    // its layer, then until it reaches a quarter of the radius.
     constexpr double kShortest = 0.02;
     constexpr double kReach = 0.25;
     const bool below_widest = base_m < crown_.hc_m();
@@ -42,7 +42,7 @@ class Planner {
     return branch;
   }
 
-  /// One of the limbs into which the stem divides; they stand all round.
+  /// One of the limbs into which the stem divides; they are distributed all round.
   PlannedBranch limb(int number, double turn) {
     const Fork& fork = branching_.fork;
     const double azimuth = turn + 2.0 * kPi * number / fork.limbs +
@@ -57,8 +57,8 @@ class Planner {
     return branch;
   }
 
-  /// The branch that ends on the crown's widest point in one of the four measured directions. It is
-  /// flatter than its layer has it where it would otherwise start below the crown base.
+  /// The branch that ends at the crown's widest point in one of the four measured directions. It is
+  /// flatter than its layer if it would otherwise start below the crown base.
   PlannedBranch widest(Point outward) {
     const double radius = crown_.radius_m(outward.x, outward.y);
     const double steepest = std::atan2(radius, crown_.hc_m() - crown_.hcb_m());

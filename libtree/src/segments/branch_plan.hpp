@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where first-order branches start, and which way they go.
+// Start and direction of first-order branches.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@ namespace silvafit::tree {
 struct PlannedBranch {
   double base_m = 0.0;      ///< height on the axis
   double angle_rad = 0.0;   ///< from the upward vertical, in (0, pi/2]
-  Point outward{};          ///< level, of length 1
+  Point outward{};          ///< horizontal, of length 1
   double distance_m = 0.0;  ///< of the tip from the axis
   bool is_limb = false;     ///< the stem divides into this one and others
 
@@ -20,9 +20,9 @@ struct PlannedBranch {
   Point tip() const;
 };
 
-/// The branches of a tree from the crown base up, and at the end the four that reach the measured
-/// crown radii.
-/// \param notes  gains an entry where a branch-count equation was left or not followed
+/// The branches of a tree from the crown base up, and at the end the four at the measured crown
+/// radii.
+/// \param notes  gets an entry if a branch-count equation was left or not followed
 std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
                                          const Crown& crown,
                                          const Preset& preset,

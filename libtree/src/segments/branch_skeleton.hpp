@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A single branch, as it grows on a tree.
+// A single branch of a tree.
 #pragma once
 
 #include "segments/branch_plan.hpp"

@@ -13,20 +13,20 @@ namespace {
 constexpr int kSteps = 1024;
 using Quantiles = std::array<double, kSteps + 1>;
 
-// Of a standard normal below -2, and between -2 and 2. A compiler that works these out rounds their
-// last digit otherwise than the library at run time does.
+// Of a standard normal below -2, and between -2 and 2. Constants, because compilers may round the
+// last digit differently than the library at run time.
 constexpr double kBelow = 0.022750131948179207;
 constexpr double kInside = 0.95449973610364159;
 
 double normal_probability(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
-/// Quantiles of the standard normal cut off at -2 and 2, as shares of that interval.
+/// Quantiles of the standard normal truncated at -2 and 2, relative to that interval.
 Quantiles truncated_quantiles() {
   Quantiles quantiles{};
   double x = -2.0;
   for (int i = 0; i <= kSteps; ++i) {
     const double wanted = kBelow + kInside * i / kSteps;
-    // Newton's steps from the quantile before; the density never falls below 0.05 here.
+    // Newton's steps from the previous quantile; the density is never below 0.05 here.
     for (int step = 0; step < 20; ++step) {
       const double density =
           std::exp(-0.5 * x * x) / (std::numbers::sqrt2 * std::sqrt(std::numbers::pi));

@@ -6,11 +6,11 @@
 
 namespace silvafit::tree {
 
-/// An angle [rad] from a normal distribution that is cut off at the ends of the interval: its mean
-/// is the middle, its standard deviation a quarter of the interval, so that the cut is at two
+/// An angle [rad] from a normal distribution truncated to the interval: its mean
+/// is the middle, its standard deviation a quarter of the interval, so that it is truncated at two
 /// standard deviations.
 ///
-/// Looked up in the distribution's quantiles at steps of 1/1024 with straight lines between, which
+/// Interpolated linearly in a table of quantiles with steps of 1/1024, which
 /// is ten times as fast as drawing normals and exact to a thousandth of the interval.
 double drawn_angle(Random& random, double low_deg, double high_deg);
 

@@ -80,8 +80,8 @@ class SkeletonGrower {
     ++skeleton_.axes.back().count;
   }
 
-  /// Straight to the crown base and past breast height, where it is measured; above it winds where
-  /// the preset says so, and comes back to the axis at the tip.
+  /// Straight up to the crown base and past breast height, where it is measured; above, it is
+  /// curved if the preset says so, and returns to the axis at the tip.
   void add_stem() {
     const std::vector<double> heights = section_heights_m(shape_.h_m);
     const std::vector<double> diameters =
@@ -102,7 +102,7 @@ class SkeletonGrower {
     const double share = (z_m - from) / (shape_.h_m - from);
     const CrownRadii& r = shape_.radii;
     const double narrowest = std::min(std::min(r.east_m, r.west_m), std::min(r.south_m, r.north_m));
-    // A short crown leaves no room for a bend.
+    // A short crown has no space for a bend.
     constexpr double kSteepest = 0.12;
     const double away =
         std::min(bend * narrowest * crown_.relative_width(z_m), kSteepest * (shape_.h_m - from)) *
@@ -134,7 +134,7 @@ class SkeletonGrower {
     return std::max(std::min(by_length, branching.thickest * stem_radius_m), kThinnest);
   }
 
-  /// A bowed line from the stem to the branch's tip that stays between the crown curves.
+  /// A bowed line from the stem to the branch's tip between the crown curves.
   std::uint32_t add_branch(const PlannedBranch& branch) {
     const Branching& branching = preset_.branching;
     const std::uint32_t axis = begin_axis(1, 0);
@@ -171,7 +171,7 @@ class SkeletonGrower {
     return between(points[below], points[below + 1], at - static_cast<double>(below));
   }
 
-  /// Twigs along an axis, and shoots along each of them. All stop where they reach the crown curve.
+  /// Twigs along an axis, and shoots along each of them. All end at the crown curve.
   void add_twigs(std::uint32_t bearer, double length_m, const Twigs& twigs, const Twigs* shoots) {
     const auto points = skeleton_.points_of(skeleton_.axes[bearer]);
     const Frame frame = frame_along(points.back().at - points.front().at);
@@ -183,7 +183,7 @@ class SkeletonGrower {
     for (int i = 0; i < number; ++i) {
       const double share = (i + random_.uniform(0.3, 0.7)) / number;
       SkeletonPoint base = along(skeleton_.axes[bearer], twigs.from + bearing * share);
-      // A crown with very unequal radii is hollow between them; a crooked branch may cut across.
+      // A crown with very unequal radii is concave between them; a crooked branch may leave it.
       base.at = crown_.confine(base.at);
       const double wanted =
           twigs.relative_length * length_m * (1.0 - (1.0 - twigs.tip_length) * share);
@@ -200,7 +200,7 @@ class SkeletonGrower {
     }
   }
 
-  /// \param azimuth  about the bearer's axis, from its sideways direction
+  /// \param azimuth  about the parent's axis, from its sideways direction
   void add_twig(std::uint32_t bearer,
                 const SkeletonPoint& base,
                 const Frame& frame,
@@ -214,7 +214,7 @@ class SkeletonGrower {
         std::sin(angle) * (std::cos(azimuth) * frame.sideways + std::sin(azimuth) * frame.upward);
     if (twigs.lift != 0.0) along = direction(along + Point{0.0, 0.0, twigs.lift});
     const double length = crown_.length_inside_m(base.at, along, wanted_m);
-    // What the crown curve cuts off bears nothing.
+    // Parts outside the crown curve are cut off and have no twigs.
     constexpr double kShortest = 0.05;
     if (length < kShortest * wanted_m) return;
     const std::uint32_t axis = begin_axis(skeleton_.axes[bearer].order + 1, bearer);
@@ -254,7 +254,7 @@ class SkeletonGrower {
 }  // namespace
 
 Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_view tree) {
-  // FNV-1a over both texts; the separator keeps plot 1, tree 12 apart from plot 11, tree 2.
+  // FNV-1a over both texts; the separator distinguishes plot 1, tree 12 from plot 11, tree 2.
   std::uint64_t hash = 0xcbf29ce484222325U;
   const auto mix = [&hash](std::string_view text) {
     for (const char c : text) {

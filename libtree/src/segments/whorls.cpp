@@ -18,7 +18,7 @@ int branches_by_age(double age_years, const BranchCount& equations, std::vector<
   const BranchCount::Count count = equations.at(age_years);
   if (count.clamped) {
     notes.push_back({"branch_count",
-                     fmt::format("age {} is outside the {} to {} years of {}; age {} is used",
+                     fmt::format("age {} is outside the range of {} to {} years of {}; {} is used",
                                  age_years,
                                  equations.youngest_years(),
                                  equations.oldest_years(),
@@ -34,7 +34,7 @@ int number_by_age(const TreeShape& shape, const Preset& preset, std::vector<Note
   const int number = std::clamp(wanted, branching.least, branching.most);
   if (number != wanted) {
     notes.push_back({"branch_count",
-                     fmt::format("{} living branches by age; the preset {} draws {} to {}",
+                     fmt::format("{} living branches by age; the preset {} gives {} to {}",
                                  wanted,
                                  preset.name,
                                  branching.least,
@@ -43,7 +43,7 @@ int number_by_age(const TreeShape& shape, const Preset& preset, std::vector<Note
   return number;
 }
 
-/// Whole rounds, closer to each other towards the tip where the preset says so.
+/// Whole rounds, closer to each other towards the tip if the preset says so.
 std::vector<Whorl> even_whorls(const TreeShape& shape,
                                const Branching& branching,
                                int number,
@@ -62,7 +62,7 @@ std::vector<Whorl> even_whorls(const TreeShape& shape,
   return whorls;
 }
 
-/// Heights in the crown at which the shoots of its years have their whorls.
+/// Heights of the whorls on the shoots of each year.
 std::vector<double> yearly_heights_m(const TreeShape& shape,
                                      const YearlyWhorls& yearly,
                                      Random& random) {
@@ -72,7 +72,7 @@ std::vector<double> yearly_heights_m(const TreeShape& shape,
   const double first_year = std::floor(shape.hcb_m / shoot_m);
   for (double year = first_year; year < *shape.age_years; year += 1.0) {
     const int number = yearly.low + static_cast<int>(random.below(range));
-    // A shoot that is too short for its whorls has them closer.
+    // A shoot that is too short for its whorls has them closer together.
     const double spacing = std::min(yearly.spacing_m, shoot_m / number);
     for (int i = 0; i < number; ++i) {
       const double base = year * shoot_m + i * spacing;
@@ -82,8 +82,8 @@ std::vector<double> yearly_heights_m(const TreeShape& shape,
   return heights;
 }
 
-/// The number spread as evenly as whole branches can be over the heights; heights that get none are
-/// passed over.
+/// The number of branches distributed evenly over the heights, as integers; heights without
+/// branches are skipped.
 std::vector<Whorl> spread_over(const std::vector<double>& heights, int number) {
   std::vector<Whorl> whorls;
   const double each = number / static_cast<double>(heights.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How many first-order branches a tree bears, and at which heights.
+// Numbers of first-order branches of a tree, and their heights.
 #pragma once
 
 #include <vector>
@@ -14,15 +14,15 @@ struct Whorl {
   int branches = 0;
 };
 
-/// The whorls of a tree from the crown base up; the lowest stands at the crown base exactly. A
+/// The whorls of a tree from the crown base up; the lowest is exactly at the crown base. A
 /// spiral's branches are whorls of one.
 ///
-/// Where the age is known and the preset has the equations, there are as many living branches as
-/// these say. Where it has yearly whorls too, these stand on the shoots of as many years as the
-/// crown's length holds, all shoots being of equal length; dead branches are shed from the bottom
-/// up, below the crown base.
-/// \param bound  branches that are planned elsewhere and count among the living ones
-/// \param notes  gains an entry where an equation was left or not followed
+/// If the age is known and the preset has the equations, the number of living branches is that of
+/// the equations. With yearly whorls, these are on the shoots of as many years as the crown's
+/// length contains, all shoots being of equal length; dead branches are shed from the bottom up,
+/// below the crown base.
+/// \param bound  branches that are planned elsewhere and count as living ones
+/// \param notes  gets an entry if an equation was left or not followed
 std::vector<Whorl> plan_whorls(const TreeShape& shape,
                                const Preset& preset,
                                int bound,

@@ -24,7 +24,7 @@ class Outlines {
     return second_.ground_m + second_.crown.down_m(distance_m_ - x, second_.radius_m);
   }
 
-  /// The stretch between the stems where there are both crowns.
+  /// The interval between the stems where both crowns exist.
   double from() const { return std::max(0.0, distance_m_ - second_.radius_m); }
   double to() const { return std::min(distance_m_, first_.radius_m); }
 
@@ -34,7 +34,7 @@ class Outlines {
   double distance_m_;
 };
 
-/// The zero between two ends of unlike sign, by halving; none for like signs.
+/// The zero between two ends of different sign, by bisection; none for equal signs.
 template <typename Function>
 std::optional<double> zero_between(double from, double to, Function function) {
   const double at_from = function(from);

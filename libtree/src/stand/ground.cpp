@@ -15,7 +15,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// A foot in whole centimeters, as the diagram wants it.
+/// A stem base in whole centimeters, as the diagram needs it.
 struct Foot {
   std::int32_t east = 0;
   std::int32_t north = 0;
@@ -26,9 +26,9 @@ constexpr double kPerMeter = 100.0;
 
 std::int32_t centimeters(double meters) {
   const double value = std::round(kPerMeter * meters);
-  // The diagram's arithmetic holds 32 bits, and half of them leave room for the margin.
+  // The diagram's arithmetic has 32 bits; half of the range leaves space for the margin.
   if (!(std::abs(value) <= 1e9)) {
-    throw GeometryError("the stems lie too far apart for one ground");
+    throw GeometryError("the stems are too far apart for one ground surface");
   }
   return static_cast<std::int32_t>(value);
 }
@@ -44,7 +44,7 @@ std::vector<Foot> feet_of(std::span<const Position> stems, const Position& origi
   return feet;
 }
 
-/// The corners of the box round all stems, each as high as the stem next to it.
+/// The corners of the box around all stems, each as high as the nearest stem.
 void add_corners(std::vector<Foot>& feet, double margin_m) {
   Foot least = feet.front();
   Foot most = feet.front();
@@ -72,7 +72,7 @@ void add_corners(std::vector<Foot>& feet, double margin_m) {
   }
 }
 
-/// In a fixed order, one foot a place: the lowest of those that share it.
+/// In a fixed order, one stem base per position: the lowest of those that share it.
 void make_unique(std::vector<Foot>& feet) {
   const auto key = [](const Foot& foot) { return std::tie(foot.east, foot.north, foot.z_m); };
   std::sort(
@@ -85,8 +85,8 @@ void make_unique(std::vector<Foot>& feet) {
              feet.end());
 }
 
-/// Triangles of the dual of the Voronoi diagram; cells round a corner with more than three make a
-/// fan.
+/// Triangles of the dual of the Voronoi diagram; cells around a corner with more than three become
+/// a fan.
 std::vector<std::uint32_t> triangles_of(const std::vector<Foot>& feet) {
   std::vector<boost::polygon::point_data<std::int32_t>> points;
   points.reserve(feet.size());
@@ -110,7 +110,7 @@ std::vector<std::uint32_t> triangles_of(const std::vector<Foot>& feet) {
                           (static_cast<double>(feet[c].east) - feet[a].east) *
                               (static_cast<double>(feet[b].north) - feet[a].north);
       if (area == 0.0) continue;
-      // Counter-clockwise as seen from above.
+      // Counterclockwise as seen from above.
       if (area < 0.0) std::swap(b, c);
       indices.insert(indices.end(), {a, b, c});
     }

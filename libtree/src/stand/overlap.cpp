@@ -26,7 +26,7 @@ Point between(const Position& from, const Position& to) {
   return {to.x_m - from.x_m, to.y_m - from.y_m, to.z_m - from.z_m};
 }
 
-/// Stems as nanoflann wants them.
+/// Stems in the interface that nanoflann needs.
 struct StemPlaces {
   std::span<const StandTree> trees;
 
@@ -43,7 +43,7 @@ struct StemPlaces {
 using StemTree = nanoflann::
     KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, StemPlaces>, StemPlaces, 2>;
 
-/// Every other tree whose crown could touch this one's, rising.
+/// Every other tree whose crown could touch this one's, in increasing order.
 std::vector<std::vector<std::size_t>> near_trees(std::span<const StandTree> trees,
                                                  unsigned threads) {
   std::vector<std::vector<std::size_t>> near(trees.size());
@@ -67,7 +67,7 @@ std::vector<std::vector<std::size_t>> near_trees(std::span<const StandTree> tree
   return near;
 }
 
-/// Whether the first is the weaker tree; of two that are alike, the one whose name comes first.
+/// Whether the first is the weaker tree; of two equal ones, the one whose name comes first.
 bool is_weaker(const StandTree& first, const StandTree& second) {
   const auto weaker =
       first_is_weaker(competition(facing(*first.crown, first.position, second.position),
@@ -79,7 +79,7 @@ bool is_weaker(const StandTree& first, const StandTree& second) {
 // ---- Radius branches
 // ------------------------------------------------------------------------------
 
-/// The courses of all radius branches, and the lanes round them and round the stems.
+/// The courses of all radius branches, and the lanes around them and around the stems.
 class RadiusBranches {
  public:
   RadiusBranches(std::span<const StandTree> trees,
@@ -95,7 +95,7 @@ class RadiusBranches {
   }
 
   /// Turns the weaker trees' branches. A turned branch may come near a third tree's; a few rounds,
-  /// each from the one before as a whole, settle that without an order among the trees.
+  /// each starting from the complete previous one, settle this without an order among the trees.
   void turn() {
     constexpr int kRounds = 3;
     for (int round = 0; round < kRounds; ++round) {
@@ -169,7 +169,7 @@ class RadiusBranches {
     const std::vector<Obstacle> obstacles = obstacles_of(i);
     return static_cast<std::size_t>(
         std::count_if(courses_[i].begin(), courses_[i].end(), [&](const BranchLine& line) {
-          // The lane's margin lies round the wood; without it the wood itself would touch.
+          // The lane's margin is added to the wood's radius; without it wood could touch wood.
           return clearance_m(line.points, obstacles) + kLaneMargin < 0.0;
         }));
   }
@@ -237,7 +237,7 @@ class PairResolver {
   }
 
  private:
-  /// Branches of a tree that enter its neighbor's crown or lanes, those that reach farthest beyond
+  /// Branches of a tree that enter its neighbor's crown or lanes, those that reach farthest
   /// first.
   std::vector<Overlapping> overlapping(std::size_t own, std::size_t other) const {
     const StandTree& tree = trees_[own];
@@ -251,7 +251,7 @@ class PairResolver {
       if (distance_from_line(branch, stem) > reach + kClearance) continue;
       Overlapping one{branch.axis};
       walk(branch.points, [&](double, const SkeletonPoint& point) {
-        // As Territory::holds(): what grows in an own lane is never in the way.
+        // As Territory::holds(): a branch in the tree's own lane never conflicts.
         for (const Lane& lane : own_lanes) {
           if (lane.touches(point.at)) return true;
         }
@@ -271,7 +271,7 @@ class PairResolver {
     return found;
   }
 
-  /// Level distance of a place from the box round a branch: never more than from the branch.
+  /// Horizontal distance of a point from the box around a branch: never more than from the branch.
   static double distance_from_line(const BranchLine& branch, Point place) {
     double left = kInfinity, right = -kInfinity, low = kInfinity, high = -kInfinity;
     for (const SkeletonPoint& point : branch.points) {
@@ -284,13 +284,13 @@ class PairResolver {
                       place.y - std::clamp(place.y, low, high));
   }
 
-  /// Removes alternately until a meeting surface parts what is left.
+  /// Removes alternately until a meeting surface separates the remaining branches.
   static void remove(const std::vector<Overlapping>& of_first,
                      const std::vector<Overlapping>& of_second,
                      Result& result) {
-    // One of the weaker for each Ct of the stronger. Where the ratios of radii and heights
-    // disagree, Ct can exceed 1 for the weaker tree; the stronger never loses more than one for
-    // one.
+    // One of the weaker per Ct of the stronger. If the ratios of radii and heights
+    // disagree, Ct can exceed 1 for the weaker tree; the stronger never loses more than one
+    // for one.
     const double share = std::min(result.pair.competition.total, 1.0);
     std::size_t first = 0;
     std::size_t second = 0;
@@ -311,7 +311,7 @@ class PairResolver {
         break;
       }
       bool from_first = share * static_cast<double>(first) <= static_cast<double>(second);
-      // What lies in a lane must go in any case.
+      // Branches in a lane must be removed in any case.
       if (in_lane && beyond_first != kInfinity) from_first = false;
       if (in_lane && beyond_second != kInfinity) from_first = true;
       if (from_first) {
@@ -337,7 +337,7 @@ std::vector<std::size_t> ranks_of(std::span<const StandTree> trees) {
   for (std::size_t r = 0; r < order.size(); ++r) {
     if (r > 0 && name(order[r - 1]) == name(order[r])) {
       const StandTree& twice = trees[order[r]];
-      throw UsageError("two trees of a stand have the same name",
+      throw UsageError("two trees of the stand have the same label",
                        {.plot = twice.plot, .tree = twice.tree});
     }
     ranks[order[r]] = r;

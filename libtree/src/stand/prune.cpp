@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A skeleton after its overlaps were resolved.
+// A skeleton after its overlaps are resolved.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,8 +11,8 @@
 namespace silvafit::tree {
 namespace {
 
-// A line that is cut back ends a hair before it leaves the territory, and one of which less is left
-// than this goes.
+// A line that is cut back ends slightly before it leaves the territory, and a line with less than
+// this left is removed.
 constexpr double kHair = 0.98;
 constexpr double kWorthKeeping = 0.3;
 constexpr std::uint32_t kGone = std::numeric_limits<std::uint32_t>::max();
@@ -86,7 +86,7 @@ class Pruner {
     }
   }
 
-  /// A twig where its branch is now: nowhere if the branch was cut back before it.
+  /// A twig at the new position of its branch: none if the branch was cut back before it.
   std::vector<SkeletonPoint> with_parent(const Axis& axis, std::span<const SkeletonPoint> points) {
     std::vector<SkeletonPoint> moved(points.begin(), points.end());
     if (axis.order < 2) return moved;
@@ -97,7 +97,7 @@ class Pruner {
     const double kept = kept_share_[axis.parent];
     if (share > kept) return {};
     const Point shift = point_at(now, share / kept).at - point_at(before, share).at;
-    // What a cut leaves of a line lies where it lay, up to rounding.
+    // The remaining part of a cut line does not move, except for rounding.
     constexpr double kTouching = 1e-6;
     if (length(shift) <= kTouching) return moved;
     for (SkeletonPoint& point : moved) point.at = crown_.confine(point.at + shift);
@@ -128,7 +128,7 @@ class Pruner {
     return lowest;
   }
 
-  /// The lowest branch comes back, as far as the territory lets it, if nothing starts as low now.
+  /// The lowest branch is restored, as far as the territory allows, if nothing else starts as low.
   void restore_crown_base() {
     double lowest_now = std::numeric_limits<double>::infinity();
     for (const Axis& axis : result_.skeleton.axes) {
@@ -157,7 +157,7 @@ class Pruner {
     keep(back, cut_back(skeleton_.points_of(skeleton_.axes[back]), kHair * held_of_back));
   }
 
-  /// Leaves go where their axis goes; those of what was removed or cut off go with it.
+  /// Leaves move with their axis; leaves of removed or cut parts are removed.
   void carry_leaves() {
     for (LeafSite leaf : skeleton_.leaves) {
       if (new_axis_[leaf.axis] == kGone || !carry(leaf)) continue;
@@ -166,7 +166,7 @@ class Pruner {
     }
   }
 
-  /// \return whether the leaf's axis still reaches as far as the leaf
+  /// \return whether the leaf's axis still reaches the leaf
   bool carry(LeafSite& leaf) const {
     const auto before = skeleton_.points_of(skeleton_.axes[leaf.axis]);
     const auto now = result_.skeleton.points_of(result_.skeleton.axes[new_axis_[leaf.axis]]);
@@ -183,7 +183,7 @@ class Pruner {
     return bring_inside(leaf, crown_);
   }
 
-  /// Which way a line goes at a share of its length.
+  /// Direction of a line at a relative length.
   static Point along(std::span<const SkeletonPoint> line, double share) {
     constexpr double kPiece = 0.05;
     return point_at(line, std::min(share + kPiece, 1.0)).at -
@@ -198,7 +198,7 @@ class Pruner {
   PrunedSkeleton result_{};
 };
 
-/// The pieces of a part: vertices that triangles join, as one root for each vertex.
+/// The pieces of a part: vertices that triangles join, with one root per vertex.
 std::vector<std::uint32_t> pieces_of(const MeshPart& part) {
   std::vector<std::uint32_t> root(part.vertex_count());
   for (std::uint32_t i = 0; i < root.size(); ++i) root[i] = i;
@@ -229,7 +229,7 @@ void move_vertex(MeshPart& part, std::uint32_t i, Point to) {
   at[2] = static_cast<float>(-to.y) + 0.0F;
 }
 
-/// Leaves out the vertices that no triangle uses.
+/// Removes the vertices that no triangle uses.
 template <typename Value>
 void keep_vertices(std::vector<Value>& values,
                    const std::vector<std::uint32_t>& kept,

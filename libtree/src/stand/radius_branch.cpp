@@ -12,12 +12,12 @@
 namespace silvafit::tree {
 namespace {
 
-/// One way to lead a branch to its tip.
+/// A possible course of a branch to its tip.
 struct Course {
-  double azimuth_rad = 0.0;  ///< turn of the tip
+  double azimuth_rad = 0.0;  ///< rotation of the tip
   double rise = 0.0;         ///< of the tip, -1 .. 1: from the lower to the upper crown curve
-  double angle_rad = 0.0;    ///< from the vertical; 0: as it was
-  double bow_up = 0.0;       ///< at mid-length, as a share of the length
+  double angle_rad = 0.0;    ///< from the vertical; 0: unchanged
+  double bow_up = 0.0;       ///< at mid-length, relative to the length
   double bow_aside = 0.0;
 };
 
@@ -80,7 +80,7 @@ class Turner {
   const Crown& crown_;
 };
 
-/// From the least change to the greatest.
+/// From the smallest change to the largest.
 std::vector<Course> courses() {
   std::vector<Course> all;
   for (const double aside : {0.0, 0.06, -0.06, 0.12, -0.12}) {
@@ -97,15 +97,15 @@ std::vector<Course> courses() {
   return all;
 }
 
-/// What stands around a branch. An obstacle that one course met is likely to be met by the next,
-/// which differs little, and by the same piece of it: they are asked first.
+/// The obstacles around a branch. An obstacle that one course met is likely to be met by the next,
+/// which differs little, and by the same piece of it: these are tested first.
 class Way {
  public:
   explicit Way(std::span<const Obstacle> obstacles)
       : obstacles_(obstacles.begin(), obstacles.end()) {}
 
-  /// Distance of the wood from the nearest obstacle's surface [m], or kLaneMargin where it is more.
-  /// \param enough  no need to know how much it is below this
+  /// Distance of the wood from the nearest obstacle's surface [m], or kLaneMargin if it is larger.
+  /// \param enough  smaller distances need not be computed exactly
   double clearance_m(std::span<const SkeletonPoint> wood, double enough) {
     take_points(wood);
     double least = kLaneMargin;
@@ -120,7 +120,7 @@ class Way {
   }
 
  private:
-  /// Neighboring points, and a ball round them.
+  /// Neighboring points, and a ball around them.
   struct Piece {
     std::span<const SkeletonPoint> points{};
     Point middle{};
@@ -146,7 +146,7 @@ class Way {
     pieces_.assign((points_.size() + kPiece - 1) / kPiece, {});
   }
 
-  /// The piece of this number; most courses end before all of theirs are wanted.
+  /// The piece with this index; most courses are rejected before all pieces are needed.
   const Piece& piece(std::size_t number) {
     Piece& piece = pieces_[number];
     if (piece.points.empty()) {
@@ -178,7 +178,7 @@ class Way {
     if (is_beyond(whole_, obstacle, least)) return least;
     const std::size_t first = std::min(met_, pieces_.size() - 1);
     for (std::size_t k = 0; k < pieces_.size(); ++k) {
-      // The first one, then those before it, then those behind.
+      // The first one, then those before it, then those after it.
       const std::size_t number = k == 0 ? first : (k <= first ? k - 1 : k);
       least = std::min(least, from(piece(number), obstacle, least, enough));
       if (least <= enough) {
@@ -195,7 +195,7 @@ class Way {
   std::vector<SkeletonPoint> points_{};
   Piece whole_{};
   std::vector<Piece> pieces_{};
-  std::size_t met_ = 0;  ///< number of the piece that met an obstacle last
+  std::size_t met_ = 0;  ///< index of the piece that met an obstacle last
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace silvafit::tree {
 
 namespace {
 
-/// Runs a stage of one tree's growth; what goes wrong is said with the tree's name.
+/// Runs a step of one tree's growth; errors get the tree's name.
 template <typename Stage>
 auto named(const Morphology& morphology, Stage stage) {
   try {
@@ -49,9 +49,8 @@ Grown grow_to_skeleton(const Morphology& morphology,
 
 std::string crossing_note(std::size_t crossing) {
   return fmt::format(
-      "{} branches that reach measured radii cross a neighbor's stem or branch; the stems stand "
-      "too "
-      "close for another course",
+      "{} branches at measured radii cross a neighbor's stem or branch, because the stems are too "
+      "close to each other",
       crossing);
 }
 
@@ -103,7 +102,7 @@ StandTree grow_for_stand(const Morphology& morphology,
 }
 
 Position scene_origin(const std::vector<Morphology>& morphologies) {
-  // A float resolves 1 mm up to 2^13 m and a little beyond.
+  // A float resolves 1 mm up to 2^13 m and slightly beyond.
   constexpr double kFar = 8192.0;
   constexpr double kRound = 100.0;
   if (morphologies.empty()) return {};

@@ -17,15 +17,15 @@
 namespace silvafit::tree {
 namespace {
 
-/// Measures of a shape; sizes as logarithms, so that the middle of a class is the middle of
-/// factors.
+/// Measures of a shape; sizes as logarithms, so that the middle of a class is the geometric
+/// middle.
 enum Measure : std::size_t {
   kHeight,    ///< ln h
   kEastWest,  ///< ln of the crown's diameter
   kSouthNorth,
   kBase,    ///< hcb / h
   kWidest,  ///< (hc - hcb) / (h - hcb)
-  kEast,    ///< share of the diameter on the eastern side
+  kEast,    ///< relative diameter on the eastern side
   kSouth,
   kStem,  ///< ln of dbh by the mean crown diameter
   kMeasures,
@@ -47,8 +47,8 @@ Shape shape_of(const TreeShape& tree) {
   return shape;
 }
 
-/// Centimeters that a tree of this size is off for each unit of a measure; a stem counts tenfold,
-/// being measured to the millimeter, and stretching a tree by a tenth counts as 5 cm.
+/// Error in centimeters of a tree of this size per unit of a measure; a stem has tenfold weight,
+/// because it is measured to the millimeter, and scaling a tree by a tenth counts as 5 cm.
 Shape weights_of(const TreeShape& tree) {
   constexpr double kPerMeter = 100.0;
   constexpr double kStretch = 50.0;
@@ -64,7 +64,7 @@ Shape weights_of(const TreeShape& tree) {
 
 struct ShapeClass {
   std::vector<std::size_t> trees{};
-  std::size_t measure = 0;  ///< in which they differ most
+  std::size_t measure = 0;  ///< with the largest range
   double spread_cm = 0.0;
   Shape middle{};
 };
@@ -171,13 +171,13 @@ SharedModels share_models(std::span<const Morphology> trees,
                           std::span<const Builder* const> builders,
                           std::size_t per_preset) {
   if (trees.size() != builders.size()) throw UsageError("each tree needs a preset");
-  if (per_preset == 0) throw UsageError("a preset needs at least one model");
+  if (per_preset == 0) throw UsageError("each preset needs at least one model");
   std::vector<TreeShape> shapes;
   shapes.reserve(trees.size());
   std::map<std::string, std::vector<std::size_t>> by_preset;
   for (std::size_t i = 0; i < trees.size(); ++i) {
     shapes.push_back(builders[i]->shape_of(trees[i]));
-    shapes.back().notes = {};  // a million trees' notes are a lot
+    shapes.back().notes = {};  // the notes of a million trees need much memory
     by_preset[builders[i]->name()].push_back(i);
   }
   const Divider divider(shapes);
@@ -211,7 +211,7 @@ void measure_stems(std::size_t model,
   const std::vector<double> diameters = stem_diameters_cm(mesh, heights);
   for (std::size_t k = 0; k < members.size(); ++k) {
     SharedTree& tree = shared.trees[members[k]];
-    // Stretching multiplies the section's area by both factors.
+    // Scaling multiplies the section's area by both factors.
     const double diameter = diameters[k] * std::sqrt(tree.stretch_east * tree.stretch_north);
     tree.error.dbh_cm = std::max(tree.error.dbh_cm, std::abs(diameter - trees[members[k]].dbh_cm));
   }

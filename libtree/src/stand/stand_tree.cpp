@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a skeleton to what resolving overlaps needs of it.
+// The data of a skeleton that resolving overlaps needs.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// Every fifth section is enough to know where a stem stands.
+/// Every fifth section is enough for the position of a stem.
 std::vector<SkeletonPoint> thinned(std::span<const SkeletonPoint> line) {
   constexpr std::size_t kEach = 5;
   std::vector<SkeletonPoint> points;
@@ -17,8 +17,8 @@ std::vector<SkeletonPoint> thinned(std::span<const SkeletonPoint> line) {
   return points;
 }
 
-/// The axis that ends at the measured radius in one direction: within half a degree of it, as the
-/// measuring tape is laid, and reaching farthest; none if it stays a centimeter short.
+/// The axis that ends at the measured radius in one direction: within half a degree of it, as
+/// measured in the field, and the longest; none if it is a centimeter too short.
 std::optional<std::uint32_t> radius_axis(const Skeleton& skeleton, Point outward, double radius_m) {
   constexpr double kSector = 0.008726867790758789;  // tan(0.5 degrees)
   constexpr double kShort = 0.01;
@@ -41,7 +41,7 @@ std::vector<SkeletonPoint> copy_of(std::span<const SkeletonPoint> line) {
   return {line.begin(), line.end()};
 }
 
-/// Axes that carry others which carry others again.
+/// Axes whose children have children.
 std::vector<bool> limbs_of(const Skeleton& skeleton) {
   std::vector<bool> is_limb(skeleton.axes.size(), false);
   for (const Axis& axis : skeleton.axes) {
@@ -51,7 +51,7 @@ std::vector<bool> limbs_of(const Skeleton& skeleton) {
   return is_limb;
 }
 
-/// The branches that reach the measured radii, and all that bear them.
+/// The branches at the measured radii, and all their parents.
 std::vector<BranchLine> radius_branches_of(const Skeleton& skeleton, const CrownRadii& radii) {
   const std::array<std::pair<Point, double>, 4> directions{{{{1, 0, 0}, radii.east_m},
                                                             {{-1, 0, 0}, radii.west_m},

@@ -63,7 +63,7 @@ double Lane::at_least_m(Point center, double radius_m) const {
   const double y = center.y - std::clamp(center.y, least_.y, most_.y);
   const double z = center.z - std::clamp(center.z, least_.z, most_.z);
   const double distance = std::sqrt(x * x + y * y + z * z);
-  // Inside the box the lane's own radius is all that is known.
+  // Inside the box only the lane's own radius is known.
   return distance > 0.0 ? distance - radius_m : -std::numeric_limits<double>::infinity();
 }
 
@@ -90,7 +90,7 @@ bool Territory::holds_against(const Neighbor& neighbor, Point center, double rad
   if (at.x * at.x + at.y * at.y > reach * reach) return true;
   const double theirs = relative_distance(crown, at, -radius_m - kClearance);
   if (theirs >= 1.0) return true;
-  // Branches that the surface was laid against may touch it, up to rounding.
+  // Branches that determine the surface may touch it, except for rounding.
   constexpr double kRounding = 1e-9;
   const double ours = relative_distance(*own_, center, radius_m + kClearance);
   return ours <= std::exp(neighbor.log_share + kRounding) * theirs;

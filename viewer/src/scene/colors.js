@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What colors of trees mean. All scales stay apart for people with color vision deficiencies, and rise or fall in lightness too.
+// Colorings of trees. All scales are distinguishable with color vision deficiencies, and also increase or decrease in lightness.
 import { predictions, residualOf, treeCount } from "./data.js";
 
-/** Okabe and Ito, their black a little lighter. */
+/** Colors of Okabe and Ito, with a slightly lighter black. */
 export const SPECIES_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#f0e442", "#303030"];
 export const OTHER_COLOR = "#8a8a8a";
 /** From viridis: lightness rises with the layer. */
@@ -19,7 +19,7 @@ const INDICES = { W: "W, uniform angle", M: "M, mingling", U: "U, dominance", C:
 export const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
 const hexOf = (color) => `#${color.map((value) => Math.round(value * 255).toString(16).padStart(2, "0")).join("")}`;
 
-/** The color at a share, 0 to 1, of a scale. */
+/** The color at a position, 0 to 1, of a scale. */
 export function along(scale, share) {
   const place = Math.min(1, Math.max(0, share)) * (scale.length - 1);
   const below = Math.min(scale.length - 2, Math.floor(place));
@@ -61,7 +61,7 @@ function layerColoring(data, passes) {
 function withMissing(data, coloring, passes) {
   let missing = 0;
   for (let tree = 0; tree < treeCount(data); ++tree) missing += passes(tree) && coloring.of(tree) === null ? 1 : 0;
-  const keys = missing > 0 ? [...(coloring.keys ?? []), { color: MISSING_COLOR, text: `not known (${missing})` }] : coloring.keys;
+  const keys = missing > 0 ? [...(coloring.keys ?? []), { color: MISSING_COLOR, text: `unknown (${missing})` }] : coloring.keys;
   return { ...coloring, keys, of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
 }
 
@@ -75,20 +75,20 @@ function indexColoring(data, index, passes) {
   }, passes);
 }
 
-/** Ends of the scale: of the residuals of all variants, 95 % lie between them. */
+/** Limits of the scale: the residuals of all variants contain 95 % between them. */
 function residualLimit(data, variants, response) {
   const sizes = variants.flatMap((variant) => variant[response].map((_, tree) => residualOf(data, variant, response, tree))).filter((value) => value !== null).map(Math.abs).sort((a, b) => a - b);
   return roundUp(Math.max(0.1, sizes[Math.floor(0.95 * (sizes.length - 1))] ?? 0.1));
 }
 
-/** @param {object | null} variant  null: of the sizes that each side shows */
+/** @param {object | null} variant  null: the sizes shown on each side */
 function residualColoring(data, variant, response, passes) {
   const limit = residualLimit(data, predictions(data), response);
   const residual = (tree, shown) => (shown && predictions(data).includes(shown) ? residualOf(data, shown, response, tree) : null);
-  const whose = variant ? variant.title : "the sizes that are shown";
+  const whose = variant ? variant.title : "the shown sizes";
   const coloring = {
     title: `Residual of ${RESPONSES[response]}, ${whose}`,
-    told: `Observed minus predicted ${RESPONSES[response]} of ${whose}: orange trees are smaller than predicted, blue ones larger, light ones as predicted; beyond ${limit} m colors do not change.`,
+    told: `Observed minus predicted ${RESPONSES[response]} of ${whose}: orange trees are smaller than predicted, blue ones larger, light ones as predicted; beyond ${limit} m the color does not change.`,
     of: (tree, shown) => {
       const value = residual(tree, variant ?? shown);
       return value === null ? null : along(DIVERGING, 0.5 + value / (2 * limit));
@@ -96,12 +96,12 @@ function residualColoring(data, variant, response, passes) {
     scale: { colors: DIVERGING, labels: [`−${limit} m`, "0", `+${limit} m`] },
   };
   if (variant) return withMissing(data, coloring, passes);
-  return { ...coloring, keys: [{ color: MISSING_COLOR, text: "not known; observed sizes have no residual" }], of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
+  return { ...coloring, keys: [{ color: MISSING_COLOR, text: "unknown; observed sizes have no residual" }], of: (tree, shown) => coloring.of(tree, shown) ?? MISSING_COLOR };
 }
 
 const hasValues = (values) => values.some((value) => value !== null);
 
-/** Groups of colorings that these data allow: `{label, choices: [{value, text, make}]}`; the first one has no meaning. `make` counts the trees that its test lets pass. */
+/** Groups of colorings available for these data: `{label, choices: [{value, text, make}]}`; the first one is the neutral one. `make` counts the trees that pass its test. */
 export function colorings(data) {
   const groups = [{ label: null, choices: [{ value: "natural", text: "Natural", make: () => null }] }];
   if (treeCount(data) === 0) return groups;

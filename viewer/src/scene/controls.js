@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What can be set: the way of moving, sizes, plot, detail, marks; and the arrows that walk by touch.
+// Controls: navigation mode, sizes, plot, detail, marks; and the arrow buttons for walking on touch screens.
 import { element } from "../dom.js";
 import { treeCount } from "./data.js";
 import { button, check, choice, themeSwitch } from "./panel.js";
@@ -29,13 +29,13 @@ export function controls(data, shownPlot, act) {
     "section",
     { id: "controls", "aria-labelledby": "view-title" },
     element("h2", { id: "view-title" }, "View"),
-    element("p", { class: "buttons", role: "group", "aria-label": "Way of moving" }, ...modeButtons, whole),
+    element("p", { class: "buttons", role: "group", "aria-label": "Navigation mode" }, ...modeButtons, whole),
     element("p", { class: "buttons" }, save, keys),
     ...sizeChoices(data, act),
     ...plotChoice(data, shownPlot, act),
     choice("detail", "Detail", unlabeled(["automatic", "low", "high"].map((value) => ({ value, text: value }))), act.setDetail),
     ...(treeCount(data) > 0 ? markChecks(overlapNote, act) : []),
-    check("show-figures", "Drawing figures", false, act.setFigures),
+    check("show-figures", "Drawing statistics", false, act.setFigures),
     theme,
     scaleNote,
   );
@@ -53,18 +53,18 @@ function sizeChoices(data, act) {
   const names = data.variants.map(({ name, title }) => ({ value: name, text: title }));
   const sizes = choice("variant", "Sizes", unlabeled(names), (name) => act.setVariant(0, name));
   if (names.length === 1) return [sizes];
-  return [sizes, choice("beside", "Beside them", unlabeled([{ value: "", text: "nothing" }, ...names]), (name) => act.setVariant(1, name))];
+  return [sizes, choice("beside", "Compare with", unlabeled([{ value: "", text: "nothing" }, ...names]), (name) => act.setVariant(1, name))];
 }
 
 function plotChoice(data, shownPlot, act) {
   if (data.plots.length < 2) return [];
   const plots = data.plots.map(({ name }, index) => ({ value: String(index), text: name }));
   const node = choice("plot", "Plot", unlabeled([{ value: "", text: "all" }, ...plots]), act.setPlot);
-  // The list of trees needs it, too, where there is no picture.
+  // The list of trees needs it, too, if there is no 3D view.
   node.classList.add("is-for-list");
   if (shownPlot === null) return [node];
   node.querySelector("select").value = String(shownPlot);
-  return [node, element("p", { class: "quiet" }, "Plots lie on each other, as if each had coordinates of its own: one is shown at a time.")];
+  return [node, element("p", { class: "quiet" }, "Plots cover each other, probably because each has its own coordinate system: one is shown at a time.")];
 }
 
 function markChecks(overlapNote, act) {
@@ -79,7 +79,7 @@ function markChecks(overlapNote, act) {
 const ARROWS = [["ArrowUp", "↑", "Walk forward"], ["ArrowLeft", "←", "Turn left"], ["ArrowDown", "↓", "Walk back"], ["ArrowRight", "→", "Turn right"]];
 
 /**
- * Arrows that walk while they are held, for screens without keys.
+ * Arrow buttons that walk while they are held, for screens without a keyboard.
  * @param {{press: (code: string) => void, release: (code: string) => void}} keys  what pressed arrow keys do
  */
 export function walkingPad({ press, release }) {
@@ -88,7 +88,7 @@ export function walkingPad({ press, release }) {
     const node = element("button", { type: "button", "aria-label": label }, sign);
     node.addEventListener("pointerdown", () => press(code));
     for (const end of ["pointerup", "pointerleave", "pointercancel"]) node.addEventListener(end, () => release(code));
-    // Keys and screen readers press without a pointer.
+    // Keyboards and screen readers press without a pointer.
     node.addEventListener("click", (event) => {
       if (event.detail !== 0) return;
       press(code);

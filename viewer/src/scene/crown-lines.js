@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Crown curves as lines: upright through the stem in four directions, and round the widest crown. One drawing call for each preset.
+// Crown curves as lines: vertical through the stem in four directions, and around the widest crown. One draw call per preset.
 import { BufferAttribute, BufferGeometry, DoubleSide, Float32BufferAttribute, InstancedBufferAttribute, InstancedBufferGeometry, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, RingGeometry } from "three";
 import { treeLineMaterial } from "./materials.js";
 import { unitCrown } from "./models.js";
@@ -10,7 +10,7 @@ const MERIDIANS = 4;
 const STEPS = 8;
 const RING = 24;
 
-/** @returns {number[]} end points of the pieces in the sizeless frame */
+/** @returns {number[]} end points of the pieces in normalized coordinates */
 export function unitLines(preset) {
   const points = [];
   const rings = unitCrown(preset, MERIDIANS, STEPS);
@@ -22,13 +22,13 @@ export function unitLines(preset) {
   return points;
 }
 
-/** @param {boolean} isSeenThrough  whether lines are drawn before all else */
+/** @param {boolean} isSeenThrough  whether lines are drawn in front of everything */
 export const crownLineMaterial = ({ stand }, isSeenThrough) => treeLineMaterial(new LineBasicMaterial({ toneMapped: false, depthTest: !isSeenThrough, transparent: isSeenThrough }), stand.uniforms);
 export const footMaterial = () => new MeshBasicMaterial({ side: DoubleSide, depthTest: false, transparent: true, opacity: 0.9, toneMapped: false });
 export const overlapMaterial = () => new MeshBasicMaterial({ transparent: true, opacity: 0.55, side: DoubleSide, depthWrite: false, toneMapped: false });
 
 /**
- * Lines round the crowns of some trees of a side.
+ * Lines around the crowns of some trees of a side.
  * @param {{stand: import("./stand.js").Stand}} side
  * @param {number[]} trees
  * @param {import("three").Material} material  of crownLineMaterial
@@ -50,7 +50,7 @@ export function crownLines(data, { stand }, trees, material) {
   });
 }
 
-/** A ring on the ground round the stem of a tree. */
+/** A ring on the ground around the stem of a tree. */
 export function footRing({ stand, bodies }, tree, material) {
   const { place, crown } = bodies[tree];
   const radius = (crown.east + crown.west + crown.south + crown.north) / 4;
@@ -60,7 +60,7 @@ export function footRing({ stand, bodies }, tree, material) {
   return ring;
 }
 
-/** The space that pairs of crowns share. */
+/** The overlaps of pairs of crowns. */
 export function overlapMesh({ stand, bodies }, pairs, material) {
   const sides = pairs.length > 200 ? 12 : 24;
   const points = pairs.flatMap(({ first, second }) => sharedSpace(bodies[first], bodies[second], sides, sides / 3).flat(2));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The crown curve, as libtree's crown.hpp has it: up(x) = H - (H - Hc)(x/R)^up, down(x) = Hb + (Hc - Hb)(x/R)^down.
+// The crown curve, as in libtree's crown.hpp: up(x) = H - (H - Hc)(x/R)^up, down(x) = Hb + (Hc - Hb)(x/R)^down.
 
 /** Crown radius towards (x east, z south): between the four measured ones by cos^2 and sin^2 of the azimuth [m]. */
 export function radiusTowards(crown, x, z) {
@@ -11,27 +11,27 @@ export function radiusTowards(crown, x, z) {
 export const upper = (crown, share) => crown.h - (crown.h - crown.hc) * share ** crown.up;
 export const lower = (crown, share) => crown.hcb + (crown.hc - crown.hcb) * share ** crown.down;
 
-/** Width of the crown at a height as a share of its widest; 0 outside. */
+/** Width of the crown at a height relative to its widest; 0 outside. */
 export function relativeWidth(crown, y) {
   if (y < crown.hcb || y > crown.h) return 0;
   if (y >= crown.hc) return crown.h > crown.hc ? ((crown.h - y) / (crown.h - crown.hc)) ** (1 / crown.up) : 1;
   return ((y - crown.hcb) / (crown.hc - crown.hcb)) ** (1 / crown.down);
 }
 
-/** Whether a point, x east, y up, z south of the stem's foot, lies in the crown. */
+/** Whether a point, x east, y up, z south of the stem base, is in the crown. */
 export function contains(crown, x, y, z) {
   const width = relativeWidth(crown, y);
   return width > 0 && Math.hypot(x, z) <= width * radiusTowards(crown, x, z);
 }
 
-/** Of two crowns at places: level distance of the stems and the sum of the radii that face each other [m]. */
+/** For two positioned crowns: horizontal distance of the stems and the sum of the facing radii [m]. */
 export function facing(first, second) {
   const x = second.place.x - first.place.x;
   const z = second.place.z - first.place.z;
   return { distance: Math.hypot(x, z), radii: radiusTowards(first.crown, x, z) + radiusTowards(second.crown, -x, -z) };
 }
 
-/** Trees in cells of a level plane, by the reach of their crowns: level l holds those that reach between 2^(l - 1) and 2^l meters. */
+/** Trees in cells of a horizontal grid, by the reach of their crowns: level l contains those that reach between 2^(l - 1) and 2^l meters. */
 class ReachGrid {
   /** @param {({crown: object, place: object} | null)[]} trees */
   constructor(trees) {
@@ -49,7 +49,7 @@ class ReachGrid {
     });
   }
 
-  /** Two trees of a level, or one of it and a smaller one, meet in cells beside each other at most. */
+  /** Two trees of a level, or one of it and a smaller one, can only overlap in the same or adjacent cells. */
   cellOf({ x, z }, level) {
     const side = 2 ** (level + 1);
     return [Math.floor(x / side), Math.floor(z / side)];
@@ -59,7 +59,7 @@ class ReachGrid {
     return column * 0x4000000 + row;
   }
 
-  /** Calls use for trees of a level that a tree of it, or a smaller one, may meet. */
+  /** Calls use for trees of a level that may overlap a tree of it, or a smaller one. */
   eachNear(place, level, use) {
     const cells = this.levels.get(level);
     const [column, row] = this.cellOf(place, level);
@@ -71,7 +71,7 @@ class ReachGrid {
 
 /**
  * Pairs of trees whose facing radii add up to more than their distance. Each tree is compared with those of its own size and larger:
- * one wide crown costs a look by each of the others, not a search among all.
+ * one wide crown needs one test by each of the others, not a search among all.
  * @param {({crown: object, place: {x: number, y: number, z: number}} | null)[]} trees
  * @returns {{first: number, second: number, distance: number, radii: number}[]}
  */
@@ -83,7 +83,7 @@ export function overlappingPairs(trees) {
     if (!tree) return;
     for (const level of levels.filter((one) => one >= grid.levelOf[index])) {
       grid.eachNear(tree.place, level, (other) => {
-        // Of one level each would find the other.
+        // Two of one level would find each other twice.
         if (level === grid.levelOf[index] && other <= index) return;
         const [first, second] = index < other ? [index, other] : [other, index];
         const { distance, radii } = facing(trees[first], trees[second]);
@@ -94,7 +94,7 @@ export function overlappingPairs(trees) {
   return pairs;
 }
 
-/** Points of a crown's surface: rings from the crown base up, each of `sides` points, around the stem's foot. */
+/** Points of a crown's surface: rings from the crown base up, each of `sides` points, around the stem base. */
 export function surfaceRings(crown, sides, steps) {
   const rings = [];
   for (let step = 0; step <= 2 * steps; ++step) {
@@ -114,7 +114,7 @@ export function surfaceRings(crown, sides, steps) {
   return rings;
 }
 
-/** How far outside of a crown a point is, as a share of its width there: below 0 inside, continuous across the surface. */
+/** Distance of a point outside a crown, relative to its width there: below 0 inside, continuous across the surface. */
 function outsideness(crown, x, y, z) {
   const sideways = Math.hypot(x, z) / radiusTowards(crown, x, z);
   const span = crown.h - crown.hcb;
@@ -150,7 +150,7 @@ function trianglesOf(rings) {
   return triangles;
 }
 
-/** The surface of one crown that lies within another, in the page's frame. */
+/** The surface of one crown inside another, in the page's frame. */
 function surfaceWithin(own, other, sides, steps) {
   const inPage = ([x, y, z]) => [x + own.place.x, y + own.place.y, z + own.place.z];
   const valueAt = ([x, y, z]) => outsideness(other.crown, x - other.place.x, y - other.place.y, z - other.place.z);
@@ -160,7 +160,7 @@ function surfaceWithin(own, other, sides, steps) {
   });
 }
 
-/** The boundary of the space that two crowns share, as triangles of three points in the page's frame. */
+/** The boundary of the overlap of two crowns, as triangles of three points in the page's frame. */
 export function sharedSpace(first, second, sides = 24, steps = 8) {
   return [...surfaceWithin(first, second, sides, steps), ...surfaceWithin(second, first, sides, steps)];
 }

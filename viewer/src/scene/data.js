@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the program wrote into the page, and how to ask it about a tree. Schema: scene-data.schema.json.
+// The data in the page, and functions that read them. Schema: scene-data.schema.json.
 
 import { areaOf, hullOf, sharedArea } from "./hulls.js";
 
@@ -18,14 +18,14 @@ export function treeName(data, tree) {
 export const speciesOf = (data, tree) => data.species[data.trees.species[tree]];
 export const presetOf = (data, tree) => data.presets[data.trees.preset[tree]];
 
-/** Place in the page's frame: x east, y up, z south, from the origin [m]. */
+/** Position in the page's frame: x east, y up, z south, from the origin [m]. */
 export function placeOf(data, tree) {
   const { x, y, z } = data.trees;
   return { x: x[tree] - data.origin.x, y: z[tree] - data.origin.z, z: -(y[tree] - data.origin.y) };
 }
 
 /**
- * The crown of a tree of a variant, or null where no tree can have its sizes.
+ * The crown of a tree of a variant, or null if its sizes are impossible.
  * @returns {{h: number, hcb: number, hc: number, east: number, west: number, south: number, north: number, up: number, down: number} | null}
  */
 export function crownOf(data, variant, tree) {
@@ -63,12 +63,12 @@ export function residualOf(data, variant, response, tree) {
   return observed === null || predicted === null ? null : observed - predicted;
 }
 
-/** Whether plots lie on each other, as they do where each has coordinates of its own: two share more than half of the smaller's area. */
+/** Whether plots cover each other because each has its own coordinate system: two share more than half of the smaller one's area. */
 export function plotsCoincide({ plots }) {
   const hulls = plots.map(({ outline }) => hullOf(outline)).filter((hull) => hull.length > 2);
   const placed = hulls.map((hull) => ({ hull, area: areaOf(hull), west: Math.min(...hull.map(([x]) => x)), east: Math.max(...hull.map(([x]) => x)) }));
   placed.sort((a, b) => a.west - b.west);
-  // From west to east: only those whose span has begun and not ended can meet the next one.
+  // Sweep from west to east: only plots whose interval has begun and not ended can overlap the next one.
   let open = [];
   return placed.some((own) => {
     open = open.filter(({ east }) => east > own.west);
@@ -78,7 +78,7 @@ export function plotsCoincide({ plots }) {
   });
 }
 
-/** The plots whose outlines are drawn: that which is shown alone, or all. */
+/** The plots whose boundaries are drawn: the selected one, or all. */
 export const outlinedPlots = ({ plots }, shownPlot) => plots.filter((_, plot) => shownPlot === null || plot === shownPlot);
 
 /** The variants with predictions. */

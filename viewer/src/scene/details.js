@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is known of the chosen tree, as a table.
+// The data of the selected tree, as a table.
 import { element } from "../dom.js";
 import { decimals } from "../format.js";
 import { predictions, presetOf, residualOf, speciesOf, treeName } from "./data.js";
@@ -26,7 +26,7 @@ function sizesTable(data, tree) {
   return element("table", { class: "sizes" }, element("thead", {}, head), element("tbody", {}, row("Observed", (response) => data.trees[response][tree]), ...rows));
 }
 
-/** A tree in a line. */
+/** The label of a tree in one line. */
 export function cardText(data, tree) {
   const sizes = RESPONSES.filter(([response]) => data.trees[response][tree] !== null).map(([response, title]) => `${title.toLowerCase()} ${decimals(data.trees[response][tree], 2)} m`);
   return [`Chosen: ${treeName(data, tree)}`, speciesOf(data, tree), ...sizes].filter((text) => text !== "").join(", ");
@@ -34,18 +34,18 @@ export function cardText(data, tree) {
 
 /** @returns {Node[]} */
 export function details(data, tree) {
-  if (tree === null) return [element("p", { class: "quiet" }, "None. Click a tree in the picture or in the list.")];
+  if (tree === null) return [element("p", { class: "quiet" }, "No tree is selected. Click a tree in the view or in the list.")];
   const layer = data.trees.layer[tree];
   const facts = [
     ["Plot", data.plots[data.trees.plot[tree]].name],
     ["Tree", data.trees.tree[tree]],
     ["Species", speciesOf(data, tree) || "–"],
-    ["Drawn as", presetOf(data, tree).title],
+    ["Preset", presetOf(data, tree).title],
     ["DBH", data.trees.dbh[tree] === null ? "–" : `${decimals(data.trees.dbh[tree], 1)} cm`],
     ["Layer", layer === null ? "–" : data.layers[layer]],
     ...INDICES.filter(([index]) => data.trees[index][tree] !== null).map(([index, title]) => [title, decimals(data.trees[index][tree], 2)]),
   ];
-  if (data.trees.core[tree] !== null) facts.push(["In the buffer zone", data.trees.core[tree] ? "no" : "yes"]);
+  if (data.trees.core[tree] !== null) facts.push(["Core tree", data.trees.core[tree] ? "yes" : "no"]);
   return [
     element("p", { class: "chosen" }, `Chosen: ${treeName(data, tree)}`),
     element("dl", {}, ...facts.flatMap(([title, value]) => [element("dt", {}, title), element("dd", {}, value)])),

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The ground with plot boundaries, a scale bar that lies on it, and an arrow to the north.
+// The ground with plot boundaries, a scale bar on it, and a north arrow.
 import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
 import { roundUp } from "./colors.js";
 import { outlinedPlots } from "./data.js";
 import { Heights } from "./heights.js";
 
 const LIFT_M = 0.05;
-/** Outlines follow the ground in pieces of this length. */
+/** Boundaries follow the ground in pieces of this length. */
 const PIECE_M = 2;
 
-/** Length of the scale bar: about a fifth of the stand, a round number of meters. */
+/** Length of the scale bar: about a fifth of the stand, rounded. */
 export const barLength = (extent) => Math.max(1, roundUp(extent / 8));
 
 function textureOf(canvas) {
@@ -21,7 +21,7 @@ function textureOf(canvas) {
 const signMaterial = () => new SpriteMaterial({ depthTest: false, toneMapped: false });
 const flatMaterial = (opacity) => new MeshBasicMaterial({ transparent: true, opacity, toneMapped: false });
 
-/** Puts a text onto a sign of so many meters' height. */
+/** Draws a text onto a sign of this height in meters. */
 function write(sign, text, color, height) {
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
@@ -41,7 +41,7 @@ function write(sign, text, color, height) {
 /** Triangle that points to the north, of length 1. */
 const arrowGeometry = () => new BufferGeometry().setAttribute("position", new Float32BufferAttribute([-0.25, 0, 0.5, 0.25, 0, 0.5, 0, 0, -0.5], 3));
 
-/** What one stands on in a scene as it is: its ground, or else the height of its lowest point. */
+/** Ground of a scene for walking: its node `ground`, or else the height of its lowest point. */
 export function floorOf(scene, box) {
   const surface = scene?.getObjectByName("ground");
   const heights = surface ? new Heights(surface) : null;
@@ -81,12 +81,12 @@ export class Ground {
     return mesh;
   }
 
-  /** Height of the ground, or that of the lowest tree beside it. */
+  /** Height of the ground, or of the lowest tree outside it. */
   heightAt(x, z) {
     return this.heights.at(x, z) ?? this.box.min.y;
   }
 
-  /** Colors, and the scale bar and the arrow for what is shown now. @param {{ground: string, mark: string}} colors */
+  /** Colors, and the scale bar and the arrow for the current extent. @param {{ground: string, mark: string}} colors */
   paint(colors) {
     this.material.color.set(colors.ground);
     this.outlines.material.color.set(colors.mark);
@@ -125,12 +125,12 @@ export class Ground {
       const z = north - (y1 + share * (y2 - y1));
       const y = this.heightAt(x, z) + 3 * LIFT_M;
       vertices.push(x, y, z);
-      // Where a piece ends, the next one begins.
+      // The next piece starts where the previous one ends.
       if (piece > 0 && piece < pieces) vertices.push(x, y, z);
     }
   }
 
-  /** The bar of five pieces, every other one filled, the arrow, and their names. They are moved, never made anew: new materials cost a compilation. */
+  /** The bar of five pieces, alternately filled, the arrow, and their labels. They are moved, never recreated: new materials must be compiled. */
   makeMarks() {
     this.flatMaterials = [flatMaterial(0.95), flatMaterial(0.25)];
     const plate = new PlaneGeometry(1, 1).rotateX(-Math.PI / 2);
@@ -141,7 +141,7 @@ export class Ground {
     this.group.add(...this.bar, this.arrow, this.barSign, this.northSign);
   }
 
-  /** South of what is shown. */
+  /** South of the current extent. */
   layBar(color) {
     const { min, max } = this.box;
     const length = barLength(Math.max(max.x - min.x, max.z - min.z));
@@ -156,7 +156,7 @@ export class Ground {
     this.barSign.position.set(min.x + length / 2, y, this.south + Math.max(0.8, length / 7));
   }
 
-  /** What the bar, the arrow and their names take up. */
+  /** The extent of the bar, the arrow and their labels. */
   markCorners() {
     const { min, max } = this.box;
     const y = this.heightAt(min.x, max.z);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// How high a surface is at a place: its triangles, found by a grid on the level plane.
+// Height of a surface at a position: its triangles, found by a horizontal grid.
 import { Matrix4, Vector3 } from "three";
 
-/** A triangle that lies in many cells is listed in each; beyond so many a triangle on average, cells become larger. */
+/** A triangle is listed in every cell that it overlaps; above this mean number per triangle, cells become larger. */
 const MOST_CELLS_OF_A_TRIANGLE = 8;
 
 /** Corners of all triangles in the page's frame, nine numbers each. */
@@ -30,7 +30,7 @@ function trianglesOf(surface) {
   return Float64Array.from(numbers);
 }
 
-/** Height of a triangle over a place, or null beside it and where it stands upright. */
+/** Height of a triangle at a position, or null outside it and if it is vertical. */
 function heightOf(numbers, at, x, z) {
   const [ax, ay, az] = [numbers[at], numbers[at + 1], numbers[at + 2]];
   const [bx, by, bz] = [numbers[at + 3] - ax, numbers[at + 4] - ay, numbers[at + 5] - az];
@@ -39,7 +39,7 @@ function heightOf(numbers, at, x, z) {
   if (area === 0) return null;
   const second = ((x - ax) * cz - (z - az) * cx) / area;
   const third = ((z - az) * bx - (x - ax) * bz) / area;
-  // Places on an edge belong to both triangles, whatever rounding says.
+  // Positions on an edge belong to both triangles; the tolerance covers rounding.
   const slack = 1e-9;
   return second >= -slack && third >= -slack && second + third <= 1 + slack ? ay + second * by + third * cy : null;
 }
@@ -70,7 +70,7 @@ export class Heights {
     }
   }
 
-  /** About as many cells as wanted, nearly square. */
+  /** About the requested number of cells, nearly square. */
   layCells(wanted) {
     const [width, depth] = [0, 1].map((axis) => Math.max(1e-6, this.most[axis] - this.least[axis]));
     const side = Math.sqrt((width * depth) / Math.max(1, wanted));
@@ -88,7 +88,7 @@ export class Heights {
     return Math.min(this.rows - 1, Math.max(0, Math.floor((z - this.least[1]) * this.perCell[1])));
   }
 
-  /** Columns and rows that a triangle's box lies in: [first, last, first, last]. */
+  /** Columns and rows of a triangle's box: [first, last, first, last]. */
   span(triangle) {
     const at = 9 * triangle;
     const { numbers } = this;
@@ -106,7 +106,7 @@ export class Heights {
     return sum;
   }
 
-  /** Lists the triangles of each cell one after the other; `starts` says where each list begins. */
+  /** Lists the triangles of each cell one after the other; `starts` has the start of each list. */
   fill(count) {
     this.starts = new Uint32Array(this.columns * this.rows + 1);
     this.eachCell(count, (cell) => (this.starts[cell + 1] += 1));
@@ -125,7 +125,7 @@ export class Heights {
     }
   }
 
-  /** @returns {number | null}  the highest triangle's height at a place, or null where there is none [m] */
+  /** @returns {number | null}  the highest triangle's height at a position, or null if there is none [m] */
   at(x, z) {
     if (!(x >= this.least[0] - 1e-6 && x <= this.most[0] + 1e-6 && z >= this.least[1] - 1e-6 && z <= this.most[1] + 1e-6)) return null;
     const cell = this.row(z) * this.columns + this.column(x);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Convex hulls of corners, and the area that two of them share.
+// Convex hulls of points, and the intersection area of two of them.
 
 const turn = ([ax, ay], [bx, by], [cx, cy]) => (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
 
@@ -25,7 +25,7 @@ export function areaOf(polygon) {
   return twice / 2;
 }
 
-/** The part of a convex polygon that lies to the left of a line. */
+/** The part of a convex polygon to the left of a line. */
 function leftOf(polygon, from, to) {
   const kept = [];
   polygon.forEach((corner, index) => {
@@ -37,7 +37,7 @@ function leftOf(polygon, from, to) {
   return kept;
 }
 
-/** Area that two convex polygons share (Sutherland and Hodgman 1974); 0 where they touch. */
+/** Intersection area of two convex polygons (Sutherland and Hodgman 1974); 0 if they touch. */
 export function sharedArea(first, second) {
   const shared = first.reduce((rest, corner, index) => leftOf(rest, corner, first[(index + 1) % first.length]), second);
   return shared.length < 3 ? 0 : areaOf(shared);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Keys and clicks on the picture, besides those that move it.
+// Keys and clicks on the view, except those that move it.
 
 const CLICK_PX = 6;
 
 const click = (id) => () => document.getElementById(id)?.click();
 
 /**
- * Shortcuts while the picture has the focus; the list of keys in panel.js says them.
+ * Shortcuts while the view has the focus; panel.js lists them.
  * @param {{setMode: (mode: string) => void, showKeys: () => void, chooseNone: () => void}} act
  */
 export function listenToKeys(canvas, act) {
@@ -26,7 +26,7 @@ export function listenToKeys(canvas, act) {
   });
 }
 
-/** Presses that are no drags, by their place in the window [CSS pixels]. */
+/** Clicks (not drags), by their position in the window [CSS pixels]. */
 export function listenToClicks(canvas, use) {
   let down = null;
   canvas.addEventListener("pointerdown", ({ clientX, clientY }) => (down = [clientX, clientY]));

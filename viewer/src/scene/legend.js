@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the colors mean, in colors and in words.
+// The legend of the colors, as swatches and text.
 import { element } from "../dom.js";
 
 const square = (color) => {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Levels of detail: how fine a tree is drawn for its height on the screen, within a budget of triangles.
+// Levels of detail: selected by a tree's height on the screen, within a budget of triangles.
 
-/** A tree at least so high on the screen [CSS pixels] is drawn at the first, second, ... level; smaller ones as stand-ins. */
+/** Minimum heights on the screen [CSS pixels] for the first, second, ... level; smaller trees are drawn as stand-ins (crown curve and stem). */
 export const LEAST_PIXELS = [600, 280, 120, 22];
 
-/** Triangles of one picture; automatic detail stays below it. */
+/** Triangles of one frame; automatic detail stays below it. */
 export const BUDGETS = { low: 300_000, automatic: 1_500_000, high: 6_000_000 };
 
 /**
@@ -21,7 +21,7 @@ export function levelFor(pixels, levels) {
 }
 
 /**
- * The factor, at most 1, by which heights on the screen are diminished to keep the budget.
+ * The factor, at most 1, by which heights on the screen are reduced to stay within the budget.
  * @param {Float32Array} pixels     heights of the trees in view
  * @param {number} count            of them
  * @param {(tree: number, level: number) => number} triangles
@@ -37,7 +37,7 @@ export function detailFactor(pixels, count, levels, triangles, budget) {
   return factor;
 }
 
-/** Budgets for machines that are slower or faster than thought: less after slow pictures, more after quick ones. */
+/** Budgets for slower and faster machines: less after slow frames, more after fast ones. */
 export class AdaptiveBudget {
   constructor(most = BUDGETS.automatic, least = 200_000) {
     this.most = most;
@@ -45,7 +45,7 @@ export class AdaptiveBudget {
     this.budget = most;
   }
 
-  /** @param {number} milliseconds  between two pictures of a movement */
+  /** @param {number} milliseconds  between two frames of a movement */
   observe(milliseconds) {
     if (milliseconds > 45) this.budget = Math.max(this.least, this.budget * 0.8);
     else if (milliseconds < 20) this.budget = Math.min(this.most, this.budget * 1.1);

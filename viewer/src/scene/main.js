@@ -34,7 +34,7 @@ class Page {
   async start() {
     this.lay();
     if (!hasWebGl()) {
-      this.sayTrouble("This browser has no WebGL 2, so there is no picture. The list of trees works without it.");
+      this.sayTrouble("This browser has no WebGL 2, so the 3D view is not available. The list of trees works without it.");
       return;
     }
     this.view = new View(this.canvas);
@@ -59,14 +59,14 @@ class Page {
     this.view.draw();
   }
 
-  /** Without a picture the trees can still be looked up. */
+  /** Without a 3D view the list of trees still works. */
   sayTrouble(text) {
     this.main.classList.add("has-no-picture");
     this.picture.append(element("p", { class: "trouble", role: "alert" }, text));
     if (this.detailsPart.isConnected) this.detailsPart.replaceChildren(...details(this.data, this.chosen));
   }
 
-  /** What there is to see: the trees, or else the scene. */
+  /** The title of the view: the trees, or else the scene. */
   extent() {
     const { box } = this.view;
     return box.isEmpty() ? box.setFromObject(this.view.scene) : box;
@@ -80,13 +80,13 @@ class Page {
       id: "canvas",
       tabindex: "0",
       role: "application",
-      "aria-label": count > 0 ? `3D picture of ${counted(count, "tree")}` : "3D picture",
+      "aria-label": count > 0 ? `3D view of ${counted(count, "tree")}` : "3D view",
       "aria-describedby": "canvas-hint",
     });
     this.sideNames = [0, 1].map(() => element("div", { class: "overlay side-name", hidden: true }));
     this.divider = element("div", { class: "divider", hidden: true });
     this.figures = element("div", { class: "overlay figures", id: "figures", hidden: true });
-    // Where the panel is hidden, it cannot say what is chosen.
+    // If the panel is hidden, the card shows the selected tree.
     this.card = element("div", { class: "overlay card", hidden: true });
     this.pad = walkingPad({ press: (code) => this.moves.press(code), release: (code) => this.moves.release(code) });
     const hide = button("hide-panel", "Hide controls", () => this.togglePanel(hide));
@@ -98,7 +98,7 @@ class Page {
       "section",
       { class: "picture", "aria-label": "Picture" },
       this.canvas,
-      element("p", { class: "hidden", id: "canvas-hint" }, "Press the question mark for keys. The list of trees beside the picture says in words what the picture shows."),
+      element("p", { class: "hidden", id: "canvas-hint" }, "Press the question mark for a list of keys. The list of trees next to the view has the data of all trees as text."),
       this.divider,
       ...this.sideNames,
       this.figures,
@@ -116,7 +116,7 @@ class Page {
     const count = treeCount(data);
     this.legendPart = element("div", { "aria-live": "polite" });
     this.detailsPart = element("div", { "aria-live": "polite", id: "details" });
-    this.detailsSection = element("section", { "aria-labelledby": "details-title" }, element("h2", { id: "details-title" }, "Chosen tree"), this.detailsPart);
+    this.detailsSection = element("section", { "aria-labelledby": "details-title" }, element("h2", { id: "details-title" }, "Selected tree"), this.detailsPart);
     this.list = count > 0 ? new TreeList(data, (tree) => this.choose(tree, true)) : null;
     this.list?.show(this.passes());
     const sentences = data.notes.map((note) => element("p", { class: "quiet" }, note));
@@ -135,7 +135,7 @@ class Page {
     return this.panelPart;
   }
 
-  /** How much is shown. */
+  /** The number of shown trees. */
   about() {
     const { data, shownPlot } = this;
     const all = treeCount(data);
@@ -150,7 +150,7 @@ class Page {
     const parts = controls(this.data, this.shownPlot, {
       setMode: (mode) => {
         this.setMode(mode);
-        // Keys walk at once.
+        // Keys walk immediately.
         if (mode === "walk") this.canvas.focus();
       },
       frame: () => this.frame(),
@@ -186,7 +186,7 @@ class Page {
     this.view.resize();
   }
 
-  // ---- What is shown --------------------------------------------------------------------------
+  // ---- Shown data -----------------------------------------------------------------------------
 
   setSides() {
     const variants = this.variants.filter((variant, index) => index === 0 || variant);
@@ -205,7 +205,7 @@ class Page {
     const rectangles = this.view.rectangles();
     const { width, height } = this.view.size;
     rectangles.forEach((one, index) => {
-      // The button lies in the upper right corner.
+      // The button is in the upper right corner.
       const isUpperRight = one.y === 0 && one.x + one.width >= width - 1;
       const { style } = this.sideNames[index];
       style.left = `${one.x + 10}px`;
@@ -244,7 +244,7 @@ class Page {
     if (this.view) this.showPlot();
   }
 
-  /** The picture of the plot that is shown now. */
+  /** The view of the current plot. */
   showPlot() {
     this.setColoring(this.colorSelect.value);
     if (this.ground) this.ground.box = this.extent();
@@ -284,9 +284,9 @@ class Page {
     this.overlapNote.replaceChildren(...sentences.map((text) => element("span", { class: "line" }, text)));
   }
 
-  // ---- What is done ---------------------------------------------------------------------------
+  // ---- Actions --------------------------------------------------------------------------------
 
-  /** All that is shown, which is seen from afar. */
+  /** Moves the camera so that everything is visible. */
   frame() {
     this.setMode("orbit");
     this.moves.frame(this.extent(), this.ground?.markCorners() ?? []);
@@ -312,7 +312,7 @@ class Page {
     this.view.invalidate();
   }
 
-  /** The panel alone is scrolled to what is told of the chosen tree. */
+  /** Only the panel is scrolled to the selected tree. */
   showDetails() {
     const below = this.detailsSection.getBoundingClientRect().top - this.panelPart.getBoundingClientRect().top;
     this.panelPart.scrollTop += below - this.panelPart.clientTop;
@@ -325,7 +325,7 @@ class Page {
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
   }
 
-  /** Colors that go with the theme. */
+  /** Colors of the theme. */
   dress() {
     this.view.setBackground(cssColor("--sky"));
     this.ground?.paint({ ground: cssColor("--ground"), mark: cssColor("--mark") });
@@ -336,12 +336,12 @@ class Page {
 
   tell({ calls, triangles, milliseconds, trees }) {
     if (this.figures.hidden) return;
-    this.figures.textContent = `${counted(trees, "tree")} in view, ${calls} drawing calls, ${triangles.toLocaleString("en")} triangles, ${milliseconds.toFixed(1)} ms`;
+    this.figures.textContent = `${counted(trees, "tree")} in view, ${calls} draw calls, ${triangles.toLocaleString("en")} triangles, ${milliseconds.toFixed(1)} ms`;
   }
 
-  /** Browsers take graphics from pages, and may give them back. */
+  /** Browsers may withdraw the graphics context, and may restore it. */
   watchContext() {
-    const lost = element("p", { class: "trouble", role: "alert" }, "The browser has taken the graphics from this page. It may give them back in a moment; if not, load the page anew. The list of trees works on.");
+    const lost = element("p", { class: "trouble", role: "alert" }, "The browser has withdrawn the graphics context of this page. It may restore it in a moment; if not, reload the page. The list of trees still works.");
     this.canvas.addEventListener("webglcontextlost", () => this.picture.append(lost));
     this.canvas.addEventListener("webglcontextrestored", () => {
       lost.remove();
@@ -376,10 +376,10 @@ const hasWebGl = () => document.createElement("canvas").getContext("webgl2") !==
 startTheme();
 const data = readData();
 const page = new Page(data);
-/** For other scripts and tests: draws at once, says what was drawn and where trees are on the canvas. */
+/** For other scripts and tests: draws immediately, and returns what was drawn and where trees are on the canvas. */
 window.silvafitView = {
   ready: page.start().catch((error) => {
-    page.sayTrouble(`The picture cannot be drawn: ${error.message}`);
+    page.sayTrouble(`The 3D view cannot be drawn: ${error.message}`);
     page.view = null;
   }),
   draw() {
@@ -395,9 +395,9 @@ window.silvafitView = {
   chosen: () => page.chosen,
   groundAt: (x, z) => page.moves.groundAt(x, z),
   hasObject: (name) => page.view.scene.getObjectByName(name) !== undefined,
-  /** Corners of the scale bar, the arrow and their names on the canvas [CSS pixels]. */
+  /** Corners of the scale bar, the arrow and their labels on the canvas [CSS pixels]. */
   whereIsScale: () => page.ground.markCorners().map((corner) => page.view.onCanvas(corner)),
-  /** Names of the plots whose outlines are drawn. */
+  /** Names of the plots whose boundaries are drawn. */
   outlined: () => page.ground.outlined.map(({ name }) => name),
   names: () => Array.from({ length: treeCount(data) }, (_, tree) => treeName(data, tree)),
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What is drawn onto the trees: crown curves, the space that crowns share, the chosen tree.
+// Marks on the trees: crown curves, overlaps of crowns, the selected tree.
 import { overlappingPairs } from "./crown.js";
 import { crownLineMaterial, crownLines, footMaterial, footRing, overlapMaterial, overlapMesh } from "./crown-lines.js";
 
-/** Of stands with more overlapping pairs, those nearest to the middle of the picture are shown. */
+/** In stands with more overlapping pairs, those nearest to the center of the view are shown. */
 const MOST_OVERLAPS = 1500;
 
 export class Marks {
@@ -21,7 +21,7 @@ export class Marks {
   }
 
   /**
-   * Draws them anew on all sides.
+   * Redraws them on all sides.
    * @param {number | null} chosen  the chosen tree
    * @param {() => {x: number, z: number}} middle  of the picture
    * @returns {string[]}  what is said of overlaps, a sentence a side
@@ -39,7 +39,7 @@ export class Marks {
     return sentences;
   }
 
-  /** Materials of a side stay from one drawing to the next: a new one would be compiled, which takes a second without a graphics card. */
+  /** Materials of a side are reused: a new one would be compiled, which takes a second without a graphics card. */
   materialOf(side, use, color, make) {
     if (!this.materials.has(side)) this.materials.set(side, new Map());
     const own = this.materials.get(side);
@@ -81,7 +81,7 @@ export class Marks {
     const near = pairs.length > MOST_OVERLAPS ? pairs.sort((a, b) => away[a.first] - away[b.first]).slice(0, MOST_OVERLAPS) : pairs;
     const whose = this.view.sides.length > 1 ? `${side.variant.title}: ` : "";
     const count = pairs.length === 1 ? "1 pair of crowns overlaps" : `${pairs.length} pairs of crowns overlap`;
-    const shown = near.length < pairs.length ? `shown are the ${near.length} nearest to the middle of the picture.` : "the space that they share is shown.";
+    const shown = near.length < pairs.length ? `the ${near.length} nearest to the center of the view are shown.` : "their overlap is shown.";
     return { pairs: near, sentence: `${whose}${count}; ${shown}` };
   }
 }

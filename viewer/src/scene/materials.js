@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Materials of glTF files that draw many trees, each with its own sizes and color from a texture.
+// glTF materials for drawing many trees, each with its own sizes and color from a texture.
 import { MeshDepthMaterial, RGBADepthPacking } from "three";
 import { PLACED, SIZED } from "./shape.js";
 
@@ -44,7 +44,7 @@ export function treeMaterial(material, uniforms, isPlaced) {
   return copy;
 }
 
-/** What casts the shadows of such trees. */
+/** The material for shadows of such trees. */
 export function treeDepthMaterial(uniforms, isPlaced) {
   const material = new MeshDepthMaterial({ depthPacking: RGBADepthPacking });
   material.onBeforeCompile = (shader) => bend(shader, uniforms, isPlaced);
@@ -52,7 +52,7 @@ export function treeDepthMaterial(uniforms, isPlaced) {
   return material;
 }
 
-/** Lines in the sizeless frame of trees. */
+/** Lines in normalized coordinates of trees. */
 export function treeLineMaterial(material, uniforms) {
   material.onBeforeCompile = (shader) => bend(shader, uniforms, false);
   material.customProgramCacheKey = () => "tree-line";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Models from the GLB in the page, and stand-ins for trees that are far away.
+// Models from the GLB in the page, and stand-ins (crown curve and stem) for trees that are far away.
 import { BufferAttribute, BufferGeometry, LoadingManager, MeshStandardMaterial } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
@@ -20,12 +20,12 @@ import { KIND, toUnit } from "./shape.js";
  * @property {number} preset     index
  */
 
-/** A GLB that lies in the page; it may not name anything outside. */
+/** A GLB in the page; it may not refer to anything outside. */
 export function parseGlb(base64) {
   const manager = new LoadingManager();
   manager.setURLModifier((url) => {
     if (/^(data|blob):/.test(url)) return url;
-    throw new Error(`the scene needs ${url}, which is not in the page`);
+    throw new Error(`the scene refers to ${url}, which is not in the page`);
   });
   return new GLTFLoader(manager).setMeshoptDecoder(MeshoptDecoder).parseAsync(bytesOf(base64), "");
 }
@@ -33,7 +33,7 @@ export function parseGlb(base64) {
 export const partNameOf = (mesh) => mesh.geometry.userData.part ?? mesh.userData.part ?? "";
 export const trianglesOf = (geometry) => (geometry.index ? geometry.index.count : geometry.attributes.position.count) / 3;
 
-/** Numbers as floats, whatever the file packs them in, with the node's scale. */
+/** Numbers as floats, for any component type in the file, with the node's scale. */
 function floats(attribute, matrix) {
   const size = attribute.itemSize;
   const values = new Float32Array(attribute.count * size);
@@ -44,7 +44,7 @@ function floats(attribute, matrix) {
   return matrix ? result.applyMatrix4(matrix) : result;
 }
 
-/** A mesh of a model as a sizeless shape. */
+/** A mesh of a model in normalized coordinates. */
 function unitGeometry(mesh, shape, kind) {
   mesh.updateWorldMatrix(true, false);
   const { position, normal, ...others } = mesh.geometry.attributes;
@@ -62,7 +62,7 @@ function unitGeometry(mesh, shape, kind) {
 
 const attributeNames = (geometry) => Object.keys(geometry.attributes).sort().join();
 
-/** Parts of one material in one, so that a level takes as few drawing calls as it has materials. */
+/** Merges parts with one material, so that a level needs one draw call per material. */
 function merged(meshes, shape) {
   const byMaterial = new Map();
   for (const mesh of meshes) {
@@ -118,7 +118,7 @@ function ringGeometry(rings, kind) {
   return geometry;
 }
 
-/** The crown curve of a preset in the sizeless frame. */
+/** The crown curve of a preset in normalized coordinates. */
 export function unitCrown({ up, down }, sides, steps) {
   return Array.from({ length: 2 * steps + 1 }, (_, step) => {
     const below = step <= steps;
@@ -131,7 +131,7 @@ export function unitCrown({ up, down }, sides, steps) {
   });
 }
 
-/** What is drawn of a tree that is far away: its crown curve on a stem, some 70 triangles. */
+/** The stand-in of a tree that is far away: its crown curve on a stem, some 70 triangles. */
 export function standInOf(preset) {
   const paint = (color, factor) => {
     const material = new MeshStandardMaterial({ roughness: 0.95, metalness: 0 });
@@ -147,5 +147,5 @@ export function standInOf(preset) {
   return { parts, triangles: parts.reduce((sum, { geometry }) => sum + trianglesOf(geometry), 0), casters: [caster, parts[1]] };
 }
 
-/** A crown's core: what casts the shadow of a tree must leave its own leaves in the light. */
+/** The inner part of a crown: the shadow caster of a tree must not shade the tree's own leaves. */
 const shrunken = (rings) => rings.map((ring) => ring.map(([x, y, z]) => [0.65 * x, 2 + 0.65 * (y - 2), 0.65 * z]));

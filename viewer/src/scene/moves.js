@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Getting about: round the stand (orbit) or through it at eye height (walk), by mouse, touch and keyboard.
+// Navigation: around the stand (orbit) or through it at eye height (walk), by mouse, touch and keyboard.
 import { Euler, Vector3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -11,7 +11,7 @@ const STEP_RAD = Math.PI / 36;
 const SOUTH_WEST_ABOVE = new Vector3(-0.35, 0.42, 0.84).normalize();
 const UP = new Vector3(0, 1, 0);
 
-/** What keys do: [forward, right, turn to the left, look up] for each second. */
+/** Speeds of the keys: [forward, right, turn left, look up] per second. */
 const WALK_KEYS = {
   KeyW: [1, 0, 0, 0],
   KeyS: [-1, 0, 0, 0],
@@ -25,7 +25,7 @@ const WALK_KEYS = {
   PageDown: [0, 0, 0, -1],
 };
 
-/** Ways to look from: as now, else from other sides, else from higher up. */
+/** Directions of view to try: the current one, then other sides, then higher ones. */
 function sightLines(away) {
   const lines = [];
   const level = away.clone().setY(0);
@@ -65,7 +65,7 @@ export class Moves {
     canvas.addEventListener("pointermove", (event) => this.drag(event));
   }
 
-  /** The whole of a box, and other points, from the south-west above. */
+  /** Shows a whole box, and other points, from the south-west above. */
   frame(box, others = []) {
     this.setMode("orbit");
     const center = box.getCenter(new Vector3());
@@ -79,7 +79,7 @@ export class Moves {
   }
 
   /**
-   * A tree in the middle of the picture.
+   * Shows a tree in the center of the view.
    * @param {(from: Vector3, ahead: Vector3) => boolean} isSeen  whether nothing stands before it
    */
   lookAt({ place, crown }, isSeen = () => true) {
@@ -117,7 +117,7 @@ export class Moves {
     this.view.invalidate();
   }
 
-  /** Feet on the ground. */
+  /** Keeps the eye above the ground. */
   stand() {
     const { position } = this.view.camera;
     position.y = this.groundAt(position.x, position.z) + EYE_HEIGHT_M;
@@ -149,14 +149,14 @@ export class Moves {
     }
   }
 
-  /** Walks on while keys, or buttons of the same names, are held. */
+  /** Walks while keys, or buttons of the same names, are held. */
   press(code, isFast = false) {
     const isFirst = this.held.size === 0;
     this.held.add(code);
     this.isFast = isFast;
-    // The first step is taken at once, so that a short touch moves, too.
+    // The first step is immediate, so that a short touch moves, too.
     if (isFirst) this.step(0.1);
-    // Between a release and the next picture the steps still go on: a second row of them would double the pace.
+    // Between a release and the next frame the loop is still running: a second one would double the speed.
     if (this.isWalking) return;
     this.isWalking = true;
     let before = performance.now();
@@ -181,7 +181,7 @@ export class Moves {
     this.walk([move[0] * seconds * pace, move[1] * seconds * pace, move[2] * seconds, move[3] * seconds]);
   }
 
-  /** Keys of orbit: arrows turn, + and - come nearer, WASD move the middle. @returns whether the key means something */
+  /** Keys of orbit: arrows turn, + and - zoom, WASD move the center. @returns whether the key has a function */
   turn({ code, key }) {
     const { camera } = this.view;
     const { target } = this.orbit;
@@ -210,7 +210,7 @@ export class Moves {
     return true;
   }
 
-  /** In walk mode a drag turns the head. */
+  /** In walk mode a drag turns the camera. */
   drag(event) {
     if (this.mode !== "walk" || event.buttons !== 1) return;
     const perPixel = 1 / this.view.size.height / TURN_PER_S;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The controls: labeled, in the order in which they are used.
+// The panel of controls: labeled, in order of use.
 import { element } from "../dom.js";
 import { themeSwitch } from "../theme.js";
 
 /**
- * A labeled choice.
+ * A labeled select element.
  * @param {{label: string | null, choices: {value: string, text: string}[]}[]} groups
  */
 export function choice(id, label, groups, change) {
@@ -27,15 +27,15 @@ export function button(id, label, press) {
 }
 
 const KEYS = [
-  ["Orbit", "Drag turns, wheel or pinch comes nearer, right drag or two fingers move the middle. Arrows turn, + and − come nearer, W A S D move the middle."],
-  ["Walk", "W and S or arrows up and down walk, A and D step aside, arrows left and right turn, Page Up and Page Down look up and down, Shift walks faster. Drag looks around; the arrows on the picture walk by touch."],
+  ["Orbit", "Drag to turn, use the wheel or pinch to zoom, drag with the right button or two fingers to move the center. Arrows turn, + and − zoom, W A S D move the center."],
+  ["Walk", "W and S or arrows up and down walk, A and D step aside, arrows left and right turn, Page Up and Page Down look up and down, Shift walks faster. Drag looks around; the arrow buttons on the view walk by touch."],
   ["Trees", "Click or tap a tree, or press its number in the list."],
-  ["1, 2", "Orbit, walk (while the picture has the focus)"],
+  ["1, 2", "Orbit, walk (while the view has the focus)"],
   ["F", "The whole stand"],
   ["C, O", "Crown curves, overlapping crowns"],
   ["P", "Save the picture"],
   ["?", "This list"],
-  ["Escape", "No tree is chosen"],
+  ["Escape", "Deselect the tree"],
 ];
 
 /** The list of keys and gestures. */

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Which tree a ray meets first: by the crown curves and stems themselves, whatever is drawn of them.
+// Finds the first tree on a ray, by its crown curve and stem, for any level of detail.
 import { contains } from "./crown.js";
 
 const STEPS = 64;
-/** Thin stems could hardly be hit. */
+/** Minimum radius, because thin stems would be hard to hit. */
 const LEAST_STEM_M = 0.12;
 
-/** Where a ray is within a distance of the tree's axis and between its foot and tip, as [from, to]; null if nowhere. */
+/** The interval of a ray that is within a distance of the tree's axis and between its base and tip, as [from, to]; null if none. */
 function throughCylinder(origin, direction, radius, height) {
   const a = direction.x ** 2 + direction.z ** 2;
   const b = origin.x * direction.x + origin.z * direction.z;

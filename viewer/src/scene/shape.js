@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-// One model for many trees: a model is turned into a shape without sizes, and each tree gives it its own.
+// One model for many trees: a model is converted to normalized coordinates, and each tree applies its own sizes.
 //
-// In the sizeless shape heights are 0 at the ground, 1 at the crown base, 2 at the widest crown and 3 at the tip, and a point of the crown is
-// as far from the axis as its share of the crown's radius in its azimuth. On the stem, 1 is breast height and 2 the tip; it keeps its
-// thickness, which a tree multiplies by its girth, the ratio of the DBH.
-// So every tree has exactly its own height, crown base, widest height, four radii and DBH, and stays within its own crown curve.
+// In normalized coordinates heights are 0 at the ground, 1 at the crown base, 2 at the widest crown and 3 at the tip, and the distance of a
+// crown point from the axis is relative to the crown radius in its azimuth. On the stem, 1 is breast height and 2 the tip; the thickness
+// is kept and multiplied by the ratio of the DBHs.
+// Every tree therefore has exactly its own height, crown base, widest height, four radii and DBH, and stays within its own crown curve.
 import { radiusTowards } from "./crown.js";
 
 export const BREAST_HEIGHT_M = 1.3;
 
-/** What a vertex belongs to. A pole is the stem of a tree that is drawn from far away: of radius 1, and as high as the crown base at 1. */
+/** Kinds of vertices. A pole is the stem of a stand-in: of radius 1, and as high as the crown base at 1. */
 export const KIND = { crown: 0, stem: 1, pole: 2 };
 
-/** Numbers of a tree in the texture: texels of four floats. */
+/** Values of a tree in the texture: texels of four floats. */
 export const TEXELS = 8;
 export const TREES_PER_ROW = 256;
 export const TEXEL = { place: 0, heights: 1, radii: 2, color: 3, matrix: 4 };
@@ -25,7 +25,7 @@ export function heightToUnit({ h, hcb, hc }, y) {
 
 const stemMetersPerUnit = ({ h }, unit) => (unit < 1 ? BREAST_HEIGHT_M : h - BREAST_HEIGHT_M);
 
-/** Meters of one unit of height there. */
+/** Meters per unit of height there. */
 function metersPerUnit({ h, hcb, hc }, unit) {
   if (unit <= 1) return Math.max(hcb, 1e-3);
   return Math.max(unit <= 2 ? hc - hcb : h - hc, 1e-3);
@@ -38,7 +38,7 @@ function stemHeightToUnit({ h }, y) {
 const crownOfModel = ({ h, hcb, hc, radii }) => ({ h, hcb, hc, ...radii });
 
 /**
- * Takes the sizes out of a model's vertices, in place.
+ * Converts a model's vertices to normalized coordinates, in place.
  * @param {Float32Array} positions  x east, y up, z south of the stem's foot [m]
  * @param {Float32Array} normals
  * @param {{h: number, hcb: number, hc: number, radii: object}} model
@@ -59,7 +59,7 @@ export function toUnit(positions, normals, model, kind) {
   }
 }
 
-/** The same as the shader below, for one point: for tests, and for whoever wants to measure. */
+/** The same as the shader below, for one point: for tests and measurements. */
 export function fromUnit([x, y, z], tree, kind) {
   const quarter = [[x, z], [-z, x], [-x, -z], [z, -x]][tree.turn];
   const onStem = y < 1 ? y * BREAST_HEIGHT_M : BREAST_HEIGHT_M + (y - 1) * (tree.h - BREAST_HEIGHT_M);
@@ -68,7 +68,7 @@ export function fromUnit([x, y, z], tree, kind) {
   return [quarter[0] * sideways, height, quarter[1] * sideways];
 }
 
-/** A quarter turn for each tree, so that neighbors with one model look different. */
+/** A rotation by a multiple of 90 degrees for each tree, so that neighbors with one model look different. */
 export const turnOf = (tree) => ((tree * 2654435761) >>> 16) & 3;
 
 const READ_TREE = /* glsl */ `
@@ -86,7 +86,7 @@ void readTreeColor() {
 }
 `;
 
-/** Vertex functions for trees whose sizes are in the texture. */
+/** Vertex functions for trees with sizes in the texture. */
 export const SIZED = /* glsl */ `
 ${READ_TREE}
 attribute float treeKind;
@@ -122,7 +122,7 @@ vec3 treeNormal(vec3 unit, vec3 normal) {
 }
 `;
 
-/** Vertex functions for trees that are placed as they are, by the matrix in the texture. */
+/** Vertex functions for trees without sizes, placed by the matrix in the texture. */
 export const PLACED = /* glsl */ `
 ${READ_TREE}
 vec3 treePosition(vec3 own) {

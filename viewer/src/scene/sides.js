@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// From the page's data to what is drawn: a side of the view for a variant of the stand, or for a scene as it is.
+// Sides of the view: a variant of the stand, or an unchanged scene, from the page's data.
 import { Matrix4 } from "three";
 import { crownOf, placeOf, treeCount } from "./data.js";
 import { grownModels, modelOf, parseGlb, partNameOf, standInOf } from "./models.js";
 import { Stand } from "./stand.js";
 import { TreeTexture } from "./tree-texture.js";
 
-/** Layers of three.js: 0 is for both sides, and each side has one for its trees and sun, and one for what casts shadows. */
+/** Layers of three.js: 0 is for both sides, and each side has one for its trees and sun, and one for shadow casters. */
 export const layersOf = (side) => ({ own: 1 + side, caster: 3 + side });
 
 const reachOf = ({ east, west, south, north }) => Math.max(east, west, south, north);
@@ -19,7 +19,7 @@ export function bodiesOf(data, variant) {
   });
 }
 
-/** A stand that the program grew models for. */
+/** A stand with models from the program. */
 class GrownStand {
   static async load(data) {
     const stand = new GrownStand();
@@ -45,7 +45,7 @@ class GrownStand {
   }
 }
 
-/** A scene of a GLB file: trees that are known get colors and can be picked, all else is shown as it is. */
+/** A scene of a GLB file: trees with measurements get colors and can be selected, everything else is shown unchanged. */
 class PlacedStand {
   static async load(data) {
     const stand = new PlacedStand();
@@ -78,12 +78,12 @@ class PlacedStand {
       }
     });
     taken.forEach((object) => object.removeFromParent());
-    // The page lays the ground under trees that it knows; any other stays as it is.
+    // The page adapts the ground to trees with measurements; any other ground is unchanged.
     this.ground = treeCount(this.data) > 0 ? (scene.getObjectByName("ground") ?? null) : null;
     this.ground?.removeFromParent();
   }
 
-  /** The parts of instances come one by one; trees of an instanced node share the model that its parts make up. */
+  /** Instances are listed by part; trees of an instanced node share the model that its parts form. */
   collectInstances(mesh, byNumber, known) {
     const key = mesh.parent?.uuid ?? mesh.uuid;
     const numbers = mesh.geometry.attributes._TREE;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// One side of the view: all trees of a variant, drawn by model and level of detail, a tree costing one number a picture.
+// One side of the view: all trees of a variant, drawn by model and level of detail; a drawn tree costs one number per frame.
 import { Box3, DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, Sphere, Vector3 } from "three";
 import { detailFactor, levelFor } from "./levels.js";
 import { treeDepthMaterial, treeMaterial } from "./materials.js";
 
 const CELL_M = 16;
-/** Triangles that cast shadows; it is a moment's work, but of seconds without a graphics card. */
+/** Triangles of shadow casters; fast with a graphics card, but takes seconds without one. */
 const MOST_CASTING = 1_000_000;
 const sphere = new Sphere();
 
-/** A geometry that is drawn once for each number in a list. */
+/** A geometry that is drawn once per number of a list. */
 function listed(geometry, capacity) {
   const own = new InstancedBufferGeometry();
   own.setIndex(geometry.index);
@@ -108,7 +108,7 @@ export class Stand {
     return mesh;
   }
 
-  /** Shadows are those of the coarsest level, of large stands those of stand-ins; they are drawn once, not in every picture. */
+  /** Shadows are those of the coarsest level, in large stands those of stand-ins; they are drawn once, not in every frame. */
   castersOf(isPlaced) {
     const whole = this.trees.reduce((sum, tree) => sum + (tree ? this.models[tree.model].triangles.at(-1) : 0), 0);
     if (this.standIns && whole > MOST_CASTING) {
@@ -135,7 +135,7 @@ export class Stand {
     });
   }
 
-  /** Shows the trees that the test lets pass. */
+  /** Shows the trees that pass the test. */
   show(passes) {
     this.shown = this.trees.map((tree, index) => tree !== null && passes(index));
     const cells = new Map();
@@ -161,7 +161,7 @@ export class Stand {
     }
   }
 
-  /** Colors of trees, or null for their own. */
+  /** Colors of trees, or null for the materials' colors. */
   paint(colorOf) {
     this.uniforms.treeTint.value = colorOf ? 1 : 0;
     if (colorOf) this.texture.setColors(colorOf, this.trees.length);
@@ -175,7 +175,7 @@ export class Stand {
   }
 
   /**
-   * Decides which trees are drawn, and how fine.
+   * Selects the trees to draw and their levels of detail.
    * @param {import("three").Frustum} frustum
    * @param {Vector3} eye
    * @param {number} pixelsPerRadian  CSS pixels of a small angle
@@ -213,7 +213,7 @@ export class Stand {
     this.farBatches.forEach(use);
   }
 
-  /** How many trees are drawn at each level; the last number is that of stand-ins. */
+  /** Number of trees drawn at each level; the last number is that of stand-ins. */
   treesByLevel() {
     const counts = Array(this.levelCount + 1).fill(0);
     this.batches.forEach((levels) => levels.forEach((batch, level) => (counts[level] += batch.count)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The list of trees: searched, sorted, a page at a time.
+// The list of trees: search, sorting, paging.
 import { element } from "../dom.js";
 import { decimals } from "../format.js";
 import { counted, speciesOf, treeCount, treeName } from "./data.js";
@@ -55,13 +55,13 @@ export class TreeList {
     button.addEventListener("click", () => {
       this.page += by;
       this.draw();
-      // A button that can do no more cannot keep the focus.
+      // A disabled button cannot keep the focus.
       if (button.disabled) (button === this.after ? this.before : this.after).focus();
     });
     return button;
   }
 
-  /** Lists the trees that the test lets pass. */
+  /** Lists the trees that pass the test. */
   show(passes) {
     this.passes = passes;
     this.refresh();
@@ -80,7 +80,7 @@ export class TreeList {
     this.draw();
   }
 
-  /** Marks a tree and turns to its page. */
+  /** Marks a tree and shows its page. */
   mark(tree) {
     this.chosen = tree;
     const place = this.trees.indexOf(tree);
@@ -88,7 +88,7 @@ export class TreeList {
     this.draw();
   }
 
-  /** Draws the table anew; a tree's button keeps the focus. */
+  /** Redraws the table; a tree's button keeps the focus. */
   draw() {
     const focused = this.table.contains(document.activeElement) ? document.activeElement.dataset.tree : undefined;
     this.lay();
@@ -103,7 +103,7 @@ export class TreeList {
     this.count.textContent = this.trees.length === 0 ? "No tree." : `${from + 1} to ${from + rows.length} of ${counted(this.trees.length, "tree")}`;
     this.before.disabled = this.page === 0;
     this.after.disabled = this.page >= pages - 1;
-    this.table.replaceChildren(element("caption", { class: "hidden" }, "Trees; the tree's number chooses it"), this.head(), element("tbody", {}, ...rows.map((tree) => this.row(tree))));
+    this.table.replaceChildren(element("caption", { class: "hidden" }, "Trees; press a tree's number to select it"), this.head(), element("tbody", {}, ...rows.map((tree) => this.row(tree))));
   }
 
   head() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The numbers of all trees of a variant as a texture that vertex shaders read; layout in shape.js.
+// The sizes of all trees of a variant as a texture for vertex shaders; layout in shape.js.
 import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 import { TEXEL, TEXELS, TREES_PER_ROW, turnOf } from "./shape.js";
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The picture: renderer, camera, light, one side or two. A picture is drawn when something has changed, not all the time.
+// The view: renderer, camera, light, one side or two. A frame is drawn only when something has changed.
 import { ACESFilmicToneMapping, AmbientLight, Box3, Color, DirectionalLight, Frustum, HemisphereLight, Matrix4, PCFShadowMap, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from "three";
 import { layersOf } from "./sides.js";
 import { AdaptiveBudget, BUDGETS } from "./levels.js";
@@ -18,7 +18,7 @@ function sunOf(side) {
   return sun;
 }
 
-/** Without a graphics card a picture of a million triangles takes seconds: detail then begins low. */
+/** Without a graphics card a frame of a million triangles takes seconds, so detail starts low. */
 function drawsInSoftware(renderer) {
   const context = renderer.getContext();
   const known = context.getExtension("WEBGL_debug_renderer_info");
@@ -51,7 +51,7 @@ export class View {
     this.resize();
   }
 
-  /** Casters of shadows lie on a layer that only the shadow pass sees: they are drawn when the shadows change. */
+  /** Shadow casters are on a layer of their own: they are drawn only when the shadows change. */
   castFromOwnLayer() {
     const { shadowMap } = this.renderer;
     const render = shadowMap.render;
@@ -95,7 +95,7 @@ export class View {
     this.shadowsChanged();
   }
 
-  /** The sun looks at all trees that are shown. */
+  /** Adjusts the sun's shadow camera to all shown trees. */
   shadowsChanged() {
     const { box } = this;
     if (!box.isEmpty()) {
@@ -118,7 +118,7 @@ export class View {
     this.invalidate();
   }
 
-  /** Draws with a context that the browser has given back: what lay on the graphics card is gone. */
+  /** Draws with a restored context: everything on the graphics card was lost. */
   restore() {
     this.castFromOwnLayer();
     for (const sun of this.suns) sun.shadow.map = null;
@@ -130,7 +130,7 @@ export class View {
     this.invalidate();
   }
 
-  /** Where each side is on the canvas: beside each other, or one above the other where the canvas is high. */
+  /** The position of each side on the canvas: side by side, or one above the other if the canvas is high. */
   rectangles() {
     const { width, height } = this.size;
     if (this.sides.length < 2) return [{ x: 0, y: 0, width, height }];
@@ -155,14 +155,14 @@ export class View {
 
   aim(rectangle) {
     this.camera.aspect = rectangle.width / rectangle.height;
-    // A narrow picture shows as much from side to side as a square one.
+    // A narrow view shows the same width as a square one.
     const half = Math.tan(((VIEW_DEG / 2) * Math.PI) / 180);
     this.camera.fov = (2 * Math.atan(half / Math.min(1, this.camera.aspect)) * 180) / Math.PI;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
   }
 
-  /** How far from the center, towards a direction, a box and other points just fit into a side of the picture. */
+  /** Distance from the center, in a direction, at which a box and other points just fit into a side of the view. */
   distanceToFit(box, center, direction, others = []) {
     const corners = [box.min, box.max].flatMap(({ x }) => [box.min, box.max].flatMap(({ y }) => [box.min, box.max].map(({ z }) => new Vector3(x, y, z))));
     corners.push(...others);
@@ -220,7 +220,7 @@ export class View {
     this.listeners.push(listener);
   }
 
-  /** Draws soon. */
+  /** Requests a frame. */
   invalidate() {
     if (this.waiting) return;
     this.waiting = true;
@@ -243,7 +243,7 @@ export class View {
     return { side: this.sides[number], origin: raycaster.ray.origin, direction: raycaster.ray.direction };
   }
 
-  /** Where a point of the page's frame is on the canvas, on a side [CSS pixels]. */
+  /** The position of a point of the page's frame on the canvas, on a side [CSS pixels]. */
   onCanvas(point, number = 0) {
     const rectangle = this.rectangles()[number];
     this.aim(rectangle);
@@ -251,7 +251,7 @@ export class View {
     return { x: rectangle.x + ((projected.x + 1) / 2) * rectangle.width, y: rectangle.y + ((1 - projected.y) / 2) * rectangle.height };
   }
 
-  /** The picture as a PNG file. @returns {Promise<Blob>} */
+  /** The view as a PNG file. @returns {Promise<Blob>} */
   picture() {
     this.draw();
     return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The one exception hierarchy of silvafit, and the place that a message speaks of.
+// The exception hierarchy of silvafit, and the position that a message refers to.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,17 @@
 
 namespace silvafit {
 
-/// Where something is wrong. Every part is optional; `describe` renders those that are known.
+/// The position of an error. Every part is optional; `describe` writes the known parts.
 struct Place {
   std::string file{};
   std::optional<std::size_t> line{};  ///< line in the file, from 1
-  std::string column{};               ///< column name, or an option's name
+  std::string column{};               ///< column name, or name of an option
   std::string plot{};
   std::string tree{};
   std::string model{};
 };
 
-/// The one rendering of a place before its message, control characters made visible:
+/// The text of a position before its message, with control characters as escapes:
 /// `trees.csv:118: hcb: 14.2 m exceeds h 12.9 m (plot 07, tree 31)`.
 std::string describe(const Place& place, std::string_view message);
 
@@ -38,7 +38,7 @@ class Error : public std::runtime_error {
   std::string message_;
 };
 
-/// A caller's mistake: sizes that do not fit, an option out of range, a name that is not known.
+/// An error of the caller: sizes that do not match, an option out of range, an unknown name.
 class UsageError : public Error {
   using Error::Error;
 };
@@ -53,7 +53,7 @@ class DomainError : public InputError {
   using InputError::InputError;
 };
 
-/// No answer exists, or none could be computed to the precision that is promised.
+/// No result exists, or it cannot be computed with the required precision.
 class NumericalError : public Error {
   using Error::Error;
 };

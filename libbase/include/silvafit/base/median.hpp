@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The middle of a sample.
+// The median of a sample.
 #pragma once
 
 #include <vector>
 
 namespace silvafit {
 
-/// The median: the middle value of an odd number of values, the mean of the two in the middle of an
+/// The median: the middle value of an odd number of values, the mean of the two middle values of an
 /// even number.
 /// \param values  (N) in any order, none NaN; N > 0
 double median(std::vector<double> values);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Text that people are shown.
+// Text for messages.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@ namespace silvafit {
 
 /// The text with its control characters as escapes: `\x1b` instead of ESC.
 ///
-/// Names in files may hold sequences that move a terminal's cursor or change its title; in messages
-/// they are seen and do nothing. Line ends and tabs stay, since messages have lines of their own.
+/// File names may contain sequences that move a terminal's cursor or change its title; in messages
+/// they are visible and have no effect. Line ends and tabs are kept for messages of several lines.
 /// \param text  UTF-8; C0 and C1 controls (U+0000 to U+001F, U+007F to U+009F) are escaped, the
 ///              others copied
 std::string with_visible_controls(std::string_view text);
 
 /// "1 tree has", "131 trees have".
-/// \param one   what follows the number 1
-/// \param many  what follows any other
+/// \param one   the words after the number 1
+/// \param many  the words after other numbers
 std::string counted(std::size_t count, std::string_view one, std::string_view many);
 
 }  // namespace silvafit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes of grown trees as scenes of light.
+// Ray tracing of scenes of grown trees.
 #pragma once
 
 #include "silvafit/render/ray_tracer.hpp"
@@ -7,9 +7,9 @@
 
 namespace silvafit::render {
 
-/// What a file of trees looks like: bark and ground are dull, leaves shine a little and let light
-/// through. Parts are told apart by the names that silvafit gives to materials; of other files,
-/// open surfaces that are seen from both sides count as leaves.
+/// The materials of a file of trees: bark and ground are diffuse, leaves reflect a little and let
+/// light through. Parts are identified by the material names of silvafit; in other files,
+/// double-sided open surfaces are treated as leaves.
 /// \throws InputError naming the file if it has nothing to draw, or flattens something to a plane
 Scene scene_of(const tree::ReadScene& read);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pictures of 8 bits a channel, and PNG files of them.
+// Images of 8 bits per channel, and their PNG files.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +21,13 @@ struct Picture {
   }
 };
 
-/// Pictures of one size side by side, row by row, with a white gap between.
+/// Images of one size side by side, row by row, with a white gap between.
 /// \throws UsageError if there is none, the sizes differ, or columns is 0
 Picture contact_sheet(const std::vector<Picture>& pictures,
                       std::size_t columns,
                       std::size_t gap = 4);
 
-/// Writes a PNG file, whole or not at all; the same picture gives the same bytes.
+/// Writes a PNG file, completely or not at all; the same image gives the same bytes.
 /// \throws InputError if it cannot be written
 void write_png(const Picture& picture, const std::filesystem::path& path);
 

@@ -21,21 +21,21 @@ using Vector = std::array<double, 3>;
 /// How a surface scatters light. Colors are linear RGB.
 struct Material {
   Vector color{0.6, 0.6, 0.6};
-  double translucency = 0.0;  ///< share of the light from behind that comes through, tinted
+  double translucency = 0.0;  ///< proportion of the light from behind that passes, tinted
   double reflectance = 0.0;   ///< at normal incidence; grows towards 1 at grazing angles (Schlick)
-  bool double_sided = false;  ///< else the back is black to light, as the inside of a stem
+  bool double_sided = false;  ///< else the back is black, as the inside of a stem
 };
 
 /// Triangles of one material, y up.
 struct Surface {
   Material material{};
-  std::vector<float> positions{};        ///< 3 a vertex [m]
-  std::vector<float> normals{};          ///< 3 a vertex, or none: flat triangles
-  std::vector<std::uint8_t> colors{};    ///< 4 a vertex, linear, times the material's; or none
-  std::vector<std::uint32_t> indices{};  ///< 3 a triangle
-  std::vector<float> uvs{};              ///< 2 a vertex, from the picture's upper left; or none
-  /// Laid over it by its UVs, repeated, and multiplied with its color, or null; where it is less
-  /// than half opaque, light goes through.
+  std::vector<float> positions{};        ///< 3 per vertex [m]
+  std::vector<float> normals{};          ///< 3 per vertex, or none: flat triangles
+  std::vector<std::uint8_t> colors{};    ///< 4 per vertex, linear, times the material's; or none
+  std::vector<std::uint32_t> indices{};  ///< 3 per triangle
+  std::vector<float> uvs{};              ///< 2 per vertex, from the image's upper left; or none
+  /// Texture, repeated, and multiplied with the surface's color, or null; rays pass where it is
+  /// less than half opaque.
   std::shared_ptr<const tree::Texture> texture{};
 };
 
@@ -43,7 +43,7 @@ struct Model {
   std::vector<Surface> surfaces{};
 };
 
-/// A model at a place: column-major 4 x 4, affine.
+/// A placed model: column-major 4 x 4, affine.
 struct Instance {
   std::size_t model = 0;
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
@@ -54,30 +54,30 @@ struct Scene {
   std::vector<Instance> instances{};
 };
 
-/// The camera looks at the scene's bounding box.
+/// The camera points to the scene's bounding box.
 struct Camera {
-  double azimuth_deg = 200.0;   ///< where the viewer stands, clockwise from north
-  double elevation_deg = 12.0;  ///< of the viewer above the middle of the scene, in [-89, 89]
-  double view_deg = 35.0;       ///< angle of view upright, in (1, 120)
+  double azimuth_deg = 200.0;   ///< azimuth of the camera, clockwise from north
+  double elevation_deg = 12.0;  ///< elevation of the camera above the scene's middle, in [-89, 89]
+  double view_deg = 35.0;       ///< vertical field of view, in (1, 120)
   double zoom = 1.0;            ///< 2: half the distance
-  /// What to look at [x east, y up, z south]; else the middle of the scene.
+  /// Target of the camera [x east, y up, z south]; default: the middle of the scene.
   std::optional<Vector> target{};
 };
 
 struct RenderOptions {
   std::size_t width = 1280;  ///< 1 to 16384
   std::size_t height = 720;
-  std::size_t samples = 16;  ///< rays a pixel
+  std::size_t samples = 16;  ///< rays per pixel
   Camera camera{};
   SunPosition sun{};
   bool has_ground = true;  ///< a plane at the lowest point
   std::uint64_t seed = 1;
-  unsigned threads = 0;  ///< 0: as many as there are cores
-  /// Called as rows are done, from any thread.
+  unsigned threads = 0;  ///< 0: one for each core
+  /// Called when rows are done, from any thread.
   std::function<void(std::size_t done, std::size_t total)> progress{};
 };
 
-/// A scene that is ready to be looked at from all sides.
+/// A scene prepared for images from all directions.
 class RayTracer {
  public:
   /// \throws UsageError if an instance names no model, a surface's buffers do not fit each other,
@@ -92,7 +92,7 @@ class RayTracer {
   std::array<Vector, 2> bounds() const;
   std::size_t triangle_count() const;  ///< as drawn: those of every instance
 
-  /// The same pixels for the same scene, options and seed, whatever the number of threads.
+  /// The same pixels for the same scene, options and seed, for any number of threads.
   /// \throws UsageError if an option is out of range
   Picture picture(const RenderOptions& options) const;
 

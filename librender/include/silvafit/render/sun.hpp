@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the sun stands.
+// The position of the sun.
 #pragma once
 
 #include <string_view>
@@ -12,7 +12,7 @@ struct SunPosition {
   double elevation_deg = 45.0;  ///< above the horizon
 };
 
-/// A moment in universal time.
+/// A time in UTC.
 struct Moment {
   int year = 2000;
   int month = 1;  ///< 1 to 12
@@ -20,14 +20,14 @@ struct Moment {
   double hours = 12.0;  ///< since midnight, UTC; may leave [0, 24)
 };
 
-/// Reads `2023-06-21T15:00+08:00`; without a time it is noon, without a zone UTC.
-/// \throws UsageError if the text is no such moment
+/// Reads `2023-06-21T15:00+08:00`; without a time it is noon, without an offset UTC.
+/// \throws UsageError if the text is not a valid time
 Moment parse_moment(std::string_view text);
 
-/// The sun over a place, to about 0.02 degrees between 1950 and 2050, without refraction.
+/// The position of the sun, to about 0.02 degrees between 1950 and 2050, without refraction.
 /// \param latitude_deg   north, in [-90, 90]
 /// \param longitude_deg  east, in [-180, 180]
-/// \throws UsageError if the place is not on earth
+/// \throws UsageError if latitude or longitude is out of range
 /// Source: Astronomical Almanac's low-precision formulas (Michalsky 1988, Solar Energy 40,
 /// 227-235).
 SunPosition sun_over(double latitude_deg, double longitude_deg, const Moment& moment);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which window each plot of an inventory has.
+// The window of each plot of an inventory.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ enum class SearchScope {
   kStand,  ///< among all trees
 };
 
-/// What is taken where no window was given.
+/// The window that is used if none is given.
 enum class AssumedWindow {
   kConvexHull,  ///< the smallest convex polygon around the trees
-  kRectangle,   ///< the rectangle around the trees, along x and y: what a torus needs
+  kRectangle,   ///< the rectangle around the trees, parallel to x and y, for a torus
 };
 
 /// An area whose trees are counted together: a plot with a window of its own, or the stand.
@@ -34,11 +34,11 @@ struct Domain {
 /// stand.
 struct PlotWindows {
   std::vector<Domain> domains{};
-  /// By code of Inventory::plot: the plot's domain. None where its trees make no window.
+  /// By code of Inventory::plot: the plot's domain. None if its trees have no convex hull.
   std::vector<std::optional<std::size_t>> domain_of_plot{};
   bool is_assumed = false;           ///< no window was given
-  std::vector<std::string> notes{};  ///< what was assumed
-  /// Plots whose trees make no window: one or two, or all on one line.
+  std::vector<std::string> notes{};  ///< the assumed window
+  /// Plots without a convex hull: one or two trees, or all on one line.
   std::vector<std::string> plots_without_window{};
   std::size_t plots_in_window_of_stand = 0;  ///< plots without a given window of their own
 
@@ -46,9 +46,9 @@ struct PlotWindows {
   const Window* window_of(const Inventory& inventory, std::size_t tree) const;
 };
 
-/// Gives each plot the window that bears its name, else that of every plot, else that of the stand;
+/// Gives each plot the window with its name, else that of every plot, else that of the stand;
 /// without any given window, one around the trees of each plot (kPlot) or of the stand (kStand).
-/// \param given  as read_windows reads them
+/// \param given  as read by read_windows
 /// \throws InputError if windows are given and a plot has none; UsageError if neighbors are
 /// searched
 ///         within plots and several plots share the stand's window
@@ -57,8 +57,8 @@ PlotWindows plot_windows(const Inventory& inventory,
                          SearchScope scope,
                          AssumedWindow assumed = AssumedWindow::kConvexHull);
 
-/// \throws UsageError if several plots share the stand's window, which is none for neighbors within
-///         each plot
+/// \throws UsageError if several plots share the stand's window, because neighbors are searched
+///         within each plot
 void refuse_shared_window(std::size_t plots);
 
 /// Whether each tree is inside its window: 1, else 0; 0 also without position or window.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Everything that is said of a stand, in one object.
+// All tables of a stand in one object.
 #pragma once
 
 #include <cstddef>
@@ -22,18 +22,18 @@ struct StandReportOptions {
   StructuralUnitOptions units{};
   SpeciesTableOptions species{};  ///< quadrat_m 0 in a stand of one plot: quadrats of 10 m
   double diameter_class_cm = 4.0;
-  /// Area of every plot, for inventories without windows; not both.
+  /// Area of every plot, for inventories without windows; do not give both.
   std::optional<double> plot_area_m2{};
-  /// Column of Inventory::other that holds each tree's stratum; empty: none.
+  /// Column of Inventory::other with each tree's stratum; empty: none.
   std::string stratum{};
   std::map<std::string, double> stratum_areas_ha{};
 };
 
-/// A plot, or the stand where plots have no window of their own.
+/// A plot, or the stand if plots have no window of their own.
 struct AreaReport {
   SampledArea area{};
   StandFigures figures{};
-  std::optional<ClarkEvans> clark_evans{};  ///< where there is a window
+  std::optional<ClarkEvans> clark_evans{};  ///< only with a window
 };
 
 struct NamedJointDistribution {
@@ -42,11 +42,11 @@ struct NamedJointDistribution {
   JointDistribution distribution{};
 };
 
-/// Figures, species, diameters and structure of an inventory.
+/// Stand values, species, diameters and structure of an inventory.
 struct StandReport {
   std::vector<AreaReport> areas{};
   StandFigures all{};                    ///< all areas together
-  std::vector<StratumFigures> strata{};  ///< the last: all together
+  std::vector<StratumFigures> strata{};  ///< the last entry: all strata together
   std::vector<SpeciesRow> species{};
   Layers layers{};
   double quadrat_m = 0.0;  ///< 0: plots were the quadrats

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stand figures: what stands on a hectare, by plot, by stratum and in all.
+// Stand values per hectare, by plot, by stratum and in total.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@
 
 namespace silvafit::stand {
 
-/// An area that was inventoried, and the rows of the trees inside.
+/// An inventoried area and the rows of the trees inside.
 struct SampledArea {
   std::string name{};  ///< of its plot; empty for a stand of several plots
   double area_m2 = 0.0;
-  std::optional<Window> window{};  ///< none where only the area is known
+  std::optional<Window> window{};  ///< none if only the area is known
   std::vector<std::size_t> trees{};
 };
 
 /// The domains of the windows with their trees, in the order of the domains, then given windows of
-/// plots that no row names: plots without trees count, too.
+/// plots without rows: plots without trees are counted, too.
 std::vector<SampledArea> sampled_areas(const Inventory& inventory,
                                        const PlotWindows& windows,
                                        const std::vector<NamedWindow>& given);
@@ -31,17 +31,17 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory,
 /// Every plot of the inventory with one known area, for inventories without positions.
 std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2);
 
-/// Every plot of the inventory with an unknown area, NaN: what is by hectare is unknown, too.
+/// Every plot of the inventory with an unknown area, NaN: values per hectare are NaN, too.
 std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory);
 
-/// What stands on an area. NaN where it cannot be known: no tree, no heights, no crowns.
+/// Values of an area. NaN if unknown: no tree, no heights, no crowns.
 struct StandFigures {
   std::size_t trees = 0;
   double area_ha = 0.0;
   double stems_per_ha = 0.0;
   double basal_area_m2_per_ha = 0.0;
   double mean_dbh_cm = 0.0;
-  double sd_dbh_cm = 0.0;  ///< with n - 1, and so are the other sd
+  double sd_dbh_cm = 0.0;  ///< with n - 1, as the other standard deviations
   double quadratic_mean_dbh_cm = 0.0;
   double mean_height_m = 0.0;  ///< of the trees with a height
   double sd_height_m = 0.0;
@@ -50,19 +50,19 @@ struct StandFigures {
   /// Sum of crown areas (circles of cw) over the area; of the trees with a crown width.
   double crown_cover_percent = 0.0;
   std::size_t trees_without_crown_width = 0;
-  std::size_t dominant_trees = 0;                 ///< the thickest, which dominant height is of
+  std::size_t dominant_trees = 0;                 ///< number of trees in the dominant height
   std::size_t dominant_trees_without_height = 0;  ///< of these
 };
 
-/// Dominant height is the mean height of the thickest trees, so many a hectare (at least one tree;
-/// all where there are fewer); of equally thick trees the taller ones. Trees among them without
-/// height are left out of the mean.
+/// Dominant height is the mean height of a number of thickest trees per hectare (at least one tree;
+/// all trees if there are fewer); of equally thick trees the taller ones. Trees among them without
+/// height are not in the mean.
 StandFigures stand_figures(const Inventory& inventory,
                            std::span<const std::size_t> trees,
                            double area_m2,
                            double dominant_trees_per_ha = 100.0);
 
-/// Says how many trees the crown cover lacks; empty if none, or if it is not known at all.
+/// Gives the number of trees missing in the crown cover; empty if none, or if it is unknown.
 std::string note_on_crown_cover(const StandFigures& figures);
 
 /// A class of diameters, from low (included) to high.
@@ -74,7 +74,7 @@ struct DiameterClass {
   double basal_area_m2_per_ha = 0.0;
 };
 
-/// Classes of one width from 0, from the first to the last that has a tree.
+/// Classes of one width, starting at 0, from the first to the last class with a tree.
 /// \throws UsageError if the width is not above 0, or would make more than 10,000 classes
 std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
                                                  std::span<const std::size_t> trees,
@@ -85,7 +85,7 @@ std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
 struct Estimate {
   double per_ha = 0.0;
   double standard_error = 0.0;  ///< NaN for one plot
-  double total = 0.0;           ///< NaN unless the area of the stratum is known
+  double total = 0.0;           ///< NaN unless the stratum's area is known
   double total_standard_error = 0.0;
 };
 
@@ -93,7 +93,7 @@ struct Estimate {
 struct StratumFigures {
   enum class Kind {
     kStratum,
-    kWithout,  ///< the plots that are in no stratum
+    kWithout,  ///< the plots without a stratum
     kAll,      ///< all together
   };
   Kind kind = Kind::kStratum;
@@ -109,15 +109,15 @@ struct StratumFigures {
 /// Estimates by stratum and, last, for all together.
 ///
 /// Plots are a simple random sample of their stratum. Per hectare: the ratio R = sum y / sum a of
-/// what was counted and the plots' areas; standard error sqrt(sum (y - R a)^2 / (n (n - 1))) / mean
-/// a, which is that of the mean where plots are equal (Cochran 1977, chapter 6). Over strata:
-/// weighted by their areas, if all are known (chapter 5), else all plots are one sample. Plots
-/// without a stratum have an entry of their own after the strata, and are not in the figures of all
+/// the plots' values and areas; standard error sqrt(sum (y - R a)^2 / (n (n - 1))) / mean a,
+/// which is that of the mean if plots are equal (Cochran 1977, chapter 6). Over strata:
+/// weighted by their areas if all are known (chapter 5), else all plots are one sample. Plots
+/// without a stratum have an entry of their own after the strata, and are not in the values of all
 /// that are weighted by areas.
-/// \param stratum_of_area   one for each area, empty where it has none; none at all: no strata, and
+/// \param stratum_of_area   one for each area, empty if it has none; no entries: no strata, and
 ///                          the result is one entry
 /// \param stratum_areas_ha  areas by name; may be empty
-/// \throws UsageError if an area is given for a stratum that is not there, or for some only
+/// \throws UsageError if an area is given for an unknown stratum, or not for all strata
 std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
                                             const std::vector<SampledArea>& areas,
                                             const std::vector<std::string>& stratum_of_area,

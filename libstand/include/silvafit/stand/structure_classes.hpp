@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How structural classes occur together.
+// Joint distribution of structural classes.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,19 @@
 
 namespace silvafit::stand {
 
-/// Shares of the core trees by the classes 0, 1/n, ..., 1 of two indices.
+/// Proportions of the core trees by the classes 0, 1/n, ..., 1 of two indices.
 struct JointDistribution {
   std::size_t neighbors = 0;    ///< n; there are n + 1 classes
   std::size_t trees = 0;        ///< core trees that have both indices
-  std::vector<double> share{};  ///< (n + 1)^2: rows of the first index; they add up to 1
+  std::vector<double> share{};  ///< (n + 1)^2: rows of the first index; the sum is 1
 
   double at(std::size_t first_class, std::size_t second_class) const {
     return share[first_class * (neighbors + 1) + second_class];
   }
 };
 
-/// Bivariate distribution of two of W, M, U and C over core trees, weighted as the edge correction
-/// says. Shares are NaN if there is no tree.
+/// Bivariate distribution of two of W, M, U and C over core trees, with the weights of the edge
+/// correction. Proportions are NaN if there is no tree.
 /// \throws UsageError if a name is none of these
 /// Source: Li and others 2012, Journal of Vegetation Science 23, 1180-1190.
 JointDistribution joint_distribution(const StructuralUnits& units,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What there is to say of structural units, in numbers that the parts of an inventory add up to.
+// Findings about structural units as counts, which can be added over parts of an inventory.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,21 @@ namespace silvafit::stand {
 
 /// Counts of trees and names of plots, of an inventory or of a part of one (whole plots).
 struct UnitFindings {
-  std::vector<std::string> on_windows{};             ///< what was assumed of them, as notes
+  std::vector<std::string> on_windows{};             ///< notes on the assumed windows
   std::vector<std::string> plots_without_window{};   ///< their trees are on one line
-  std::vector<std::string> plots_without_density{};  ///< likewise, so that BAL and CCF are missing
-  std::size_t plots_in_window_of_stand = 0;          ///< that have none of their own
+  std::vector<std::string> plots_without_density{};  ///< the same; BAL and CCF are missing
+  std::size_t plots_in_window_of_stand = 0;          ///< plots without a window of their own
   std::size_t placed = 0;                            ///< trees with a position and a window
   std::size_t outside = 0;                           ///< of these, outside of their window
   Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   Point high{-low.x, -low.y};                ///< the placed trees are between low and high
-  std::vector<std::string> plots_outside{};  ///< all of whose trees are outside
-  /// Core trees whose competitors may stand outside the window.
+  std::vector<std::string> plots_outside{};  ///< plots whose trees are all outside
+  /// Core trees whose competitors may be outside the window.
   std::size_t with_cut_competitors = 0;
   std::size_t without_position = 0;
   std::size_t with_few_neighbors = 0;
   std::size_t with_neighbor_at_place = 0;
-  std::size_t without_crown_width = 0;  ///< or with a neighbor without
+  std::size_t without_crown_width = 0;  ///< or with a neighbor without crown width
   bool has_no_crown_widths = false;     ///< the inventory has no such column
 
   /// Adds another part, which comes later in the file.
@@ -36,7 +36,7 @@ struct UnitFindings {
 
 struct StructuralUnitOptions;
 
-/// The findings as notes. Once, after the parts of an inventory (StructuralUnitOptions::is_part);
+/// The findings as notes. Call it after all parts of an inventory (StructuralUnitOptions::is_part);
 /// without parts structural_units does it.
 /// \param options  that the units were computed with
 /// \param file     for messages

@@ -25,7 +25,7 @@ struct UnitSummary {
   std::vector<double> further{};  ///< in the order of StructuralUnits::further
 };
 
-/// Gathers means over several inventories, such as the batches of a large one.
+/// Accumulates means over several inventories, such as the batches of a large one.
 class UnitSummaries {
  public:
   UnitSummaries();
@@ -36,7 +36,7 @@ class UnitSummaries {
   /// \param units  with the same further indices each time
   void add(const Inventory& inventory, const StructuralUnits& units);
 
-  /// One entry a species, in the order of the species' first trees; trees without species last.
+  /// One entry per species, in the order of the species' first trees; trees without species last.
   std::vector<UnitSummary> by_species() const;
   /// All trees together; `species` stays empty.
   UnitSummary all() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Windows: the area that was inventoried, and how far trees stand from its boundary.
+// Windows: the inventoried area, and the distance of trees from its boundary.
 #pragma once
 
 #include <filesystem>
@@ -16,8 +16,8 @@ struct Point {
   double y = 0.0;  ///< north [m]
 };
 
-/// A polygon: an outer ring and holes, each a list of at least three corners in either direction;
-/// the last corner may repeat the first.
+/// A polygon: an outer ring and holes, each a list of at least three vertices in either direction;
+/// the last vertex may repeat the first.
 struct Polygon {
   std::vector<Point> outer{};
   std::vector<std::vector<Point>> holes{};
@@ -27,8 +27,8 @@ struct Polygon {
 /// cheap to copy.
 class Window {
  public:
-  /// \throws GeometryError if a ring is no valid polygon (crosses itself, has no area, a hole
-  ///         outside, ...); the message names the ring's trouble
+  /// \throws GeometryError if a ring is not a valid polygon (crosses itself, has no area, a hole
+  ///         outside, ...); the message gives the reason
   explicit Window(const std::vector<Polygon>& polygons);
 
   /// The rectangle between two corners; low.x < high.x and low.y < high.y.
@@ -44,28 +44,28 @@ class Window {
   double area_m2() const;
   /// Length of the boundary, holes included.
   double perimeter_m() const;
-  /// How far rounding may move a point near the window [m]: 1e-9, or more where coordinates are
-  /// in the millions.
+  /// The largest effect of rounding on a point near the window [m]: 1e-9, or more if coordinates
+  /// are in the millions.
   double rounding_m() const;
-  /// Inside or on the boundary, rounding_m() apart. Cost: logarithmic in the number of corners,
-  /// and so is the next.
+  /// Inside or on the boundary, with tolerance rounding_m(). Cost: logarithmic in the number of
+  /// vertices, as for the next function.
   bool contains(Point point) const;
   /// Distance to the nearest point of the boundary, holes included [m]; >= 0 on either side.
   double distance_to_boundary_m(Point point) const;
-  /// Area of the points of the window that are at least so far from its boundary [m2].
-  /// Closed form for rectangles along the axes and circles; else by Boost's polygon buffer, whose
-  /// arcs at inner corners have 360 corners to the circle (their area is 5e-5 too small).
+  /// Area of the points of the window that are at least this far from its boundary [m2].
+  /// Closed form for axis-parallel rectangles and circles; else by Boost's polygon buffer, whose
+  /// arcs at inner corners have 360 vertices per circle (their area is 5e-5 too small).
   double eroded_area_m2(double distance_m) const;
-  /// Area that it shares with another [m2], circles taken as their outlines.
+  /// Area shared with another window [m2], circles as polygons.
   double shared_area_m2(const Window& other) const;
-  /// Whether it is a rectangle with sides along x and y, rounding_m() apart.
+  /// Whether it is a rectangle with sides parallel to x and y, with tolerance rounding_m().
   bool is_rectangle() const;
-  /// The polygons, corners in turn; a circle as a polygon of 120 corners. For drawing.
+  /// The polygons as lists of vertices; a circle as a polygon of 120 vertices. For drawing.
   std::vector<Polygon> outline() const;
   Point low() const;   ///< south-west corner of the bounding rectangle
   Point high() const;  ///< north-east corner of the bounding rectangle
 
-  /// Whether two are one and the same window, not merely equal ones.
+  /// Whether two are the same window object, not merely equal ones.
   bool is_same(const Window& other) const { return shape_ == other.shape_; }
 
  private:
@@ -74,10 +74,10 @@ class Window {
   std::shared_ptr<const Shape> shape_;
 };
 
-/// The name of a window that every plot has, each in coordinates of its own.
+/// The name of a window that applies to every plot, each in its own coordinates.
 inline constexpr char kEveryPlot[] = "*";
 
-/// A window of the whole stand (no plot), of the plot that it names, or of every plot (kEveryPlot).
+/// A window of the whole stand (no plot), of the named plot, or of every plot (kEveryPlot).
 struct NamedWindow {
   std::optional<std::string> plot{};
   Window window;
@@ -86,10 +86,10 @@ struct NamedWindow {
 /// Reads windows from a file, with coordinates in meters as in the inventory.
 ///
 /// GeoJSON: a Feature or FeatureCollection of Polygon or MultiPolygon, or of Point with the
-/// property `radius` [m], or a bare polygon geometry. A feature's property `plot` says whose window
-/// it is. WKT: POLYGON and MULTIPOLYGON, each on a new line, all of the stand. CSV: the columns
-/// plot and wkt, or plot, x, y and radius of circular plots; without plot, of the stand. Polygons
-/// of one plot, and those of none, are joined; a plot has one circle at most.
+/// property `radius` [m], or a bare polygon geometry. A feature's property `plot` names the plot of
+/// the window. WKT: POLYGON and MULTIPOLYGON, each on a new line, all for the stand. CSV: the
+/// columns plot and wkt, or plot, x, y and radius of circular plots; without plot, for the stand.
+/// Polygons of one plot, and those of none, are combined; a plot has at most one circle.
 /// \throws InputError if the file is none of these, or a polygon is not valid
 std::vector<NamedWindow> read_windows(const std::filesystem::path& path);
 

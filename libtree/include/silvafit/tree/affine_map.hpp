@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Maps of space that keep lines straight.
+// Affine maps of space.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@ struct AffineMap {
   Point b{};
 
   Point operator()(Point x) const;
-  /// A x, without b: where a direction goes.
+  /// A x, without b: the image of a direction.
   Point turn(Point x) const;
-  /// This map after another one.
+  /// The composition: first `other`, then this map.
   AffineMap after(const AffineMap& first) const;
 
   double determinant() const;
@@ -24,9 +24,9 @@ struct AffineMap {
   double spectral_norm() const;
 };
 
-/// A turn about an axis through the origin, counterclockwise when it points to the viewer.
+/// A rotation about an axis through the origin, counterclockwise if it points to the viewer.
 AffineMap turn_about(Point axis, double angle_rad);
-/// The map with A multiplied by a number; b stays.
+/// The map with A multiplied by a number; b is unchanged.
 AffineMap scaled(const AffineMap& map, double factor);
 
 }  // namespace silvafit::tree

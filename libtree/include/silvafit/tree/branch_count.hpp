@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How many first-order branches a tree of some age bears.
+// Number of first-order branches of a tree by age.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@ class BranchCount {
     double total = 0.0;
     double dead = 0.0;
     double age_years = 0.0;  ///< the age used
-    bool clamped = false;    ///< the age was outside the range and moved to its nearer end
+    bool clamped = false;    ///< the age was outside the range; the nearer limit was used
 
     double live() const { return total - dead; }
   };

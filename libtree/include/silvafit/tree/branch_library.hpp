@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Branch segment models: a few branches that the trees of a stand share.
+// Branch segment models: branches shared by the trees of a stand.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,12 @@ struct BranchModel {
   Mesh mesh{};             ///< branches and foliage
 };
 
-/// Where a model stands in a tree: scaled, then turned in the vertical plane through east, then
+/// Placement of a model in a tree: scaled, then rotated in the vertical plane through east, then
 /// about the vertical, then moved to its base. Base and tip are then those of the tree's branch.
 struct BranchPlacement {
-  std::size_t model = 0;     ///< number in the library
+  std::size_t model = 0;     ///< index in the library
   std::uint32_t axis = 0;    ///< of the skeleton
-  double scale = 1.0;        ///< length of the branch by that of the model
+  double scale = 1.0;        ///< length of the branch divided by that of the model
   double tilt_rad = 0.0;     ///< added to the model's angle from the vertical
   double azimuth_rad = 0.0;  ///< clockwise from north
   Point base{};              ///< in the tree's frame
@@ -33,9 +33,9 @@ struct BranchPlacement {
 Point placed(const BranchPlacement& placement, Point of_model);
 
 /// 7 angles (30 to 90 degrees by 10) and 8 lengths (0.4 to 3.2 m by 0.4) of one species, as in the
-/// paper on segment models. A tree drawn with them needs its stem and one placement a branch; its
-/// branches start and end where they should, and what lies between is that of the nearest model:
-/// at most 5 degrees turned, and scaled where the branch is longer than the longest model.
+/// paper on segment models. A tree drawn with them needs its stem and one placement per branch. Its
+/// branches start and end at the right points; between, they have the shape of the nearest model,
+/// turned by at most 5 degrees, and scaled if the branch is longer than the longest model.
 class BranchLibrary {
  public:
   static constexpr int kAngles = 7;
@@ -49,7 +49,7 @@ class BranchLibrary {
   /// Angles first, lengths within an angle.
   const std::vector<BranchModel>& models() const { return models_; }
 
-  /// Number of the model nearest in angle and in length.
+  /// Index of the model nearest in angle and in length.
   std::size_t nearest(double angle_rad, double length_m) const;
 
   /// A placement for each first-order branch of a skeleton, in its order.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ways in which a tree is grown from its measurements.
+// The builders, which grow a tree from its measurements.
 #pragma once
 
 #include <filesystem>
@@ -19,18 +19,18 @@ namespace silvafit::tree {
 
 enum class BuilderKind { kSegment, kLsystem, kIfs, kBamboo };
 
-/// All of them, in the order in which they are listed.
+/// All builders, in the order in which they are listed.
 const std::vector<BuilderKind>& builder_kinds();
 /// Name of a kind on the command line and in files: segment, lsystem, ifs, bamboo.
 const char* builder_name(BuilderKind kind);
-/// \throws UsageError with the names there are
+/// \throws UsageError with the available names
 BuilderKind builder_from_text(std::string_view text);
 
-/// What the presets of all builders say about a species.
+/// The fields that presets of all builders have.
 struct PresetHead {
   std::string name{};
   std::string title{};
-  std::vector<std::string> species{};  ///< names, genera and codes that choose this preset
+  std::vector<std::string> species{};  ///< names, genera and codes that select this preset
   CrownIndex crown_index{};
   double relative_hc = 0.3;
   Taper taper{};
@@ -38,8 +38,8 @@ struct PresetHead {
 
 /// A builder with one of its presets: grows any tree to its measurements.
 ///
-/// Whatever the kind, height, crown base, DBH and the four crown radii come out on the mesh as they
-/// are in the shape, and nothing of branches and foliage leaves the crown.
+/// For every builder, height, crown base, DBH and the four crown radii of the mesh are those of the
+/// shape, and branches and foliage stay inside the crown.
 class Builder {
  public:
   virtual ~Builder() = default;
@@ -50,7 +50,7 @@ class Builder {
   const PresetHead& preset() const { return preset_; }
   const std::string& name() const { return preset_.name; }
 
-  /// What was not measured is filled in as the preset says.
+  /// Fills in missing measurements by the rules of the preset.
   /// \throws DomainError as validate()
   TreeShape shape_of(const Morphology& morphology) const;
 
@@ -92,21 +92,21 @@ class SegmentBuilder : public Builder {
 /// The presets of all builders.
 class BuilderCatalogue {
  public:
-  /// \param models  folder with presets/, lsystems/, ifs/, bamboo/ and what these name
+  /// \param models  folder with presets/, lsystems/, ifs/, bamboo/ and the files that these name
   /// \throws InputError naming the file and the field if an entry cannot be used
   static BuilderCatalogue load(const std::filesystem::path& models);
 
-  /// Presets of a builder, in alphabetical order; never none.
+  /// Presets of a builder, in alphabetical order; at least one.
   std::vector<const Builder*> of(BuilderKind kind) const;
 
-  /// \throws UsageError with the names there are
+  /// \throws UsageError with the available names
   const Builder& named(BuilderKind kind, std::string_view name) const;
 
   /// The preset for a species: by full name or code, else by genus, regardless of case; null if no
   /// preset lists it.
   const Builder* for_species(BuilderKind kind, std::string_view species) const;
 
-  /// The preset for species that none lists: the one that lists "*".
+  /// The preset for species that no other preset lists: the one that lists "*".
   const Builder& fallback(BuilderKind kind) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plots that lie on each other, as they do where each has coordinates of its own.
+// Plots that cover each other because each has its own coordinate system.
 #pragma once
 
 #include <optional>
@@ -11,10 +11,10 @@
 
 namespace silvafit::tree {
 
-/// Two plots of which one shares more than half of its area with the other, areas being rectangles
+/// Two plots of which one shares more than half of its area with the other; areas are rectangles
 /// around the stems. Plots of fewer than three trees, or with all trees on a line to the north or
-/// east, have none.
-/// \return two such plots in the order of the trees; nothing where all lie beside each other
+/// east, have no area.
+/// \return two such plots in the order of the trees; nothing if there are none
 std::optional<std::pair<std::string, std::string>> coinciding_plots(
     std::span<const Morphology> trees);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The crown curve: the surface that the crown of a tree fills and never leaves.
+// The crown curve: the surface that encloses the crown of a tree.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace silvafit::tree {
 
-/// How bulging the crown is above and below its widest height; 1 is a cone, 2 a paraboloid.
+/// Curvature of the crown above and below its widest height; 1 is a cone, 2 a paraboloid.
 struct CrownIndex {
   double up = 2.0;
   double down = 2.0;
@@ -40,7 +40,7 @@ class Crown {
   double up_m(double distance_m, double radius_m) const;
   /// Height of the lower curve.
   double down_m(double distance_m, double radius_m) const;
-  /// Width of the crown at a height as a share of its widest; 0 outside [hcb, h].
+  /// Width of the crown at a height relative to its widest; 0 outside [hcb, h].
   double relative_width(double z_m) const;
 
   /// Distance from the axis at which a ray from the axis leaves the crown: the solution x of
@@ -50,14 +50,14 @@ class Crown {
   /// \param radius_m   crown radius in the ray's azimuth
   double matching_distance_m(double base_m, double angle_rad, double radius_m) const;
 
-  /// How far a point lies outside [m], upright or sideways, whichever is shorter; 0 inside. Never
-  /// less than the distance to the crown in the point's own azimuth.
+  /// Distance of a point outside the crown [m], vertical or horizontal, whichever is shorter; 0
+  /// inside. Never less than the distance to the crown in the point's own azimuth.
   double excess_m(Point point) const;
 
   bool contains(Point point) const;
 
-  /// How far one can go from a point inside before one leaves the crown, but no farther than
-  /// wanted; found to a sixty-fourth of that, on the side of the crown's inside.
+  /// Distance from a point inside to the crown surface along a direction, at most `wanted`; found
+  /// to a sixty-fourth of that, on the inner side.
   /// \param along  of length 1
   double length_inside_m(Point from, Point along, double wanted_m) const;
 
@@ -77,7 +77,7 @@ class Crown {
   CrownIndex index_;
   double per_up_m_ = 0.0;
   double per_down_m_ = 0.0;
-  std::vector<double> widths_up_;    ///< relative width at even steps from h down to hc
+  std::vector<double> widths_up_;    ///< relative width at equal steps from h down to hc
   std::vector<double> widths_down_;  ///< and from hcb up to hc
 };
 

@@ -26,14 +26,14 @@ struct Moments {
   std::vector<LeftOut> left_out{};
 };
 
-/// Splits a table by a column: numbers in rising order, text in the order of its first appearance.
-/// A tree may appear once at each time.
+/// Splits a table by a column: numbers in increasing order, text in the order of first occurrence.
+/// A tree may occur once at each time.
 /// \throws InputError if there is no such column, or as read_morphologies()
 Moments read_moments(const data::Table& table,
                      const std::string& by,
                      const MorphologyTableOptions& options);
 
-/// A time at which a tree has changed: it looks like this until its next stage.
+/// A time at which a tree has changed: it has this form until its next stage.
 struct Stage {
   std::size_t moment = 0;
   Morphology tree{};
@@ -42,28 +42,28 @@ struct Stage {
 /// A tree through time.
 struct GrowingTree {
   std::vector<Stage> stages{};  ///< at least one, in the order of time
-  std::size_t gone = 0;         ///< the moment from which it is missing for good, or their number
+  std::size_t gone = 0;  ///< the moment from which it is permanently missing, or their number
 };
 
-/// All trees by plot and tree, in the order of their first appearance. A tree that is missing in
-/// between was not measured and stays as it was. Times at which nothing of it has changed are no
+/// All trees by plot and tree, in the order of first occurrence. A tree without a row at an
+/// intermediate time was not measured and does not change then. Times without a change are not
 /// stages.
 std::vector<GrowingTree> growing_trees(std::span<const Moment> moments);
 
-/// When the moments come in an animation.
+/// The times of the moments in an animation.
 struct Pace {
   double seconds_per_unit = 1.0;  ///< of the moments' times; > 0
-  /// How long before its first moment a tree that comes later grows up, in units; at most back to
-  /// the moment before, which it takes unless told otherwise.
+  /// Time before its first moment during which a new tree grows up, in units; at most the time
+  /// since the previous moment, which is the default.
   double growing_up = std::numeric_limits<double>::infinity();
 };
 
-/// Keyframes of a tree's stages: each is there from its moment to the next stage's, while its
-/// height and widths grow evenly to those of the next; a new tree grows up before its first moment.
-/// One more unit follows the last moment.
+/// Keyframes of a tree's stages: each is visible from its moment to the next stage's, while its
+/// height and widths grow linearly to those of the next; a new tree grows up before its first
+/// moment. One more unit follows the last moment.
 /// \param models  of the stages, in their order
-/// \throws UsageError if the pace is not above 0, or if files, which keep times in single
-/// precision, could not tell the keyframes' times apart or would have no number for them
+/// \throws UsageError if the pace is not above 0, or if single precision, which files use for
+/// times, could not distinguish the keyframes' times or represent them
 std::vector<AnimatedModel> animated(const GrowingTree& tree,
                                     std::span<const Moment> moments,
                                     std::span<const SceneWriter::Model> models,

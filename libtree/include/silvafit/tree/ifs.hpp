@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Trees from iterated function systems: a few maps that make a tree of smaller copies of itself.
+// Trees from iterated function systems: a few maps make a tree of smaller copies of itself.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@
 
 namespace silvafit::tree {
 
-/// An iterated function system (IFS): maps that shrink space, each with its probability.
+/// An iterated function system (IFS): contractive maps, each with its probability.
 ///
-/// Its attractor is the one compact set that is the union of its images under the maps; its
-/// invariant measure mu = sum p_i mu(M_i^-1) is the one that the chaos game draws from.
+/// Its attractor is the unique compact set that is the union of its images under the maps; its
+/// invariant measure mu = sum p_i mu(M_i^-1) is the distribution of the chaos game.
 /// Source: Hutchinson 1981, Indiana University Mathematics Journal 30; Barnsley 1988, Fractals
 /// Everywhere.
 class IteratedFunctionSystem {
@@ -34,9 +34,9 @@ class IteratedFunctionSystem {
   const std::vector<AffineMap>& maps() const { return maps_; }
   const std::vector<double>& probabilities() const { return probabilities_; }
 
-  /// Points of the attractor by the chaos game: a point jumps from image to image under maps drawn
-  /// by their probabilities. Distributed by the invariant measure, but for what is left of the
-  /// start, which lies on the attractor, after 64 jumps.
+  /// Points of the attractor by the chaos game: a point is mapped repeatedly by maps drawn with
+  /// their probabilities. After 64 steps from a point of the attractor, the distribution is the
+  /// invariant measure up to what is left of the start.
   std::vector<Point> chaos_game(std::size_t count, Random& random) const;
 
   /// The solution D of sum s_i^D = 1 for the maps' scales s_i = |det A|^(1/3) (Moran 1946): the
@@ -44,7 +44,7 @@ class IteratedFunctionSystem {
   double similarity_dimension() const;
 
  private:
-  /// Index of the map that a number drawn from [0, 1) chooses.
+  /// Index of the map for a number drawn from [0, 1).
   std::size_t drawn(double uniform) const;
 
   std::vector<AffineMap> maps_;
@@ -52,50 +52,49 @@ class IteratedFunctionSystem {
   std::vector<double> cumulative_;
 };
 
-/// A map that puts a smaller copy of the whole tree on its trunk.
+/// A map that places a smaller copy of the whole tree on its trunk.
 ///
-/// The trunk is the line from the origin to (0, 0, 1). Given by its place: the copy stands on the
-/// trunk at a share of its length, leans by an angle towards an azimuth and is turned about its own
-/// trunk; or by a matrix.
+/// The trunk is the line from the origin to (0, 0, 1). Given by position: the copy starts on the
+/// trunk at a proportion of its length, leans by an angle towards an azimuth and is rotated about
+/// its own trunk; or given by a matrix.
 struct IfsCopy {
   AffineMap map{};
   double scale = 0.5;            ///< of the copy's trunk
-  double thickness = 0.5;        ///< radius of the copy's trunk as a share of the trunk's
-  bool continues = false;        ///< the copy's trunk goes on with this one as one axis
+  double thickness = 0.5;        ///< radius of the copy's trunk relative to the trunk's
+  bool continues = false;        ///< the copy's trunk continues this one as one axis
   std::uint32_t from_order = 0;  ///< only axes of these orders bear the copy
   std::uint32_t to_order = 99;
 };
 
-/// How much copies differ, each drawn from a uniform distribution about the map.
+/// Random variation of copies, drawn from uniform distributions about the map.
 struct IfsVariation {
-  double angle_deg = 0.0;    ///< turn about a level axis
-  double azimuth_deg = 0.0;  ///< turn about the trunk that bears the copy
-  double scale = 0.0;        ///< as a share of the scale, below 1
+  double angle_deg = 0.0;    ///< rotation about a horizontal axis
+  double azimuth_deg = 0.0;  ///< rotation about the trunk that bears the copy
+  double scale = 0.0;        ///< relative to the scale, below 1
 };
 
-/// When copies of copies end.
+/// Limits of the recursion.
 struct IfsLimits {
-  int depth = 5;  ///< of copies, at most 64
-  double least_scale =
-      0.0;  ///< a copy with a smaller trunk than this share of the first is left out
+  int depth = 5;             ///< of copies, at most 64
+  double least_scale = 0.0;  ///< a copy with a smaller trunk, relative to the first, is omitted
   std::size_t most_copies = 20000;
 };
 
-/// The trunk, from which all axes are copied.
+/// The trunk, of which all axes are copies.
 struct IfsTrunk {
   int segments = 2;
-  double radius = 0.03;      ///< at its base, as a share of its length
-  double tip_radius = 0.5;   ///< as a share of the base's
-  double crookedness = 0.0;  ///< how far inner points stray at random, as a share of the length
+  double radius = 0.03;      ///< at its base, relative to its length
+  double tip_radius = 0.5;   ///< relative to the base's
+  double crookedness = 0.0;  ///< random displacement of inner points, relative to the length
 };
 
 struct IfsLeaves {
   std::size_t count = 1000;  ///< drawn by the maps' probabilities
-  double length = 0.1;       ///< as a share of the first trunk's length
+  double length = 0.1;       ///< relative to the first trunk's length
   double angle_deg = 50.0;   ///< from the axis that bears them
 };
 
-/// What a file models/ifs/NAME.json says.
+/// The content of a file models/ifs/NAME.json.
 struct IfsPreset {
   IteratedFunctionSystem system;
   std::vector<IfsCopy> copies{};  ///< in the order of the system's maps
@@ -106,15 +105,15 @@ struct IfsPreset {
   SmoothStyle style{};
 };
 
-/// The tree of copies of copies, its trunk one long.
+/// The tree of recursive copies; its trunk has length 1.
 ///
-/// Each map puts a copy on the trunk, and on each copy's trunk again. Leaves are drawn by the chaos
-/// game: from the first trunk on the maps' probabilities choose a copy of the copy before, to the
-/// last that there is.
+/// Each map places a copy on the trunk, and on each copy's trunk again. Leaves are drawn by the
+/// chaos game: from the first trunk on, the maps' probabilities select a copy of the current copy,
+/// down to the last one.
 /// \throws GeometryError if there are more copies than the limits allow
 Skeleton grow_ifs(const IfsPreset& preset, Random& random);
 
-/// Trees of copies of themselves, fitted to measurements.
+/// IFS trees, fitted to measurements.
 class IfsBuilder : public Builder {
  public:
   /// \throws InputError naming file and field

@@ -18,22 +18,22 @@
 
 namespace silvafit::tree {
 
-/// Where a grammar must end with an error, and not the machine with the grammar.
+/// Limits after which a grammar stops with an error.
 struct LsystemLimits {
-  std::size_t modules = 2'000'000;  ///< in one string; four times as many parameters
-  std::size_t depth = 1000;         ///< of branches in branches, of a string that is drawn
-  double seconds = 10.0;            ///< of deriving and of drawing, each
+  std::size_t modules = 2'000'000;  ///< in one string; four times as many parameters are allowed
+  std::size_t depth = 1000;         ///< nested branches of a string that is drawn
+  double seconds = 10.0;            ///< for deriving and for drawing, each
 };
 
-/// Most steps that a grammar may ask for.
+/// The largest number of iterations of a grammar.
 inline constexpr int kMostIterations = 1000;
 
-/// What turtle symbols without parameters mean, and where the turtle begins.
+/// Defaults of turtle symbols without parameters, and the start of the turtle.
 struct TurtleSettings {
   double angle_deg = 30.0;
   double length = 1.0;
-  double width = 0.1;        ///< diameter at the beginning, in units of length
-  double width_ratio = 0.7;  ///< by which `!` without a parameter narrows
+  double width = 0.1;        ///< diameter at the start, in units of length
+  double width_ratio = 0.7;  ///< factor by which `!` without a parameter reduces the diameter
   Point tropism{0.0, 0.0, -1.0};
   double elasticity = 0.0;
 };
@@ -55,11 +55,11 @@ class ModuleString {
   }
   const std::vector<std::string>& alphabet() const { return *alphabet_; }
 
-  /// How many modules have a name, whatever their parameters are.
+  /// The number of modules with this name, for any parameters.
   std::size_t count(std::string_view name) const;
-  /// As one would write it: F(1)[+(45)A(0.5)].
+  /// In the notation of grammars: F(1)[+(45)A(0.5)].
   std::string text() const;
-  /// One module as one would write it.
+  /// One module in that notation.
   std::string text(std::size_t i) const;
 
   /// Appends a module without parameters.
@@ -88,15 +88,15 @@ class ModuleString {
 struct GrammarRules;
 
 /// A parametric L-system G = (V, P, w, R): alphabet, parameters, axiom and productions
-/// `predecessor : condition -> successor`. A module that no production matches stays as it is.
+/// `predecessor : condition -> successor`. A module that no production matches does not change.
 ///
 /// The language: docs/lsystem-trees.md. Immutable and cheap to copy; safe to share among threads.
 /// Source: Prusinkiewicz and Lindenmayer 1990, The Algorithmic Beauty of Plants, section 1.10.
 class Grammar {
  public:
   /// \param file       name for messages
-  /// \param constants  take the place of the values that the text #defines
-  /// \throws InputError with file, line and column of the first mistake, and of up to 19 others;
+  /// \param constants  replace the values that the text #defines
+  /// \throws InputError with file, line and column of the first error, and of up to 19 others;
   /// UsageError if a constant is not #defined in the text or not finite
   static Grammar parse(std::string_view text,
                        const std::string& file,
@@ -106,19 +106,19 @@ class Grammar {
                       const std::map<std::string, double>& constants = {});
 
   const std::string& file() const;
-  /// As the grammar says; 0 if it does not.
+  /// As set in the grammar; 0 if not set.
   int iterations() const;
   const TurtleSettings& turtle() const;
   /// Whether strings depend on random numbers.
   bool is_random() const;
-  /// By name, as they hold after replacement.
+  /// By name, after replacement.
   const std::map<std::string, double, std::less<>>& constants() const;
 
-  /// The string after so many steps, in each of which all modules are rewritten at once.
-  /// \param iterations  in [0, kMostIterations]; default: as the grammar says
+  /// The string after this number of steps, each of which rewrites all modules at once.
+  /// \param iterations  in [0, kMostIterations]; default: as set in the grammar
   /// \throws InputError with the line of the production, the module and the step if a parameter is
   /// not finite, weights are not positive, productions with and without weight match the same
-  /// module, or a limit is passed; UsageError if iterations are out of range
+  /// module, or a limit is exceeded; UsageError if iterations are out of range
   ModuleString derive(Random& random,
                       std::optional<int> iterations = {},
                       const LsystemLimits& limits = {}) const;

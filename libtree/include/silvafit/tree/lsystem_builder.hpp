@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Trees that a grammar grows, fitted to their measurements.
+// L-system trees, fitted to their measurements.
 #pragma once
 
 #include <filesystem>
@@ -13,16 +13,16 @@
 
 namespace silvafit::tree {
 
-/// What the presets of grammars have beyond those of all builders.
+/// Fields of grammar presets in addition to those of all builders.
 struct LsystemPreset {
-  /// The grammar of trees from a height on; the constants may differ from height to height.
+  /// The grammar of trees from a minimum height on; the constants may differ by height.
   struct Stage {
     double from_m = 0.0;
     Grammar grammar;
   };
-  std::vector<Stage> stages{};  ///< at least one, by rising height, the first from 0
+  std::vector<Stage> stages{};  ///< at least one, by increasing height, the first from 0
   SmoothStyle style{};
-  std::optional<std::uint32_t> bud_grade{};  ///< which of the looks is that of buds
+  std::optional<std::uint32_t> bud_grade{};  ///< the index of the leaf type for buds
 };
 
 /// Derives a grammar, draws it, and fits the skeleton to the measurements.
@@ -37,12 +37,12 @@ class LsystemBuilder : public Builder {
   LsystemBuilder(PresetHead head, LsystemPreset preset);
   ~LsystemBuilder() override;
 
-  /// The same crown, taper, bark and leaves with a grammar of the user's own.
+  /// The same crown, taper, bark and leaves with a user's grammar.
   std::unique_ptr<LsystemBuilder> with_grammar(const Grammar& grammar) const;
 
   const LsystemPreset& lsystem() const { return lsystem_; }
 
-  /// What the grammar of trees of that height draws, in its own units.
+  /// The drawing of the grammar for trees of that height, in its own units.
   ///
   /// A grammar without random numbers is derived only once.
   /// \throws InputError as Grammar::derive, draw and skeleton_of
@@ -59,7 +59,7 @@ class LsystemBuilder : public Builder {
  private:
   struct Derived;
 
-  /// The stage whose grammar is for trees of that height.
+  /// The stage with the grammar for trees of that height.
   std::size_t stage_of(double h_m) const;
   Skeleton derive(const Grammar& grammar, Random& random) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A tree as triangles.
+// A tree as a triangle mesh.
 #pragma once
 
 #include <cstddef>
@@ -17,42 +17,42 @@ enum class PartKind { kStem, kBranches, kFoliage };
 /// Name of a kind of part in files: stem, branches, foliage.
 const char* part_name(PartKind kind);
 
-/// Stem and branches share the bark's material; foliage has the leaves'.
+/// Stem and branches share the bark material; foliage has the leaf material.
 enum class MaterialKind { kBark, kLeaf };
 
 MaterialKind material_of(PartKind kind);
 /// Name of a material in files: bark, leaf.
 const char* material_name(MaterialKind kind);
 
-/// Triangles of one material, in a frame with y up: x east, z south, the origin where the stem's
+/// Triangles of one material, in a frame with y up: x east, z south; the origin is where the stem's
 /// axis meets the ground.
 struct MeshPart {
   PartKind kind = PartKind::kStem;
   Color color{};                       ///< of the material, linear RGB
-  bool double_sided = false;           ///< open surfaces that are seen from both sides
-  std::vector<float> positions{};      ///< 3 a vertex [m]
-  std::vector<float> normals{};        ///< 3 a vertex, of length 1
-  std::vector<std::uint8_t> colors{};  ///< 4 a vertex (RGBA, linear), times `color`; or none
-  /// 2 a vertex, or none: on bark u runs once around and v along, in turns as long as the girth; on
-  /// a leaf u runs across and v from its base to its tip, both in [0, 1]. The origin is the
-  /// picture's upper left corner, as in glTF.
+  bool double_sided = false;           ///< open surfaces that are visible from both sides
+  std::vector<float> positions{};      ///< 3 per vertex [m]
+  std::vector<float> normals{};        ///< 3 per vertex, of length 1
+  std::vector<std::uint8_t> colors{};  ///< 4 per vertex (RGBA, linear), times `color`; or none
+  /// 2 per vertex, or none: on bark u runs once around and v along, one repeat as long as the
+  /// girth; on a leaf u runs across and v from its base to its tip, both in [0, 1]. The origin is
+  /// the image's upper left corner, as in glTF.
   std::vector<float> uvs{};
-  /// 4 a vertex, or none: the direction of growing u, of length 1, and the sign of the bitangent.
+  /// 4 per vertex, or none: the direction of increasing u, of length 1, and the bitangent sign.
   std::vector<float> tangents{};
-  std::vector<std::uint32_t> indices{};  ///< 3 a triangle, counter-clockwise from outside
-  /// Laid over the part by its UVs and multiplied with the color, or null; what is transparent in
-  /// it is not drawn.
+  std::vector<std::uint32_t> indices{};  ///< 3 per triangle, counterclockwise from outside
+  /// Placed on the part by its UVs and multiplied with the color, or null; transparent pixels are
+  /// not drawn.
   std::shared_ptr<const Texture> texture{};
 
   std::size_t vertex_count() const { return positions.size() / 3; }
   std::size_t triangle_count() const { return indices.size() / 3; }
 };
 
-/// A tree: stem, branches and foliage, each one part at most. The stem is closed.
+/// A tree: stem, branches and foliage, each at most one part. The stem is closed.
 struct Mesh {
   std::vector<MeshPart> parts{};
-  /// Largest distance between the surfaces of stem and branches of this mesh and of the finest one
-  /// of the same skeleton, in either direction, is at most this [m]; 0 for the finest.
+  /// Upper bound of the distance between the surfaces of stem and branches of this mesh and of the
+  /// finest one of the same skeleton, in both directions [m]; 0 for the finest.
   double surface_error_m = 0.0;
 
   std::size_t vertex_count() const;
@@ -62,39 +62,39 @@ struct Mesh {
 /// Wood of every order, in MeshOptions::wood_order.
 inline constexpr int kAllOrders = 1 << 20;
 
-/// How a skeleton becomes triangles. The defaults are the finest level of detail.
+/// Options for meshing a skeleton. The defaults are the finest level of detail.
 struct MeshOptions {
   int stem_sides = 12;
-  int branch_sides = 6;  ///< of branches at least as thick at their base as thick_branch_m
-  int twig_sides = 3;    ///< of all others
+  int branch_sides = 6;  ///< for branches at least as thick at their base as thick_branch_m
+  int twig_sides = 3;    ///< for all others
   double thick_branch_m = 0.06;
-  /// Stem sections are left out where the radius is off by less than this and the axis by less than
-  /// five times this [m]; 0 keeps all.
+  /// Stem sections are omitted if this changes the radius by less than this value and the axis by
+  /// less than five times this value [m]; 0 keeps all.
   double stem_tolerance_m = 0.0005;
-  /// Bends of branches are left out where the surface moves by less than this [m]; 0 keeps all.
+  /// Bends of branches are omitted if the surface moves by less than this [m]; 0 keeps all.
   double branch_tolerance_m = 0.0;
   int wood_order = kAllOrders;  ///< highest order of branches that are drawn as wood
-  int foliage_per = 1;  ///< of so many sprays or tufts one is drawn, larger, to keep the cover
+  int foliage_per = 1;          ///< one of this number of sprays or tufts is drawn, larger
 
-  /// Each branch's tube is closed at its base, which lies inside its parent: every edge of stem and
-  /// branches is then an edge of exactly two triangles.
+  /// Each branch's tube is closed at its base, which is inside its parent: every edge of stem and
+  /// branches then belongs to exactly two triangles.
   bool closed_branches = false;
-  /// UVs and tangents for pictures of bark and leaves; each leaf is a card of its own.
+  /// UVs and tangents for textures of bark and leaves; each leaf is a card of its own.
   bool textured = false;
-  /// Colors of foliage that vary with its depth in the crown, on top of the material's.
+  /// Colors of foliage that vary with its depth in the crown, in addition to the material's.
   bool vertex_colors = false;
 };
 
 /// Levels of detail are numbered from 0, the finest.
 inline constexpr int kLevelsOfDetail = 4;
 
-/// Sides, sections, twigs and foliage of a level; what the levels do not differ in is taken from
-/// `base`.
+/// Sides, sections, twigs and foliage of a level; options that do not depend on the level are
+/// those of `base`.
 /// \throws UsageError if there is no such level
 MeshOptions level_of_detail(int level, const MeshOptions& base = {});
 
-/// Largest distance that stem and branches of a mesh with these options can have from the finest
-/// level's surface, and the other way round [m]. An upper bound, found without a mesh.
+/// Upper bound of the distance of stem and branches of a mesh with these options from the finest
+/// level's surface, in both directions [m]. It is computed without a mesh.
 double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options);
 
 /// The coarsest level whose surface error is at most the tolerance.
@@ -104,10 +104,10 @@ int coarsest_level(const Skeleton& skeleton, const Crown& crown, double toleranc
 /// Tubes around the axes, and foliage on the branches' ends and twigs.
 ///
 /// A stem section is a regular polygon with the area of the circle whose diameter the skeleton
-/// gives, so that diameters and basal areas on the mesh are those of the tree. Nothing of branches
-/// and foliage leaves the crown curve. Height, crown base, crown radii and DBH are the same at
-/// every level of detail. Where the random numbers begin at the same place, the levels' foliage
-/// hangs at the same places.
+/// gives, so that diameters and basal areas of the mesh are those of the tree. Branches and foliage
+/// stay inside the crown curve. Height, crown base, crown radii and DBH are the same at
+/// every level of detail. If the random numbers start from the same state, the levels' foliage
+/// is at the same positions.
 /// \throws UsageError if an option is out of range
 /// \throws GeometryError if a coordinate is not finite
 Mesh build_mesh(const Skeleton& skeleton,
@@ -116,7 +116,7 @@ Mesh build_mesh(const Skeleton& skeleton,
                 Random& random,
                 const MeshOptions& options = {});
 
-/// What a forester would measure on the finished mesh, from its triangles alone.
+/// Measurements of the finished mesh, from its triangles only.
 struct Measurements {
   double h_m = 0.0;     ///< height of the highest vertex
   double hcb_m = 0.0;   ///< height of the lowest vertex of branches and foliage

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is measured on a tree, and what a tree model needs on top of it.
+// Measurements of a tree, and the additional values that a tree model needs.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace silvafit::tree {
 
-/// A place in the inventory's coordinates: x east, y north, z up [m].
+/// A position in the inventory's coordinates: x east, y north, z up [m].
 struct Position {
   double x_m = 0.0;
   double y_m = 0.0;
@@ -26,15 +26,15 @@ struct CrownRadii {
   double width_m() const { return 0.5 * (east_m + west_m + south_m + north_m); }
 };
 
-/// What may be measured on a bamboo culm besides; other trees have none of it.
+/// Optional measurements of a bamboo culm; other trees have none of them.
 struct CulmForm {
   std::optional<double> bend_deg{};          ///< between the culm's directions at base and tip
-  std::optional<double> bend_azimuth_deg{};  ///< towards which the tip leans, from north over east
+  std::optional<double> bend_azimuth_deg{};  ///< direction of the tip, from north over east
   std::optional<double> internodes{};        ///< number from the ground to the tip
   std::optional<double> branch_angle_deg{};  ///< mean elevation of branches above the horizontal
 };
 
-/// Something that was not measured, or not used as given, and by which rule it was filled in.
+/// A value that was not measured or not used as given, and the rule that replaced it.
 struct Note {
   std::string about{};  ///< "hc", "radii", "preset", "branch_count", ...
   std::string text{};
@@ -59,11 +59,11 @@ struct Morphology {
   CulmForm culm{};
 };
 
-/// Checks that a tree with these numbers can exist.
+/// Checks that the measurements are possible.
 /// \throws DomainError with plot and tree if one is missing, not finite or out of range
 void validate(const Morphology& morphology);
 
-/// The measurements with nothing left open: what the geometry is built from.
+/// The complete measurements, from which the geometry is built.
 struct TreeShape {
   double dbh_cm = 0.0;
   double h_m = 0.0;
@@ -72,13 +72,13 @@ struct TreeShape {
   CrownRadii radii{};
   std::optional<double> age_years{};
   CulmForm culm{};
-  std::vector<Note> notes{};  ///< which of these were not measured
+  std::vector<Note> notes{};  ///< the values that were not measured
 };
 
-/// Fills in what was not measured: the height of the widest crown at a share of the crown's length,
-/// and four equal radii from the crown width.
-/// \param relative_hc  (hc - hcb) / (h - hcb) where hc was not measured; in [0, 1]
-/// \param source       name of the preset that says so, for the note
+/// Fills in missing measurements: the height of the widest crown as a proportion of the crown
+/// length, and four equal radii from the crown width.
+/// \param relative_hc  (hc - hcb) / (h - hcb) if hc was not measured; in [0, 1]
+/// \param source       name of the preset with this value, for the note
 /// \throws DomainError as validate()
 TreeShape complete(const Morphology& morphology, double relative_hc, const std::string& source);
 

@@ -13,28 +13,28 @@
 
 namespace silvafit::tree {
 
-/// Which columns hold h, hcb and cw.
+/// The columns of h, hcb and cw.
 enum class Use { kObserved, kOls, kPopulation, kConditional };
 
 /// \throws UsageError if the text is none of observed, ols, population, conditional
 Use use_from_text(const std::string& text);
 
 struct MorphologyTableOptions {
-  /// kObserved reads h, hcb, cw and, where there are any, cr_e, cr_w, cr_s, cr_n and hc. The others
+  /// kObserved reads h, hcb, cw and, if present, cr_e, cr_w, cr_s, cr_n and hc. The others
   /// read h_population, hcb_population, cw_population and so on, and no radii or hc, which would
   /// not fit to predicted crowns.
   Use use = Use::kObserved;
-  /// Where columns have other names or units: our name -> a column of the table, spelled as there,
-  /// or an expression of its columns (data::column_reference). plot, tree and species take a
+  /// Columns with other names or units: our name -> a column of the table, with its exact name,
+  /// or an expression of its columns (data::column_reference). plot, tree and species need a
   /// column.
   std::map<std::string, std::string> columns{};
-  std::vector<std::string> plots{};  ///< plots to keep; empty means all
-  bool needs_position = false;       ///< x and y must be there
+  std::vector<std::string> plots{};  ///< plots to read; empty means all
+  bool needs_position = false;       ///< x and y are required
 };
 
-/// A row that no tree can be grown from.
+/// A row that cannot be used.
 struct LeftOut {
-  Place place{};  ///< its column in the table's words, such as h_ols or BHD/10
+  Place place{};  ///< its column with the name in the table, such as h_ols or BHD/10
   std::string reason{};
 };
 
@@ -43,12 +43,12 @@ struct MorphologyTable {
   std::vector<LeftOut> left_out{};
 };
 
-/// Reads the columns plot, tree, species, x, y, z (m), dbh (cm), h, hcb, cw (m), and where there
-/// are any cr_e, cr_w, cr_s, cr_n, hc (m), age (years), and of bamboo bend_deg, bend_azimuth_deg,
-/// internodes (number) and branch_angle_deg. A row whose values are missing or
-/// impossible, or that repeats a plot's tree, is left out with the reason.
-/// \throws InputError if a column that is needed is not there, or a chosen plot has no row;
-/// FormulaError, UsageError for what is neither a column nor an expression of columns
+/// Reads the columns plot, tree, species, x, y, z (m), dbh (cm), h, hcb, cw (m), and, if present,
+/// cr_e, cr_w, cr_s, cr_n, hc (m), age (years), and for bamboo bend_deg, bend_azimuth_deg,
+/// internodes (number) and branch_angle_deg. A row with missing or impossible values,
+/// or with a label that the plot already has, is skipped with the reason.
+/// \throws InputError if a required column is missing, or a chosen plot has no row;
+/// FormulaError, UsageError for anything that is neither a column nor an expression of columns
 MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options);
 
 }  // namespace silvafit::tree

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Stands whose crowns grow into each other: which branches go, which are turned, and where the
+// Stands with overlapping crowns: which branches are removed, which are turned, and where the
 // crowns meet.
 #pragma once
 
@@ -22,10 +22,10 @@ namespace silvafit::tree {
 struct BranchLine {
   std::uint32_t axis = 0;  ///< in the skeleton
   std::vector<SkeletonPoint> points{};
-  bool bears = false;  ///< it bears a radius branch, and stays where it is
+  bool bears = false;  ///< it is the parent of a radius branch and is not moved
 };
 
-/// What resolving overlaps needs of a tree: some 10 kB, not its whole skeleton.
+/// The data of a tree that resolving overlaps needs: some 10 kB, not its whole skeleton.
 struct StandTree {
   std::string plot{};
   std::string tree{};
@@ -34,7 +34,7 @@ struct StandTree {
   Lane stem{{}};                       ///< with the stem's own radius
   std::vector<BranchLine> branches{};  ///< those that may be removed
   std::vector<BranchLine>
-      radius_branches{};  ///< those that end at a measured radius, and what bears them
+      radius_branches{};  ///< those that end at a measured radius, and their parents
 };
 
 /// \param skeleton  of the same tree, grown in the crown
@@ -48,19 +48,19 @@ struct PairOverlap {
   double facing_radii_m = 0.0;  ///< lc, the sum of both
   Competition competition{};    ///< of the weaker against the stronger
   std::optional<CrownMeeting> meeting{};
-  std::size_t overlapping_weaker = 0;  ///< branches of the weaker that enter the stronger's crown
+  std::size_t overlapping_weaker = 0;  ///< branches of the weaker in the stronger's crown
   std::size_t overlapping_stronger = 0;
   std::size_t removed_weaker = 0;  ///< of these, removed alternately in the proportion Ct
   std::size_t removed_stronger = 0;
   double log_share = 0.0;  ///< ln l: the meeting surface is where s_weaker = l s_stronger
 };
 
-/// What happens to one tree.
+/// The result for one tree.
 struct TreeOverlap {
-  std::vector<std::uint32_t> removed{};  ///< axes of removed branches, rising
+  std::vector<std::uint32_t> removed{};  ///< axes of removed branches, increasing
   std::vector<BranchLine> turned{};      ///< radius branches with a new course
   std::vector<std::uint32_t> lanes{};    ///< axes of all radius branches
-  std::size_t crossing = 0;              ///< radius branches for which no free course was found
+  std::size_t crossing = 0;              ///< radius branches without a free course
   Territory territory{};
 };
 
@@ -72,18 +72,18 @@ struct StandOverlap {
 /// Resolves the overlaps of all neighbors.
 ///
 /// For each pair whose facing radii add up to more than its distance, the branches that enter the
-/// neighbor's crown are removed alternately, those that reach farthest beyond first, one of the
-/// weaker tree for each Ct of the stronger, until a meeting surface (see Territory) parts the rest.
-/// Radius branches stay: the stronger tree's as it is, the weaker tree's turned in azimuth and
-/// angle within what its measured radius leaves open, until it clears the stronger tree's radius
-/// branches and all stems. Round them and round stems is a lane that other branches leave free.
+/// neighbor's crown are removed alternately, those that reach farthest first, one of the weaker
+/// tree per Ct of the stronger, until a meeting surface (see Territory) separates the rest. Radius
+/// branches are kept: the stronger tree's is not changed, the weaker tree's is turned in azimuth
+/// and angle within the tolerance of its measured radius, until it clears the stronger tree's
+/// radius branches and all stems. Other branches keep a lane around them and around stems free.
 ///
-/// Each pair is resolved by itself from the whole trees, so that neither order nor threads matter.
-/// \param threads  0 means as many as there are cores
-/// \throws UsageError if two trees have the same plot and name
+/// Each pair is resolved separately, starting from the whole trees, in any order and by any thread.
+/// \param threads  0: one for each core
+/// \throws UsageError if two trees have the same plot and label
 StandOverlap resolve_overlaps(std::span<const StandTree> trees, unsigned threads = 0);
 
-/// A skeleton after its overlaps were resolved.
+/// A skeleton after its overlaps are resolved.
 struct PrunedSkeleton {
   Skeleton skeleton{};
   double length_before_m = 0.0;  ///< of branches and twigs
@@ -94,13 +94,13 @@ struct PrunedSkeleton {
   }
 };
 
-/// Takes removed branches out, gives turned ones their new course, and cuts limbs and twigs back to
-/// the tree's territory. If nothing were left at the crown base, one branch is cut back there
-/// instead of removed, so that height to crown base stays as measured. Leaves go with their axis.
+/// Removes branches, gives turned ones their new course, and cuts limbs and twigs back to the
+/// tree's territory. If nothing would be left at the crown base, one branch is cut back there
+/// instead of removed, so that the crown base stays as measured. Leaves go with their axis.
 PrunedSkeleton prune(const Skeleton& skeleton, const Crown& crown, const TreeOverlap& overlap);
 
-/// Draws foliage that hangs over the meeting surface in, towards where it grows; what does not fit
-/// then is left out.
+/// Moves foliage that crosses the meeting surface towards the point where it grows; foliage that
+/// still does not fit is removed.
 void keep_within(const Territory& territory, Mesh& mesh);
 
 }  // namespace silvafit::tree

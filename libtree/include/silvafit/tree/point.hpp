@@ -26,7 +26,7 @@ inline Point cross(Point a, Point b) {
 
 inline double length(Point a) { return std::sqrt(dot(a, a)); }
 
-/// The direction of `a`, or `otherwise` where `a` is too short to have one.
+/// The direction of `a`, or `otherwise` if `a` is too short.
 inline Point direction(Point a, Point otherwise = {0.0, 0.0, 1.0}) {
   const double size = length(a);
   return size > 1e-12 ? (1.0 / size) * a : otherwise;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Trees at their places, and the way from a morphology to a tree in one call.
+// Trees at their positions, and a function from a morphology to a tree.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct SceneTree {
   Mesh mesh{};
   Measurements measured{};
   std::vector<Note> notes{};
-  /// Length of branches and twigs that neighbors took, as a share; only where overlaps were
+  /// Relative length of branches and twigs removed because of neighbors; only if overlaps were
   /// resolved.
   std::optional<double> removed_share{};
 
@@ -47,7 +47,7 @@ struct GrowOptions {
 
 /// Morphology -> shape -> skeleton -> mesh -> measurements. The same input and seed give the same
 /// tree.
-/// \param overlap  what resolve_overlaps() says of this tree, or null for a tree alone
+/// \param overlap  the result of resolve_overlaps() for this tree, or null for a single tree
 /// \throws DomainError, GeometryError with plot and tree
 SceneTree grow_tree(const Morphology& morphology,
                     const Builder& builder,
@@ -59,27 +59,27 @@ SceneTree grow_tree(const Morphology& morphology,
                     const GrowOptions& options = {},
                     const TreeOverlap* overlap = nullptr);
 
-/// What resolve_overlaps() needs to know of the tree that grow_tree() grows from the same input.
+/// The data that resolve_overlaps() needs of the tree that grow_tree() grows from the same input.
 /// \throws as grow_tree()
 StandTree grow_for_stand(const Morphology& morphology,
                          const Builder& builder,
                          const GrowOptions& options = {});
 
-/// An origin near the trees where coordinates are so large that single precision, which viewers
-/// compute with, would move trees by more than a millimeter; else the origin of the inventory.
+/// An origin near the trees if coordinates are so large that single precision, which viewers use,
+/// would move trees by more than a millimeter; else the origin of the inventory.
 Position scene_origin(const std::vector<Morphology>& morphologies);
 
-/// The scene as binary glTF 2.0 (.glb): y up, meters, x east, z south, plain floats; a node and a
-/// mesh a tree, with its measurements as extras. Larger scenes: scene_writer.hpp.
+/// The scene as binary glTF 2.0 (.glb): y up, meters, x east, z south, floats; one node and one
+/// mesh per tree, with its measurements in the extras. Larger scenes: scene_writer.hpp.
 /// \throws GeometryError if there is no tree, or the file would exceed the format's 4 GB
 std::string glb_bytes(const Scene& scene);
 
-/// Bytes of a mesh in such a file, without its share of the description.
+/// Bytes of a mesh in such a file, without its part of the description.
 std::size_t glb_mesh_bytes(const Mesh& mesh);
 
-/// Writes the same bytes to a file, whole or not at all; folders above it are made.
+/// Writes the same bytes to a file, completely or not at all; missing folders are created.
 ///
-/// A scene that is moved in gives its meshes free as they are written.
+/// A scene passed as rvalue releases its meshes as they are written.
 /// \throws InputError if the file cannot be written; GeometryError as glb_bytes()
 void write_glb(Scene scene, const std::filesystem::path& path);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads GLB and glTF scenes, packed or not.
+// Reads GLB and glTF scenes, compressed or not.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@
 
 namespace silvafit::tree {
 
-/// Triangles of one material as floats, whatever the file holds.
+/// Triangles of one material as floats, for any format in the file.
 struct ReadPart {
-  std::string part{};      ///< "stem", "branches", ... where the file says so
+  std::string part{};      ///< "stem", "branches", ... if the file contains it
   std::string material{};  ///< name
   MeshPart mesh{};
 };
@@ -26,12 +26,12 @@ struct ReadModel {
   std::vector<ReadPart> parts{};
 };
 
-/// A model at its place.
+/// A model at its position.
 struct ReadInstance {
   std::string name{};  ///< of its node
   std::size_t model = 0;
   std::array<double, 16> transform{};  ///< column by column, as in glTF
-  double tree = -1.0;                  ///< number of the tree in its table, where the file has it
+  double tree = -1.0;                  ///< index of the tree in its table, if the file contains it
 
   /// A point of the model, x y z with y up, in the scene.
   std::array<double, 3> moved(std::array<double, 3> point) const;
@@ -46,12 +46,12 @@ struct ReadScene {
   std::size_t triangle_count() const;  ///< as drawn: those of every instance
 };
 
-/// Reads the default scene: plain and quantized attributes (KHR_mesh_quantization), buffers packed
-/// by meshoptimizer (EXT_meshopt_compression), shared meshes and instances
-/// (EXT_mesh_gpu_instancing), pictures of base colors that are PNG in a buffer. What is scaled to
-/// nothing is left out. Everything is checked before it is used: sizes, indices, references, and
-/// that a scene takes no more memory than 512 MB and 256 times its file.
-/// \throws InputError naming the file and what is wrong with it
+/// Reads the default scene: uncompressed and quantized attributes (KHR_mesh_quantization), buffers
+/// compressed by meshoptimizer (EXT_meshopt_compression), shared meshes and instances
+/// (EXT_mesh_gpu_instancing), base color textures that are PNG in a buffer. Nodes with scale 0 are
+/// skipped. Everything is checked before it is used: sizes, indices, references, and that a scene
+/// takes no more memory than 512 MB and 256 times its file.
+/// \throws InputError with the file and the reason
 ReadScene read_scene(const std::filesystem::path& path);
 
 /// A GLB file in memory.

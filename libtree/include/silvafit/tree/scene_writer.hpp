@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes as files, one model and one place at a time: GLB, glTF, OBJ, PLY.
+// Scenes as files, written one model and one position at a time: GLB, glTF, OBJ, PLY.
 #pragma once
 
 #include <array>
@@ -18,25 +18,25 @@ namespace silvafit::tree {
 
 enum class SceneFormat { kGlb, kGltf, kObj, kPly };
 
-/// \throws UsageError if the text is none of glb, gltf, obj, ply
+/// \throws UsageError if the text is not glb, gltf, obj or ply
 SceneFormat scene_format_from_text(const std::string& text);
 /// Ending of file names, without the dot.
 const char* file_ending(SceneFormat format);
 
 struct SceneOptions {
   Position origin{};  ///< positions in the file are relative to it
-  /// GLB and glTF: one node for all places of a model (EXT_mesh_gpu_instancing), 24 to 28 bytes a
-  /// place. three.js reads it; Blender and assimp do not.
+  /// GLB and glTF: one node for all instances of a model (EXT_mesh_gpu_instancing), 24 to 28 bytes
+  /// per instance. three.js supports it; Blender and assimp do not.
   bool instancing = false;
   /// GLB and glTF: positions in 16 bits, normals in 8 (KHR_mesh_quantization). A vertex moves by at
   /// most 1/65534 of the model's largest extent from its stem's base, in each direction.
   bool quantize = false;
-  /// GLB and glTF: buffers packed by meshoptimizer (EXT_meshopt_compression); implies quantize.
+  /// GLB and glTF: buffers compressed by meshoptimizer (EXT_meshopt_compression); implies quantize.
   bool compress = false;
   bool ascii = false;  ///< PLY as text
 };
 
-/// Where a model stands, and by how much it is stretched from the foot of its stem.
+/// Position of a model, and its scale relative to the base of its stem.
 struct Placement {
   Position position{};
   double stretch_east = 1.0;
@@ -44,34 +44,34 @@ struct Placement {
   double stretch_north = 1.0;
 };
 
-/// Triangles of one material. Ground and tree parts are handed over alike.
+/// Triangles of one material, of the ground or of a tree.
 struct ModelPart {
   std::string part{};      ///< "stem", "branches", "foliage", "ground"
-  std::string material{};  ///< parts with one material name share the material of the first
+  std::string material{};  ///< parts with the same material name share the material of the first
   const MeshPart* mesh = nullptr;
 };
 
 /// The parts of a tree of a preset: materials PRESET-bark and PRESET-leaf.
 std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset);
 
-/// A size at a time.
+/// A scale at a time.
 struct Keyframe {
   double time_s = 0.0;
   std::array<double, 3> scale{1.0, 1.0, 1.0};  ///< east, up, north
 };
 
-/// A model that is there for some of an animation's time and may grow meanwhile.
+/// A model that is visible for part of an animation and may grow meanwhile.
 struct AnimatedModel {
-  std::size_t model = 0;          ///< of the writer that animates it
-  std::string name{};             ///< of the time that it is of
+  std::size_t model = 0;          ///< index of the animation in its writer
+  std::string name{};             ///< the time of its measurements
   std::vector<Keyframe> shown{};  ///< scales 1 or 0, each until the next one
-  std::vector<Keyframe> size{};   ///< with straight lines between them; or none
-  bool at_rest = false;           ///< whether it is seen where no animation is played
+  std::vector<Keyframe> size{};   ///< linear interpolation between them; or none
+  bool at_rest = false;           ///< whether it is visible if no animation is played
 };
 
-/// A file under construction. Meshes are written as they come and are not kept, so that memory does
+/// A file under construction. Meshes are written immediately and not kept, so that memory does
 /// not grow with the number of trees (OBJ and PLY, which have no shared meshes, keep the models
-/// that are placed more than once). Without finish() nothing is left behind.
+/// that are placed more than once). Without finish() no file is left.
 class SceneWriter {
  public:
   using Model = std::size_t;
@@ -81,24 +81,24 @@ class SceneWriter {
   SceneWriter(const SceneWriter&) = delete;
   SceneWriter& operator=(const SceneWriter&) = delete;
 
-  /// A model to be placed any number of times.
+  /// A model that can be placed any number of times.
   /// \throws GeometryError naming the model if it has no triangles
   virtual Model add_model(const std::string& name, const std::vector<ModelPart>& parts) = 0;
 
-  /// A number of a tree that is none.
+  /// The number for something that is not a tree.
   static constexpr std::size_t kNoTree = std::numeric_limits<std::size_t>::max();
 
-  /// \param number  of the tree in its table, for files that cannot name each tree; what is no tree
-  ///                gets a node of its own
+  /// \param number  index of the tree in its table, for files that cannot name each tree; others
+  ///                get a node of their own
   virtual void place(Model model,
                      const std::string& name,
                      const Placement& placement,
                      std::size_t number) = 0;
 
-  /// A tree with a model of its own and its measurements as extras.
+  /// A tree with its own model and its measurements in the extras.
   virtual void add_tree(const SceneTree& tree) = 0;
 
-  /// Several models of one tree that follow each other in time, at one place.
+  /// Several models of one tree at successive times, at the same position.
   /// \param extras  JSON about the tree, or empty
   /// \throws UsageError for formats without animations
   virtual void animate(const std::string& name,
@@ -106,22 +106,22 @@ class SceneWriter {
                        const std::vector<AnimatedModel>& models,
                        const std::string& extras);
 
-  /// Writes the file, whole or not at all; nothing may be added then.
+  /// Writes the file, completely or not at all; nothing may be added afterwards.
   /// \return bytes of all files written
   /// \throws InputError if it cannot be written; GeometryError if nothing was added, or the
   /// format's size is exceeded
   virtual std::size_t finish() = 0;
 
-  /// The files that lie beside the one that was opened, where the format has any: the buffer of
-  /// glTF, the materials and pictures of OBJ. Known when all is added.
+  /// The companion files in the same folder, if the format has any: the buffer of glTF, the
+  /// materials and textures of OBJ. Known after everything is added.
   virtual std::vector<std::filesystem::path> other_files() const { return {}; }
 };
 
-/// What GLB and glTF say of a tree besides its mesh: its names and measurements, as JSON.
+/// The extras of a tree in GLB and glTF: its names and measurements, as JSON.
 std::string tree_extras(const SceneTree& tree);
 
-/// \param path  file to write; glTF puts its buffer, OBJ its materials beside it under the same
-/// name
+/// \param path  file to write; the buffer of glTF and the materials of OBJ are written to the same
+/// folder with the same name
 std::unique_ptr<SceneWriter> open_scene(const std::filesystem::path& path,
                                         SceneFormat format,
                                         const SceneOptions& options = {});

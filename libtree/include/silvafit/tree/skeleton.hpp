@@ -28,26 +28,26 @@ struct SkeletonPoint {
 /// has order i + 1.
 struct Axis {
   std::uint32_t order = 0;
-  std::uint32_t parent = 0;  ///< index of the axis it grows from; the stem names itself
+  std::uint32_t parent = 0;  ///< index of the parent axis; that of the stem is itself
   std::uint32_t first = 0;   ///< its first point
   std::uint32_t count = 0;   ///< number of points, at least 2
 };
 
-/// A leaf, or a picture of several, where the builder itself says where foliage grows.
+/// A leaf, or an image of several, if the builder itself places foliage.
 struct LeafSite {
   Point at{};      ///< its base
   Point along{};   ///< from base to tip, of length 1
   Point facing{};  ///< away from its upper side, of length 1 and at a right angle to `along`
   double length_m = 0.0;
-  std::uint32_t axis = 0;   ///< that bears it
-  std::uint32_t grade = 0;  ///< which of the preset's kinds of leaves
+  std::uint32_t axis = 0;   ///< index of its axis
+  std::uint32_t grade = 0;  ///< index of the preset's leaf type
 };
 
 /// The axes of one tree in its own frame. The stem comes first, parents before children.
 struct Skeleton {
   std::vector<SkeletonPoint> points{};
   std::vector<Axis> axes{};
-  std::vector<LeafSite> leaves{};  ///< none where foliage follows from the axes alone
+  std::vector<LeafSite> leaves{};  ///< none if foliage follows from the axes alone
   std::vector<Note> notes{};
 
   std::span<const SkeletonPoint> points_of(const Axis& axis) const {
@@ -55,8 +55,8 @@ struct Skeleton {
   }
 };
 
-/// Random numbers of one tree: the same for the same seed, plot and tree, whatever grows before or
-/// beside it.
+/// Random numbers of one tree: the same for the same seed, plot and tree, independent of other
+/// trees.
 Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_view tree);
 
 /// Heights of the stem's sections: every 0.2 m from the ground, 1.3 m, and the tip.
@@ -65,8 +65,8 @@ std::vector<double> section_heights_m(double h_m);
 /// Stem by the preset's taper equation; first-order branches from the axis to the crown curve;
 /// twigs inside it.
 ///
-/// Tips lie on the crown curve or inside. In each of the four measured directions one branch ends
-/// on the crown's widest point, and one branch starts on the axis at the crown base.
+/// Tips are on the crown curve or inside. In each of the four measured directions one branch ends
+/// at the crown's widest point, and one branch starts on the axis at the crown base.
 Skeleton grow_skeleton(const TreeShape& shape,
                        const Crown& crown,
                        const Preset& preset,

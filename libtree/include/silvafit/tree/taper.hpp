@@ -25,7 +25,7 @@ class Taper {
   /// Diameters at the heights [cm].
   ///
   /// Exactly `dbh_cm` at 1.3 m and 0 at the tip. Below 1.3 m, where equations of this kind
-  /// extrapolate without bound as a tree comes down to breast height, at most butt_limit() times
+  /// extrapolate without bound for trees close to breast height, at most butt_limit() times
   /// DBH.
   /// \param heights_m  heights on the stem, in [0, h]
   /// \throws NumericalError if the equation gives no finite diameter

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pictures that are laid over bark and leaves.
+// Textures of bark and leaves.
 #pragma once
 
 #include <cstddef>
@@ -13,9 +13,9 @@
 namespace silvafit::tree {
 
 /// Pixels row by row from the upper left, four bytes each (sRGB and opacity). Sides are powers of
-/// two, so that every viewer can repeat it and make smaller ones of it.
+/// two, so that every viewer can repeat it and make mipmaps.
 struct Texture {
-  std::string name{};  ///< textures of one name are one picture in a file
+  std::string name{};  ///< textures of the same name are stored once in a file
   std::size_t width = 0;
   std::size_t height = 0;
   std::vector<std::uint8_t> rgba{};
@@ -24,12 +24,12 @@ struct Texture {
 /// Whether any pixel is not opaque.
 bool has_transparency(const Texture& texture);
 
-/// The picture as a PNG file; the same picture gives the same bytes.
-/// \throws UsageError if the pixels do not fill width and height
+/// The texture as a PNG file; the same texture gives the same bytes.
+/// \throws UsageError if the number of pixels is not width times height
 std::string png_bytes(const Texture& texture);
 
-/// The same of pixels without opacity, three bytes each.
-/// \throws UsageError if the pixels do not fill width and height
+/// The same for pixels without opacity, three bytes each.
+/// \throws UsageError if the number of pixels is not width times height
 std::string png_bytes(std::size_t width, std::size_t height, std::span<const std::uint8_t> rgb);
 
 /// A PNG file of any kind as a texture.

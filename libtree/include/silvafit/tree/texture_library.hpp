@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pictures of bark and leaves that are computed, not drawn.
+// Computed textures of bark and leaves.
 #pragma once
 
 #include <memory>
@@ -19,13 +19,13 @@ enum class LeafKind {
   kNeedles,    ///< a shoot with needles on both sides
 };
 
-/// 256 by 256 pixels that go on at all edges. They are to be multiplied with the bark's color:
-/// their mean is 0.8 in linear light. Computed once and shared.
+/// 256 by 256 pixels, seamless at all edges. To be multiplied with the bark's color: their mean is
+/// 0.8 in linear light. Computed once and shared.
 std::shared_ptr<const Texture> bark_texture(BarkKind kind);
 
 /// A card of 128 by 128 pixels, its base in the middle of the lower edge, transparent around the
 /// leaf; the leaf's mean is 0.8 in linear light. Transparent pixels have the color of leaves, so
-/// that no other one bleeds in at their edges. Computed once and shared.
+/// that interpolation gives no other color at the edges. Computed once and shared.
 std::shared_ptr<const Texture> leaf_texture(LeafKind kind);
 
 }  // namespace silvafit::tree

@@ -11,16 +11,16 @@
 namespace silvafit::tree {
 
 /// Leaves in a golden-angle spiral about the end of a shoot that grows along z and ends at the
-/// origin. A leaf is 1 long; it is folded along its middle.
+/// origin. A leaf has length 1; it is folded along its middle.
 ///
-/// There are two versions. In one, every leaf has corners of its own. In the other, corners of
-/// neighboring leaves that lie close to each other are one: the leaves are less regular, and the
+/// There are two versions. In one, every leaf has its own corners. In the other, corners of
+/// neighboring leaves that are close to each other are merged: the leaves are less regular, and the
 /// tuft has a third of the points.
 struct Tuft {
-  /// Numbers of a leaf's points: base, right, tip, left.
+  /// Indices of a leaf's points: base, right, tip, left.
   using Leaf = std::array<std::uint8_t, 4>;
 
-  std::vector<Point> points{};  ///< 4 a leaf: base, right, tip, left
+  std::vector<Point> points{};  ///< 4 per leaf: base, right, tip, left
   std::vector<Point> joint_points{};
   std::vector<Leaf> joint_leaves{};
 
