@@ -54,7 +54,7 @@ std::map<std::string, std::string_view> parse_assignments(std::string_view text,
 double parse_value(std::string_view text, const std::string& option) {
   double value = 0.0;
   if (data::parse_number(text, value)) return value;
-  throw UsageError(fmt::format("'{}' is no number", text), {.column = option});
+  throw UsageError(fmt::format("'{}' is not a number", text), {.column = option});
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
   for (const auto& [name, range] : parse_assignments(text, option)) {
     const std::size_t colon = range.find(':');
     if (colon == std::string_view::npos) {
-      throw UsageError(fmt::format("'{}' is no range such as 0:1, 0: or :1", range),
+      throw UsageError(fmt::format("'{}' is not a range such as 0:1, 0: or :1", range),
                        {.column = option});
     }
     const std::string_view low = data::trimmed(range.substr(0, colon));

@@ -18,8 +18,8 @@ namespace silvafit::cli {
 void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--json", options.json, "Print the result as JSON");
   command.add_flag("--quiet", options.quiet, "No progress and no notes");
-  command.add_option("--threads", options.threads, "Threads to use (default: all cores)");
-  command.add_option("--seed", options.seed, "Seed of random numbers")->capture_default_str();
+  command.add_option("--threads", options.threads, "Number of threads (default: all cores)");
+  command.add_option("--seed", options.seed, "Seed of the random numbers")->capture_default_str();
 }
 
 void add_example(CLI::App& command, const std::string& example) {
@@ -31,7 +31,7 @@ void refuse_idle(const CLI::App& command,
                  bool has_use,
                  const std::string& needed) {
   if (command.count(option) == 0 || has_use) return;
-  throw UsageError(fmt::format("does nothing without {}", needed), {.column = option});
+  throw UsageError(fmt::format("has no effect without {}", needed), {.column = option});
 }
 
 void say(const CommonOptions& options, const std::string& message) {
@@ -79,7 +79,8 @@ std::filesystem::path data_directory() {
   fs::path directory = program.parent_path().parent_path() / "share" / "silvafit";
   if (!fs::exists(directory / "models")) {
     throw InputError(
-        "the model catalogue is not here; set SILVAFIT_DATA_DIR to the folder that holds models/",
+        "the model catalogue was not found; set SILVAFIT_DATA_DIR to the folder that contains "
+        "models/",
         {.file = directory.string()});
   }
   return directory;
@@ -89,7 +90,7 @@ std::filesystem::path bundled_page(const std::string& name) {
   std::filesystem::path page = data_directory() / "viewer" / name;
   if (std::filesystem::exists(page)) return page;
   throw InputError(
-      "the page to fill is not here, since silvafit was built without the viewer; build it with "
+      "the page template was not found: this silvafit was built without the viewer; build it with "
       "-DSILVAFIT_BUILD_VIEWER=ON, which needs npm, and install it again",
       {.file = page.string()});
 }

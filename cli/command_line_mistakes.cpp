@@ -59,7 +59,7 @@ std::vector<std::string> option_names(const CLI::App& command) {
 /// What is wrong with the text of a count; empty if nothing is.
 std::string wrong_count(const std::string& text) {
   if (text.empty() || text.find_first_not_of("0123456789") != std::string::npos) {
-    return fmt::format("'{}' is no whole number of 0 or more", text);
+    return fmt::format("'{}' is not a whole number of 0 or more", text);
   }
   std::uint64_t count = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), count);
@@ -72,12 +72,12 @@ std::string wrong_value(const CLI::Option& option, const std::string& value) {
   if (!choices.empty()) {
     if (std::ranges::find(choices, value) != choices.end()) return {};
     return fmt::format(
-        "'{}' is none of {}{}", value, fmt::join(choices, ", "), suggestion(value, choices, ""));
+        "'{}' is not one of {}{}", value, fmt::join(choices, ", "), suggestion(value, choices, ""));
   }
   if (option.get_items_expected_max() == 0) return "takes no value";
   double number = 0.0;
   if (!data::parse_number(data::trimmed(value), number)) {
-    return fmt::format("'{}' is no number", value);
+    return fmt::format("'{}' is not a number", value);
   }
   return {};
 }
@@ -113,21 +113,18 @@ void require_command(const CLI::App& program, const std::vector<std::string>& wo
     const auto found = std::ranges::find(commands, word, &CLI::App::get_name);
     if (found == commands.end()) {
       const std::vector<std::string> names = names_of(commands);
-      throw UsageError(
-          fmt::format("there is no command '{}'{} The commands are {}; {} --help "
-                      "says what they do",
-                      word,
-                      suggestion(word, names, "."),
-                      fmt::join(names, ", "),
-                      words_of(*app)));
+      throw UsageError(fmt::format("unknown command '{}'{} The commands are {}; see {} --help",
+                                   word,
+                                   suggestion(word, names, "."),
+                                   fmt::join(names, ", "),
+                                   words_of(*app)));
     }
     app = *found;
   }
   const std::vector<const CLI::App*> commands = commands_below(*app);
   if (commands.empty()) return;
   throw UsageError(
-      fmt::format("a command is needed after {0}. The commands are {1}; {0} --help "
-                  "says what they do",
+      fmt::format("a command is needed after {0}. The commands are {1}; see {0} --help",
                   words_of(*app),
                   fmt::join(names_of(commands), ", ")));
 }
@@ -139,12 +136,12 @@ std::string unexpected_words(const CLI::App& program) {
       std::ranges::find_if(words, [](const std::string& word) { return word.starts_with("-"); });
   if (option != words.end()) {
     const std::string name = option->substr(0, option->find('='));
-    return fmt::format("there is no option {}{} {} --help lists the options",
+    return fmt::format("unknown option {}{} {} --help lists the options",
                        name,
                        suggestion(name, option_names(command), ";"),
                        words_of(command));
   }
-  return fmt::format("'{}' is one word too many for {}; text with blanks goes in quotes",
+  return fmt::format("unexpected argument '{}' of {}; put text with spaces in quotes",
                      words.empty() ? "" : words.front(),
                      words_of(command));
 }

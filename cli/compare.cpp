@@ -76,7 +76,7 @@ NamedFits read_fits(const std::vector<std::string>& files) {
   }
   std::erase_if(result.subjects, [](const Subject& subject) { return subject.fits.size() < 2; });
   if (result.subjects.empty()) {
-    throw UsageError("there are no two fits of one response to compare");
+    throw UsageError("no response has two fits to compare");
   }
   return result;
 }
@@ -173,7 +173,7 @@ void print_pair(const fit::ComparedPair& pair,
   const std::string& larger = named.names.at(comparison.fits[pair.larger].fit);
   const std::string& smaller = named.names.at(comparison.fits[pair.smaller].fit);
   if (!pair.test) {
-    fmt::print("{} against {}: no test, {}\n", larger, smaller, pair.reason);
+    fmt::print("{} against {}: not tested, {}\n", larger, smaller, pair.reason);
     return;
   }
   const fit::NestedTest& test = *pair.test;
@@ -198,7 +198,7 @@ void print_table(const Subject& subject, const NamedFits& named) {
   fmt::print("{}{}{}\n", subject.species, subject.species.empty() ? "" : " ", subject.response);
   print_fits(comparison, named, width);
   if (!comparison.reason.empty()) {
-    fmt::print("criteria do not compare: {}\n", comparison.reason);
+    fmt::print("the criteria cannot be compared: {}\n", comparison.reason);
   }
   for (const fit::FittedModel* const fit : comparison.failed) {
     fmt::print("not converged: {}\n", named.names.at(fit));
@@ -249,11 +249,11 @@ void add_compare_command(CLI::App& program) {
       "compare", "Compare fits by information criteria and likelihood-ratio tests");
   command
       .add_option(
-          "fits", arguments->files, "What fit --json printed, model libraries, or published ones")
+          "fits", arguments->files, "Output of fit --json, model libraries, or published libraries")
       ->type_name("FIT.json")
       ->required();
   command
-      .add_option("--html", arguments->html, "Page with the libraries side by side, to be written")
+      .add_option("--html", arguments->html, "HTML page to write, with the libraries side by side")
       ->type_name("FILE.html");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit compare one-effect.json two-effects.json");

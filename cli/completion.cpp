@@ -226,7 +226,8 @@ std::string fish_completion(const CommandOutline& program) {
 void add_completion_command(CLI::App& program) {
   const auto shell = std::make_shared<std::string>();
   const auto common = std::make_shared<CommonOptions>();
-  CLI::App& command = *program.add_subcommand("completion", "Print the completion of a shell");
+  CLI::App& command =
+      *program.add_subcommand("completion", "Print the completion script for a shell");
   command.add_option("shell", *shell, "The shell")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));

@@ -185,7 +185,7 @@ std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catal
     }
     const auto candidates = catalogue.candidates(name.substr(kAll.size()));
     if (candidates.empty()) {
-      throw UsageError(fmt::format("there are candidates for h, hcb and cw, not for '{}'",
+      throw UsageError(fmt::format("the catalogue has candidates for h, hcb and cw, not for '{}'",
                                    name.substr(kAll.size())),
                        {.column = "--model"});
     }
@@ -204,8 +204,8 @@ void say_near_columns(const fit::ModelSpecification& specification,
         table.names(), [&](const std::string& name) { return is_slip_of(parameter.name, name); });
     if (column == table.names().end()) continue;
     say(common,
-        fmt::format("note: {0} is no column of {1} and is taken for a coefficient; there is a "
-                    "column {2}",
+        fmt::format("note: {0} is not a column of {1} and is used as a coefficient; did you mean "
+                    "the column {2}?",
                     parameter.name,
                     table.file(),
                     *column));
@@ -304,8 +304,8 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
          "--bootstrap or --cross-validate");
   if (!resampling.cross_validate.empty() && resampling.group.empty() && arguments.random.empty()) {
     throw UsageError(
-        "groups are left out, and a model without random effects has none: name their column with "
-        "--group, such as --group plot",
+        "a model without random effects has no groups to leave out; name their column, for example "
+        "--group plot",
         {.column = "--cross-validate"});
   }
 }
@@ -372,68 +372,68 @@ void add_model_options(CLI::App& command, FitArguments& arguments) {
           "--formula", arguments.formula, "Model, such as \"h ~ 1.3 + a*(1 - exp(-b*dbh))\"")
       ->type_name("FORMULA");
   command
-      .add_option("--model",
-                  arguments.models,
-                  "Model of the catalogue, such as M4, or all:h for all of a response; repeatable")
+      .add_option(
+          "--model",
+          arguments.models,
+          "Model of the catalogue, such as M4, or all:h for all models of a response; repeatable")
       ->type_name("ID")
       ->allow_extra_args(false);
   command
-      .add_option(
-          "--parameter",
-          arguments.parameters,
-          "Linear sub-model of a parameter, as R's formulas: \"b ~ 1 + C\", \"b ~ C*species\" "
-          "(text columns are factors), \"b ~ I(dbh^2)\"; repeatable")
+      .add_option("--parameter",
+                  arguments.parameters,
+                  "Linear sub-model of a parameter, written as in R: \"b ~ 1 + C\", \"b ~ "
+                  "C*species\" (text columns are factors), \"b ~ I(dbh^2)\"; repeatable")
       ->type_name("SUBMODEL")
       ->allow_extra_args(false);
   command
-      .add_option("--random",
-                  arguments.random,
-                  "Coefficients with a random effect and the groups, such as \"a + b:C | plot\"; "
-                  "nested: \"a | stand/plot\" or \"a | stand; a + b | plot\"; blocks: "
-                  "\"(a + b) + c | plot\"")
+      .add_option(
+          "--random",
+          arguments.random,
+          "Random effects: coefficients and groups, such as \"a + b:C | plot\"; nested: \"a | "
+          "stand/plot\" or \"a | stand; a + b | plot\"; blocks: \"(a + b) + c | plot\"")
       ->type_name("EFFECTS");
   command.add_option("--covariance",
                      arguments.covariance,
-                     "Of the random effects: general (default), diagonal or identity; parentheses "
-                     "in --random make blocks");
-  command.add_option(
-      "--variance",
-      arguments.variance,
-      "Of the residuals: none (default), exponential, power or constant-plus-power of "
-      "the fitted value, or of a column as in power(dbh); by stratum as in power(fitted | "
-      "species); stratum(species); products with *; held as in power(delta = 0.5)");
+                     "Covariance matrix of the random effects: general (default), diagonal or "
+                     "identity; parentheses in --random make blocks");
+  command.add_option("--variance",
+                     arguments.variance,
+                     "Variance function of the residuals: none (default), exponential, power or "
+                     "constant-plus-power of the fitted value, or of a column as in power(dbh); by "
+                     "stratum as in power(fitted | species); stratum(species); products with *; "
+                     "fixed parameters as in power(delta = 0.5)");
 }
 
 /// How it is fitted: method, ranges and start values of the coefficients.
 void add_method_options(CLI::App& command, FitArguments& arguments) {
-  command.add_option("--method",
-                     arguments.method,
-                     "ols, gnls, lb, foce, focei, laplace or agq (default: lb with random effects, "
-                     "gnls with a variance function, else ols); laplace is the best for small "
-                     "groups");
+  command.add_option(
+      "--method",
+      arguments.method,
+      "ols, gnls, lb, foce, focei, laplace or agq (default: lb with random effects, gnls with a "
+      "variance function, else ols); see docs/scorecard.md for which to choose");
   command
       .add_option("--agq-points",
                   arguments.quadrature_points,
-                  "Points of quadrature a random effect for the method agq (default 7)")
+                  "Quadrature points per random effect for the method agq (default 7)")
       ->check(CLI::Range(1, 100));
-  command.add_flag("--reml", arguments.reml, "Restricted maximum likelihood, for lb and gnls");
+  command.add_flag(
+      "--reml", arguments.reml, "Restricted maximum likelihood (REML), for lb and gnls");
   command.add_flag("--trace", arguments.trace, "Show the iterations on stderr");
-  command.add_option("--fix", arguments.fixed, "Coefficients held at a value, such as c=1")
+  command.add_option("--fix", arguments.fixed, "Coefficients fixed at a value, such as c=1")
       ->type_name("NAME=VALUE,...");
   command
       .add_option("--bound",
                   arguments.bounds,
-                  "Ranges that coefficients are kept in, such as b=0:1,c=0: (an end may be open)")
+                  "Bounds of coefficients, such as b=0:1,c=0: (one end may be open)")
       ->type_name("NAME=LOW:HIGH,...");
   command
       .add_option("--start",
                   arguments.start,
-                  "Start values, such as a=30,b=0.03; mixed fits try them besides their own")
+                  "Start values, such as a=30,b=0.03; mixed fits use them in addition to their own")
       ->type_name("NAME=VALUE,...");
   command
-      .add_option("--starts",
-                  arguments.spread_starts,
-                  "Further starts of a mixed fit, spread around those that it tries anyway")
+      .add_option(
+          "--starts", arguments.spread_starts, "Number of further random starts of a mixed fit")
       ->check(CLI::Range(0, 1000));
 }
 
@@ -454,8 +454,9 @@ void add_fit_command(CLI::App& program) {
           "--where", arguments->where, R"(Rows to use, such as 'species == "SM" && core == 1')")
       ->type_name("CONDITION");
   command
-      .add_option(
-          "--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm,x=xk/10")
+      .add_option("--columns",
+                  arguments->columns,
+                  "Names or formulas of the columns, such as dbh=DBH_cm,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
   add_inference_options(command, arguments->inference);

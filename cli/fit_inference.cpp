@@ -66,8 +66,8 @@ void add_inference_options(CLI::App& command, InferenceOptions& options) {
   command
       .add_option("--intervals",
                   options.intervals,
-                  "Confidence intervals of all parameters: wald (by standard errors) or profile "
-                  "(by the likelihood itself)")
+                  "Confidence intervals of all parameters: wald (from standard errors) or profile "
+                  "(from the profile likelihood)")
       ->check(CLI::IsMember({"wald", "profile"}));
   command.add_option("--level", options.level, "Level of the intervals (default 0.95)")
       ->check([](const std::string& text) {

@@ -32,7 +32,7 @@ std::size_t folds_of(const std::string& text) {
     return static_cast<std::size_t>(value);
   }
   throw UsageError(
-      fmt::format("'{}' is neither a number of folds, 2 at least, nor {}", text, kLeaveOneOut),
+      fmt::format("'{}' is neither a number of folds (at least 2) nor {}", text, kLeaveOneOut),
       {.column = "--cross-validate"});
 }
 
@@ -179,7 +179,7 @@ void print_bootstrap(const fit::Bootstrap& bootstrap) {
                range(parameter.percentile),
                range(parameter.basic));
   }
-  print_reasons("on the edge", bootstrap.on_edge);
+  print_reasons("at a boundary", bootstrap.on_edge);
   print_reasons("failed", bootstrap.failures);
 }
 
@@ -234,31 +234,31 @@ void add_resampling_options(CLI::App& command, ResamplingArguments& arguments) {
   command
       .add_option("--bootstrap",
                   arguments.bootstrap,
-                  "Standard errors and intervals of all parameters from this many refits")
+                  "Bootstrap: number of refits for standard errors and intervals of all parameters")
       ->type_name("REPLICATES")
       ->check(CLI::Range(2, 10000000));
   command
       .add_option("--resample",
                   arguments.resample,
-                  "Data of the refits: parametric (drawn from the fit) or cases (groups drawn with "
+                  "Bootstrap data: parametric (simulated from the fit) or cases (groups drawn with "
                   "replacement)")
       ->check(CLI::IsMember({"parametric", "cases"}))
       ->capture_default_str();
-  command.add_option("--bootstrap-level", arguments.level, "Level of the bootstrap's intervals")
+  command.add_option("--bootstrap-level", arguments.level, "Level of the bootstrap intervals")
       ->capture_default_str();
   command
       .add_option("--cross-validate",
                   arguments.cross_validate,
-                  "Predict groups that are left out: a number of folds, or leave-one-out")
+                  "Cross-validation over groups: a number of folds, or leave-one-out")
       ->type_name("FOLDS");
   command.add_option(
       "--measured-trees",
       arguments.measured,
-      "Trees of each group left out that count as measured and calibrate the others");
+      "Number of trees per left-out group that are used as measured, to calibrate the others");
   command.add_option("--group",
                      arguments.group,
-                     "Column of the groups to draw or leave out (default: that of the random "
-                     "effects, the coarser of two)");
+                     "Column of the groups to draw or leave out (default: the groups of the random "
+                     "effects, the outer ones if nested)");
   command
       .add_option("--residuals", arguments.residuals, "CSV file for fitted values and residuals")
       ->type_name("FILE.csv");
@@ -270,13 +270,10 @@ std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
                                  const ResamplingArguments& arguments,
                                  const CommonOptions& common) {
   if (!arguments.residuals.empty() && fits.size() != 1) {
-    throw UsageError("residuals are of one model; there are several", {.column = "--residuals"});
+    throw UsageError("residuals can be written for one model only", {.column = "--residuals"});
   }
   if (!arguments.group.empty() && !draws_groups(arguments) && arguments.cross_validate.empty()) {
-    throw UsageError(
-        "these groups are for --resample cases or --cross-validate to draw or leave "
-        "out",
-        {.column = "--group"});
+    throw UsageError("--group needs --resample cases or --cross-validate", {.column = "--group"});
   }
   std::vector<Resampling> result;
   Progress progress(common);

@@ -202,7 +202,7 @@ void print_statistics(const FittedModel& fit) {
 
 void print_failures(const std::vector<const FittedModel*>& failures) {
   if (failures.empty()) return;
-  fmt::print("\nwithout a fit\n");
+  fmt::print("\nmodels without a fit\n");
   for (const FittedModel* failure : failures) {
     fmt::print("{:<6} {}\n       {}\n",
                failure->model,

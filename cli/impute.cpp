@@ -59,7 +59,7 @@ data::Table read_data(const ImputeArguments& arguments) {
   }
   for (const std::string& name : new_names(arguments)) {
     if (!table.has(name)) continue;
-    throw InputError("the file has this column already; give it another name",
+    throw InputError("the file already has this column; choose another name",
                      {.file = table.file(), .column = name});
   }
   return table;
@@ -161,8 +161,8 @@ void say_summary(const ImputeArguments& arguments, const study::Imputation& resu
   }
   const std::size_t stand = result.count(ImputeLevel::kStand);
   say(arguments.common,
-      fmt::format("{}: {} measured, {} imputed with their plot, {}{} with the population's curve, "
-                  "{} left empty",
+      fmt::format("{}: {} measured, {} imputed with the curve of their plot, {}{} with the "
+                  "population curve, {} left empty",
                   arguments.impute.response,
                   result.count(ImputeSource::kMeasured),
                   result.count(ImputeLevel::kPlot),
@@ -190,8 +190,8 @@ void add_model_options(CLI::App& command, study::ImputeOptions& options) {
   command
       .add_option("--model",
                   options.models,
-                  "Models of the catalogue, or all:h; of several the one with the lowest AIC "
-                  "(default: Naslund's curve for h, else all of the response); repeatable")
+                  "Models of the catalogue, or all:h; the one with the lowest AIC is used "
+                  "(default: Naslund's curve for h, else all models of the response); repeatable")
       ->type_name("ID")
       ->allow_extra_args(false);
   command.add_option("--formula", options.formula, "A formula instead of a model of the catalogue")
@@ -199,12 +199,12 @@ void add_model_options(CLI::App& command, study::ImputeOptions& options) {
   command
       .add_option("--random",
                   options.random,
-                  "Random effects such as \"a + b | plot\", or none (default: the first two "
+                  "Random effects such as \"a + b | plot\", or none (default: on the first two "
                   "coefficients, fewer if that does not converge)")
       ->type_name("EFFECTS");
   command.add_option(
-      "--variance", options.variance, "Variance function as in fit (default: power(dbh))");
-  command.add_option("--method", options.method, "Method as in fit (default: lb)");
+      "--variance", options.variance, "Variance function, as in fit (default: power(dbh))");
+  command.add_option("--method", options.method, "Method, as in fit (default: lb)");
 }
 
 }  // namespace
@@ -212,7 +212,7 @@ void add_model_options(CLI::App& command, study::ImputeOptions& options) {
 void add_impute_command(CLI::App& program) {
   const auto arguments = std::make_shared<ImputeArguments>();
   CLI::App& command = *program.add_subcommand(
-      "impute", "Fill in the heights, crown bases or crown widths that were not measured");
+      "impute", "Fill in heights, crown bases or crown widths that were not measured");
   command.add_option("data", arguments->data, "Trees: a CSV file with a header")
       ->type_name("INVENTORY.csv")
       ->required();
@@ -221,18 +221,20 @@ void add_impute_command(CLI::App& program) {
   add_model_options(command, options);
   command.add_option("--group", options.group, "Column of the plots (default: plot)");
   command.add_option(
-      "--by", options.by, "Column whose values get models of their own, such as species");
+      "--by", options.by, "Column whose values get separate models, such as species");
   command
       .add_option("--minimum-trees",
                   options.minimum_trees,
-                  "Fewest measured trees for a model of its own; the others share one of all trees")
+                  "Minimum number of measured trees for a separate model; the others share one "
+                  "model for all trees")
       ->capture_default_str();
   command.add_flag("--add-residual",
                    options.add_residual,
                    "Add a random residual to imputed values, and random effects to plots without "
                    "measured trees");
   command
-      .add_option("--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm")
+      .add_option(
+          "--columns", arguments->columns, "Names or formulas of the columns, such as dbh=DBH_cm")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")

@@ -55,8 +55,8 @@ void add_window_options(CLI::App& command, UnitArguments& arguments) {
       .add_option("--edge",
                   arguments.edge,
                   "Edge correction: buffer (trees near the boundary are neighbors only), hanisch "
-                  "(core trees are those with neighbors nearer than the boundary, weighted), torus "
-                  "(opposite sides are joined) or none")
+                  "(core trees are those whose neighbors are nearer than the boundary, with "
+                  "weights), torus (opposite sides are joined) or none")
       ->check(CLI::IsMember({"buffer", "hanisch", "torus", "none"}))
       ->capture_default_str();
   command.add_option("--buffer", arguments.buffer_m, "Width of the buffer in m")
@@ -72,7 +72,8 @@ void add_window_options(CLI::App& command, UnitArguments& arguments) {
   command
       .add_option("--circle",
                   arguments.circle,
-                  "Every plot is this circle, in coordinates of its own, such as 0,0,12.62")
+                  "The boundary of every plot is this circle, in coordinates of the plot, such as "
+                  "0,0,12.62")
       ->type_name("X,Y,RADIUS")
       ->excludes(window);
   command
@@ -84,21 +85,22 @@ void add_window_options(CLI::App& command, UnitArguments& arguments) {
 }  // namespace
 
 void add_inventory_options(CLI::App& command, InventoryArguments& arguments) {
-  command.add_option("inventory", arguments.path, "Inventory: a CSV file, one row a tree")
+  command.add_option("inventory", arguments.path, "Inventory: a CSV file with one row per tree")
       ->type_name("INVENTORY.csv")
       ->required();
   command
       .add_option("--columns",
                   arguments.columns,
-                  "Where columns come from, such as dbh=DBH_cm,h=Height,x=xk/10")
+                  "Names or formulas of the columns, such as dbh=DBH_cm,h=Height,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
   command.add_flag(
-      "--trust-units", arguments.trust_units, "Do not ask whether a column has another unit");
+      "--trust-units", arguments.trust_units, "Accept the units of the columns without a check");
 }
 
 void add_unit_options(CLI::App& command, UnitArguments& arguments) {
-  command.add_option("--neighbors", arguments.neighbors, "Neighbors of a structural unit")
+  command
+      .add_option("--neighbors", arguments.neighbors, "Number of neighbors in a structural unit")
       ->capture_default_str();
   command
       .add_option(
@@ -151,7 +153,7 @@ std::vector<stand::FurtherIndex> further_indices(const UnitArguments& arguments)
     }
     const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
     if (!index) {
-      throw UsageError(fmt::format("'{}' is none of CO, T, Hegyi, BAL, CCF, all", name),
+      throw UsageError(fmt::format("'{}' is not one of CO, T, Hegyi, BAL, CCF, all", name),
                        {.column = "--further"});
     }
     indices.push_back(*index);

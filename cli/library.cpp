@@ -134,7 +134,7 @@ void make_scenes(SceneArguments arguments) {
 void add_show_command(CLI::App& library) {
   const auto arguments = std::make_shared<ShowArguments>();
   CLI::App& command = *library.add_subcommand(
-      "show", "List the models of a library, or without one the published libraries");
+      "show", "List the models of a library; without a library, list the published ones");
   command.add_option("library", arguments->library, "library.json, or a published library")
       ->type_name("LIBRARY");
   add_common_options(command, arguments->common);
@@ -144,8 +144,9 @@ void add_show_command(CLI::App& library) {
 
 void add_scenes_command(CLI::App& library) {
   const auto arguments = std::make_shared<SceneArguments>();
-  CLI::App& command = *library.add_subcommand(
-      "scenes", "Predict a tree of every structural class, with neighbors that make it so");
+  CLI::App& command = *library.add_subcommand("scenes",
+                                              "Predict a reference tree of every structural class, "
+                                              "with the neighbors that define the class");
   command.add_option("library", arguments->library, "library.json, or a published library")
       ->type_name("LIBRARY")
       ->required();
@@ -157,7 +158,7 @@ void add_scenes_command(CLI::App& library) {
   command
       .add_option("--dbh",
                   arguments->dbh,
-                  "DBH of the reference trees [cm] (default: the commonest of the inventory)")
+                  "DBH of the reference trees [cm] (default: the most frequent in the inventory)")
       ->type_name("SPECIES=CM,...")
       ->delimiter(',');
   command
@@ -165,15 +166,18 @@ void add_scenes_command(CLI::App& library) {
                   arguments->options.group,
                   "Predict with the random effects of this plot (default: none)")
       ->type_name("PLOT");
-  command.add_option("--role", arguments->options.role, "Which models of a study predict")
+  command.add_option("--role", arguments->options.role, "Which models of a study to use")
       ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
       ->capture_default_str();
   command
       .add_option("--uniform-angle",
                   arguments->options.uniform_angle_index,
-                  "W of scenes whose models do not depend on it")
+                  "W of the scenes if the models do not depend on it")
       ->capture_default_str();
-  command.add_option("--spacing", arguments->options.spacing_m, "Between the scenes' centers [m]")
+  command
+      .add_option("--spacing",
+                  arguments->options.spacing_m,
+                  "Distance between the centers of the scenes [m]")
       ->capture_default_str();
   add_common_options(command, arguments->common);
   add_example(command,
@@ -186,7 +190,7 @@ void add_scenes_command(CLI::App& library) {
 
 void add_library_command(CLI::App& program) {
   CLI::App& command =
-      *program.add_subcommand("library", "Look into a model library, and make scenes of it");
+      *program.add_subcommand("library", "Show a model library and make scenes from it");
   command.require_subcommand(1);
   add_example(command, "silvafit library show");
   add_show_command(command);

@@ -16,7 +16,7 @@ study::ModelLibrary library_named(const std::string& name_or_file) {
     const fs::path inside = fs::path(name_or_file) / "library.json";
     throw InputError(fs::exists(inside)
                          ? fmt::format("is a folder; its library is {}", inside.string())
-                         : "is a folder, and there is no library.json of a study in it",
+                         : "is a folder without a library.json of a study",
                      {.file = name_or_file});
   }
   return study::find_library(name_or_file, data_directory() / "models");

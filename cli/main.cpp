@@ -23,7 +23,8 @@ int report(const char* kind, const std::exception& error, ExitStatus status) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App program("From a forest inventory to morphology models and 3D trees.", "silvafit");
+  CLI::App program("Turns a forest inventory into height and crown models and 3D trees.",
+                   "silvafit");
   add_version_options(program);
   program.require_subcommand(1);
   program.failure_message(CLI::FailureMessage::simple);

@@ -110,7 +110,7 @@ std::string exit_statuses() {
   add(kInternalError, "internal error");
   add(kBadUsage, "wrong usage");
   add(kBadInput, "bad input");
-  add(kNoConvergedFit, "no fit has converged; results are written all the same");
+  add(kNoConvergedFit, "no fit has converged; the results are still written");
   return text;
 }
 

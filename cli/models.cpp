@@ -57,7 +57,7 @@ void print_sense(const BaseModel& model) {
   fmt::print("at DBH 0\n  {}\n", model.at_zero.text());
   if (model.at_infinity) fmt::print("for large DBH\n  {}\n", model.at_infinity->text());
   if (model.sensible.empty()) return;
-  fmt::print("sensible where (top_dbh: 1.2 times the largest DBH)\n");
+  fmt::print("plausible where (top_dbh: 1.2 times the largest DBH)\n");
   for (const study::SensibleCondition& each : model.sensible) {
     fmt::print("  {}; else {}\n", each.condition.text(), each.otherwise);
   }
@@ -180,14 +180,13 @@ void run(const ModelsOptions& options) {
 
 void add_models_command(CLI::App& program) {
   auto options = std::make_shared<ModelsOptions>();
-  CLI::App* command = program.add_subcommand(
-      "models", "Show the catalogue of base models, or the builders of trees");
+  CLI::App* command =
+      program.add_subcommand("models", "Show the catalogue of base models, or the tree builders");
   add_common_options(*command, options->common);
-  command->add_option("id", options->ids, "Entries to show whole, such as M4");
-  command->add_option("--response", options->response, "Only models of h, hcb or cw")
+  command->add_option("id", options->ids, "Entries to show in full, such as M4");
+  command->add_option("--response", options->response, "Only models for h, hcb or cw")
       ->check(CLI::IsMember({"h", "hcb", "cw"}));
-  command
-      ->add_flag("--builders", options->builders, "Builders of trees and their presets, for `grow`")
+  command->add_flag("--builders", options->builders, "Tree builders and their presets, for `grow`")
       ->excludes("id")
       ->excludes("--response");
   add_example(*command, "silvafit models --response cw");

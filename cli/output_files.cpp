@@ -46,19 +46,20 @@ void refuse_same_files(const std::vector<NamedFile>& read, const std::vector<Nam
     for (const NamedFile& input : read) {
       std::error_code ignored;
       if (!fs::exists(input.path, ignored) || !are_same(one->path, input.path)) continue;
-      throw UsageError(fmt::format("{} and {} name the same file, and what is read would be "
-                                   "written over: choose another name",
+      throw UsageError(fmt::format("{} and {} are the same file, and the input would be "
+                                   "overwritten; choose another name",
                                    one->option,
                                    input.option),
                        {.file = one->path.string()});
     }
     for (auto other = written.begin(); other != one; ++other) {
       if (!are_same(one->path, other->path)) continue;
-      throw UsageError(fmt::format("{} and {} name the same file, and only one would be left: "
-                                   "choose another name",
-                                   other->option,
-                                   one->option),
-                       {.file = one->path.string()});
+      throw UsageError(
+          fmt::format(
+              "{} and {} are the same file, and one would overwrite the other; choose another name",
+              other->option,
+              one->option),
+          {.file = one->path.string()});
     }
   }
 }

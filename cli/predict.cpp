@@ -142,7 +142,7 @@ void refuse_known_columns(const PredictArguments& arguments,
                           const study::PredictedResponses& predictions) {
   for (const std::string& name : names_of(arguments, predictions)) {
     if (table.has(name)) {
-      throw InputError("the file has this column already; give it another name",
+      throw InputError("the file already has this column; choose another name",
                        {.file = table.file(), .column = name});
     }
   }
@@ -152,8 +152,9 @@ void refuse_known_columns(const PredictArguments& arguments,
 void sort_files(PredictArguments& arguments) {
   const std::size_t wanted = arguments.library.empty() ? 2 : 1;
   if (arguments.files.size() != wanted) {
-    throw UsageError(wanted == 2 ? "give a library and the trees, such as library.json new.csv"
-                                 : "with --library, give the trees alone");
+    throw UsageError(wanted == 2
+                         ? "give a library and a file of trees, such as library.json new.csv"
+                         : "with --library, give only the file of trees");
   }
   if (wanted == 2) arguments.library = arguments.files.front();
   arguments.data = arguments.files.back();
@@ -177,10 +178,11 @@ void add_note_on_species(const study::ModelLibrary& library,
   }
   if (unknown.empty()) return;
   const std::vector<std::string> names(unknown.begin(), unknown.end());
-  notes.push_back(fmt::format("{} of species that the library has no model of: {}; it has {}",
-                              counted(trees, "tree is", "trees are"),
-                              data::list_of(names),
-                              fmt::join(known, ", ")));
+  notes.push_back(
+      fmt::format("{} of species without a model in the library: {}; it has models for {}",
+                  counted(trees, "tree is", "trees are"),
+                  data::list_of(names),
+                  fmt::join(known, ", ")));
 }
 
 /// How indices are computed: as in the study that the library is from.
@@ -238,16 +240,15 @@ void run(const CLI::App& command, PredictArguments arguments) {
 
 void add_file_options(CLI::App& command, PredictArguments& arguments) {
   command
-      .add_option(
-          "files",
-          arguments.files,
-          "The library (library.json of a study, what `silvafit fit --json` printed, or a "
-          "published one such as shanxia-2023) and the trees, a CSV file with a header; with "
-          "--library the trees alone")
+      .add_option("files",
+                  arguments.files,
+                  "The library (library.json of a study, the output of `silvafit fit --json`, or a "
+                  "published library such as shanxia-2023) and a CSV file of trees; with --library "
+                  "only the file of trees")
       ->type_name("LIBRARY.json NEW.csv")
       ->expected(1, 2)
       ->required();
-  command.add_option("--library", arguments.library, "The library, instead of the first file")
+  command.add_option("--library", arguments.library, "Library, instead of the first file")
       ->type_name("LIBRARY");
 }
 
@@ -256,43 +257,42 @@ void add_level_options(CLI::App& command, PredictArguments& arguments) {
   command
       .add_option("--level",
                   arguments.level,
-                  "population: random effects 0; conditional: those of the fit; calibrated: those "
-                  "that the trees measured in the file say; marginal: the mean over all groups")
+                  "population: random effects 0 (b = 0); conditional: random effects of the fit; "
+                  "calibrated: random effects from the trees measured in the file; marginal: mean "
+                  "over all groups")
       ->check(CLI::IsMember({"population", "conditional", "calibrated", "marginal"}))
       ->capture_default_str();
   command
       .add_option("--new-groups",
                   arguments.new_groups,
-                  "Conditional predictions for groups that the fit has not seen, and calibrated "
-                  "ones for such groups without a measured tree")
+                  "Conditional predictions for groups that are not in the fit, and calibrated "
+                  "predictions for such groups without a measured tree")
       ->check(CLI::IsMember({"population", "marginal", "missing", "error"}))
       ->capture_default_str();
   command
       .add_option("--seen-groups",
                   arguments.seen_groups,
-                  "Calibrated predictions for groups that the fit has seen: with its own random "
-                  "effects (their trees in the file are those it was fitted to), with those of the "
-                  "file's trees alone (new), or with both (combined)")
+                  "Calibrated predictions for groups of the fit: use the random effects of the fit "
+                  "(own), only the trees of the file (new), or both (combined)")
       ->check(CLI::IsMember({"fitted", "new", "combined"}))
       ->capture_default_str();
 }
 
 void add_interval_options(CLI::App& command, PredictArguments& arguments) {
   command
-      .add_option("--interval",
-                  arguments.interval,
-                  "Adds the ends of intervals of this coverage, such as 0.95")
+      .add_option(
+          "--interval", arguments.interval, "Add interval limits with this coverage, such as 0.95")
       ->type_name("LEVEL")
       ->check(CLI::Range(1e-6, 0.999999));
   command
       .add_option("--interval-kind",
                   arguments.interval_kind,
-                  "prediction: for a tree's value; confidence: for the mean of such trees")
+                  "prediction: for the value of a tree; confidence: for the mean of such trees")
       ->check(CLI::IsMember({"prediction", "confidence"}))
       ->capture_default_str();
   command.add_flag("--standard-errors",
                    arguments.standard_errors,
-                   "Adds the standard error of what --interval-kind says");
+                   "Add the standard error of the kind that --interval-kind selects");
 }
 
 }  // namespace
@@ -304,11 +304,12 @@ void add_predict_command(CLI::App& program) {
   add_file_options(command, *arguments);
   add_level_options(command, *arguments);
   add_interval_options(command, *arguments);
-  command.add_option("--role", arguments->role, "Which models of a study predict")
+  command.add_option("--role", arguments->role, "Which models of a study to use")
       ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
       ->capture_default_str();
   command
-      .add_option("--columns", arguments->columns, "Where columns come from, such as dbh=DBH_cm")
+      .add_option(
+          "--columns", arguments->columns, "Names or formulas of the columns, such as dbh=DBH_cm")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")

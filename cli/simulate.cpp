@@ -75,8 +75,8 @@ void run(const SimulateOptions& options) {
 
 void add_simulate_command(CLI::App& program) {
   auto options = std::make_shared<SimulateOptions>();
-  CLI::App* command =
-      program.add_subcommand("simulate", "Draw an inventory with known truth from a design");
+  CLI::App* command = program.add_subcommand(
+      "simulate", "Simulate an inventory with known true values from a design");
   add_common_options(*command, options->common);
   command->add_option("design", options->design, "Design of the stand (JSON)")
       ->type_name("DESIGN.json")

@@ -42,7 +42,7 @@ std::string named(study::Criterion criterion) {
     case study::Criterion::kCrossValidation:
       break;
   }
-  return "error of predictions for plots left out (10 folds)";
+  return "prediction error for plots left out (10 folds)";
 }
 
 /// "2 AIC", or one standard error of an error.
@@ -72,7 +72,7 @@ void add_level_decisions(const study::StudyRecord& record, Decisions& decisions)
                          got_to(&study::ResponseStudy::base)
                              ? fmt::format("fewest parameters within {} of the best base model",
                                            distance(criteria.base, options.equally_good))
-                             : "left out: there was nothing to fit");
+                             : "skipped: there was nothing to fit");
   decisions.emplace_back(
       "Level 2",
       got_to(&study::ResponseStudy::covariates)
@@ -81,10 +81,10 @@ void add_level_decisions(const study::StudyRecord& record, Decisions& decisions)
                 named(criteria.covariates),
                 options.covariate_parameters > 1 ? "one or two parameters" : "one parameter",
                 test)
-          : "left out: no model got so far, or there are no covariates (structural units "
+          : "skipped: no model reached this level, or there are no covariates (structural units "
             "need positions)");
   if (!got_to(&study::ResponseStudy::random)) {
-    decisions.emplace_back("Level 3", "left out: no model got so far");
+    decisions.emplace_back("Level 3", "skipped: no model reached this level");
     return;
   }
   decisions.emplace_back(
@@ -250,7 +250,7 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
 std::vector<std::string> other_columns(const StudyArguments& arguments) {
   constexpr std::size_t kMostCovariates = 8;
   if (arguments.study.covariates.size() > kMostCovariates) {
-    throw UsageError(fmt::format("{} covariates have too many subsets; {} are the most",
+    throw UsageError(fmt::format("{} covariates have too many subsets; the maximum is {}",
                                  arguments.study.covariates.size(),
                                  kMostCovariates),
                      {.column = "--covariates"});
@@ -328,7 +328,7 @@ void initialise(const StudyArguments& arguments) {
   const stand::CheckedInventory inventory =
       read_inventory(arguments.inventory, {.keep_all = true}, arguments.common);
   if (std::filesystem::exists(arguments.initial)) {
-    throw InputError("the file exists already; remove it, or choose another name",
+    throw InputError("the file already exists; remove it, or choose another name",
                      {.file = arguments.initial});
   }
   write_file(arguments.initial,
@@ -379,14 +379,14 @@ void run_whole_study(StudyArguments& arguments, const std::filesystem::path& pag
   for (const study::ResponseStudy& result : record.study.results) {
     if (result.converged()) return;
   }
-  throw NoConvergedFit(record.study.fit_count() == 0 ? "there was nothing to fit; the notes say why"
-                                                     : "no model converged; the report says why");
+  throw NoConvergedFit(record.study.fit_count() == 0 ? "there was nothing to fit; see the notes"
+                                                     : "no model converged; see the report");
 }
 
 void run(const CLI::App& command, StudyArguments& arguments) {
   const bool needs_folder = arguments.initial.empty();
   if (needs_folder && arguments.out.empty()) {
-    throw UsageError("--out DIR is needed: the folder for the results");
+    throw UsageError("--out DIR is missing: the folder for the results");
   }
   apply_settings(command, arguments);
   if (!needs_folder) return initialise(arguments);
@@ -412,18 +412,18 @@ void run(const CLI::App& command, StudyArguments& arguments) {
 void add_study_command(CLI::App& program) {
   auto arguments = std::make_shared<StudyArguments>();
   CLI::App* command = program.add_subcommand(
-      "study", "The whole way: indices, models in three levels, library, predictions, report");
+      "study", "Run all steps: indices, models at three levels, library, predictions, report");
   add_inventory_options(*command, arguments->inventory);
   command->add_option("--out", arguments->out, "Folder for the results")->type_name("DIR");
   command
       ->add_option("--config",
                    arguments->configuration,
-                   "Settings of the study; options of the command line come before them")
+                   "Settings of the study; options on the command line take precedence")
       ->type_name("STUDY.json");
   command
       ->add_option("--init",
                    arguments->initial,
-                   "Write settings to start from, with comments, for this inventory; then stop")
+                   "Write a commented settings file for this inventory, and stop")
       ->type_name("STUDY.json");
   add_names_option(*command,
                    "--species",
@@ -442,17 +442,16 @@ void add_study_command(CLI::App& program) {
   command->add_option("--group", arguments->study.group, "Column of the random effects")
       ->capture_default_str();
   command
-      ->add_option(
-          "--criterion",
-          arguments->criterion,
-          "What all levels choose by, without tests: aic, aicc, bic, cv (error of predictions "
-          "for plots left out); or each level by its own")
+      ->add_option("--criterion",
+                   arguments->criterion,
+                   "Criterion for all levels, without tests: aic, aicc, bic or cv (prediction "
+                   "error for plots left out); default: each level has its own")
       ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
       ->capture_default_str();
   command
       ->add_option("--minimum-trees",
                    arguments->study.minimum_trees,
-                   "Fewest measured trees of a species that get models")
+                   "Minimum number of measured trees of a species")
       ->capture_default_str();
   add_unit_options(*command, arguments->units);
   add_common_options(*command, arguments->common);

@@ -55,9 +55,8 @@ Expression expression_of(std::string_view text, std::span<const std::string> col
   } catch (const FormulaError& error) {
     const std::string name = column_to_quote(text, columns);
     const std::string remedy =
-        name.empty()
-            ? fmt::format("'{}' is no column either; the columns are {}", text, list_of(columns))
-            : fmt::format("in an expression write `{}`, in backquotes", name);
+        name.empty() ? fmt::format("unknown column '{}'; available: {}", text, list_of(columns))
+                     : fmt::format("in an expression write `{}`, in backquotes", name);
     throw FormulaError(fmt::format("{}; {}", reason_of(error), remedy), text, error.position());
   }
 }
@@ -100,12 +99,10 @@ ColumnReference column_reference(std::string_view name,
   for (const std::string& variable : expression.variables()) {
     const std::string column = column_of(variable);
     if (is_among(column, columns)) continue;
-    throw InputError(fmt::format("there is no column '{}' for {}={}; the columns are {}",
-                                 column,
-                                 name,
-                                 text,
-                                 list_of(columns)),
-                     {.file = file});
+    throw InputError(
+        fmt::format(
+            "unknown column '{}' in {}={}; available: {}", column, name, text, list_of(columns)),
+        {.file = file});
   }
   return {.text = std::string(text), .expression = std::move(expression)};
 }

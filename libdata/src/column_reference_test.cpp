@@ -53,9 +53,9 @@ TEST_CASE("what is neither is refused with what to do") {
   CHECK_THROWS_WITH(column_reference("dbh", "BHD [cm]/10", kNames),
                     Contains("unexpected '['") && Contains("write `BHD [cm]`, in backquotes"));
   CHECK_THROWS_WITH(column_reference("dbh", "BHD [mm]", kNames),
-                    Contains("'BHD [mm]' is no column either; the columns are plot, BHD [cm]"));
+                    Contains("unknown column 'BHD [mm]'; available: plot, BHD [cm]"));
   CHECK_THROWS_WITH(column_reference("dbh", "c/10", kNames, "trees.csv"),
-                    Contains("trees.csv: there is no column 'c' for dbh=c/10; the columns are"));
+                    Contains("trees.csv: unknown column 'c' in dbh=c/10; available:"));
   CHECK_THROWS_AS(column_reference("h", "ifelse(site == \"x\", a, b)", kNames), InputError);
 }
 

@@ -124,7 +124,7 @@ struct CsvReader::State {
 void CsvReader::State::open() {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) {
-    throw InputError("is a folder where a CSV file is needed", {.file = file});
+    throw InputError("is a folder; a CSV file is needed", {.file = file});
   }
   stream.open(file, std::ios::binary);
   if (!stream)
@@ -138,10 +138,10 @@ void CsvReader::State::open() {
 void CsvReader::State::refuse_other_formats() const {
   const std::string_view start(buffer.data() + begin, std::min<std::size_t>(end - begin, 64));
   if (start.starts_with("\x1F\x8B")) {
-    fail(1, "the file is compressed (gzip); unpack it first, as by gunzip");
+    fail(1, "the file is compressed (gzip); unpack it first, for example with gunzip");
   }
   if (start.starts_with("PK\x03\x04")) {
-    fail(1, "the file is a workbook of a spreadsheet, or a ZIP archive; save it as CSV in UTF-8");
+    fail(1, "the file is a spreadsheet workbook or a ZIP archive; save it as CSV in UTF-8");
   }
   if (start.find('\0') != std::string_view::npos) {
     fail(1, "there are zero bytes in it, as UTF-16 has; save it as CSV in UTF-8");
@@ -176,8 +176,9 @@ void CsvReader::State::read_more() {
   if (end == buffer.size()) {
     if (buffer.size() >= kLongestRecord) {
       fail(next_line,
-           fmt::format("the record that starts here is longer than {} MiB; is a quote not closed?",
-                       kLongestRecord >> 20));
+           fmt::format(
+               "the record that starts here is longer than {} MiB; is a closing quote missing?",
+               kLongestRecord >> 20));
     }
     buffer.resize(2 * buffer.size());
   }
@@ -197,7 +198,7 @@ bool CsvReader::State::scan_quoted(std::size_t& position) {
     const void* const quote = std::memchr(buffer.data() + position, '"', end - position);
     if (quote == nullptr) {
       if (!at_end_of_file) return false;
-      fail(line_of(span.begin), "the quoted field that starts here does not end");
+      fail(line_of(span.begin), "the quoted field that starts here has no closing quote");
     }
     position = static_cast<std::size_t>(static_cast<const char*>(quote) - buffer.data()) + 1;
     if (position == end && !at_end_of_file) return false;
@@ -209,7 +210,7 @@ bool CsvReader::State::scan_quoted(std::size_t& position) {
   spans.push_back(span);
   if (position < end && !ends_field(buffer[position])) {
     fail(line_of(position - begin),
-         "text follows a closing quote; quotes within a quoted field are doubled");
+         "text follows a closing quote; double the quotes inside a quoted field");
   }
   return true;
 }

@@ -89,8 +89,9 @@ void read_again_as_text(const std::filesystem::path& path, std::vector<ColumnBui
   }
   if (again.empty()) return;
   if (!std::filesystem::is_regular_file(path)) {
-    throw InputError("has numbers and then text, which a stream cannot be read twice for",
-                     {.file = path.string(), .column = again.front()->name});
+    throw InputError(
+        "contains numbers and then text; a stream cannot be read twice, so give a file",
+        {.file = path.string(), .column = again.front()->name});
   }
   CsvReader reader(path);
   std::vector<std::string_view> fields;

@@ -98,7 +98,7 @@ TEST_CASE("what is no CSV is refused with its line") {
   CHECK(error_of("a,b\n1,2\n1,2,3\n") == "line 3: fields found: 3, columns in the header: 2");
   CHECK(error_of("a,b\n1\n") == "line 2: fields found: 1, columns in the header: 2");
   CHECK(error_of("a,b\n1,2\n3,\"x\ny\n") ==
-        "line 3: the quoted field that starts here does not end");
+        "line 3: the quoted field that starts here has no closing quote");
   CHECK_THAT(error_of("a,b\n\"x\ny\"z,2\n"), Contains("line 3: text follows a closing quote"));
   CHECK_THAT(error_of("a,b\n1,2\n\"\n\",\xE9t\xE9\n"), Contains("line 4: byte 0xE9 is not UTF-8"));
   CHECK_THAT(error_of("\xFF\xFE\x61"), Contains("UTF-16"));
@@ -209,7 +209,7 @@ TEST_CASE("only the wanted columns are kept, in the wanted order") {
   CHECK(read_csv_table(file.path(), {.columns = {"c", "a"}}).names() ==
         std::vector<std::string>{"c", "a"});
   CHECK_THROWS_WITH(read_csv_table(file.path(), {.columns = {"d"}}),
-                    Contains("no column 'd'; the columns are a, b, c"));
+                    Contains("no column 'd'; available: a, b, c"));
 }
 
 TEST_CASE("blanks around text are no part of it") {

@@ -121,7 +121,7 @@ class Valuation {
  private:
   double of_variable(const std::string& name) const {
     const auto found = std::ranges::find(names_, name);
-    if (found == names_.end()) throw UsageError(fmt::format("'{}' has no value", name));
+    if (found == names_.end()) throw UsageError(fmt::format("no value for '{}'", name));
     return values_[static_cast<std::size_t>(found - names_.begin())];
   }
 
@@ -200,12 +200,12 @@ Formula parse_formula(std::string_view text) {
   const std::size_t tilde = text.find('~');
   if (tilde == std::string_view::npos) {
     throw FormulaError(
-        "a formula has the form `response ~ expression`; there is no ~", text, text.size() + 1);
+        "a formula has the form `response ~ expression`; the ~ is missing", text, text.size() + 1);
   }
   const Expression left = Expression::parse(text, 0, tilde);
   const std::vector<std::string> names = left.variables();
   if (left.node()->operation != Operation::kVariable || names.size() != 1) {
-    throw FormulaError("left of ~ the name of one column is expected", text, 1);
+    throw FormulaError("expected the name of one column left of ~", text, 1);
   }
   return {.left = names[0],
           .right = Expression::parse(text, tilde + 1, text.size()),

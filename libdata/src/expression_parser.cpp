@@ -62,8 +62,8 @@ class Parser {
   void expect(std::string_view token, const char* after) {
     if (accept(token)) return;
     fail(position_ < end_
-             ? fmt::format("'{}' expected {}", token, after)
-             : fmt::format("the formula ends where '{}' is expected {}", token, after));
+             ? fmt::format("expected '{}' {}", token, after)
+             : fmt::format("expected '{}' {}, but the formula ends here", token, after));
   }
 
   NodePointer either() {
@@ -95,7 +95,8 @@ class Parser {
   NodePointer equality(const NodePointer& left, std::size_t begin, bool equal) {
     NodePointer result;
     if (at_text()) {
-      if (left->operation != Operation::kVariable) fail_at("only a column can equal text", begin);
+      if (left->operation != Operation::kVariable)
+        fail_at("text can only be compared with a column", begin);
       result = make_variable(text_match_name(left->name, quoted()));
     } else {
       result = make_operation(Operation::kEqual, left, sum());
@@ -112,7 +113,7 @@ class Parser {
     const std::size_t right_begin = position_;
     const NodePointer right = sum();
     if (right->operation != Operation::kVariable) {
-      fail_at("only a column can equal text", right_begin);
+      fail_at("text can only be compared with a column", right_begin);
     }
     NodePointer match = make_variable(text_match_name(right->name, value));
     return equal ? match : make_operation(Operation::kNot, match);
@@ -128,7 +129,7 @@ class Parser {
     const std::size_t begin = position_++;
     std::string value;
     for (; position_ < end_ && text_[position_] != quote; ++position_) value += text_[position_];
-    if (position_ >= end_) fail_at("this quote does not end", begin);
+    if (position_ >= end_) fail_at("the closing quote is missing", begin);
     ++position_;
     return value;
   }
@@ -175,7 +176,7 @@ class Parser {
 
   NodePointer primary() {
     const char next = peek();
-    if (next == '\0') fail("the formula ends where a value is expected");
+    if (next == '\0') fail("expected a value, but the formula ends here");
     if (accept("(")) {
       NodePointer inner = either();
       expect(")", "to close the parenthesis");
@@ -184,17 +185,17 @@ class Parser {
     if (is_digit(next) || next == '.') return number();
     if (next == '`') return backquoted();
     if (starts_name(next)) return name_or_call();
-    fail(fmt::format("a value is expected, not '{}'", next));
+    fail(fmt::format("expected a value, not '{}'", next));
   }
 
   NodePointer number() {
     double value = 0.0;
     const char* first = text_.data() + position_;
     const auto [after, status] = std::from_chars(first, text_.data() + end_, value);
-    if (status != std::errc()) fail("this is no number");
+    if (status != std::errc()) fail("this is not a number");
     position_ += static_cast<std::size_t>(after - first);
     if (position_ < end_ && starts_name(text_[position_])) {
-      fail(fmt::format("an operator is expected before '{}'", text_.substr(position_, 1)));
+      fail(fmt::format("expected an operator before '{}'", text_.substr(position_, 1)));
     }
     return make_constant(value);
   }
@@ -202,7 +203,8 @@ class Parser {
   NodePointer backquoted() {
     const std::size_t begin = position_++;
     const std::size_t close = text_.find('`', position_);
-    if (close == std::string_view::npos || close >= end_) fail_at("this quote does not end", begin);
+    if (close == std::string_view::npos || close >= end_)
+      fail_at("the closing quote is missing", begin);
     std::string name(text_.substr(position_, close - position_));
     position_ = close + 1;
     return make_variable(std::move(name));
@@ -220,7 +222,7 @@ class Parser {
   NodePointer call(std::string_view name, std::size_t begin) {
     if (name == "I") return primary();  // as in R's formulas; everything is arithmetic here
     const auto function = find_function(name);
-    if (!function) fail_at(fmt::format("there is no function '{}'", name), begin);
+    if (!function) fail_at(fmt::format("unknown function '{}'", name), begin);
     expect("(", "before the arguments");
     std::vector<NodePointer> arguments;
     do {
@@ -257,7 +259,7 @@ class Parser {
 
   struct Nesting {
     explicit Nesting(Parser& owner) : parser(owner) {
-      if (++parser.depth_ > kDeepest) parser.fail("the formula is nested too deeply");
+      if (++parser.depth_ > kDeepest) parser.fail("the formula has too many nested parentheses");
     }
     ~Nesting() { --parser.depth_; }
     Nesting(const Nesting&) = delete;

@@ -49,11 +49,11 @@ class DocumentBuilder final : public nlohmann::json_sax<Json> {
                                 const std::string& /*token*/,
                                 const nlohmann::detail::exception& error) override {
     if (dynamic_cast<const Json::out_of_range*>(&error) != nullptr) {
-      throw InputError("a number in it is too large", {.file = file_});
+      throw InputError("a number is too large", {.file = file_});
     }
     const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(position, text_.size()));
     const auto line = static_cast<std::size_t>(1 + std::count(text_.begin(), end, '\n'));
-    throw InputError("this is not JSON; look for a missing comma, quote or bracket",
+    throw InputError("not valid JSON; look for a missing comma, quote or bracket",
                      {.file = file_, .line = line});
   }
 
@@ -92,7 +92,8 @@ class DocumentBuilder final : public nlohmann::json_sax<Json> {
     std::ranges::sort(names);
     const auto repeated = std::ranges::adjacent_find(names);
     if (repeated == names.end()) return;
-    throw InputError(fmt::format("an object has the key \"{}\" twice", *repeated), {.file = file_});
+    throw InputError(fmt::format("the key \"{}\" occurs twice in an object", *repeated),
+                     {.file = file_});
   }
 
   std::string_view text_;

@@ -51,7 +51,7 @@ void JsonReader::fail(const std::string& message) const {
 }
 
 void JsonReader::expect(bool condition, const char* what) const {
-  if (!condition) fail(fmt::format("must be {}, is {}", what, kind_of(*value_)));
+  if (!condition) fail(fmt::format("must be {}, not {}", what, kind_of(*value_)));
 }
 
 bool JsonReader::is_object() const { return value_->is_object(); }
@@ -61,7 +61,7 @@ bool JsonReader::is_null() const { return value_->is_null(); }
 void JsonReader::allow_only(std::initializer_list<std::string_view> keys) const {
   for (const auto& [name, value] : members_by_name()) {
     if (std::find(keys.begin(), keys.end(), name) == keys.end()) {
-      fail(fmt::format("the key \"{}\" is not known here; known are {}", name, joined(keys)));
+      fail(fmt::format("unknown key \"{}\"; available: {}", name, joined(keys)));
     }
   }
 }
@@ -129,7 +129,7 @@ std::size_t JsonReader::one_of(std::initializer_list<std::string_view> names) co
   const std::string value = text();
   const auto* const found = std::find(names.begin(), names.end(), value);
   if (found == names.end()) {
-    fail(fmt::format("must be one of {}, is \"{}\"", joined(names), value));
+    fail(fmt::format("must be one of {}, not \"{}\"", joined(names), value));
   }
   return static_cast<std::size_t>(found - names.begin());
 }
@@ -153,20 +153,20 @@ double JsonReader::number_or_missing() const {
 double JsonReader::number_between(double low, double high) const {
   const double result = number();
   if (!(result >= low && result <= high)) {
-    fail(fmt::format("must be between {} and {}, is {}", low, high, result));
+    fail(fmt::format("must be between {} and {}, not {}", low, high, result));
   }
   return result;
 }
 
 double JsonReader::positive() const {
   const double result = number();
-  if (!(result > 0.0)) fail(fmt::format("must be above 0, is {}", result));
+  if (!(result > 0.0)) fail(fmt::format("must be above 0, not {}", result));
   return result;
 }
 
 double JsonReader::not_negative() const {
   const double result = number();
-  if (!(result >= 0.0)) fail(fmt::format("must not be negative, is {}", result));
+  if (!(result >= 0.0)) fail(fmt::format("must be 0 or more, not {}", result));
   return result;
 }
 
@@ -197,7 +197,7 @@ std::map<std::string, double> JsonReader::numbers_by_name() const {
 Eigen::VectorXd JsonReader::vector(Eigen::Index size) const {
   const std::vector<JsonReader> values = items();
   if (static_cast<Eigen::Index>(values.size()) != size) {
-    fail(fmt::format("must have {} numbers, has {}", size, values.size()));
+    fail(fmt::format("must have {} numbers, not {}", size, values.size()));
   }
   Eigen::VectorXd result(size);
   for (Eigen::Index i = 0; i < size; ++i) {
@@ -209,7 +209,7 @@ Eigen::VectorXd JsonReader::vector(Eigen::Index size) const {
 Eigen::MatrixXd JsonReader::square_matrix(Eigen::Index size) const {
   const std::vector<JsonReader> rows = items();
   if (static_cast<Eigen::Index>(rows.size()) != size) {
-    fail(fmt::format("must have {} rows, has {}", size, rows.size()));
+    fail(fmt::format("must have {} rows, not {}", size, rows.size()));
   }
   Eigen::MatrixXd result(size, size);
   for (Eigen::Index i = 0; i < size; ++i) {

@@ -78,7 +78,7 @@ void Program::evaluate(std::span<const double* const> inputs,
                        std::span<double* const> outputs,
                        Workspace& workspace) const {
   if (!code_ || inputs.size() != code_->inputs.size() || outputs.size() != code_->output_count) {
-    throw UsageError("a program needs a pointer for each of its inputs and outputs");
+    throw UsageError("a program needs one pointer for each input and output");
   }
   evaluate_scalars(code_->values, code_->block.scalars, inputs, workspace.scalars);
   const BlockMemory memory{.registers = registers_of(workspace.registers, code_->block.registers),

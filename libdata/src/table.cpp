@@ -53,7 +53,7 @@ std::string list_of(std::span<const std::string> names) {
 }
 
 std::string no_such_column(std::string_view name, std::span<const std::string> names) {
-  return fmt::format("there is no column '{}'; the columns are {}", name, list_of(names));
+  return fmt::format("unknown column '{}'; available: {}", name, list_of(names));
 }
 
 std::string_view TextColumn::operator[](std::size_t row) const {
@@ -79,7 +79,7 @@ bool Table::is_numeric(std::string_view name) const { return slot(name).numeric;
 std::span<const double> Table::numbers(std::string_view name) const {
   const Slot& found = slot(name);
   if (!found.numeric) {
-    throw UsageError("this column is text where numbers are needed",
+    throw UsageError("this column holds text, but numbers are needed",
                      {.file = file_, .column = std::string(name)});
   }
   return numeric_[found.index];
@@ -88,7 +88,7 @@ std::span<const double> Table::numbers(std::string_view name) const {
 const TextColumn& Table::text(std::string_view name) const {
   const Slot& found = slot(name);
   if (found.numeric) {
-    throw UsageError("this column is numeric where text is needed",
+    throw UsageError("this column holds numbers, but text is needed",
                      {.file = file_, .column = std::string(name)});
   }
   return text_[found.index];

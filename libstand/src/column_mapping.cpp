@@ -59,7 +59,7 @@ std::vector<ColumnMapping> parse_column_mappings(std::string_view text) {
     const bool known = std::ranges::any_of(
         mappings, [&mapping](const ColumnMapping& other) { return other.name == mapping.name; });
     if (known) {
-      throw UsageError(fmt::format("'{}' is named twice", mapping.name),
+      throw UsageError(fmt::format("'{}' is given twice", mapping.name),
                        {.column = kColumnsOption});
     }
     mappings.push_back(std::move(mapping));

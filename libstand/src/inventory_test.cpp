@@ -98,7 +98,7 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
       {.needs_coordinates = true});
   CHECK(problems(checked) ==
         std::vector<std::string>{
-            "3 dbh: 'twenty' is no number; a missing value is an empty field or NA",
+            "3 dbh: 'twenty' is not a number; a missing value is an empty field or NA",
             "4 dbh: -3 cm is not above 0",
             "4 h: 1.3 m is not above breast height, 1.3 m",
             "4 hcb: -1 m is below the ground",
@@ -109,8 +109,8 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
             "8 x: is missing, so the tree has no place",
             "9 tree: the tree number is missing",
             "10 plot: the plot is missing",
-            "10 dbh: '20,5' is no number; decimals need a point",
-            "12 dbh: '1.020,5' is no number; thousands are written without a separator"});
+            "10 dbh: '20,5' is not a number; decimals need a point",
+            "12 dbh: '1.020,5' is not a number; thousands are written without a separator"});
   CHECK(checked.excluded_tree_count == 9);
   REQUIRE(checked.inventory.size() == 2);
   CHECK(checked.inventory.tree[1] == "10");
@@ -120,15 +120,15 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
   const std::string text = describe_excluded(checked, 2);
   CHECK_THAT(text, Contains("9 of 11 rows left out, 13 problems"));
   CHECK_THAT(text,
-             Contains(".csv:3: dbh: 'twenty' is no number; a missing value is an empty field or "
+             Contains(".csv:3: dbh: 'twenty' is not a number; a missing value is an empty field or "
                       "NA (plot 1, tree 2)"));
   CHECK_THAT(text, Contains("and 11 more"));
 
   std::ostringstream csv;
   write_excluded(checked.excluded, csv);
   CHECK_THAT(csv.str(), Contains("line,plot,tree,column,value,reason\n"));
-  CHECK_THAT(csv.str(), Contains("3,1,2,dbh,twenty,'twenty' is no number; a missing value is"));
-  CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is no number;"));
+  CHECK_THAT(csv.str(), Contains("3,1,2,dbh,twenty,'twenty' is not a number; a missing value is"));
+  CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is not a number;"));
 }
 
 TEST_CASE("without a need for coordinates trees without them are used") {
@@ -383,7 +383,7 @@ TEST_CASE("a single odd value is a note") {
 TEST_CASE("a file without what is needed is refused with the remedy") {
   CHECK_THROWS_WITH(read_text("plot,d\n1,20\n"),
                     Contains("no column dbh (diameter at breast height in cm); name yours with "
-                             "--columns dbh=COLUMN; the columns are plot, d"));
+                             "--columns dbh=COLUMN; available: plot, d"));
   CHECK_THROWS_WITH(read_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
                     Contains("no column y"));
   CHECK_THROWS_WITH(read_text("dbh\n20\n", {.needs = {"hcb"}}), Contains("no column hcb"));
@@ -391,7 +391,7 @@ TEST_CASE("a file without what is needed is refused with the remedy") {
   CHECK_THROWS_WITH(read_text("dbh,h\n"), Contains("there is a header but no tree"));
   CHECK_THROWS_WITH(read_text("dbh,h\n-1,5\nx,5\n"),
                     Contains("no row can be used: 2 of 2 rows left out, 2 problems") &&
-                        Contains("'x' is no number"));
+                        Contains("'x' is not a number"));
   CHECK_THROWS_WITH(read_text("DBH,Dbh\n1,2\n"), Contains("'DBH' and 'Dbh' could both be dbh"));
 }
 
@@ -421,9 +421,9 @@ TEST_CASE("mappings are read, and refused where they make no sense") {
   for (const char* text : {"dbh", "dbh=", "=D", "dbh=D,", "dbh==D"}) {
     CHECK_THROWS_WITH(parse_column_mappings(text), Contains("is not NAME=COLUMN"));
   }
-  CHECK_THROWS_WITH(parse_column_mappings("h=a,h=b"), Contains("'h' is named twice"));
+  CHECK_THROWS_WITH(parse_column_mappings("h=a,h=b"), Contains("'h' is given twice"));
   CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("h=Height")),
-                    Contains("no column 'Height' for h=Height; the columns are dbh"));
+                    Contains("no column 'Height' for h=Height; available: dbh"));
   CHECK_THROWS_AS(read_text("dbh\n20\n", with_columns("h=dbh+")), silvafit::FormulaError);
   CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("plot=dbh/10")),
                     Contains("plot must be a column"));

@@ -78,7 +78,7 @@ class SubModels(ProgramTest):
     def test_what_r_means_otherwise_is_refused(self):
         self.write("kinds.csv", kinds_csv())
         for right_side, message in (("x^2", "write I(x^2)"), ("x/10", "write I(x/10)"), ("x*2", "write I(x*2)"),
-                                    ("x - 5", "I(x - 5)"), ("species:factor(zone)", "not independent")):
+                                    ("x - 5", "I(x - 5)"), ("species:factor(zone)", "linearly dependent")):
             with self.subTest(right_side):
                 done = self.run_program("fit", "kinds.csv", "--formula", "y ~ a", "--parameter", "a ~ " + right_side, status=2)
                 self.assertIn(message, done.stderr)
@@ -235,7 +235,7 @@ class Catalogue(ProgramTest):
     def test_a_value_outside_the_domain_is_bad_input(self):
         self.write("stand.csv", stand_csv() + "06,999,SM,-3,12,0\n")
         error = self.run_program("fit", "stand.csv", "--model", "M4", status=3).stderr
-        self.assertIn("stand.csv:122: dbh: -3 is outside the model's domain 0 < dbh", error)
+        self.assertIn("stand.csv:122: dbh: -3 is outside the domain of the model 0 < dbh", error)
         self.assertIn("tree 999", error)
 
 
@@ -261,9 +261,9 @@ class Failures(ProgramTest):
     def test_a_column_that_the_file_lacks_is_pointed_at(self):
         self.write("line.csv", LINE)
         cases = {
-            ("--formula", "Y ~ a + b*x"): "line.csv: column 1: there is no column 'Y'",
-            ("--formula", "y ~ a*x", "--random", "a | plot"): "line.csv: column 5: there is no column 'plot'",
-            ("--formula", "y ~ a*x", "--where", "z > 1"): "line.csv: column 1: there is no column 'z'",
+            ("--formula", "Y ~ a + b*x"): "line.csv: column 1: unknown column 'Y'",
+            ("--formula", "y ~ a*x", "--random", "a | plot"): "line.csv: column 5: unknown column 'plot'",
+            ("--formula", "y ~ a*x", "--where", "z > 1"): "line.csv: column 1: unknown column 'z'",
         }
         for arguments, message in cases.items():
             with self.subTest(arguments):
@@ -280,9 +280,9 @@ class Failures(ProgramTest):
             ("--formula", "y ~ a*x", "--random", "a + q | x"): "column 5: 'q' is no coefficient",
             ("--formula", "y ~ a*x", "--method", "magic"): "there are ols, gnls, lb",
             ("--formula", "y ~ a*x", "--method", "laplace"): "needs random effects",
-            ("--formula", "y ~ a*x", "--reml"): "defined for lb and gnls",
+            ("--formula", "y ~ a*x", "--reml"): "available for lb and gnls only",
             ("--formula", "y ~ a*x", "--fix", "q=1"): "'q' is no coefficient",
-            ("--formula", "y ~ a*x", "--bound", "a=1"): "no range such as 0:1",
+            ("--formula", "y ~ a*x", "--bound", "a=1"): "not a range such as 0:1",
             ("--formula", "y ~ a*x", "--method", "lb"): "needs random effects",
             ("--formula", "y ~ a*x", "--start", "a:3"): "not NAME=VALUE",
             ("--formula", "y ~ a*x", "--variance", "cubic"): "no variance function",

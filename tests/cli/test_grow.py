@@ -196,9 +196,9 @@ class Grow(ProgramTest):
                                "--out", "d")
         self.assertAlmostEqual(halved["trees"][0]["dbh"], 10.25, delta=0.1)
         for wrong, said, status in (("BHD [cm]/2", "write `BHD [cm]`, in backquotes", 2),
-                                    ("BHD [mm]", "is no column either", 2),
-                                    ("BHD [cm],dbh=H.m", "'dbh' is named twice", 2),
-                                    ("BHD", "there is no column 'BHD'", 3)):
+                                    ("BHD [mm]", "unknown column", 2),
+                                    ("BHD [cm],dbh=H.m", "'dbh' is given twice", 2),
+                                    ("BHD", "unknown column 'BHD'", 3)):
             error = self.run_program("grow", "in.csv", "--columns", columns + wrong, "--out", "d",
                                      status=status).stderr
             self.assertIn(said, error)

@@ -50,8 +50,7 @@ class Impute(ProgramTest):
                 self.assertGreater(float(new["h"]), 1.3)
                 level = "population" if old["plot"] == "06" else "plot"
                 self.assertEqual(new["h_level"], level)
-        self.assertIn("h: 34 measured, 65 imputed with their plot, 20 with the population's curve, "
-                      "1 left empty", done.stderr)
+        self.assertIn("h: 34 measured, 65 imputed with the curve of their plot, 20 with the population curve, 1 left empty", done.stderr)
 
     def test_a_height_or_a_diameter_that_cannot_be_is_refused(self):
         lines = self.text.splitlines()
@@ -59,7 +58,7 @@ class Impute(ProgramTest):
         fields = lines[row].rsplit(",", 3)  # dbh, h, C are the last
         for dbh, h, reason in (("20", "0", "h: 0 m is not above breast height, 1.3 m"),
                                ("20", "-9999", "h: -9999 m is not above breast height, 1.3 m"),
-                               ("-9999", "", "dbh: -9999 is outside the model's domain")):
+                               ("-9999", "", "dbh: -9999 is outside the domain of the model")):
             with self.subTest(h):
                 changed = ",".join([fields[0], dbh, h, fields[3]])
                 self.write("odd.csv", "\n".join([*lines[:row], changed, *lines[row + 1:]]) + "\n")
@@ -99,7 +98,7 @@ class Impute(ProgramTest):
 
     def test_columns_that_are_not_there_and_plots_that_are_too_few(self):
         done = self.run_program("impute", "inventory.csv", "--group", "plt", status=3)
-        self.assertIn("there is no column 'plt'", done.stderr)
+        self.assertIn("unknown column 'plt'", done.stderr)
         self.write("other.csv", self.text.replace("plot", "place", 1))
         done = self.run_program("impute", "other.csv")
         self.assertIn("note: there is no column 'plot'", done.stderr)
@@ -152,7 +151,7 @@ class Impute(ProgramTest):
 
     def test_exit_statuses(self):
         self.write("empty.csv", "plot,dbh,h\n1,10,\n1,20,\n")
-        self.assertIn("nothing to fit to",
+        self.assertIn("no model can be fitted",
                       self.run_program("impute", "empty.csv", status=3).stderr)
         self.run_program("impute", "inventory.csv", "--response", "volume", status=3)
         self.write("few.csv", "plot,dbh,h\n1,10,12\n1,20,\n")

@@ -34,23 +34,23 @@ class Commands(ProgramTest):
 
     def test_a_command_that_does_not_exist_is_named_with_the_nearest(self):
         error = self.error("fti", "trees.csv")
-        self.assertIn("there is no command 'fti'; did you mean fit?", error)
-        self.assertIn("there is no command 'shwo'; did you mean show?", self.error("library", "shwo"))
+        self.assertIn("unknown command 'fti'; did you mean fit?", error)
+        self.assertIn("unknown command 'shwo'; did you mean show?", self.error("library", "shwo"))
 
     def test_without_a_near_one_all_are_listed(self):
         error = self.error("help")
-        self.assertIn("there is no command 'help'. The commands are study, indices, stand, fit,", error)
+        self.assertIn("unknown command 'help'. The commands are study, indices, stand, fit,", error)
         for words in ((), ("library",)):
             self.assertIn("a command is needed", self.error(*words))
 
     def test_an_option_that_does_not_exist_is_named_with_the_nearest(self):
         self.write("trees.csv", stand_csv())
         error = self.error("fit", "trees.csv", "--model", "M4", "--parameters", "b ~ 1")
-        self.assertIn("there is no option --parameters; did you mean --parameter?", error)
+        self.assertIn("unknown option --parameters; did you mean --parameter?", error)
         error = self.error("fit", "trees.csv", "--model", "M4", "--parametr=b ~ 1")
-        self.assertIn("there is no option --parametr; did you mean --parameter?", error)
+        self.assertIn("unknown option --parametr; did you mean --parameter?", error)
         error = self.error("fit", "trees.csv", "--model", "M4", "--xyzzy")
-        self.assertIn("there is no option --xyzzy; silvafit fit --help lists the options", error)
+        self.assertIn("unknown option --xyzzy; silvafit fit --help lists the options", error)
         self.assertIn("'more.csv' is one word too many", self.error("fit", "trees.csv", "more.csv", "--model", "M4"))
 
     def test_every_command_prints_the_version(self):
@@ -84,8 +84,8 @@ class Values(ProgramTest):
         indices = ("indices", "trees.csv", "--out", "i.csv")
         for option in ("--seed", "--threads", "--neighbors"):
             for value in ("-1", "1.5", "x", "0x10"):
-                self.refused(f"{option}: '{value}' is no whole number of 0 or more", *indices, option, value)
-        self.refused("--minimum-trees: '-5' is no whole number of 0 or more",
+                self.refused(f"{option}: '{value}' is not a whole number of 0 or more", *indices, option, value)
+        self.refused("--minimum-trees: '-5' is not a whole number of 0 or more",
                      "study", "trees.csv", "--out", "o", "--minimum-trees", "-5")
         for option, value in (("--seed", 2**64), ("--threads", 2**40)):
             self.refused(f"{option}: {value} is too large", *indices, option, str(value))
@@ -93,14 +93,14 @@ class Values(ProgramTest):
 
     def test_numbers_are_numbers(self):
         stand = ("stand", "trees.csv")
-        self.refused("--quadrat: 'wide' is no number", *stand, "--quadrat", "wide")
-        self.refused("--layers: 'x' is no number", *stand, "--layers", "10,x")
+        self.refused("--quadrat: 'wide' is not a number", *stand, "--quadrat", "wide")
+        self.refused("--layers: 'x' is not a number", *stand, "--layers", "10,x")
         self.refused("--dominant-trees: '-3' is not above 0", *stand, "--dominant-trees", "-3")
 
     def test_choices_are_listed_and_the_nearest_is_named(self):
-        self.refused("shell: 'tcsh' is none of bash, zsh, fish", "completion", "tcsh")
-        self.refused("shell: 'bahs' is none of bash, zsh, fish; did you mean bash?", "completion", "bahs")
-        self.refused("--edge: 'soft' is none of buffer, hanisch, torus, none", "indices", "trees.csv", "--edge", "soft")
+        self.refused("shell: 'tcsh' is not one of bash, zsh, fish", "completion", "tcsh")
+        self.refused("shell: 'bahs' is not one of bash, zsh, fish; did you mean bash?", "completion", "bahs")
+        self.refused("--edge: 'soft' is not one of buffer, hanisch, torus, none", "indices", "trees.csv", "--edge", "soft")
 
     def test_what_is_left_out_is_named(self):
         self.refused("INVENTORY.csv is needed; silvafit study --help lists the options", "study")
@@ -121,7 +121,7 @@ class Columns(ProgramTest):
         with self.subTest(arguments):
             error = self.run_program(*arguments, status=3).stderr
             self.assertIn(file, error)
-            self.assertRegex(error, f"there is no column '?{column}")
+            self.assertRegex(error, f"unknown column '?{column}")
             self.assertIn("the columns are plot, ", error)
 
     def test_of_fits(self):
@@ -153,7 +153,7 @@ class Columns(ProgramTest):
         self.write("study.json", '{"candidates": {"h": ["M4", "M999"]}}')
         error = self.run_program("study", "trees.csv", "--config", "study.json", "--out", "out", status=3).stderr
         self.assertIn("study.json: candidates.h", error)
-        self.assertIn("there is no model M999", error)
+        self.assertIn("unknown model M999", error)
 
     def test_files_without_rows_and_files_that_are_not_there(self):
         self.write("header.csv", "plot,tree,species,dbh,h\n")
@@ -183,15 +183,15 @@ class Notes(ProgramTest):
     def test_a_coefficient_that_is_nearly_a_column_is_pointed_out(self):
         self.write("trees.csv", stand_csv())
         error = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dhb^b", status=4).stderr
-        self.assertIn("note: dhb is no column of trees.csv and is taken for a coefficient; there is a column dbh", error)
+        self.assertIn("note: dhb is not a column of trees.csv and is used as a coefficient; did you mean the column dbh?", error)
         error = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dbh^b").stderr
-        self.assertNotIn("taken for a coefficient", error)
+        self.assertNotIn("used as a coefficient", error)
 
     def test_species_that_a_library_lacks_are_pointed_out(self):
         self.write("trees.csv", "plot,tree,species,dbh,h,hcb,cw,C,M,U\n1,1,Buche,20,15,6,3,0.5,0.5,0.5\n"
                                 "1,2,SM,20,15,6,3,0.5,0.5,0.5\n")
         done = self.run_program("predict", "shanxia-2023", "trees.csv", "--out", "p.csv", "--json")
-        note = "1 tree is of species that the library has no model of: Buche; it has "
+        note = "1 tree is of species without a model in the library: Buche; it has models for "
         self.assertIn(f"note: {note}", done.stderr)
         self.assertIn("SM", done.stderr)
         self.assertTrue(any(text.startswith(note) for text in json.loads(done.stdout)["notes"]))
@@ -206,7 +206,7 @@ class Notes(ProgramTest):
         self.assertEqual(len(notes), len(set(notes)), notes)
         self.assertEqual(sum("crown widths" in note for note in notes), 1)
         report = (self.folder / "out" / "report.html").read_text(encoding="utf-8")
-        self.assertIn("left out: no model got so far", report)
+        self.assertIn("skipped: no model reached this level", report)
         self.assertNotIn("Lindstrom-Bates, maximum likelihood;", report)
 
     def test_more_folds_than_groups_are_as_many_as_groups(self):
@@ -220,7 +220,7 @@ class Notes(ProgramTest):
         self.write("trees.csv", "plot,tree,species,x,y,dbh\n1,1,SM,0,0,n.v.\n1,2,SM,1,1,20\n1,3,SM,2,0,-\n1,4,SM,3,1,22\n")
         error = self.run_program("indices", "trees.csv", "--out", "i.csv", "--neighbors", "1").stderr
         for text in ("n.v.", "-"):
-            self.assertIn(f"'{text}' is no number; a missing value is an empty field or NA", error)
+            self.assertIn(f"'{text}' is not a number; a missing value is an empty field or NA", error)
 
 
 class IdleOptions(ProgramTest):
@@ -232,10 +232,10 @@ class IdleOptions(ProgramTest):
                                (("--bootstrap-level", "0.9"), "--bootstrap"), (("--group", "plot"), "--bootstrap")):
             with self.subTest(option):
                 error = self.run_program(*fit, *option, status=2).stderr
-                self.assertIn(f"{option[0]}: does nothing without {needed}", error)
+                self.assertIn(f"{option[0]}: has no effect without {needed}", error)
         self.run_program(*fit, "--level", "0.9", "--intervals", "wald")
         error = self.run_program("fit", "trees.csv", "--model", "M4", "--covariance", "diagonal", status=2).stderr
-        self.assertIn("--covariance: does nothing without --random", error)
+        self.assertIn("--covariance: has no effect without --random", error)
 
     def test_options_of_predictions_and_indices_that_would_do_nothing_are_refused(self):
         # They are refused before any file is read.
@@ -249,7 +249,7 @@ class IdleOptions(ProgramTest):
                 (("indices", "t.csv"), ("--open-grown", "dbh/10"), "--further CCF")):
             with self.subTest(option):
                 error = self.run_program(*command, *option, status=2).stderr
-                self.assertIn(f"{option[0]}: does nothing without {needed}", error)
+                self.assertIn(f"{option[0]}: has no effect without {needed}", error)
 
     def test_options_of_units_that_would_do_nothing_are_refused_by_studies_and_stand_figures(self):
         self.write("trees.csv", stand_csv())
@@ -265,7 +265,7 @@ class IdleOptions(ProgramTest):
                 ((*study, "--covariates", "Hegyi"), ("--open-grown", "dbh/10"), "--further CCF")):
             with self.subTest(command + option):
                 error = self.run_program(*command, *option, status=2).stderr
-                self.assertIn(f"{option[0]}: does nothing without {needed}", error)
+                self.assertIn(f"{option[0]}: has no effect without {needed}", error)
         self.assertFalse((self.folder / "study").exists())
         # A covariate is a use, and so is a line in a new file; what a file says may lie idle.
         self.run_program("study", "trees.csv", "--edge", "none", "--buffer", "3", "--init", "new.json")

@@ -25,7 +25,7 @@ class OutputFiles(ProgramTest):
         error = self.run_program(*arguments, status=2).stderr
         for option in options:
             self.assertIn(option, error)
-        self.assertIn("name the same file", error)
+        self.assertIn("are the same file", error)
         self.assertEqual((self.folder / kept).read_bytes(), before)
 
     def fitted(self, name):

@@ -116,7 +116,7 @@ class Indices(ProgramTest):
         self.assertIn("no window is given; the convex hull", done.stderr)
 
     def test_wrong_options_are_refused(self):
-        for options, word in ((["--further", "Q"], "none of CO, T"),
+        for options, word in ((["--further", "Q"], "not one of CO, T"),
                               (["--circle", "1,2"], "X,Y,RADIUS"),
                               (["--alpha", "x"], "an angle in degrees"),
                               (["--alpha", "72,OAK=60"], "no species 'OAK'"),

@@ -130,7 +130,7 @@ class Settings(ProgramTest):
     def test_a_circle_and_a_window_exclude_each_other(self):
         self.write("both.json", '{"window": "w.geojson", "circle": "0,0,9"}')
         error = self.run_program("study", "de.csv", "--config", "both.json", "--out", "o", status=3).stderr
-        self.assertIn("both.json: circle: a circle and a window exclude each other", error)
+        self.assertIn("both.json: circle: give either a circle or a window", error)
 
 
 class CoreTrees(ProgramTest):

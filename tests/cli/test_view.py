@@ -67,7 +67,7 @@ class Pages(ViewTest):
         self.assertIn("note: h is read from column height\n", done.stderr)
         trees = self.data("other.html")["trees"]
         self.assertEqual((trees["dbh"], trees["hcb"]), ([25.9, 18.0, 18.0], [7.5, 4.0, 4.0]))
-        self.assertIn("named twice",
+        self.assertIn("given twice",
                       self.view("trees.csv", "--columns", "dbh=dbh,dbh=h", status=2).stderr)
 
     def test_trees_of_shared_models_are_counted(self):

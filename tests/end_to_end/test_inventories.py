@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Studies of inventories that are not as one would wish: bad rows, odd names, one plot, no positions."""
+"Studies of inventories that are not as one would wish: bad rows, odd names, one plot, no tree positions."
 
 import json
 import math
@@ -116,8 +116,8 @@ class Inventories(ProgramTest):
         self.assertNotIn("indices.csv", folder.files())
         self.assertEqual(folder.tables["covariates"], [])
         notes = " ".join(folder.report["notes"])
-        self.assertIn("no positions", notes)
-        self.assertIn("no positions", self.done.stderr)
+        self.assertIn("no tree positions", notes)
+        self.assertIn("no tree positions", self.done.stderr)
         self.assertIn("no cw", notes)
         decisions = {option["name"]: option["value"] for option in folder.report["options"]}
         self.assertIn("left out", decisions["Level 2"])

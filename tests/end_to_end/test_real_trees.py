@@ -80,7 +80,7 @@ class RealTrees(ProgramTest):
         folder = self.study(self.als, *ALS)
         self.assertEqual(folder.tables["covariates"], [])
         notes = " ".join(folder.report["notes"])
-        self.assertIn("level 2 was left out", notes)
+        self.assertIn("level 2 was skipped", notes)
         self.assertIn("no column species", notes)
         walters = self.candidate(folder, "hcb", "M17")
         self.assertAlmostEqual(float(walters["log_likelihood"]),

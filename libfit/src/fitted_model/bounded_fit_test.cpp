@@ -252,7 +252,7 @@ TEST_CASE("a bound that the formula has no value at does not hide the fit outsid
                                     {.bounds = {{"c", {5.0, 100.0}}}})
                               .fit;
   CHECK_FALSE(fit.convergence.converged);
-  CHECK_THAT(fit.convergence.verdict, Catch::Contains("The one without them, which is shown"));
+  CHECK_THAT(fit.convergence.verdict, Catch::Contains("The fit without bounds is shown"));
   CHECK(fit.estimate[2] == Approx(-1.0).margin(1.0));
 }
 

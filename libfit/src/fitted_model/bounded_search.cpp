@@ -223,7 +223,7 @@ FitResult BoundedSearch::on_bounds(Candidate candidate) const {
   const std::vector<std::string> words = in_words(candidate.held);
   if (words.empty()) return std::move(candidate.result);
   fit.convergence.verdict += fmt::format(
-      " Held at a bound, from which the likelihood falls inwards: {}.", fmt::join(words, "; "));
+      " At its bound, with the likelihood decreasing into the range: {}.", fmt::join(words, "; "));
   if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(words.size());
   auto& boundary = fit.convergence.boundary;
   boundary.insert(boundary.end(), words.begin(), words.end());
@@ -235,7 +235,7 @@ FitResult BoundedSearch::unfinished(Candidate candidate) const {
   if (!words.empty()) {
     std::string& verdict = candidate.result.fit.convergence.verdict;
     verdict += fmt::format(
-        "{} Held at a bound: {}.", verdict.ends_with('.') ? "" : ".", fmt::join(words, "; "));
+        "{} At its bound: {}.", verdict.ends_with('.') ? "" : ".", fmt::join(words, "; "));
   }
   return std::move(candidate.result);
 }
@@ -244,8 +244,8 @@ FitResult BoundedSearch::rising_inwards(Candidate candidate) const {
   Convergence& convergence = candidate.result.fit.convergence;
   convergence.converged = false;
   convergence.verdict = fmt::format(
-      "Not converged: with {} the likelihood rises into the range of {}, but no maximum was found "
-      "there: give start values or narrower bounds.",
+      "Not converged: with {} the likelihood increases into the range of {}, but no maximum was "
+      "found there. Give start values or narrower bounds.",
       fmt::join(in_words(candidate.held), " and "),
       fmt::join(candidate.rising, " and "));
   return std::move(candidate.result);
@@ -255,9 +255,7 @@ FitResult BoundedSearch::outside(Candidate candidate) const {
   Convergence& convergence = candidate.result.fit.convergence;
   const bool was_converged = std::exchange(convergence.converged, false);
   convergence.verdict = fmt::format(
-      "Not converged: no fit within the bounds was found. The one without them, which is shown, "
-      "lies "
-      "outside{}",
+      "Not converged: no fit within the bounds was found. The fit without bounds is shown{}",
       was_converged ? "." : ". " + convergence.verdict);
   return std::move(candidate.result);
 }

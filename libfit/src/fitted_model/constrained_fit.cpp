@@ -25,15 +25,18 @@ using Values = std::map<std::string, double>;
 void check_coefficient(const ModelSpecification& specification, const std::string& name) {
   const std::vector<std::string> known = specification.coefficient_names();
   if (std::ranges::find(known, name) == known.end()) {
-    throw UsageError(fmt::format(
-        "'{}' is no coefficient of the model; there are {}", name, fmt::join(known, ", ")));
+    throw UsageError(
+        fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
   }
   for (const auto& random : {specification.random, specification.outer_random}) {
     if (!random || std::ranges::find(random->coefficients, name) == random->coefficients.end()) {
       continue;
     }
-    throw UsageError(fmt::format(
-        "{} has a random effect by {}; it can be neither held nor bounded", name, random->group));
+    throw UsageError(
+        fmt::format("{} has a random effect by {}, so it cannot be fixed or bounded; remove the "
+                    "random effect or the fixed value",
+                    name,
+                    random->group));
   }
 }
 
@@ -105,7 +108,8 @@ FitResult impossible(const ModelSpecification& whole, const Values& held, const 
 ModelSpecification with_constants(const ModelSpecification& specification, const Values& held) {
   for (const auto& [name, value] : held) {
     check_coefficient(specification, name);
-    if (!std::isfinite(value)) throw UsageError(fmt::format("{} is held at no number", name));
+    if (!std::isfinite(value))
+      throw UsageError(fmt::format("the fixed value of {} is not a number", name));
   }
   ModelSpecification result = specification;
   for (ParameterModel& parameter : result.parameters) {
@@ -121,10 +125,10 @@ void check_bounds(const ModelSpecification& specification, const FitModelOptions
   for (const auto& [name, bounds] : options.bounds) {
     check_coefficient(specification, name);
     if (!(bounds.low < bounds.high)) {
-      throw UsageError(fmt::format("the bounds of {} leave nothing between them", name));
+      throw UsageError(fmt::format("the lower bound of {} must be below its upper bound", name));
     }
     if (options.fixed.contains(name)) {
-      throw UsageError(fmt::format("{} is both held and bounded", name));
+      throw UsageError(fmt::format("{} is both fixed and bounded; use one of the two", name));
     }
   }
 }
@@ -134,7 +138,7 @@ void check_bounds(const ModelSpecification& specification, const FitModelOptions
 ModelSpecification with_held(const ModelSpecification& specification, const Values& held) {
   ModelSpecification result = with_constants(specification, held);
   if (result.parameters.empty()) {
-    throw UsageError("all coefficients are held, so that there is nothing to estimate");
+    throw UsageError("all coefficients are fixed; at least one must be estimated");
   }
   return result;
 }

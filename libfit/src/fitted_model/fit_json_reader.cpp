@@ -36,11 +36,12 @@ void check_schema(const JsonReader& json) {
   const std::string schema = json.text();
   if (schema == "silvafit-fit/1") return;
   if (schema.starts_with(kPrefix)) {
-    json.fail(fmt::format("{} is from a newer silvafit than this ({}), which reads silvafit-fit/1",
-                          schema,
-                          SILVAFIT_VERSION));
+    json.fail(fmt::format(
+        "{} was written by a newer version of silvafit; this version ({}) reads silvafit-fit/1",
+        schema,
+        SILVAFIT_VERSION));
   }
-  json.fail(fmt::format("must be silvafit-fit/1, is \"{}\"", schema));
+  json.fail(fmt::format("must be \"silvafit-fit/1\", not \"{}\"", schema));
 }
 
 /// Names of the formula that have a sub-model or an estimate are its parameters; the others are
@@ -102,12 +103,12 @@ Eigen::MatrixXd read_matrices(const JsonReader& json,
   const LabelNumbers numbers = numbered(labels);
   const auto groups = json.members();
   if (groups.size() != labels.size()) {
-    json.fail(fmt::format("must have the {} groups that have an eblup", labels.size()));
+    json.fail(fmt::format("must list the {} groups that have an EBLUP", labels.size()));
   }
   Eigen::MatrixXd result(height * width, static_cast<Index>(labels.size()));
   for (const auto& [label, group] : groups) {
     const auto number = numbers.find(label);
-    if (number == numbers.end()) group.fail("has no eblup");
+    if (number == numbers.end()) group.fail("has no EBLUP");
     const auto lines = group.items();
     if (static_cast<Index>(lines.size()) != height) {
       group.fail(fmt::format("must have {} rows", height));
@@ -159,7 +160,7 @@ RandomLevel read_random_level(const JsonReader& json, const std::vector<std::str
   const std::vector<std::string>& names = level.effects.coefficients;
   const std::vector<int> blocks = level.effects.block_sizes();
   if (std::accumulate(blocks.begin(), blocks.end(), std::size_t{0}) != names.size()) {
-    json.at("blocks").fail("must add up to the number of effects");
+    json.at("blocks").fail("must sum to the number of random effects");
   }
   level.covariance = json.at("covariance").square_matrix(static_cast<Index>(names.size()));
   const auto groups = json.at("eblup").members();
@@ -187,7 +188,7 @@ void read_random(const JsonReader& json, FittedModel& fit) {
   const Index outer_size =
       is_nested ? static_cast<Index>(json.at("outer").at("effects").items().size()) : 0;
   if (static_cast<Index>(fit.random_names.size()) + outer_size > kMostRandomEffects) {
-    json.fail(fmt::format("has more than {} random effects a group", kMostRandomEffects));
+    json.fail(fmt::format("has more than {} random effects per group", kMostRandomEffects));
   }
   fit.uncertainty = read_uncertainty(
       json, fit.group_labels, static_cast<Index>(fit.random_names.size()), p, outer_size);
@@ -219,7 +220,7 @@ VarianceFactorEstimate read_variance_factor(const JsonReader& json) {
     // The column of strata has a key of its own.
     return parse_variance_function(text == "stratum" ? "stratum(strata)" : text);
   });
-  if (function.factors.size() != 1) json.at("function").fail("must be one variance function");
+  if (function.factors.size() != 1) json.at("function").fail("must be a single variance function");
   VarianceFactorEstimate result{.factor = function.factors.front(), .strata = {""}};
   VarianceFactor& factor = result.factor;
   if (json.has("strata")) factor.stratum = json.at("strata").text();

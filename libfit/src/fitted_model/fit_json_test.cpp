@@ -272,7 +272,7 @@ TEST_CASE("a variance that has become constant keeps its meaning") {
 }
 
 TEST_CASE("what does not fit is named by file and key") {
-  CHECK_THROWS_WITH(from_json("{\n\"schema\": ", "a.json"), Contains("a.json:2: this is not JSON"));
+  CHECK_THROWS_WITH(from_json("{\n\"schema\": ", "a.json"), Contains("a.json:2: not valid JSON"));
   CHECK_THROWS_WITH(from_json("[]", "a.json"), Contains("a.json: must be an object"));
   CHECK_THROWS_WITH(from_json(changed("/schema", "silvafit-fit/2"), "a.json"),
                     Contains("a.json: schema: silvafit-fit/2 is from a newer silvafit"));
@@ -285,7 +285,7 @@ TEST_CASE("what does not fit is named by file and key") {
   CHECK_THROWS_WITH(from_json(changed("/method", "magic"), "a.json"),
                     Contains("a.json: method: 'magic' is no method"));
   CHECK_THROWS_WITH(from_json(changed("/fixed_covariance/1", {1, 2}), "a.json"),
-                    Contains("a.json: fixed_covariance[1]: must have 4 numbers, has 2"));
+                    Contains("a.json: fixed_covariance[1]: must have 4 numbers, not 2"));
   CHECK_THROWS_WITH(from_json(changed("/sigma", "large"), "a.json"),
                     Contains("a.json: sigma: must be a number or null, is \"large\""));
   CHECK_THROWS_WITH(from_json(changed("/random/effects/0", "z"), "a.json"),

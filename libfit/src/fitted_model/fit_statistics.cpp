@@ -13,7 +13,7 @@ FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
                              const Eigen::Ref<const Eigen::VectorXd>& predicted) {
   const Eigen::Index n = observed.size();
   if (n < 1 || predicted.size() != n) {
-    throw UsageError("statistics need as many predictions as observations, at least one");
+    throw UsageError("the numbers of predictions and observations must be equal and at least 1");
   }
   const Eigen::ArrayXd error = (observed - predicted).array();
   const double mean_error = error.mean();

@@ -34,21 +34,21 @@ constexpr std::array<std::string_view, 7> kMethodNames{
 
 void check_method(const ModelSpecification& specification, Method method, bool reml) {
   if (specification.random && !is_mixed(method)) {
-    throw UsageError(
-        fmt::format("the method {} has no random effects; use lb or laplace", method_text(method)));
+    throw UsageError(fmt::format("the method {} does not fit random effects; use lb or laplace",
+                                 method_text(method)));
   }
   if (!specification.random && is_mixed(method)) {
-    throw UsageError(fmt::format("the method {} needs random effects; without them use ols or gnls",
-                                 method_text(method)));
+    throw UsageError(fmt::format(
+        "the method {} needs random effects; for a model without random effects use ols or gnls",
+        method_text(method)));
   }
   if (reml && method != Method::kLindstromBates && method != Method::kGeneralized) {
     throw UsageError(fmt::format(
-        "restricted maximum likelihood is defined for lb and gnls, whose likelihood is that of a "
-        "linear model, not for {}",
+        "restricted maximum likelihood (REML) is available for lb and gnls only, not for {}",
         method_text(method)));
   }
   if (method == Method::kOrdinary && !specification.variance.is_constant()) {
-    throw UsageError("the method ols has no variance function; use gnls");
+    throw UsageError("the method ols does not fit a variance function; use gnls");
   }
 }
 
@@ -57,10 +57,11 @@ void check_start(const ModelSpecification& specification,
   const std::vector<std::string> known = specification.coefficient_names();
   for (const auto& [name, value] : start) {
     if (std::ranges::find(known, name) == known.end()) {
-      throw UsageError(fmt::format(
-          "'{}' is no coefficient of the model; there are {}", name, fmt::join(known, ", ")));
+      throw UsageError(
+          fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
     }
-    if (!std::isfinite(value)) throw UsageError(fmt::format("the start of {} is no number", name));
+    if (!std::isfinite(value))
+      throw UsageError(fmt::format("the start value of {} is not a number", name));
   }
 }
 
@@ -156,8 +157,8 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
   fit.log_likelihood = kNaN;
   fit.parameter_count = 0;
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
-  fit.convergence = {.verdict =
-                         "Not converged: the least-squares fit to start from failed. " + reason};
+  fit.convergence = {
+      .verdict = "Not converged: the least-squares fit for the start values failed. " + reason};
 }
 
 /// Keeps what the data leave open of the random effects, for predictions without the data.
@@ -188,7 +189,7 @@ Method parse_method(std::string_view text) {
   const auto* const found = std::ranges::find(kMethodNames, text);
   if (found == kMethodNames.end()) {
     throw UsageError(
-        fmt::format("'{}' is no method; there are {}", text, fmt::join(kMethodNames, ", ")));
+        fmt::format("unknown method '{}'; available: {}", text, fmt::join(kMethodNames, ", ")));
   }
   return static_cast<Method>(found - kMethodNames.begin());
 }
@@ -382,7 +383,7 @@ FitResult fit_nearby(const NonlinearModel& model,
   fit.estimate = fit.degrees_of_freedom = VectorXd::Constant(p, kNaN);
   fit.covariance = MatrixXd::Constant(p, p, kNaN);
   fit.sigma = fit.log_likelihood = kNaN;
-  fit.convergence.verdict = "Not converged from a fit nearby.";
+  fit.convergence.verdict = "Not converged from the start values of the original fit.";
   return result;
 }
 

@@ -127,7 +127,7 @@ TEST_CASE("the method has to suit the model") {
   // 27^3 = 19,683 and 28^3 = 21,952
   CHECK_THROWS_WITH(
       fit_model(mixed, plots, {.method = Method::kQuadrature, .quadrature_points = 28}),
-      Contains("at most 20000, 27 a random effect"));
+      Contains("the limit is 20000, 27 per random effect"));
   for (const char* name : {"ols", "gnls", "lb"}) CHECK(method_text(parse_method(name)) == name);
 }
 
@@ -141,7 +141,7 @@ TEST_CASE("a fit with nowhere to start says why") {
   const FitResult result = fit_model(specification, table);
   CHECK_FALSE(result.fit.convergence.converged);
   CHECK_THAT(result.fit.convergence.verdict,
-             Contains("3 coefficients need as many observations at least, but there are 2"));
+             Contains("3 coefficients need at least as many observations, but there are 2"));
   CHECK(std::isnan(result.fit.log_likelihood));
   CHECK(result.fit.random_effects.cols() == 2);
 }

@@ -63,7 +63,7 @@ Intervals read_intervals(const JsonReader& json) {
   }
   for (const auto& [name, value] : json.at("parameters").members()) {
     const auto* const kind = std::ranges::find(kKinds, value.at("kind").text());
-    if (kind == kKinds.end()) value.at("kind").fail("is no kind of parameter");
+    if (kind == kKinds.end()) value.at("kind").fail("is not a known kind of parameter");
     result.parameters.push_back({.kind = static_cast<ParameterKind>(kind - kKinds.begin()),
                                  .name = name,
                                  .estimate = read_limit(value, "estimate", kInfinity),

@@ -103,7 +103,8 @@ ChiBarSquared correlated_variances(const Eigen::Ref<const MatrixXd>& covariance,
   if (k == 0 || k > kMost || covariance.cols() != k || factor.info() != Eigen::Success ||
       !covariance.allFinite()) {
     throw UsageError(fmt::format(
-        "the covariance of 1 to {} variances must be square and positive definite", kMost));
+        "the covariance matrix of the variances (1 to {}) must be square and positive definite",
+        kMost));
   }
   if (k == 1) return independent_variances(1);
   if (k == 2) {

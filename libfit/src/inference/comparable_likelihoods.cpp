@@ -21,31 +21,32 @@ bool has_usable_likelihood(const FittedModel& fit) {
 
 std::string obstacle_to_comparing(const FittedModel& a, const FittedModel& b) {
   if (a.observations != b.observations) {
-    return fmt::format("the fits are to {} and {} observations", a.observations, b.observations);
+    return fmt::format("the fits have {} and {} observations", a.observations, b.observations);
   }
   if (a.specification.formula.left != b.specification.formula.left) {
-    return fmt::format(
-        "the responses are {} and {}", a.specification.formula.left, b.specification.formula.left);
+    return fmt::format("the responses differ: {} and {}",
+                       a.specification.formula.left,
+                       b.specification.formula.left);
   }
   const bool is_known = !a.response_fingerprint.empty() && !b.response_fingerprint.empty();
   if (is_known && a.response_fingerprint != b.response_fingerprint) {
-    return "the fits are to different observations of the response";
+    return "the fits use different observations of the response";
   }
   // Without random effects all methods have one likelihood.
   const bool is_one_method = a.method == b.method && a.quadrature_points == b.quadrature_points;
   if (is_mixed(a.method) && is_mixed(b.method) && !is_one_method) {
     return a.method == b.method
-               ? std::string("the likelihoods have different numbers of quadrature points")
+               ? std::string("the likelihoods use different numbers of quadrature points")
                : fmt::format("the likelihoods of {} and {} are different approximations",
                              method_text(a.method),
                              method_text(b.method));
   }
   if (a.reml != b.reml) {
-    return "one likelihood is restricted and the other is not";
+    return "one fit is by REML, the other by ML";
   }
   if (a.reml && !has_same_fixed_effects(a, b)) {
-    return "restricted likelihoods of different fixed effects are of different contrasts of the "
-           "data; fit both by maximum likelihood";
+    return "REML likelihoods of models with different fixed effects cannot be compared; fit both "
+           "by ML";
   }
   return {};
 }

@@ -34,7 +34,7 @@ ComparedPair compared_pair(const Comparison& comparison, std::size_t larger) {
   const FittedModel& more = *comparison.fits[larger].fit;
   const FittedModel& fewer = *comparison.fits[larger - 1].fit;
   if (!has_known_size(more) || !has_known_size(fewer)) {
-    pair.reason = "it is not known how many parameters were estimated";
+    pair.reason = "the number of estimated parameters is unknown";
     return pair;
   }
   try {
@@ -48,7 +48,7 @@ ComparedPair compared_pair(const Comparison& comparison, std::size_t larger) {
 }  // namespace
 
 Comparison compare(const std::vector<const FittedModel*>& fits) {
-  if (fits.size() < 2) throw UsageError("a comparison needs two fits at least");
+  if (fits.size() < 2) throw UsageError("a comparison needs at least two fits");
   Comparison comparison;
   for (const FittedModel* const fit : fits) {
     if (has_usable_likelihood(*fit)) {

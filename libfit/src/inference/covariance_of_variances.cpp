@@ -29,10 +29,10 @@ bool contains(const Effects& names, const std::string& name) {
 ModelSpecification joined(const FittedModel& larger, const FittedModel& smaller) {
   const bool is_nested = larger.specification.outer_random || smaller.specification.outer_random;
   if (!larger.specification.random || is_nested) {
-    throw UsageError("variances are compared where the larger model has one grouping");
+    throw UsageError("variances are compared only if the larger model has one grouping");
   }
   if (larger.coefficient_names != smaller.coefficient_names) {
-    throw UsageError("variances are compared in models with the same coefficients");
+    throw UsageError("variances are compared only between models with the same coefficients");
   }
   ModelSpecification specification = smaller.specification;
   specification.random = larger.specification.random;
@@ -90,7 +90,8 @@ Linearization linearized(const NonlinearModel& model,
   if (!random.empty()) point.effects(random, Eigen::all) = smaller.random_effects;
   Linearization at;
   if (!Linearizer(model, variance).linearize(point, false, nullptr, at)) {
-    throw UsageError("the model has no finite slopes at the estimates of the smaller fit");
+    throw UsageError(
+        "the derivatives of the model are not finite at the estimates of the smaller fit");
   }
   return at;
 }
@@ -161,10 +162,10 @@ MatrixXd inverse_of(const MatrixXd& information, const Elements& elements, const
   for (Index k = 0; k < elements.new_variances; ++k) {
     if (information(k, k) > 0.0) continue;
     const Index effect = elements.all[static_cast<std::size_t>(k)].first;
-    throw NumericalError(fmt::format(
-        "the observations say nothing of the variance of {}, on which the mean does not "
-        "depend at the estimates of the smaller fit",
-        names[static_cast<std::size_t>(effect)]));
+    throw NumericalError(
+        fmt::format("the variance of {} is not identifiable: the mean does not depend on it at the "
+                    "estimates of the smaller fit",
+                    names[static_cast<std::size_t>(effect)]));
   }
   const Index size = information.rows();
   // In units that make the diagonal one, so that the sizes of the parameters do not matter.
@@ -177,8 +178,8 @@ MatrixXd inverse_of(const MatrixXd& information, const Elements& elements, const
                            factor.vectorD().minCoeff() > kSmallestPivot;
   if (!is_positive) {
     throw NumericalError(
-        "the observations do not tell the variances of the random effects and of the residuals "
-        "apart at the estimates of the smaller fit");
+        "the variances of the random effects and of the residuals are not identifiable at the "
+        "estimates of the smaller fit");
   }
   const MatrixXd inverse = factor.solve(MatrixXd::Identity(size, size));
   return unit.asDiagonal() * inverse * unit.asDiagonal();

@@ -74,15 +74,14 @@ std::string obstacle_to_same_groups(const FittedModel& larger,
   const Grouping small = grouping_of(smaller, group);
   if (large.labels->empty() || small.labels->empty()) {
     return fmt::format(
-        "a fit does not name its groups by {}, so that it is not known whether both have the same",
+        "a fit does not store its groups by {}, so it is unknown whether both fits have the same "
+        "groups",
         group);
   }
   if (are_same(large, small)) return {};
-  return fmt::format(
-      "the groups are not known to be the same: {} in the larger model, {} in the "
-      "smaller",
-      large.text(group),
-      small.text(group));
+  return fmt::format("the groups may differ: {} in the larger model, {} in the smaller",
+                     large.text(group),
+                     small.text(group));
 }
 
 }  // namespace silvafit::fit

@@ -51,7 +51,7 @@ void add_wald_coefficients(const FittedModel& fit, double level, Intervals& resu
                                .estimate = fit.estimate[j],
                                .lower = fit.estimate[j] - reach,
                                .upper = fit.estimate[j] + reach};
-    if (std::isnan(reach)) interval.note = "not known: there are no degrees of freedom";
+    if (std::isnan(reach)) interval.note = "unknown: no degrees of freedom";
     result.parameters.push_back(std::move(interval));
   }
 }
@@ -82,8 +82,8 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
       const bool is_confounded = std::ranges::find(confounded, interval.name) != confounded.end();
       interval.note =
           is_confounded
-              ? fmt::format("not known: the data cannot tell {} apart", fmt::join(confounded, ", "))
-              : "on the edge, where a standard error means nothing; use profile intervals";
+              ? fmt::format("unknown; not identifiable: {}", fmt::join(confounded, ", "))
+              : "boundary estimate: a standard error has no meaning there; use profile intervals";
     }
     result.parameters.push_back(std::move(interval));
   }
@@ -150,7 +150,7 @@ void add_profiles(const FittedModel& fit,
     add_wald_coefficients(fit, options.level, result);
     for (std::size_t k = before; k < result.parameters.size(); ++k) {
       result.parameters[k].note =
-          "Wald: the restricted likelihood has no coefficients to hold at a value";
+          "Wald interval: the REML likelihood has no profile for fixed effects";
     }
   }
   result.parameters.insert(result.parameters.end(), intervals.begin(), intervals.end());
@@ -161,7 +161,7 @@ void add_profiles(const FittedModel& fit,
 IntervalMethod parse_interval_method(std::string_view text) {
   if (text == "wald") return IntervalMethod::kWald;
   if (text == "profile") return IntervalMethod::kProfile;
-  throw UsageError(fmt::format("'{}' is no kind of interval; there are wald and profile", text));
+  throw UsageError(fmt::format("unknown kind of interval '{}'; available: wald, profile", text));
 }
 
 std::string interval_method_text(IntervalMethod method) {
@@ -173,7 +173,7 @@ Intervals confidence_intervals(const FittedModel& fit,
                                const IntervalOptions& options) {
   if (!(options.level > 0.0 && options.level < 1.0)) {
     throw UsageError(
-        fmt::format("the level of an interval lies between 0 and 1, not at {}", options.level));
+        fmt::format("the level of an interval must be between 0 and 1, not {}", options.level));
   }
   Intervals result{
       .method = options.method, .level = options.level, .likelihood = likelihood_in_words(fit)};

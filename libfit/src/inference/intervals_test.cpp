@@ -247,8 +247,7 @@ TEST_CASE("intervals are refused for other data, wrong levels and fits that fail
   CHECK_THROWS_AS(parse_interval_method("bootstrap"), UsageError);
   FittedModel exact = fit;
   exact.sigma = 0.0;
-  CHECK_THROWS_WITH(confidence_intervals(exact, table),
-                    Catch::Matchers::Contains("goes through all observations"));
+  CHECK_THROWS_WITH(confidence_intervals(exact, table), Catch::Matchers::Contains("perfect fit"));
   fit.convergence.converged = false;
   CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
 }

@@ -26,13 +26,12 @@ std::string general_note(const Nesting& nesting) {
   std::string note;
   if (nesting.has_other_edge) {
     add(note,
-        "a parameter of the variance function is at the end of its range in the smaller model: the "
-        "p-value is too large");
+        "a parameter of the variance function is at a boundary in the smaller model: the p-value "
+        "is too large");
   }
   if (nesting.has_bounded) {
     add(note,
-        "a coefficient is at its bound in the smaller model: the p-value is as if it had been held "
-        "there from the beginning");
+        "a coefficient is at its bound in the smaller model: the p-value treats it as fixed there");
   }
   return note;
 }
@@ -50,7 +49,7 @@ ChiBarSquared reference_of(const Nesting& nesting,
     ChiBarSquared result =
         is_known ? correlated_variances(*variances) : independent_variances(edges);
     result.base = freedom - edges;
-    if (edges > 1 && !is_known) add(note, "weights as if the estimated variances were independent");
+    if (edges > 1 && !is_known) add(note, "the weights assume independent variance estimates");
     return result;
   }
   if (edges == 1) {
@@ -60,7 +59,7 @@ ChiBarSquared reference_of(const Nesting& nesting,
   // Several at once, correlated: the weights of the cone of covariance matrices have no simple
   // form. Half and half of the two largest is an upper bound of the p-value, and below
   // chi-squared's.
-  add(note, "several correlated effects at once: the p-value is an upper bound");
+  add(note, "several correlated random effects are tested at once: the p-value is an upper bound");
   return {.base = freedom - 1, .weights = {0.5, 0.5}};
 }
 
@@ -84,7 +83,7 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
                                  const FittedModel& smaller,
                                  const std::optional<Eigen::MatrixXd>& variances) {
   if (!has_usable_likelihood(smaller) || !(has_usable_likelihood(larger) || is_exact(larger))) {
-    throw UsageError("a fit that has not converged has no likelihood to test with");
+    throw UsageError("a fit has not converged");
   }
   if (const std::string reason = obstacle_to_comparing(larger, smaller); !reason.empty()) {
     throw UsageError(reason);
@@ -95,15 +94,15 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
       .statistic = statistic_of(larger.log_likelihood, smaller.log_likelihood),
       .degrees_of_freedom = count_without_bounded(larger) - count_without_bounded(smaller)};
   if (test.degrees_of_freedom <= 0) {
-    throw UsageError("the models have equally many parameters, so that there is nothing to test");
+    throw UsageError("the models have the same number of parameters");
   }
   test.p_chi_squared = ChiBarSquared{.base = test.degrees_of_freedom}.upper_tail(test.statistic);
   test.reference = reference_of(how, test.degrees_of_freedom, variances, test.note);
   test.p = test.reference.upper_tail(test.statistic);
   if (ends_below(test.statistic)) {
     add(test.note,
-        "the larger model is less likely than the smaller one in it: its fit ended at a lower "
-        "maximum, or the method's approximations differ");
+        "the larger model has a lower log-likelihood than the smaller one, which it contains: its "
+        "fit ended at a lower maximum, or the approximations of the method differ");
   }
   return test;
 }

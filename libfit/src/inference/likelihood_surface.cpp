@@ -21,11 +21,10 @@ using Eigen::VectorXd;
 /// Coefficients of a converged fit that have no standard error are held at a value or a bound.
 std::map<std::string, double> held_by(const FittedModel& fit) {
   if (!fit.convergence.converged) {
-    throw UsageError("a fit that has not converged has no intervals: " + fit.convergence.verdict);
+    throw UsageError("intervals need a converged fit: " + fit.convergence.verdict);
   }
   if (!(fit.sigma > 0.0)) {
-    throw UsageError(
-        "the fit goes through all observations, so that nothing tells how sure its parameters are");
+    throw UsageError("perfect fit: the residuals are zero, so there are no intervals");
   }
   std::map<std::string, double> held;
   for (Index j = 0; j < fit.estimate.size(); ++j) {
@@ -50,11 +49,11 @@ void check_same_data(const FittedModel& fit, const NonlinearModel& model) {
                        (fit.response_fingerprint.empty() ||
                         fit.response_fingerprint == response_fingerprint(model.response()));
   if (is_same) return;
-  throw UsageError(fmt::format(
-      "the table is not the one that the fit was made of: the fit has {} rows, the table {} that "
-      "the model can use, or other responses; select the same rows",
-      fit.observations,
-      model.observations()));
+  throw UsageError(
+      fmt::format("the table is not the data of the fit: the fit has {} rows, the table has {} "
+                  "usable rows or other responses; select the same rows",
+                  fit.observations,
+                  model.observations()));
 }
 
 bool is_marginal(Method method) { return is_mixed(method) && method != Method::kLindstromBates; }
@@ -108,7 +107,7 @@ std::string likelihood_in_words(const FittedModel& fit) {
                        fit.reml ? "restricted " : "");
   }
   if (fit.method == Method::kOrdinary) return "sum of squares of the nonlinear model";
-  return "likelihood of the nonlinear model, with the weights of the estimates' fitted values";
+  return "likelihood of the nonlinear model, with weights from the fitted values of the estimates";
 }
 
 }  // namespace silvafit::fit

@@ -96,9 +96,10 @@ class Comparer {
 
   void compare_formulas() {
     if (larger_.formula.left != smaller_.formula.left) {
-      fail(fmt::format("the responses are {} and {}", larger_.formula.left, smaller_.formula.left));
+      fail(fmt::format(
+          "the responses differ: {} and {}", larger_.formula.left, smaller_.formula.left));
     } else if (larger_.formula.right.text() != smaller_.formula.right.text()) {
-      fail("the formulas differ, and whether one is a special case of the other is not known");
+      fail("the formulas differ, so it is unknown whether one is a special case of the other");
     }
   }
 
@@ -109,7 +110,7 @@ class Comparer {
       const auto large = std::ranges::find(larger_fit_.ranges, small.column, &ColumnRange::column);
       if (large == larger_fit_.ranges.end()) continue;
       if (large->low != small.low || large->high != small.high) {
-        fail(fmt::format("{} is not the same column in both: {} to {}, and {} to {}",
+        fail(fmt::format("the column {} differs between the fits: {} to {}, and {} to {}",
                          small.column,
                          data::shortest(small.low),
                          data::shortest(small.high),
@@ -127,11 +128,11 @@ class Comparer {
     }
     for (const ParameterModel& large : larger_.parameters) {
       if (!has_parameter(smaller_, large.name)) {
-        fail(fmt::format("{} is a parameter of the larger model only", large.name));
+        fail(fmt::format("only the larger model has the parameter {}", large.name));
       }
     }
     if (!tells_estimated(larger_fit_) || !tells_estimated(smaller_fit_)) {
-      fail("a fit does not say which of its coefficients were estimated, and which held");
+      fail("a fit does not store which coefficients were estimated and which were fixed");
       return;
     }
     std::set<std::string> names;
@@ -155,11 +156,11 @@ class Comparer {
         fail(fmt::format("only the smaller model has {}", name));
       }
     } else if (small.is_estimated) {
-      fail(fmt::format("the larger model holds {} at {}, and the smaller estimates it",
+      fail(fmt::format("the larger model fixes {} at {}; the smaller model estimates it",
                        name,
                        data::shortest(large.value)));
     } else if (small.value != large.value) {
-      fail(fmt::format("the larger model holds {} at {}, where it is {} in the smaller",
+      fail(fmt::format("the larger model fixes {} at {}; the smaller model has {}",
                        name,
                        data::shortest(large.value),
                        data::shortest(small.value)));
@@ -216,9 +217,10 @@ class Comparer {
     const bool is_identity = has_joint_variance(large);
     const bool was_identity = small != nullptr && has_joint_variance(*small);
     if (is_identity && !was_identity && small != nullptr) {
-      fail(known.size() == 1
-               ? "one variance for all random effects is no generalization of one"
-               : "one variance for all random effects is no generalization of several");
+      fail(known.size() == 1 ? "a common variance for all random effects does not contain a model "
+                               "with one random effect"
+                             : "a common variance for all random effects does not contain a model "
+                               "with several variances");
       return;
     }
     if (is_identity || (was_identity && known.size() != large.coefficients.size())) {
@@ -261,7 +263,9 @@ class Comparer {
     } else if (std::set(large.coefficients.begin(), large.coefficients.end()) !=
                    std::set(small->coefficients.begin(), small->coefficients.end()) ||
                large.covariance != small->covariance) {
-      fail("one variance for all random effects is a special case only with the same effects");
+      fail(
+          "a common variance for all random effects is a special case only if the random effects "
+          "are the same");
     }
   }
 
@@ -278,8 +282,9 @@ class Comparer {
     }
     for (const VarianceFactor& factor : left) {
       if (!contains_constant(factor)) {
-        fail(fmt::format("the larger model holds the exponent of {}, which the smaller has not",
-                         factor.text()));
+        fail(fmt::format(
+            "the larger model fixes the exponent of {}, which the smaller model does not have",
+            factor.text()));
       }
       // Without the factor its constant is anything: no reference is known for that.
       const bool is_loose = factor.kind == Kind::kConstantPlusPower && !factor.constant;
@@ -289,16 +294,16 @@ class Comparer {
 
   void compare_factor(const VarianceFactor& large, const VarianceFactor& small) {
     if (!small.stratum.empty() && large.stratum != small.stratum) {
-      fail("the variance functions have different strata");
+      fail("the strata of the variance functions differ");
     }
     if (large.delta && (!small.delta || *small.delta != *large.delta)) {
-      fail("the larger model holds an exponent that the smaller does not");
+      fail("the larger model fixes an exponent that the smaller model does not fix");
     }
     const bool is_power_within =
         small.kind == Kind::kPower && large.kind == Kind::kConstantPlusPower;
     const std::optional<double> constant = is_power_within ? 0.0 : small.constant;
     if (large.constant && constant != large.constant) {
-      fail("the larger model holds a constant that the smaller does not");
+      fail("the larger model fixes a constant that the smaller model does not fix");
     }
     if (is_power_within && !large.constant) nesting_.has_other_edge = true;
   }

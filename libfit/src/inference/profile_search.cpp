@@ -334,14 +334,16 @@ void take(const Limit& limit,
   (is_upper ? interval.upper : interval.lower) = limit.value;
   const char* const side = is_upper ? "upper" : "lower";
   if (limit.is_open || std::isinf(limit.value)) {
-    add_note(interval.note, fmt::format("no {} limit: the likelihood never falls enough", side));
+    add_note(
+        interval.note,
+        fmt::format("no {} limit: the likelihood does not fall below the limit's level", side));
   } else if (limit.is_end && is_spread(parameter)) {
     add_note(interval.note, "the data do not exclude 0");
   } else if (limit.is_end) {
     add_note(interval.note, fmt::format("the data do not exclude {:g}", limit.value));
   } else if (limit.is_cut_off) {
     add_note(interval.note,
-             fmt::format("{} limit not known: no constrained maximum was found so far out", side));
+             fmt::format("{} limit unknown: no constrained maximum was found there", side));
   }
 }
 
@@ -357,7 +359,7 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
   interval.estimate = search.estimate();
   if (std::isnan(interval.estimate)) {
     interval.lower = interval.upper = kNaN;
-    interval.note = "not defined, since a standard deviation is 0";
+    interval.note = "undefined: a standard deviation is 0";
     return interval;
   }
   const bool is_low = search.is_on_low_edge();
@@ -374,12 +376,14 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
     take(search.limit(1, deviance), true, parameter, interval);
   }
   if (is_low || is_high) {
-    add_note(interval.note, "estimated on the edge: one-sided, by half-and-half chi-squared");
+    add_note(
+        interval.note,
+        "boundary estimate: one-sided, by the 50:50 mixture of chi-squared(0) and chi-squared(1)");
   }
   if (search.gain() > kNoDeviance) {
     add_note(interval.note,
-             fmt::format("the likelihood is higher by {:.2g} elsewhere: the fit is not at the "
-                         "highest maximum",
+             fmt::format("the log-likelihood is higher by {:.2g} at another point: the fit is at a "
+                         "lower maximum",
                          search.gain()));
   }
   return interval;

@@ -235,7 +235,7 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
                            ? std::numeric_limits<double>::infinity()
                            : least_squares_log_likelihood(fit.sum_of_squares, fit.observations);
   fit.convergence = {.converged = true,
-                     .verdict = "No coefficient was left to estimate but sigma."};
+                     .verdict = "All coefficients are fixed; only sigma was estimated."};
   return fit;
 }
 

@@ -85,45 +85,43 @@ bool identifiable_elsewhere(const NonlinearModel& model) {
   return false;
 }
 
-/// "a runs away, so the data do not show the part of the curve that it describes: ..."
+/// "a grows without bound: the data do not cover the part of the curve that it describes. ..."
 std::string run_away(const NonlinearModel& model, const std::vector<Index>& coefficients) {
   const bool one = coefficients.size() == 1;
   return fmt::format(
-      "{} {} away, so the data do not show the part of the curve that {}: try a model with fewer "
-      "coefficients.",
+      "{} {} without bound: the data do not cover the part of the curve that {}. Use a model with "
+      "fewer coefficients.",
       listed(model, coefficients),
-      one ? "runs" : "run",
+      one ? "grows" : "grow",
       one ? "it describes" : "they describe");
 }
 
 std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& point) {
   const std::string names = listed(model, point.confounded);
   if (point.confounded.size() == 1) {
-    return fmt::format(
-        "The data say nothing about {}, because the mean does not depend on it: leave it out.",
-        names);
+    return fmt::format("{} is not identifiable: the mean does not depend on it. Remove it.", names);
   }
   if (identifiable_elsewhere(model)) {
-    return "The fit keeps improving while " + run_away(model, point.confounded);
+    return "The sum of squares keeps decreasing while " + run_away(model, point.confounded);
   }
   return fmt::format(
-      "The data cannot tell {} apart, because others can take the place of each: leave one out.",
+      "{} are not identifiable: their columns of the Jacobian are linearly dependent. Remove one "
+      "of them.",
       names);
 }
 
 std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& point, double sigma) {
   if (!point.finite) {
-    return "The formula stopped having finite slopes where the fit led: give start values, or try "
-           "another model.";
+    return "The derivatives of the formula became infinite or undefined during the search. Give "
+           "start values, or use another model.";
   }
   const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
-    return "The fit keeps improving, ever more slowly, while " + run_away(model, loose);
+    return "The sum of squares keeps decreasing, ever more slowly, while " + run_away(model, loose);
   }
   return fmt::format(
-      "No minimum was reached, the estimates are still {:.2g} standard errors away: try other "
-      "start "
-      "values or a model with fewer coefficients.",
+      "No minimum was reached: the estimates are still {:.2g} standard errors away. Give other "
+      "start values or use a model with fewer coefficients.",
       std::sqrt(point.decrement));
 }
 
@@ -132,17 +130,16 @@ std::string success_verdict(const NonlinearModel& model,
                             double sigma,
                             bool exact) {
   if (exact) {
-    return "The model goes through all observations exactly, so that sigma is zero and the "
-           "log-likelihood infinite: do not compare it with others by them.";
+    return "Perfect fit: sigma is 0 and the log-likelihood is infinite. Do not compare this model "
+           "with others by these values.";
   }
   const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
     return fmt::format(
-        "The least-squares solution was found, but {} hardly determined by these data (standard "
-        "error above ten times the estimate).",
+        "Converged, but {} poorly determined (standard error more than ten times the estimate).",
         listed(model, loose) + (loose.size() == 1 ? " is" : " are"));
   }
-  return "The least-squares solution was found to the last digits.";
+  return "Converged to machine precision.";
 }
 
 }  // namespace
@@ -162,8 +159,7 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
   const double sigma = freedom > 0.0 ? std::sqrt(point.sum_of_squares / freedom) : 0.0;
   const std::vector<Index> lost = exact ? saturated(model, point) : std::vector<Index>{};
   if (!lost.empty()) {
-    result.verdict =
-        "The model goes through all observations exactly, but only as " + run_away(model, lost);
+    result.verdict = "Perfect fit, reached only while " + run_away(model, lost);
   } else if (point.rank < model.coefficient_count()) {
     result.verdict = confounding_verdict(model, point);
   } else if (exact || is_converged(point)) {
@@ -177,16 +173,15 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
 
 std::string too_few_observations(const NonlinearModel& model) {
   return fmt::format(
-      "{} coefficients need as many observations at least, but there are {}: measure more, or use "
-      "a "
-      "model with fewer coefficients.",
+      "{} coefficients need at least as many observations, but there are {}. Use a model with "
+      "fewer coefficients or more data.",
       model.coefficient_count(),
       model.observations());
 }
 
 std::string no_start() {
-  return "No values of the coefficients were found for which the formula is finite for all "
-         "observations: give start values.";
+  return "No start values were found at which the formula is finite for all observations. Give "
+         "start values.";
 }
 
 }  // namespace silvafit::fit

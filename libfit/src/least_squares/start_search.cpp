@@ -269,8 +269,8 @@ void check_domain(const NonlinearModel& model) {
   const Index row = found - never_finite.begin();
   const Place place = model.place(row);
   throw DomainError(
-      fmt::format("the formula has no finite value or slope for {}, whatever its coefficients: "
-                  "correct the row or leave it out",
+      fmt::format("the formula is not finite, or has no finite derivative, for {}, whatever the "
+                  "coefficients; correct or exclude the row",
                   place.line ? "this row"
                              : fmt::format("row {} of the table",
                                            model.rows()[static_cast<std::size_t>(row)] + 1)),

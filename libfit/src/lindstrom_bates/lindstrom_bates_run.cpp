@@ -131,15 +131,15 @@ class LindstromBates::Run {
                           curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding));
     outcome_.curve_decrement = curve_decrement_;
     if (!engine_.options_.trace) return;
-    engine_.options_.trace(fmt::format(
-        "variance {}: alternation {}, log-likelihood {:.6f}, variance components off by {:.1e} and "
-        "coefficients by {:.1e} standard errors, step {:.3g}",
-        engine_.variance_text_,
-        iteration,
-        here_,
-        std::sqrt(std::max(0.0, outcome_.decrement)),
-        std::sqrt(std::max(0.0, curve_decrement_)),
-        length_));
+    engine_.options_.trace(
+        fmt::format("variance {}: iteration {}, log-likelihood {:.6f}, change of variance "
+                    "components {:.1e} and of coefficients {:.1e} standard errors, step {:.3g}",
+                    engine_.variance_text_,
+                    iteration,
+                    here_,
+                    std::sqrt(std::max(0.0, outcome_.decrement)),
+                    std::sqrt(std::max(0.0, curve_decrement_)),
+                    length_));
   }
 
   /// Moves on to the next round's linearization.

@@ -307,21 +307,19 @@ std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {
   MatrixXd jacobian;
   model.evaluate(start, mean, &jacobian, workspace);
   if (is_exact(model, (model.response() - mean).squaredNorm())) {
-    return "Not converged: the fixed effects alone go through all observations exactly, which "
-           "leaves nothing for random effects. Leave them out.";
+    return "Not converged: perfect fit by the fixed effects alone. Remove the random effects.";
   }
   for (Index j = 0; j < jacobian.cols(); ++j) jacobian.col(j).normalize();
   const Eigen::ColPivHouseholderQR<MatrixXd> solver(jacobian);
   if (jacobian.allFinite() && solver.rank() < jacobian.cols()) {
     const Index last = solver.colsPermutation().indices()[jacobian.cols() - 1];
     return fmt::format(
-        "Not converged: the data cannot tell {} apart from the other coefficients. Drop it, or "
-        "what "
-        "it depends on.",
+        "Not converged: {} is not identifiable beside the other coefficients. Remove it or its "
+        "covariate.",
         model.coefficient_names()[static_cast<std::size_t>(last)]);
   }
-  return "Not converged: the first penalized least-squares step found no finite point. Try fewer "
-         "random effects, or a model that the pooled data fit better.";
+  return "Not converged: the first penalized least-squares step found no finite value. Use fewer "
+         "random effects, or a model that fits the pooled data better.";
 }
 
 }  // namespace silvafit::fit

@@ -420,9 +420,8 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   if (has_no_maximum(model, fit)) return fit;
   fit.convergence.converged = false;
   fit.convergence.verdict =
-      "Not converged: where the first-order method (focei) ends, whose values are shown, the "
-      "random "
-      "effects of a group have no clear mode, so that this method's likelihood does not hold "
+      "Not converged: at the estimates of focei, which are shown, the conditional density of a "
+      "group's random effects is flat at its mode, so the likelihood of this method is not valid "
       "there. Use --method focei, or fewer random effects.";
   return fit;
 }
@@ -432,8 +431,8 @@ MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linea
   if (std::isnan(linearized.sigma) || has_no_maximum(model, linearized)) return linearized;
   linearized.convergence.converged = false;
   linearized.convergence.verdict =
-      "Not converged: no mode of the random effects was found at any start. Try fewer random "
-      "effects, or a model that the pooled data fit better.";
+      "Not converged: no conditional mode of the random effects was found from any start. Use "
+      "fewer random effects, or a model that fits the pooled data better.";
   return linearized;
 }
 
@@ -444,31 +443,33 @@ void check_marginal(const NonlinearModel& model,
                     const MarginalOptions& options) {
   const ModelSpecification& specification = model.specification();
   if (!specification.random) {
-    throw UsageError("a marginal likelihood needs random effects; without them use ols or gnls");
+    throw UsageError(
+        "a marginal likelihood needs random effects; for a model without random effects use ols or "
+        "gnls");
   }
   if (integration != Integration::kQuadrature) return;
   constexpr std::size_t kMostQuadrature = 3;
   if (specification.outer_random || specification.random->coefficients.size() > kMostQuadrature) {
     throw UsageError(fmt::format(
-        "quadrature (agq) works for at most {} random effects of one grouping; use laplace",
+        "quadrature (agq) supports at most {} random effects of one grouping; use laplace",
         kMostQuadrature));
   }
   constexpr int kMostPoints = 100;
   if (options.quadrature_points < 1 || options.quadrature_points > kMostPoints) {
-    throw UsageError(fmt::format("quadrature needs 1 to {} points a random effect", kMostPoints));
+    throw UsageError(fmt::format("quadrature needs 1 to {} points per random effect", kMostPoints));
   }
   constexpr double kMostNodes = 20000.0;
   const std::size_t effects = specification.random->coefficients.size();
   const double nodes = std::pow(options.quadrature_points, static_cast<double>(effects));
   if (nodes > kMostNodes) {
-    throw UsageError(fmt::format(
-        "{} points a random effect are {:.0f} for {} of them; quadrature takes at most {:.0f}, {} "
-        "a random effect",
-        options.quadrature_points,
-        nodes,
-        effects,
-        kMostNodes,
-        std::floor(std::pow(kMostNodes, 1.0 / static_cast<double>(effects)))));
+    throw UsageError(
+        fmt::format("{} points per random effect make {:.0f} points for {} random effects; the "
+                    "limit is {:.0f}, {} per random effect",
+                    options.quadrature_points,
+                    nodes,
+                    effects,
+                    kMostNodes,
+                    std::floor(std::pow(kMostNodes, 1.0 / static_cast<double>(effects)))));
   }
 }
 
@@ -543,9 +544,9 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   const bool is_explained = fit.convergence.converged || has_no_maximum(model, fit);
   if (!is_explained && !search.has_converged() && search.has_met_wall()) {
     fit.convergence.verdict =
-        "Not converged: the likelihood rises towards points where the random effects of a group "
-        "have no clear mode, and where it does not hold. Use --method focei, or fewer random "
-        "effects.";
+        "Not converged: the likelihood increases towards points where the conditional density of a "
+        "group's random effects is flat at its mode and the approximation is not valid. Use "
+        "--method focei, or fewer random effects.";
   }
   return fit;
 }

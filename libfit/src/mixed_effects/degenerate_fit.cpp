@@ -44,16 +44,16 @@ std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, d
   const bool is_single = specification.random && model.group_count() == model.observations();
   if (is_single && residual < kNothingLeft * spread) {
     return fmt::format(
-        "each group of {} has one observation, and its random effects go through it: the residual "
-        "standard deviation goes to 0. Leave the random effects out, or take groups with several "
-        "observations.",
+        "each group of {} has one observation, so its random effects fit it perfectly and the "
+        "residual standard deviation goes to 0. Remove the random effects, or use groups with "
+        "several observations.",
         specification.random->group);
   }
   if (!(residual < kRoundedResidual * spread)) return {};
   return fmt::format(
-      "perfect fit: the model{} goes through all observations, so that the residual standard "
-      "deviation goes to 0 and the likelihood has no maximum. Check whether the response was "
-      "computed from the covariates instead of measured.",
+      "perfect fit: the model{} goes through all observations, so the residual standard deviation "
+      "goes to 0 and the likelihood has no maximum. Check whether the response was computed from "
+      "the covariates instead of measured.",
       specification.random ? " with its random effects" : "");
 }
 
@@ -145,15 +145,15 @@ std::string unbounded_effect(const EffectLevel& level, Curves& curves, Index p, 
     if (curves.is_ordinary(shift, spread)) continue;
     if (curves.is_beyond_measure(shift, spread)) {
       return fmt::format(
-          "{} grows without bound: two standard deviations from the centre, the curve is more than "
-          "a million times the spread of the response away. The data do not hold this random "
-          "effect; leave it out, or choose another variance function.",
+          "{} grows without bound: at two standard deviations from the centre, the curve is more "
+          "than a million times the spread of the response away. The data do not support this "
+          "random effect; remove it, or choose another variance function.",
           names_of(level, direction));
     }
     if (curves.is_saturated(shift, spread)) {
       return fmt::format(
-          "{} grows without bound: one standard deviation from the centre, the curve no longer "
-          "depends on the random effect. Leave it out.",
+          "{} grows without bound: at one standard deviation from the centre, the curve no longer "
+          "depends on the random effect. Remove the random effect.",
           names_of(level, direction));
     }
   }
@@ -178,8 +178,8 @@ std::string impossible_error(const NonlinearModel& model,
     if (model.multiplier_values(j) != nullptr || !(error < kImpossible * least)) continue;
     return fmt::format(
         "the information matrix is nearly singular: {} groups whose {} have a standard deviation "
-        "of {:.3g} cannot give their mean a standard error of {:.2g}. The data hardly tell the "
-        "coefficients apart; hold or leave out one of them.",
+        "of {:.3g} cannot give their mean a standard error of {:.2g}. The coefficients are hardly "
+        "identifiable; fix or remove one of them.",
         groups,
         level.names[k],
         std::sqrt(level.covariance(at, at)),

@@ -282,14 +282,14 @@ bool has_single_observations(const NonlinearModel& model) {
 /// What else to try where a search did not end.
 std::string advice(const NonlinearModel& model, const std::string& usual) {
   if (!model.specification().random) {
-    return "Try a simpler variance function or other starts; --method ols tells whether the curve "
-           "alone suits the data.";
+    return "Use a simpler variance function or other start values; --method ols shows whether the "
+           "curve itself fits the data.";
   }
   if (!has_single_observations(model)) return "Try " + usual + ".";
   const std::string& group = model.specification().random->group;
   return fmt::format(
-      "Each group of {} has one observation, which hardly tells its random effects apart from the "
-      "residual: leave them out, or take groups with several observations.",
+      "Each group of {} has one observation, so random effects and residuals are hardly "
+      "identifiable. Remove the random effects, or use groups with several observations.",
       group);
 }
 
@@ -300,21 +300,23 @@ std::string failure(const NonlinearModel& model, const MixedEffectsFit& fit, Rou
                                ? fmt::format(" by {:.2g} standard errors", distance(fit))
                                : std::string();
     return fmt::format(
-        "Not converged after {}: the estimates still move{}. {}",
+        "Not converged after {}: the estimates still change{}. {}",
         counted(fit.convergence.iterations, "alternation", "alternations"),
         by,
-        advice(model,
-               "the method focei or laplace, fewer random effects or a diagonal covariance"));
+        advice(
+            model,
+            "the method focei or laplace, fewer random effects or a diagonal covariance matrix"));
   }
   const std::string where =
       std::isfinite(fit.convergence.gradient)
           ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
-          : "the best point found is no maximum of the likelihood";
+          : "the best point found is not a maximum of the likelihood";
   return fmt::format(
       "Not converged after {} evaluations of the likelihood: {}. {}",
       fit.convergence.iterations,
       where,
-      advice(model, "fewer random effects, a diagonal covariance or a simpler variance function"));
+      advice(model,
+             "fewer random effects, a diagonal covariance matrix or a simpler variance function"));
 }
 
 std::string success(const MixedEffectsFit& fit, Rounds rounds) {
@@ -322,14 +324,14 @@ std::string success(const MixedEffectsFit& fit, Rounds rounds) {
   const double step = std::max(kResolved, distance(fit));
   if (rounds == Rounds::kAlternations) {
     return fmt::format(
-        "Converged after {}: the next would move nothing by more than {:.0e} standard "
+        "Converged after {}: further iterations change no estimate by more than {:.0e} standard "
         "errors.",
         counted(fit.convergence.iterations, "alternation", "alternations"),
         step);
   }
   return fmt::format(
-      "Converged after {} evaluations: the likelihood has its maximum within {:.0e} standard "
-      "errors of here.",
+      "Converged after {} evaluations: the maximum is within {:.0e} standard errors of the "
+      "estimates.",
       fit.convergence.iterations,
       step);
 }
@@ -349,18 +351,18 @@ std::string remedy(const NonlinearModel& model, const std::vector<std::string>& 
   });
   if (is_of_effects && has_single_observations(model)) {
     return fmt::format(
-        ": each group of {} has one observation. Leave the random effects by {} out, or take "
-        "groups with several observations.",
+        ": each group of {} has one observation. Remove the random effects by {}, or use groups "
+        "with several observations.",
         specification.random->group,
         specification.random->group);
   }
   if (is_of_effects && specification.outer_random && model.group_count() == model.cluster_count()) {
-    return fmt::format(": each group of {} has one of {}. Leave one of the two groupings out.",
+    return fmt::format(": each group of {} has one of {}. Remove one of the two groupings.",
                        specification.outer_random->group,
                        specification.random->group);
   }
-  return is_of_effects ? ". Leave one of them out, or one of the effects that they belong to."
-                       : ". Leave one of them out.";
+  return is_of_effects ? ". Remove one of them, or one of their random effects."
+                       : ". Remove one of them.";
 }
 
 std::string confounding(const NonlinearModel& model,
@@ -372,32 +374,31 @@ std::string confounding(const NonlinearModel& model,
   }
   if (names.size() == 1) {
     return fmt::format(
-        "Not converged: the data say nothing about {}, because the mean does not depend on it. "
-        "Leave it out.",
+        "Not converged: {} is not identifiable: the mean does not depend on it. Remove it.",
         names.front());
   }
   if (!names.empty()) {
     return fmt::format(
-        "Not converged: the data cannot tell {} apart, because others can take the place of each. "
-        "Leave one out.",
+        "Not converged: {} are not identifiable: their effects on the mean are linearly dependent. "
+        "Remove one of them.",
         listed(names));
   }
   const std::vector<std::string>& variances = confounded.variances.names;
   if (variances.size() == 1) {
     return fmt::format(
-        "Not converged: the data say nothing about {}, because the likelihood does not depend on "
-        "it. Leave it out.",
+        "Not converged: {} is not identifiable: the likelihood does not depend on it. Remove it.",
         variances.front());
   }
   if (!variances.empty()) {
     return fmt::format(
-        "Not converged: the data cannot tell {} apart, because others can take the place of each{}",
+        "Not converged: {} are not identifiable: their effects on the likelihood are linearly "
+        "dependent{}",
         listed(variances),
         remedy(model, variances));
   }
   if (fit.convergence.rank < fit.estimate.size()) {
-    return "Not converged: the data cannot tell all coefficients apart, because their estimates "
-           "depend linearly on each other. Drop a covariate or a parameter.";
+    return "Not converged: the coefficients are not identifiable: their estimates are linearly "
+           "dependent. Remove a covariate or a parameter.";
   }
   return {};
 }
@@ -445,23 +446,23 @@ std::string verdict_of(const NonlinearModel& model, const MixedEffectsFit& fit, 
   if (!convergence.converged) return failure(model, fit, rounds);
   std::string verdict = success(fit, rounds);
   if (!convergence.boundary.empty()) {
-    verdict += fmt::format(" On the edge: {}; a simpler structure says the same.",
+    verdict += fmt::format(" Boundary (singular) fit: {}. A simpler structure fits equally well.",
                            fmt::join(convergence.boundary, "; "));
   }
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     const Index few = few_with_power(factor, variable_of(model, fit, factor));
     if (few == 0) continue;
     verdict += fmt::format(
-        " The power of the variance counts for {} alone: with an exponent of {:.3g} it is a "
-        "constant for all others.",
+        " The power of the variance matters for {} only: with an exponent of {:.3g} the variance "
+        "of all others is constant.",
         counted(few, "observation", "observations"),
         factor.delta[0]);
   }
   if (fit.floored_variances > 0) {
     verdict +=
-        fmt::format(" {} near zero for a power variance and floored{}.",
-                    counted(fit.floored_variances, "value is too", "values are too"),
-                    has_constant(fit.variance) ? "" : "; constant-plus-power may suit better");
+        fmt::format(" {} near zero for a power variance and set to a lower limit{}.",
+                    counted(fit.floored_variances, "fitted value is too", "fitted values are too"),
+                    has_constant(fit.variance) ? "" : "; constant-plus-power may fit better");
   }
   return verdict;
 }

@@ -58,8 +58,8 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   if (evidence.contained) {
     convergence.converged = false;
     convergence.verdict = fmt::format(
-        "Not converged: the model {}, which this one contains, has a higher log-likelihood "
-        "({:.2f} against {:.2f}). Use that model, or try other start values.",
+        "Not converged: the model {}, which this one contains, has a higher log-likelihood ({:.2f} "
+        "against {:.2f}). Use that model, or give other start values.",
         evidence.contained->text,
         evidence.contained->log_likelihood,
         fit.log_likelihood);
@@ -70,9 +70,8 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
     convergence.converged = false;
     convergence.verdict = fmt::format(
         "Not converged: the first-order likelihood (focei) has a far higher maximum ({:.2f} "
-        "against "
-        "{:.2f}), at which this method's likelihood does not hold, because the random effects of a "
-        "group have no clear mode. Use --method focei.",
+        "against {:.2f}), at which the conditional density of a group's random effects is flat at "
+        "its mode and the likelihood of this method is not valid. Use --method focei.",
         evidence.first_order_maximum,
         fit.log_likelihood);
     return;
@@ -81,8 +80,8 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   if (evidence.unfinished > fit.log_likelihood + kSlack) {
     convergence.converged = false;
     convergence.verdict = fmt::format(
-        "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start led to "
-        "{:.2f}, where the search found no end. Use --method focei, or fewer random effects.",
+        "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start "
+        "reached {:.2f} without converging. Use --method focei, or fewer random effects.",
         fit.log_likelihood,
         evidence.unfinished);
     return;
@@ -98,8 +97,8 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         end == std::string::npos ? std::string() : convergence.verdict.substr(end + 1);
     convergence.verdict = fmt::format(
         "Not converged: the linearized log-likelihood {0:.2f} is far from the marginal one ({1}: "
-        "{2:.2f} at these estimates, {3:.2f} at its maximum), so that this method cannot be relied "
-        "on here; use --method {1}.{4}",
+        "{2:.2f} at these estimates, {3:.2f} at its maximum), so this method is not reliable here. "
+        "Use --method {1}.{4}",
         fit.log_likelihood,
         method,
         evidence.marginal_here,

@@ -26,10 +26,10 @@ using Open = CoefficientSets::Open;
   Place place{.file = table.file(), .column = column};
   if (table.line(row) > 0) place.line = table.line(row);
   if (label.empty()) throw InputError("the group is missing", place);
-  throw InputError(
-      fmt::format(
-          "'{}' is no group of the fit{}", label, is_calibrated ? " and has no measured tree" : ""),
-      place);
+  throw InputError(fmt::format("unknown group '{}': it is not in the fit{}",
+                               label,
+                               is_calibrated ? " and has no measured tree" : ""),
+                   place);
 }
 
 /// (p x names) which coefficients effects are added to.
@@ -113,8 +113,8 @@ class SetBuilder {
 void require_uncertainty(const FittedModel& fit) {
   if (fit.uncertainty.is_known()) return;
   throw UsageError(
-      "the fit does not keep the covariances of its random effects, which conditional intervals "
-      "need; an older version wrote it: fit again");
+      "the fit does not store the covariances of its random effects, which conditional intervals "
+      "need; an older version of silvafit wrote it; fit the model again");
 }
 
 /// What rows of groups that are not known have.

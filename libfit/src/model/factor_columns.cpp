@@ -93,16 +93,17 @@ std::vector<std::string> levels_of(const TermVariable& variable,
     if (is_used[code]) levels.push_back(labels.levels()[code]);
   }
   if (levels.size() < 2) {
-    throw InputError(fmt::format("a factor needs two values, and there is {}; leave {} out of the "
-                                 "sub-model {}",
-                                 levels.empty() ? "none" : fmt::format("only '{}'", levels.front()),
-                                 variable.label,
-                                 text),
-                     {.file = table.file(), .column = variable.column});
+    throw InputError(
+        fmt::format(
+            "a factor needs at least two levels, and there is {}; remove {} from the sub-model {}",
+            levels.empty() ? "none" : fmt::format("only '{}'", levels.front()),
+            variable.label,
+            text),
+        {.file = table.file(), .column = variable.column});
   }
   if (levels.size() > kMostLevels) {
-    throw InputError(fmt::format("has {} values; a factor has at most {}. Groups of which there "
-                                 "are many have random effects: --random",
+    throw InputError(fmt::format("has {} values; a factor may have at most {}. Use random effects "
+                                 "(--random) for many groups",
                                  levels.size(),
                                  kMostLevels),
                      {.file = table.file(), .column = variable.column});
@@ -116,7 +117,8 @@ Column level_column(const std::string& column, const std::string& level, const d
   const bool has_double = level.find('"') != std::string::npos;
   if (has_double && level.find('\'') != std::string::npos) {
     throw InputError(
-        fmt::format("the value {} has both kinds of quotes, which no formula can write", level),
+        fmt::format("the value {} contains both kinds of quotes and cannot be written in a formula",
+                    level),
         {.file = table.file(), .column = column});
   }
   const char quote = has_double ? '\'' : '"';
@@ -218,8 +220,8 @@ class Expansion {
     const TermVariable& first = formula_.variables[term.front()];
     throw FormulaError(
         fmt::format(
-            "the columns of {0} are not independent of the {1}: R codes it by all levels, "
-            "and one coefficient would be NA there; {2}",
+            "the columns of {0} are linearly dependent on the {1}: R would code all levels and set "
+            "one coefficient to NA; {2}",
             product_label(labels),
             formula_.has_intercept ? "intercept and the terms before it" : "terms before it",
             formula_.has_intercept
@@ -289,13 +291,13 @@ void require_rows(const ParameterModel& model,
       is_there = is_there || (complete[row] && values[row] != 0.0);
     }
     if (is_there) continue;
-    throw InputError(fmt::format("no row has a value of {} other than 0, so that {}:{} cannot be "
-                                 "estimated; write the comparisons that there are, or leave out "
-                                 "the interaction",
-                                 covariate.label,
-                                 model.name,
-                                 covariate.label),
-                     {.file = table.file()});
+    throw InputError(
+        fmt::format("no row has a value of {} other than 0, so {}:{} cannot be estimated; write "
+                    "the comparisons that occur, or remove the interaction",
+                    covariate.label,
+                    model.name,
+                    covariate.label),
+        {.file = table.file()});
   }
 }
 
@@ -347,8 +349,7 @@ ParameterModel expanded(const TermFormula& formula, std::string_view text) {
   for (const TermVariable& variable : formula.variables) {
     if (!variable.is_factor) continue;
     throw FormulaError(
-        "factors need data, of which there are none here; write comparisons, such "
-        "as (species == \"SM\")",
+        "factors need data, and there are none here; write comparisons such as (species == \"SM\")",
         text,
         variable.position);
   }

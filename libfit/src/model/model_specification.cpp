@@ -55,7 +55,7 @@ void check_parameter_name(const std::string& name,
   if (name.size() == 1) return;
   for (const std::string& column : table.names()) {
     if (!equal_but_for_case(column, name)) continue;
-    throw FormulaError(fmt::format("there is no column '{}', but one named '{}'", name, column),
+    throw FormulaError(fmt::format("unknown column '{}'; did you mean '{}'?", name, column),
                        formula,
                        formula.find(name, formula.find('~')) + 1);
   }
@@ -103,7 +103,7 @@ class SubModels {
     if (found != model_.parameters.end()) return *found;
     throw FormulaError(
         fmt::format(
-            "'{}' is no parameter of the formula {}", formula.parameter, model_.formula.text),
+            "unknown parameter '{}' of the formula {}", formula.parameter, model_.formula.text),
         text,
         1);
   }
@@ -138,13 +138,12 @@ void check_random_effects(const RandomEffects& random,
     position = text.find(*effect, position);
     if (std::ranges::find(known, *effect) == known.end()) {
       throw FormulaError(
-          fmt::format(
-              "'{}' is no coefficient of the model; there are {}", *effect, fmt::join(known, ", ")),
+          fmt::format("unknown coefficient '{}'; available: {}", *effect, fmt::join(known, ", ")),
           text,
           position + 1);
     }
     if (std::find(effects.begin(), effect, *effect) != effect) {
-      throw FormulaError(fmt::format("'{}' is named twice", *effect), text, position + 1);
+      throw FormulaError(fmt::format("'{}' is given twice", *effect), text, position + 1);
     }
     position += effect->size();
   }
@@ -224,7 +223,7 @@ ParameterModel parse_stored_parameter_model(const std::string& name, std::string
   ParameterModel model{.name = name};
   for (const Part part : split(columns, 0, columns.size(), '+')) {
     const std::string_view term = of(columns, part);
-    if (term.empty()) throw FormulaError("a covariate is expected", columns, part.begin + 1);
+    if (term.empty()) throw FormulaError("expected a covariate", columns, part.begin + 1);
     if (term == "0" || term == "1") {
       model.has_intercept = term == "1";
     } else {
@@ -260,7 +259,7 @@ ModelSpecification specify_model(std::string_view formula,
     specification.parameters.push_back({.name = name});
   }
   if (specification.parameters.empty()) {
-    throw FormulaError("there is nothing to estimate, since every name is a column",
+    throw FormulaError("there is nothing to estimate: every name in the formula is a column",
                        formula,
                        formula.find('~') + 1);
   }
@@ -272,12 +271,11 @@ void check_response(const ModelSpecification& specification, const data::Table& 
   const data::Formula& formula = specification.formula;
   const std::vector<std::string> predictors = specification.predictors();
   if (std::ranges::find(predictors, formula.left) != predictors.end()) {
-    throw FormulaError(
-        fmt::format("'{}' cannot predict itself; take it out of the right side and of what its "
-                    "parameters depend on",
-                    formula.left),
-        formula.text,
-        formula.text.find(formula.left) + 1);
+    throw FormulaError(fmt::format("'{}' cannot predict itself; remove it from the right-hand side "
+                                   "and from the sub-models",
+                                   formula.left),
+                       formula.text,
+                       formula.text.find(formula.left) + 1);
   }
   if (table.has(formula.left)) return;
   refuse_missing_column(formula.left, formula.text, formula.text.find(formula.left) + 1, table);

@@ -78,7 +78,7 @@ TEST_CASE("errors name what is not known and where") {
   CHECK_THROWS_WITH(specify_model("h ~ a*dbh", {"b ~ 1"}, table),
                     Catch::Matchers::Contains("'b' is no parameter"));
   CHECK_THROWS_WITH(specify_model("h ~ a*dbh", {"a ~ 1 + Q"}, table),
-                    Catch::Matchers::Contains("column 9: there is no column 'Q'"));
+                    Catch::Matchers::Contains("column 9: unknown column 'Q'"));
   CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a ~ 0"}, table), FormulaError);
   CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a ~ 1 +"}, table), FormulaError);
   CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a = 1"}, table), FormulaError);
@@ -93,14 +93,14 @@ TEST_CASE("what a fit needs is checked where it is written") {
   CHECK_THROWS_WITH(check_response(specify_model("h ~ a*dbh", {"a ~ 1 + h"}, table), table),
                     Catch::Matchers::Contains("'h' cannot predict itself"));
   CHECK_THROWS_WITH(check_response(specify_model("H ~ a*dbh", {}, table), table),
-                    Catch::Matchers::Contains("column 1: there is no column 'H'"));
+                    Catch::Matchers::Contains("column 1: unknown column 'H'"));
   auto model = specify_model("h ~ a + b*dbh", {}, table);
   CHECK_THROWS_WITH(add_random_effects(model, "a + q | plot", table),
                     Catch::Matchers::Contains("column 5: 'q' is no coefficient"));
   CHECK_THROWS_WITH(add_random_effects(model, "a + a | plot", table),
-                    Catch::Matchers::Contains("column 5: 'a' is named twice"));
+                    Catch::Matchers::Contains("column 5: 'a' is given twice"));
   CHECK_THROWS_WITH(add_random_effects(model, "a | site", table),
-                    Catch::Matchers::Contains("column 5: there is no column 'site'"));
+                    Catch::Matchers::Contains("column 5: unknown column 'site'"));
   add_random_effects(model, "a + b | plot", table);
   CHECK(model.random->coefficients == Names{"a", "b"});
 }

@@ -115,7 +115,7 @@ std::size_t size_of(const std::optional<RandomEffects>& random) {
 void check_effect_count(const ModelSpecification& specification) {
   const std::size_t effects = size_of(specification.outer_random) + size_of(specification.random);
   if (effects <= kMostRandomEffects) return;
-  throw UsageError(fmt::format("there are {} random effects a group; at most {} can be fitted",
+  throw UsageError(fmt::format("there are {} random effects per group; at most {} can be fitted",
                                effects,
                                kMostRandomEffects));
 }
@@ -156,7 +156,7 @@ void NonlinearModel::choose_rows(const data::Table& table) {
   for (const std::size_t row : rows_) lines_.push_back(table.line(row));
   excluded_ = table.rows() - rows_.size();
   if (rows_.empty()) {
-    throw InputError(fmt::format("no row has values for all of {}",
+    throw InputError(fmt::format("no row has values in all of the columns {}",
                                  fmt::join(data_variables(specification_), ", ")),
                      {.file = table.file()});
   }
@@ -284,8 +284,8 @@ void NonlinearModel::compile() {
 Index NonlinearModel::coefficient_index(std::string_view name) const {
   const auto found = std::ranges::find(names_, name);
   if (found == names_.end()) {
-    throw UsageError(fmt::format(
-        "'{}' is no coefficient of the model; there are {}", name, fmt::join(names_, ", ")));
+    throw UsageError(
+        fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(names_, ", ")));
   }
   return found - names_.begin();
 }
@@ -311,7 +311,7 @@ Eigen::VectorXd NonlinearModel::column(std::string_view name) const {
 const NonlinearModel::Strata& NonlinearModel::strata(std::string_view column) const {
   const auto found = std::ranges::find(strata_, column, &Strata::column);
   if (found == strata_.end()) {
-    throw UsageError(fmt::format("the variance function has no strata '{}'", column));
+    throw UsageError(fmt::format("the variance function has no stratum '{}'", column));
   }
   return *found;
 }

@@ -14,7 +14,7 @@ namespace {
 
 void add_coefficient(std::string_view text, Part part, RandomEffects& random) {
   if (part.begin == part.end) {
-    throw FormulaError("a coefficient is expected", text, part.begin + 1);
+    throw FormulaError("expected a coefficient", text, part.begin + 1);
   }
   random.coefficients.emplace_back(of(text, part));
 }
@@ -39,14 +39,14 @@ std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
   const std::size_t bar = find_outside(text, whole, "|");
   if (bar == whole.end) {
     throw FormulaError(
-        "random effects have the form `a + b:C | group`; there is no |", text, whole.end + 1);
+        "random effects have the form `a + b:C | group`; the | is missing", text, whole.end + 1);
   }
   RandomEffects random;
   for (const Part part : split(text, whole.begin, bar, '+')) add_block(text, part, random);
   if (random.covariance != Covariance::kBlock) random.blocks.clear();
   std::vector<RandomEffects> groupings;
   for (const Part group : split(text, bar + 1, whole.end, '/')) {
-    if (group.begin == group.end) throw FormulaError("a group column is expected", text, bar + 2);
+    if (group.begin == group.end) throw FormulaError("expected a group column", text, bar + 2);
     random.group = of(text, group);
     groupings.push_back(random);
   }
@@ -89,7 +89,7 @@ std::vector<RandomEffects> parse_random_effects(std::string_view text) {
     }
   }
   if (groupings.size() == 2 && groupings[0].group == groupings[1].group) {
-    throw FormulaError("nested groupings need two columns", text, end);
+    throw FormulaError("nested groupings need two different columns", text, end);
   }
   return groupings;
 }
@@ -115,8 +115,8 @@ Covariance parse_covariance(std::string_view text) {
   if (text == "diagonal") return Covariance::kDiagonal;
   if (text == "identity") return Covariance::kIdentity;
   throw UsageError(
-      fmt::format("'{}' is no covariance form; there are general, diagonal, identity, and blocks "
-                  "by parentheses as in --random \"(a + b) + c | plot\"",
+      fmt::format("unknown covariance structure '{}'; available: general, diagonal, identity, and "
+                  "blocks by parentheses as in --random \"(a + b) + c | plot\"",
                   text));
 }
 

@@ -29,13 +29,15 @@ constexpr std::array kNotOffered = {
     Advice{"poly", "write the powers, such as x + I(x^2)"},
     Advice{"ns", "write the columns of the spline, such as x + I(max(x - 10, 0)^3)"},
     Advice{"bs", "write the columns of the spline, such as x + I(max(x - 10, 0)^3)"},
-    Advice{"offset", "write what has no coefficient into --formula"},
+    Advice{"offset", "write terms without a coefficient into --formula"},
     Advice{"scale", "write the numbers, such as I((x - 20)/5)"},
     Advice{"cut", "write comparisons, such as (x > 10) + (x > 20)"},
-    Advice{"relevel", "write comparisons with the levels that differ, such as (species == \"SM\")"},
+    Advice{"relevel",
+           "write comparisons with the levels that differ from the first, such as (species == "
+           "\"SM\")"},
     Advice{"interaction", "write factor:factor"},
     Advice{"ordered", "write factor(), whose contrasts are to the first level"},
-    Advice{"as.numeric", "a comparison is a number already, and so is a column of numbers"},
+    Advice{"as.numeric", "a comparison and a numeric column are numbers already"},
 };
 
 bool is_name_byte(char byte) {
@@ -92,7 +94,7 @@ class TermParser {
   TermFormula parse() {
     const std::size_t tilde = text_.find('~');
     if (tilde == std::string_view::npos) {
-      throw FormulaError("a sub-model has the form `parameter ~ 1 + covariate`; there is no ~",
+      throw FormulaError("a sub-model has the form `parameter ~ 1 + covariate`; the ~ is missing",
                          text_,
                          text_.size() + 1);
     }
@@ -120,7 +122,7 @@ class TermParser {
   }
 
   [[noreturn]] void refuse_number(std::string_view number, Part part) const {
-    const std::string what = fmt::format("the number {} is no term", number);
+    const std::string what = fmt::format("the number {} is not a term", number);
     if (number != of(text_, part)) refuse(what, part);
     fail(what + "; arithmetic is written I(...), such as I(x - 5)", part.begin);
   }
@@ -173,9 +175,9 @@ class TermParser {
     const bool has_minus = std::ranges::any_of(parts, &Signed::is_removed);
     for (const auto& [part, is_removed] : parts) {
       const std::string_view term = of(text_, part);
-      if (term.empty()) fail("a covariate is expected", part.begin);
+      if (term.empty()) fail("expected a covariate", part.begin);
       if (has_minus && is_comparison(part)) {
-        fail("a comparison beside a minus sign needs parentheses: (x > 3)", part.begin);
+        fail("a comparison next to a minus sign needs parentheses: (x > 3)", part.begin);
       }
       if (term == "0" || term == "1") {
         set_intercept(part, is_removed, is_outermost, trimmed(text_, whole.begin, whole.end));
@@ -194,7 +196,7 @@ class TermParser {
 
   void set_intercept(Part part, bool is_removed, bool is_outermost, Part whole) {
     const bool is_one = text_[part.begin] == '1';
-    if (!is_outermost) refuse("a number in parentheses is no term", whole);
+    if (!is_outermost) refuse("a number in parentheses is not a term", whole);
     if (is_removed && !is_one) fail("write `0 +` or `- 1` to leave out the intercept", part.begin);
     result_.has_intercept = is_one && !is_removed;
   }
@@ -203,8 +205,8 @@ class TermParser {
     const Terms removed = comparison_or_product(part);
     for (const Term& term : removed) {
       if (contains(terms, term)) continue;
-      fail(fmt::format("there is no term '{0}' that - could take out; a difference of columns is "
-                       "written I(x - {0})",
+      fail(fmt::format("there is no term '{0}' to remove with -; write a difference of columns as "
+                       "I(x - {0})",
                        label_of(term)),
            part.begin);
     }
@@ -238,7 +240,7 @@ class TermParser {
       refuse("in R's formulas a/b is a + a:b, not a quotient", part);
     }
     if (const std::size_t place = find_outside(text_, part, "%"); place < part.end) {
-      fail("%in% and other operators in % are not offered; a %in% b is written a:b", place);
+      fail("%in% and other % operators are not supported; write a:b instead of a %in% b", place);
     }
   }
 
@@ -246,7 +248,7 @@ class TermParser {
     Terms terms;
     for (const Part factor : split(text_, part.begin, part.end, ':')) {
       if (factor.begin == factor.end) {
-        fail("a covariate is expected on both sides of : and *", factor.begin);
+        fail("expected a covariate on both sides of : and *", factor.begin);
       }
       const Terms right = power(factor, whole);
       terms = terms.empty() ? right : products(terms, right);
@@ -263,7 +265,7 @@ class TermParser {
     if (base.size() < 2) refuse("in R's formulas x^2 is x itself, not its square", part);
     const std::string_view exponent = of(text_, trimmed(text_, sign + 1, part.end));
     const bool is_digit = exponent.size() == 1 && exponent[0] >= '1' && exponent[0] <= '9';
-    if (!is_digit) fail(fmt::format("a number from 1 to {} is expected", kHighestPower), sign + 1);
+    if (!is_digit) fail(fmt::format("expected a number from 1 to {}", kHighestPower), sign + 1);
     Terms terms = base;
     for (int k = 1; k < exponent[0] - '0'; ++k) {
       terms = products(terms, base);
@@ -300,7 +302,7 @@ class TermParser {
     const std::string_view function = function_called(part);
     const auto advice = std::ranges::find(kNotOffered, function, &Advice::function);
     if (advice != kNotOffered.end()) {
-      fail(fmt::format("{}() is not offered in sub-models; {}", function, advice->advice),
+      fail(fmt::format("{}() is not supported in sub-models; {}", function, advice->advice),
            part.begin);
     }
     if (function == "factor" || function == "as.factor") return read_factor(part);
@@ -332,7 +334,7 @@ class TermParser {
     const bool is_column = names.size() == 1 &&
                            value.text() == data::Expression::variable(names[0]).text() &&
                            !data::is_text_match(names[0], match);
-    if (!is_column) fail("factor() takes the name of one column", inside.begin);
+    if (!is_column) fail("factor() takes one column name", inside.begin);
     return {.label = std::string(of(text_, part)),
             .value = value,
             .column = names.front(),

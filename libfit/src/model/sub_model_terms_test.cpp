@@ -80,7 +80,7 @@ TEST_CASE("what R reads otherwise than as arithmetic is refused, with what to wr
            Refused{"x**2", "on both sides"},
            Refused{"dbh/10", "write I(dbh/10)"},
            Refused{"1 + (x - 5)/10", "write I((x - 5)/10)"},
-           Refused{"2*x", "the number 2 is no term; write I(2*x)"},
+           Refused{"2*x", "the number 2 is not a term; write I(2*x)"},
            Refused{"x:2", "write I(x:2)"},
            Refused{"(x - 5)", "write I(x - 5)"},
            Refused{"(1 + x)*z", "write I(1 + x)"},
@@ -97,13 +97,13 @@ TEST_CASE("what R reads otherwise than as arithmetic is refused, with what to wr
            Refused{"x > 3:z", "parentheses"},
            Refused{"x:", "on both sides"},
            Refused{"*x", "on both sides"},
-           Refused{"x +", "a covariate is expected"},
-           Refused{"", "a covariate is expected"},
+           Refused{"x +", "expected a covariate"},
+           Refused{"", "expected a covariate"},
            Refused{"(x", "')'"},
            Refused{"x)", "unexpected"},
            Refused{"(a + b)^x", "a number from 1 to 9"},
            Refused{"0", "needs an intercept or a covariate"},
-           Refused{"what(x)", "there is no function 'what'"},
+           Refused{"what(x)", "unknown function 'what'"},
        }) {
     INFO(right_side);
     CHECK_THROWS_AS(parse_terms(std::string("b ~ ") + right_side), FormulaError);

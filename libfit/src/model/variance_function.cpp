@@ -29,7 +29,7 @@ constexpr std::array<std::string_view, 4> kNames{
 Kind parse_kind(std::string_view text, Part part) {
   const auto* const found = std::ranges::find(kNames, of(text, part));
   if (found == kNames.end()) {
-    throw FormulaError(fmt::format("'{}' is no variance function; there are none, {}",
+    throw FormulaError(fmt::format("unknown variance function '{}'; available: none, {}",
                                    of(text, part),
                                    fmt::join(kNames, ", ")),
                        text,
@@ -47,19 +47,18 @@ void hold_parameter(std::string_view text, Part part, VarianceFactor& factor) {
   double value = 0.0;
   const std::string_view digits = of(text, trimmed(text, sign + 1, part.end));
   if (!data::parse_number(digits, value) || !std::isfinite(value)) {
-    throw FormulaError(fmt::format("'{}' is no number", digits), text, sign + 2);
+    throw FormulaError(fmt::format("'{}' is not a number", digits), text, sign + 2);
   }
   if (name == "delta" && has_delta) {
     factor.delta = value;
   } else if (name == "constant" && has_constant && value >= 0.0) {
     factor.constant = value;
   } else {
-    throw FormulaError(
-        fmt::format("'{}' cannot be held here; delta of all functions and a constant of "
-                    "constant-plus-power that is not negative can",
-                    of(text, part)),
-        text,
-        part.begin + 1);
+    throw FormulaError(fmt::format("'{}' cannot be fixed here; delta can be fixed in all "
+                                   "functions, and a constant of 0 or more in constant-plus-power",
+                                   of(text, part)),
+                       text,
+                       part.begin + 1);
   }
 }
 
@@ -75,7 +74,7 @@ void parse_arguments(std::string_view text, Part whole, VarianceFactor& factor) 
       if (variable != "fitted") factor.column = variable;
       if (sides.size() > 1) factor.stratum = of(text, sides[1]);
     } else {
-      throw FormulaError("delta = VALUE or constant = VALUE is expected", text, part.begin + 1);
+      throw FormulaError("expected delta = VALUE or constant = VALUE", text, part.begin + 1);
     }
     first = false;
   }
@@ -87,13 +86,14 @@ VarianceFactor parse_factor(std::string_view text, Part part) {
   const Part name = trimmed(text, part.begin, has_arguments ? parenthesis : part.end);
   VarianceFactor factor{.kind = parse_kind(text, name)};
   if (has_arguments) {
-    if (text[part.end - 1] != ')') throw FormulaError("a ) is expected", text, part.end);
+    if (text[part.end - 1] != ')') throw FormulaError("expected )", text, part.end);
     parse_arguments(text, trimmed(text, parenthesis + 1, part.end - 1), factor);
   }
   if (factor.kind == Kind::kStratum) {
     factor.stratum = std::exchange(factor.column, "");
     if (factor.stratum.empty()) {
-      throw FormulaError("stratum needs a column, as in stratum(species)", text, part.begin + 1);
+      throw FormulaError(
+          "stratum needs a column, for example stratum(species)", text, part.begin + 1);
     }
   }
   return factor;

@@ -27,21 +27,21 @@ Index number_in(const LabelNumbers& numbers, const std::string& label) {
 
 void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.has_random_effects()) {
-    throw UsageError("the fit has no random effects, so that there is nothing to calibrate");
+    throw UsageError("the fit has no random effects to calibrate");
   }
   const bool has_variances = fit.random_covariance.allFinite() && std::isfinite(fit.sigma);
   if (fit.estimate.allFinite() && fit.convergence.converged && !has_variances) {
     throw UsageError(
-        "the publication does not give what calibration needs, the covariance matrix of the random "
-        "effects and the residual standard deviation: choose another level, or fit the model");
+        "calibration needs the covariance matrix of the random effects and the residual standard "
+        "deviation, which the publication does not give; choose another --level, or fit the model");
   }
   if (!fit.estimate.allFinite() || !has_variances) {
-    throw UsageError("the fit failed, so that nothing can be calibrated with it");
+    throw UsageError("the fit has not converged, so it cannot be calibrated");
   }
   if (seen == SeenGroups::kCombined && !fit.uncertainty.is_known()) {
     throw UsageError(
-        "the fit does not keep the covariances of its random effects, which combining old and new "
-        "trees needs; an older version wrote it: fit again");
+        "the fit does not store the covariances of its random effects, which are needed to combine "
+        "old and new trees; an older version of silvafit wrote it; fit the model again");
   }
 }
 
@@ -223,8 +223,8 @@ class Calibrator {
   void require_outer_covariances() const {
     if (fit_.outer_uncertainty.is_known()) return;
     throw UsageError(fmt::format(
-        "the fit does not keep the covariances of the random effects of its groups by {}, which "
-        "new groups within them need; an older version wrote it: fit again",
+        "the fit does not store the covariances of the random effects by {}, which new groups "
+        "within them need; an older version of silvafit wrote it; fit the model again",
         fit_.specification.outer_random->group));
   }
 

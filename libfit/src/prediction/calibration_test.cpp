@@ -414,7 +414,7 @@ TEST_CASE("what cannot be calibrated is refused") {
   FittedModel fit = line(false);
   Table table = line_data(1);
   CHECK_THROWS_WITH(calibrate(fit, table, {.seen_groups = SeenGroups::kCombined}),
-                    Contains("fit again"));
+                    Contains("fit the model again"));
   fit.random_names.clear();
   CHECK_THROWS_WITH(calibrate(fit, table), Contains("no random effects"));
 }

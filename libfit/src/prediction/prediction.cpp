@@ -24,7 +24,7 @@ using Eigen::VectorXd;
 void check(const PredictionOptions& options) {
   if (options.interval && !(*options.interval > 0.0 && *options.interval < 1.0)) {
     throw UsageError(
-        fmt::format("the level of an interval must lie between 0 and 1, is {}", *options.interval));
+        fmt::format("the level of an interval must be between 0 and 1, not {}", *options.interval));
   }
 }
 

@@ -273,7 +273,7 @@ TEST_CASE("an interval needs a sensible level and a fit that keeps what it needs
   fit.uncertainty = {};
   CHECK(predict(fit, table, Level::kConditional).value[0] == 10.0);
   CHECK_THROWS_WITH(predict(fit, table, Level::kConditional, {.interval = 0.9}),
-                    Contains("fit again"));
+                    Contains("fit the model again"));
 }
 
 TEST_CASE("quantiles of a mixture are where its distribution function says") {

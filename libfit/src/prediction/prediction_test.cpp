@@ -73,7 +73,7 @@ TEST_CASE("groups that the fit has not seen are an explicit choice") {
   table.set_origin("new.csv", {2, 3, 4, 5, 6});
   CHECK_THROWS_WITH(
       predict(power_curve(), table, Level::kConditional, {.new_groups = NewGroups::kError}),
-      Contains("new.csv:5: plot: '9' is no group of the fit"));
+      Contains("new.csv:5: plot: unknown group '9'"));
 }
 
 TEST_CASE("without random effects both levels are the same") {

@@ -130,15 +130,15 @@ void check(const FittedModel& fit, const BootstrapOptions& options) {
   }
   if (!(fit.sigma > 0.0)) {
     throw UsageError(
-        "the fit goes through all observations, so that there is no spread to draw from");
+        "perfect fit: the residual standard deviation is 0, so there is nothing to draw from");
   }
   if (!options.group.empty() && options.resample == Resample::kParametric) {
-    throw UsageError("groups are drawn as cases; the parametric bootstrap draws none");
+    throw UsageError("groups are for --resample cases; the parametric bootstrap draws no groups");
   }
-  if (options.replicates < 2) throw UsageError("a bootstrap needs 2 replicates at least");
+  if (options.replicates < 2) throw UsageError("a bootstrap needs at least 2 replicates");
   if (!(options.level > 0.0 && options.level < 1.0)) {
     throw UsageError(
-        fmt::format("the level of intervals is between 0 and 1, not {}", options.level));
+        fmt::format("the level of an interval must be between 0 and 1, not {}", options.level));
   }
 }
 
@@ -197,7 +197,7 @@ Resample parse_resample(std::string_view text) {
   const auto* const found = std::ranges::find(kResampleNames, text);
   if (found == kResampleNames.end()) {
     throw UsageError(fmt::format(
-        "'{}' is no way to resample; there are {}", text, fmt::join(kResampleNames, ", ")));
+        "unknown kind of resampling '{}'; available: {}", text, fmt::join(kResampleNames, ", ")));
   }
   return static_cast<Resample>(found - kResampleNames.begin());
 }

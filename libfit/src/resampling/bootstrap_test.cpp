@@ -438,5 +438,5 @@ TEST_CASE("cases may be drawn of a coarser grouping than that of the random effe
   CHECK_THROWS_WITH(bootstrap(fit, table, options), Contains("nosuch"));
   options.group = "stand";
   options.resample = Resample::kParametric;
-  CHECK_THROWS_WITH(bootstrap(fit, table, options), Contains("drawn as cases"));
+  CHECK_THROWS_WITH(bootstrap(fit, table, options), Contains("draws no groups"));
 }

@@ -33,7 +33,7 @@ std::string group_column(const FittedModel& fit, const CrossValidationOptions& o
   if (specification.outer_random) return specification.outer_random->group;
   if (specification.random) return specification.random->group;
   throw UsageError(
-      "cross-validation leaves out groups, and this model has none; name their column, such as "
+      "cross-validation leaves out groups, and this model has none; name their column, for example "
       "plot");
 }
 
@@ -65,7 +65,7 @@ Observations observations_of(const data::Table& table,
     if (!result.labels.is_missing(row)) continue;
     Place place{.file = table.file(), .column = group};
     if (table.line(rows[row]) > 0) place.line = table.line(rows[row]);
-    throw InputError("the group is missing, so that it cannot be left out", place);
+    throw InputError("the group is missing", place);
   }
   return result;
 }
@@ -205,11 +205,11 @@ void summarize(CrossValidation& result, const VectorXd& log_density) {
 std::size_t fold_count(const CrossValidation& result, const CrossValidationOptions& options) {
   if (result.groups < 2) {
     throw UsageError(
-        fmt::format("cross-validation needs two groups at least; {} has one", result.group));
+        fmt::format("cross-validation needs at least two groups; {} has one", result.group));
   }
   const std::size_t folds =
       options.folds == 0 ? result.groups : std::min(options.folds, result.groups);
-  if (folds < 2) throw UsageError("cross-validation needs two folds at least");
+  if (folds < 2) throw UsageError("cross-validation needs at least two folds");
   return folds;
 }
 
@@ -284,7 +284,7 @@ CrossValidation cross_validate(const FittedModel& fit,
   }
   CrossValidation result{.group = group_column(fit, options), .seed = options.seed};
   if (options.measured > 0 && !fit.has_random_effects()) {
-    throw UsageError("a model without random effects has nothing that measured trees could tell");
+    throw UsageError("a model without random effects cannot be calibrated with measured trees");
   }
   const NonlinearModel model(fit.specification, table);
   result.measured = options.measured;

@@ -68,7 +68,7 @@ Resampled ParametricDraw::draw(Random& random) const {
     response.push_back(mean[i] + deviation[i] * random.normal());
     if (std::isfinite(response.back())) continue;
     throw NumericalError(
-        "the model has no finite mean with the random effects that were drawn for a group");
+        "the mean is not finite with the random effects that were drawn for a group");
   }
   result.table.set(fit_.specification.formula.left, std::move(response));
   return result;
@@ -88,12 +88,12 @@ CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::
   } else {
     for (std::size_t k = 0; k < members_.size(); ++k) units_.push_back({k});
   }
-  if (units_.size() < 2) throw UsageError("to draw cases, there have to be two of them at least");
+  if (units_.size() < 2) throw UsageError("drawing cases needs at least two of them");
 }
 
 void CaseDraw::add_groups(const NonlinearModel& model) {
   if (fit_.group_labels != model.group_labels()) {
-    throw UsageError("the groups of the table are not those of the fit");
+    throw UsageError("the groups of the table differ from those of the fit");
   }
   for (Index c = 0; c < model.cluster_count(); ++c) {
     const Index first = model.cluster_begin(c);
@@ -116,15 +116,14 @@ void CaseDraw::join(const std::string& group) {
     const std::size_t first = members_[k].front();
     for (const std::size_t row : members_[k]) {
       if (labels.is_missing(row)) {
-        throw InputError("the group is missing, so that it cannot be drawn", place_of(row));
+        throw InputError("the group is missing", place_of(row));
       }
       if (labels.code(row) == labels.code(first)) continue;
-      throw UsageError(
-          fmt::format("groups of the random effects are drawn whole, and this one is in '{}' and "
-                      "'{}'; name a coarser grouping",
-                      labels[first],
-                      labels[row]),
-          place_of(row));
+      throw UsageError(fmt::format("groups of random effects are drawn whole, and this group is in "
+                                   "both '{}' and '{}'; name a coarser grouping",
+                                   labels[first],
+                                   labels[row]),
+                       place_of(row));
     }
     units_[labels.code(first)].push_back(k);
   }

@@ -47,7 +47,7 @@ Names summary_names(const std::string& response) {
 void check_names(const JsonReader& place, const data::Expression& expression, const Names& known) {
   for (const std::string& name : expression.variables()) {
     if (!contains(known, name)) {
-      place.fail(fmt::format("'{}' is not known here; known are {}", name, fmt::join(known, ", ")));
+      place.fail(fmt::format("unknown '{}'; available: {}", name, fmt::join(known, ", ")));
     }
   }
 }
@@ -109,7 +109,7 @@ Equivalence read_equivalence(const JsonReader& json, const Names& parameters) {
   if (const auto where = json.find("where")) result.where = where->expressions_by_name();
   result.with = json.at("with").expressions_by_name();
   for (const auto& [name, expression] : result.where) {
-    if (!contains(parameters, name)) json.fail(fmt::format("there is no parameter {}", name));
+    if (!contains(parameters, name)) json.fail(fmt::format("unknown parameter {}", name));
     check_names(json, expression, parameters);
   }
   for (const auto& [name, expression] : result.with) check_names(json, expression, parameters);
@@ -224,7 +224,7 @@ void check_together(const std::vector<BaseModel>& models) {
   for (const BaseModel& model : models) {
     for (const Equivalence& equivalence : model.equals) {
       if (!by_id.contains(equivalence.model)) {
-        throw InputError(fmt::format("there is no model {}", equivalence.model),
+        throw InputError(fmt::format("unknown model {}", equivalence.model),
                          {.file = model.file.string(), .column = "equals"});
       }
     }
@@ -295,7 +295,7 @@ Catalogue Catalogue::load(const std::filesystem::path& models_directory) {
     if (entry.path().extension() == ".json") result.models_.push_back(read_model(entry.path()));
   }
   if (failure || result.models_.empty()) {
-    throw InputError("there are no base models here", {.file = directory.string()});
+    throw InputError("no base models were found", {.file = directory.string()});
   }
   std::sort(result.models_.begin(), result.models_.end(), [](const auto& a, const auto& b) {
     return std::tuple(order_of(a.id), a.file) < std::tuple(order_of(b.id), b.file);
@@ -310,7 +310,7 @@ const BaseModel& Catalogue::find(std::string_view id) const {
   }
   std::vector<std::string> ids;
   for (const BaseModel& model : models_) ids.push_back(model.id);
-  throw UsageError(fmt::format("there is no model {}; there are {}", id, fmt::join(ids, ", ")));
+  throw UsageError(fmt::format("unknown model {}; available: {}", id, fmt::join(ids, ", ")));
 }
 
 std::vector<const BaseModel*> Catalogue::candidates(std::string_view response) const {
@@ -337,7 +337,7 @@ std::vector<double> start_values(const BaseModel& model, const data::Table& tabl
   for (const std::string& column : columns) {
     std::vector<double>& values = complete[next++];
     if (values.empty()) {
-      throw UsageError("no row has all the values that start values need", {.column = column});
+      throw UsageError("no row has all the values that the start values need", {.column = column});
     }
     summarize(column, values, summaries);
   }

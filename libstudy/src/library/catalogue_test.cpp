@@ -333,7 +333,7 @@ TEST_CASE("a wrong entry is refused with its file and key") {
   }
   SECTION("a sensible condition on something else than parameters") {
     entry["sensible"][0]["condition"] = "a > top";
-    message = "sensible[0].condition: 'top' is not known here; known are a, b, top_dbh";
+    message = "sensible[0].condition: unknown 'top'; available: a, b, top_dbh";
   }
   SECTION("a reference point without a parameter") {
     entry["reference_points"][0]["parameters"].erase("b");
@@ -347,7 +347,7 @@ TEST_CASE("a wrong entry is refused with its file and key") {
 
 TEST_CASE("two entries of one id, and a folder without entries, are refused") {
   const TemporaryModels folder("two");
-  CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("there are no base models"));
+  CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("no base models were found"));
   folder.add("M04.json", meyer());
   folder.add("M4.json", meyer());
   CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("has the same id M4"));
@@ -356,6 +356,5 @@ TEST_CASE("two entries of one id, and a folder without entries, are refused") {
 TEST_CASE("broken JSON is refused with its line") {
   const TemporaryModels folder("broken");
   write_file(folder.path() / "base" / "M01.json", "{\n \"id\": \"M1\",\n \"name\" \"x\"\n}\n");
-  CHECK_THROWS_WITH(Catalogue::load(folder.path()),
-                    Catch::Contains("M01.json:3: this is not JSON"));
+  CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("M01.json:3: not valid JSON"));
 }

@@ -34,11 +34,11 @@ void check_schema(const JsonReader& json) {
   const std::string schema = json.text();
   if (schema == kSchema) return;
   if (schema.starts_with("silvafit-library/")) {
-    json.fail(
-        fmt::format("{} is from a newer silvafit than this, which reads {}", schema, kSchema));
+    json.fail(fmt::format(
+        "{} was written by a newer version of silvafit; this version reads {}", schema, kSchema));
   }
   json.fail(fmt::format(
-      "must be {} or a fit that `silvafit fit --json` printed, is \"{}\"", kSchema, schema));
+      "must be {} or the output of `silvafit fit --json`, not \"{}\"", kSchema, schema));
 }
 
 LibraryModel plain_model(fit::FittedModel fit) {
@@ -66,7 +66,7 @@ LibraryModel read_model(const JsonReader& json) {
                      .role = text_or_empty(json, "role"),
                      .fit = fit::from_json(json.at("fit"))};
   if (model.response != model.fit.specification.formula.left) {
-    json.at("response").fail("is not the left side of the formula");
+    json.at("response").fail("is not the left-hand side of the formula");
   }
   return model;
 }
@@ -143,11 +143,10 @@ std::vector<std::string> published_libraries(const std::filesystem::path& models
       if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
     }
   } catch (const std::filesystem::filesystem_error& error) {
-    throw InputError(
-        fmt::format("the published libraries cannot be read ({}); reinstall silvafit, or say where "
-                    "its folder models is",
-                    error.code().message()),
-        {.file = folder.string()});
+    throw InputError(fmt::format("the published libraries cannot be read ({}); reinstall silvafit, "
+                                 "or set SILVAFIT_DATA_DIR",
+                                 error.code().message()),
+                     {.file = folder.string()});
   }
   std::ranges::sort(names);
   return names;
@@ -160,7 +159,7 @@ ModelLibrary find_library(const std::string& name_or_file,
   if (std::ranges::find(names, name_or_file) != names.end()) {
     return read_library(models_directory / "published" / (name_or_file + ".json"));
   }
-  throw InputError(fmt::format("is neither a file nor a published library; there are {}",
+  throw InputError(fmt::format("is neither a file nor a published library; published libraries: {}",
                                fmt::join(names, ", ")),
                    {.file = name_or_file});
 }

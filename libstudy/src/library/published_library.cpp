@@ -60,11 +60,11 @@ void set_random_effects(const JsonReader& random, fit::FittedModel& fit) {
   const std::vector<JsonReader> rows = random.at("correlation").items();
   const auto q = static_cast<Index>(effects.size());
   if (deviations.size() != q || rows.size() != effects.size()) {
-    random.fail("has not one variance and one row of correlations for each effect");
+    random.fail("needs one variance and one row of correlations for each random effect");
   }
   for (const std::string& effect : effects) {
     if (std::ranges::find(fit.coefficient_names, effect) == fit.coefficient_names.end()) {
-      random.at("effects").fail(effect + " is no coefficient of the model");
+      random.at("effects").fail(effect + " is not a coefficient of the model");
     }
   }
   fit.specification.random =
@@ -129,8 +129,8 @@ LibraryModel library_model(const JsonReader& model, const std::string& source) {
     fit.parameter_count = static_cast<int>(fit.estimate.size()) + 1;
   }
   fit.convergence.converged = true;
-  fit.convergence.verdict =
-      fmt::format("Published, not fitted here: {}; {}.", source, model.at("source").text());
+  fit.convergence.verdict = fmt::format(
+      "Published model, not fitted by silvafit: {}; {}.", source, model.at("source").text());
   return result;
 }
 

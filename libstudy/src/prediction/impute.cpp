@@ -77,9 +77,9 @@ std::vector<Part> parts_of(const data::Table& table, const ImputeOptions& option
     if (is_measured(response[row])) parts[part].measured.push_back(row);
   }
   if (others.measured.empty()) {
-    throw InputError(fmt::format("no tree has a measured {}, so that there is nothing to fit to",
-                                 options.response),
-                     {.file = table.file(), .column = options.response});
+    throw InputError(
+        fmt::format("no tree has a measured {}, so no model can be fitted", options.response),
+        {.file = table.file(), .column = options.response});
   }
   parts.push_back(std::move(others));
   return parts;
@@ -105,7 +105,7 @@ std::vector<std::string> flags_of(const fit::FittedModel& fit, const data::Table
     const std::vector<bool> is_unknown = has_unknown_label(levels, table);
     for (std::size_t row = 0; row < flags.size(); ++row) {
       if (labels.is_missing(row)) say(row, levels.column + " is missing");
-      if (is_unknown[row]) say(row, levels.column + " is unknown to the fit");
+      if (is_unknown[row]) say(row, levels.column + " is not in the fit");
     }
   }
   return flags;
@@ -154,7 +154,9 @@ class Groups {
                    Eigen::MatrixXd& effects) {
     if (is_measured.empty()) return;
     const std::optional<Eigen::MatrixXd> root = covariance_root(covariance);
-    if (!root) throw NumericalError("the covariance of the random effects has no root");
+    if (!root)
+      throw NumericalError(
+          "the covariance matrix of the random effects is not positive semidefinite");
     Eigen::VectorXd normal(covariance.rows());
     for (std::size_t g = 0; g < is_measured.size(); ++g) {
       // Drawn for all groups, so that one more measurement does not change the others.
@@ -203,7 +205,7 @@ class Filling {
       const double value =
           prediction.value[at] + (options_.add_residual ? noise * prediction.residual_sd[at] : 0.0);
       if (!std::isfinite(value)) {
-        if (result_.flag[row].empty()) result_.flag[row] = "outside the model's domain";
+        if (result_.flag[row].empty()) result_.flag[row] = "outside the domain of the model";
         continue;
       }
       result_.value[row] = value;
@@ -236,7 +238,7 @@ std::optional<fit::FittedModel> model_of(const Part& part,
     if (part.label.empty()) throw;
     std::string reason = error.message();
     if (reason.ends_with('.')) reason.pop_back();
-    notes.push_back(reason + "; the model of all is used");
+    notes.push_back(reason + "; the model for all trees is used");
     return std::nullopt;
   }
 }
@@ -292,8 +294,7 @@ Imputation impute(const data::Table& table,
   }
   if (options.random.empty() && plot_column(table, options).empty()) {
     result.notes.emplace_back(
-        "there is no column 'plot' (--group names another), so that the model has no random "
-        "effects");
+        "there is no column 'plot' (--group names another), so the model has no random effects");
   }
   Filling filling(table, options, result);
   std::vector<Part> parts = parts_of(table, options);

@@ -81,7 +81,7 @@ void note_few_plots(const data::Table& measured,
   const std::string group = plot_column(measured, options);
   if (!options.random.empty() || group.empty() || group_count(measured, group) > 1) return;
   notes.push_back(fmt::format(
-      "fewer than two values of '{}' have a measured {}, so that the model has no random effects",
+      "fewer than two values of '{}' have a measured {}, so the model has no random effects",
       group,
       options.response));
 }
@@ -173,11 +173,11 @@ fit::FittedModel imputation_model(const data::Table& measured,
   const std::vector<Mean> means = means_of(measured, catalogue, options);
   if (means.empty()) {
     throw UsageError(
-        fmt::format("the catalogue has no model of '{}'; give a formula", options.response));
+        fmt::format("the catalogue has no model for '{}'; give a formula", options.response));
   }
   for (const Mean& mean : means) {
     if (mean.specification.formula.left == options.response) continue;
-    throw UsageError(fmt::format("{} is a model of {}, not of {}",
+    throw UsageError(fmt::format("{} is a model for {}, not for {}",
                                  mean.model.empty() ? "the formula" : mean.model,
                                  mean.specification.formula.left,
                                  options.response));
@@ -194,9 +194,9 @@ fit::FittedModel imputation_model(const data::Table& measured,
     if (best == nullptr || attempt.fit->aic() < best->fit->aic()) best = &attempt;
   }
   if (best == nullptr) {
-    throw NumericalError(fmt::format("no model of {} converged: {}",
+    throw NumericalError(fmt::format("no model for {} converged: {}",
                                      options.response,
-                                     notes.empty() ? "there was none to try" : notes.back()));
+                                     notes.empty() ? "no model was tried" : notes.back()));
   }
   return *best->fit;
 }

@@ -177,7 +177,7 @@ TEST_CASE("a label without a measured tree is flagged") {
   table.set("soil", soil);
   const Imputation result =
       impute(table, catalogue(), {.formula = R"(h ~ a + d*(soil == "clay") + b*dbh)"});
-  CHECK(result.flag[7] == "soil is unknown to the fit");
+  CHECK(result.flag[7] == "soil is not in the fit");
   CHECK(result.flag[8].empty());
   CHECK(std::isfinite(result.value[7]));
 }
@@ -202,7 +202,7 @@ TEST_CASE("a species of which no model converges shares the model of all") {
   CHECK(result.models[0].label == "pine");
   CHECK(result.models[1].label.empty());
   CHECK(std::ranges::any_of(result.notes, [](const std::string& note) {
-    return note.starts_with("yew: ") && note.ends_with("the model of all is used");
+    return note.starts_with("yew: ") && note.ends_with("the model for all trees is used");
   }));
 }
 
@@ -327,7 +327,7 @@ TEST_CASE("several models are tried, and the one with the lowest AIC is taken") 
 TEST_CASE("imputation says what it lacks") {
   data::Table table = inventory();
   CHECK_THROWS_WITH(impute(table, catalogue(), {.response = "volume"}),
-                    Contains("there is no column 'volume'"));
+                    Contains("unknown column 'volume'"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.by = "kind"}), Contains("no column 'kind'"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "dbh ~ p + q*h"}), Contains("not of h"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "h ~ p + q*dbh", .models = {"M1"}}),

@@ -58,7 +58,7 @@ void add_model(const LibraryModel& model, ResponseModels& models, Names& notes) 
   }
   if (model.fit.aic() < place->fit.aic()) place = &model;
   const std::string note =
-      fmt::format("several models of {}: the one of lowest AIC predicts", described(model));
+      fmt::format("several models for {}: the one with the lowest AIC is used", described(model));
   if (!contains(notes, note)) notes.push_back(note);
 }
 
@@ -75,14 +75,14 @@ std::vector<ResponseModels> chosen_models(const ModelLibrary& library,
     if (model.fit.convergence.converged) {
       add_model(model, *models, notes);
     } else {
-      notes.push_back(fmt::format("a model of {} is not used, since its fit did not converge",
+      notes.push_back(fmt::format("a model for {} is not used because its fit did not converge",
                                   described(model)));
     }
   }
   if (result.empty()) {
-    if (library.models.empty()) throw InputError("the library has no models at all");
+    if (library.models.empty()) throw InputError("the library has no models");
     throw UsageError(
-        fmt::format("the library has no model of the role {} that converged; it has {}",
+        fmt::format("the library has no converged model with the role {}; available: {}",
                     role,
                     fmt::join(roles, ", ")));
   }
@@ -186,7 +186,7 @@ class Predictor {
         models.by_species, [](const auto& entry) { return !entry.first.empty(); });
     if (!has_species) return "";
     if (!table_.has("species")) {
-      throw InputError("there is no column 'species', by which the library chooses its models",
+      throw InputError("the column 'species' is missing; the library selects its models by species",
                        {.file = table_.file()});
     }
     if (species_.size() != table_.rows()) species_ = table_.labels("species");
@@ -316,10 +316,10 @@ class Predictor {
           options_.new_groups != fit::NewGroups::kMissing || !prediction.is_new_group[i];
       if (std::isnan(value) && is_spread_unknown) {
         flag(row,
-             fmt::format("no marginal {}: covariance of random effects unknown",
+             fmt::format("no marginal {}: the covariance matrix of the random effects is unknown",
                          fit.specification.formula.left));
       } else if (std::isnan(value) && is_wanted && flags_[row].empty()) {
-        flag(row, fit.specification.formula.left + " not defined here");
+        flag(row, fit.specification.formula.left + " is not defined here");
       }
       if (!std::isfinite(value)) continue;
       result.value[row] = value;
@@ -394,7 +394,7 @@ class Predictor {
   void require_groups(const fit::ModelSpecification& specification) const {
     for (const auto& effects : {specification.outer_random, specification.random}) {
       if (!effects || table_.has(effects->group)) continue;
-      throw InputError(fmt::format("there is no column '{}', which {} predictions need",
+      throw InputError(fmt::format("the column '{}' is missing; {} predictions need it",
                                    effects->group,
                                    is_calibrated() ? "calibrated" : "conditional"),
                        {.file = table_.file()});
@@ -489,8 +489,8 @@ PredictedResponses predict_responses(const ModelLibrary& library,
   }
   constexpr double kWorthSaying = 1e-5;
   if (const double open = predictor.marginal_difference(); open > kWorthSaying) {
-    result.notes.push_back(
-        fmt::format("marginal means are exact to {:.2g} % only", 100.0 * std::min(open, 1.0)));
+    result.notes.push_back(fmt::format("marginal means have a relative error of up to {:.2g} %",
+                                       100.0 * std::min(open, 1.0)));
   }
   result.flags = predictor.joined_flags();
   return result;

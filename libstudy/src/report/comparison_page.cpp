@@ -67,7 +67,7 @@ std::string different_data(const fit::FittedModel& first,
   }
   // Published and older fits do not say which values they were fitted to; their files may.
   if (first_data.fingerprint.empty() || other_data.fingerprint.empty()) {
-    return "a fit does not say which data it was fitted to";
+    return "a fit does not store which data it used";
   }
   return first_data.fingerprint == other_data.fingerprint ? "" : "fitted to different files";
 }
@@ -85,7 +85,7 @@ std::string not_comparable(const LibraryModel& first,
   }
   if (first.fit.reml != other.fit.reml) return "one by ML, the other by REML";
   if (first.fit.reml && first.fit.coefficient_names != other.fit.coefficient_names) {
-    return "REML likelihoods of different fixed effects";
+    return "REML likelihoods with different fixed effects";
   }
   return different_data(first.fit, first_data, other.fit, other_data);
 }
@@ -176,10 +176,11 @@ std::string title_of(const std::vector<std::string>& names) {
 
 std::string comparison_data(const std::vector<ModelLibrary>& libraries,
                             const std::vector<std::string>& names) {
-  if (libraries.size() < 2) throw UsageError("a comparison takes two model libraries or more");
+  if (libraries.size() < 2) throw UsageError("a comparison needs at least two model libraries");
   if (names.size() != libraries.size()) {
-    throw UsageError(fmt::format(
-        "{} model libraries have {} names; each takes one", libraries.size(), names.size()));
+    throw UsageError(fmt::format("{} model libraries have {} names; give one name for each",
+                                 libraries.size(),
+                                 names.size()));
   }
   ordered_json data{{"schema", "silvafit-comparison/1"},
                     {"silvafit", SILVAFIT_VERSION},

@@ -85,7 +85,7 @@ TEST_CASE("likelihoods of other data, of fewer trees or by REML are not compared
   other.models.back().fit.response_fingerprint = "other";
   CHECK(reason_of(other) == "fitted to different values");
   other.models.back().fit.response_fingerprint = "";
-  CHECK(reason_of(other) == "a fit does not say which data it was fitted to");
+  CHECK(reason_of(other) == "a fit does not store which data it used");
   other.inventory.fingerprint = "fnv1a64:0000000000000000";
   CHECK(reason_of(other) == "fitted to different files");
   other = library();

@@ -78,7 +78,7 @@ void check_enough_trees(const SimulationDesign& design, const std::vector<Stem>&
   for (std::size_t plot = 0; plot < trees.size(); ++plot) {
     const std::size_t count = by_plot ? trees[plot] : stems.size();
     if (count > design.neighbors) continue;
-    throw InputError(fmt::format("{} has {} trees, too few for {} neighbors of each",
+    throw InputError(fmt::format("{} has {} trees; at least {} neighbors per tree are needed",
                                  by_plot ? "plot " + design.plots[plot].id : "the stand",
                                  count,
                                  design.neighbors),
@@ -328,8 +328,8 @@ std::vector<std::string> notes_on_limits(const SimulationDesign& design,
       const std::size_t met = std::max(drawn.redrawn, drawn.clamped);
       if (static_cast<double>(met) <= kLargeShare * static_cast<double>(species.trees)) return;
       notes.push_back(
-          fmt::format("{} of {}: {} of {} trees met a limit ({} were set to it), so that the file "
-                      "does not follow the design; look at the formula, its coefficients and sigma",
+          fmt::format("{} of {}: {} of {} trees reached a limit ({} were set to it), so the file "
+                      "does not follow the design; check the formula, its coefficients and sigma",
                       name,
                       design.species[s].code,
                       met,

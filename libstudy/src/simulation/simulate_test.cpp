@@ -313,5 +313,5 @@ TEST_CASE("limits that make a large share of the data are said") {
       {"formula", "h ~ a + b*dbh"}, {"fixed", {{"a", -500.0}, {"b", 0.0}}}, {"sigma", 0.1}};
   const std::vector<std::string> notes = notes_in();
   REQUIRE_FALSE(notes.empty());
-  CHECK_THAT(notes[0], Catch::StartsWith("h of ") && Catch::Contains("trees met a limit"));
+  CHECK_THAT(notes[0], Catch::StartsWith("h of ") && Catch::Contains("trees reached a limit"));
 }

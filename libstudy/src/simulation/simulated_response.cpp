@@ -58,7 +58,8 @@ Eigen::MatrixXd draw_random_effects(const ResponseDesign& design,
   Eigen::MatrixXd effects = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(plots), q);
   if (q == 0) return effects;
   const auto root = covariance_root(design.random_covariance);
-  if (!root) throw UsageError("the covariance of random effects is not positive semidefinite");
+  if (!root)
+    throw UsageError("the covariance matrix of the random effects is not positive semidefinite");
   for (Eigen::Index plot = 0; plot < effects.rows(); ++plot) {
     for (Eigen::Index j = 0; j < q; ++j) {
       const double normal = random.normal();
@@ -110,7 +111,7 @@ std::vector<double> SimulatedResponse::means(const Columns& columns) const {
   program_.evaluate(inputs, result.size(), outputs, workspace);
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (std::isfinite(result[i])) continue;
-    throw DomainError(fmt::format("the mean is not finite for a tree of DBH {} cm; look at the "
+    throw DomainError(fmt::format("the mean is not finite for a tree with DBH {} cm; check the "
                                   "coefficients and the variances of their random effects",
                                   columns.at("dbh")[i]),
                       {.column = design_->model.formula.text});

@@ -136,8 +136,8 @@ std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed
       break;
     }
     if (attempts_left == 0) {
-      throw InputError(fmt::format("after {} of {} stems there is no room for another one at {} m "
-                                   "from all others; lower the densities or the distance",
+      throw InputError(fmt::format("after {} of {} stems there is no room for another stem at {} m "
+                                   "from all others; reduce the density or the distance",
                                    stems.size(),
                                    species_of_stems.size(),
                                    design.stems.minimum_distance_m),

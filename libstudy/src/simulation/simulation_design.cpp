@@ -85,7 +85,7 @@ std::vector<PlotDesign> read_plots(const JsonReader& json) {
   if (json.is_object()) return grid_of_plots(json.at("grid"));
   std::vector<PlotDesign> plots;
   for (const JsonReader& item : json.items()) plots.push_back(read_plot(item));
-  if (plots.empty()) json.fail("there must be a plot");
+  if (plots.empty()) json.fail("at least one plot is needed");
   check_plots_apart(plots, json);
   return plots;
 }
@@ -123,7 +123,7 @@ DbhDesign read_dbh(const JsonReader& json) {
   const double above = dbh.mean_cm - dbh.minimum_cm;
   const double factor_variance = std::expm1(dbh.plot_log_sd * dbh.plot_log_sd);
   if (!(above * above * factor_variance < dbh.sd_cm * dbh.sd_cm)) {
-    json.at("plot_log_sd").fail("the plots alone would vary more than sd allows");
+    json.at("plot_log_sd").fail("the spread between plots is larger than sd");
   }
   return dbh;
 }
@@ -149,7 +149,8 @@ fit::ParameterModel read_parameter(const JsonReader& json) {
     for (const fit::Covariate& covariate : parameter.covariates) {
       for (const std::string& name : covariate.value.variables()) {
         if (known.contains(name)) continue;
-        json.fail(fmt::format("'{}' is no covariate; there are {}", name, fmt::join(known, ", ")));
+        json.fail(
+            fmt::format("unknown covariate '{}'; available: {}", name, fmt::join(known, ", ")));
       }
     }
     return parameter;
@@ -164,9 +165,10 @@ fit::ModelSpecification read_formula(const JsonReader& json, const std::string& 
     if (model.formula.left != response) json.fail(fmt::format("must begin with {} ~", response));
     for (const fit::ParameterModel& parameter : model.parameters) {
       if (known_covariates().contains(parameter.name)) {
-        json.fail(fmt::format("'{}' can enter by a parameter's sub-model only, such as b ~ 1 + {}",
-                              parameter.name,
-                              parameter.name));
+        json.fail(
+            fmt::format("'{}' can be used only in a sub-model of a parameter, such as b ~ 1 + {}",
+                        parameter.name,
+                        parameter.name));
       }
     }
     return model;
@@ -186,7 +188,7 @@ fit::ModelSpecification read_model(const JsonReader& json, const std::string& re
           return known.name == parameter.name;
         });
     if (target == model.parameters.end()) {
-      item.fail(fmt::format("'{}' is no parameter of {}", parameter.name, model.formula.text));
+      item.fail(fmt::format("unknown parameter '{}' of {}", parameter.name, model.formula.text));
     }
     *target = std::move(parameter);
   }
@@ -244,21 +246,21 @@ void read_random(const JsonReader& json, ResponseDesign& response) {
   const JsonReader effects = json.at("effects");
   const std::vector<std::string> names = effects.texts();
   const std::vector<std::string> known = response.model.coefficient_names();
-  if (names.empty()) effects.fail("there must be an effect");
+  if (names.empty()) effects.fail("at least one random effect is needed");
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (std::find(known.begin(), known.end(), names[i]) == known.end()) {
-      effects.fail(fmt::format(
-          "'{}' is no coefficient of the model; it has {}", names[i], fmt::join(known, ", ")));
+      effects.fail(
+          fmt::format("unknown coefficient '{}'; available: {}", names[i], fmt::join(known, ", ")));
     }
     if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
         names.begin() + static_cast<std::ptrdiff_t>(i)) {
-      effects.fail(fmt::format("'{}' comes twice", names[i]));
+      effects.fail(fmt::format("'{}' is given twice", names[i]));
     }
   }
   response.model.random = fit::RandomEffects{.coefficients = names, .group = "plot"};
   response.random_covariance = read_covariance(json, names.size());
   if (!covariance_root(response.random_covariance)) {
-    json.fail("the covariance of the effects is not positive semidefinite");
+    json.fail("the covariance matrix of the random effects is not positive semidefinite");
   }
 }
 
@@ -273,16 +275,18 @@ void read_variance(const JsonReader& json, ResponseDesign& response) {
   for (const fit::VarianceFactor& factor : response.model.variance.factors) {
     const bool is_simple = response.model.variance.factors.size() == 1 && factor.stratum.empty() &&
                            !factor.delta && !factor.constant;
-    if (!is_simple) function.fail("must be one function without strata and held parameters");
+    if (!is_simple) function.fail("must be one function without strata and fixed parameters");
     if (!factor.column.empty() && factor.column != "dbh") {
-      function.fail("can be of the fitted value or of dbh");
+      function.fail("can depend on the fitted value or on dbh");
     }
   }
   const int parameters = response.model.variance.parameter_count();
   if (parameters >= 1) response.delta = json.at("delta").number();
   if (parameters >= 2) response.constant = json.at("constant").not_negative();
-  if (parameters < 1 && json.has("delta")) json.at("delta").fail("this function has none");
-  if (parameters < 2 && json.has("constant")) json.at("constant").fail("this function has none");
+  if (parameters < 1 && json.has("delta"))
+    json.at("delta").fail("this function has no such parameter");
+  if (parameters < 2 && json.has("constant"))
+    json.at("constant").fail("this function has no such parameter");
 }
 
 ResponseDesign read_response(const JsonReader& json, const std::string& name) {
@@ -322,8 +326,8 @@ void check_number_of_trees(const SimulationDesign& design, const JsonReader& jso
   for (const SpeciesDesign& species : design.species) trees += species.density_per_ha * hectares;
   if (trees <= kMostTrees) return;
   json.fail(
-      fmt::format("the densities make {:.3g} trees on {:.4g} ha, more than {:.0g}; density is "
-                  "in stems per hectare",
+      fmt::format("the densities give {:.3g} trees on {:.4g} ha, more than {:.0g}; density is in "
+                  "stems per hectare",
                   trees,
                   hectares,
                   kMostTrees));
@@ -362,7 +366,7 @@ SimulationDesign read(const JsonReader& json) {
       item.at("code").fail("another species has this code");
     }
   }
-  if (design.species.empty()) species.fail("there must be a species");
+  if (design.species.empty()) species.fail("at least one species is needed");
   check_number_of_trees(design, species);
   return design;
 }

@@ -31,7 +31,8 @@ std::string objection_to_likelihood(const fit::FittedModel& larger,
     if (each.fit == &larger || larger.log_likelihood >= each.fit->log_likelihood - kSlack) continue;
     if (!nested_test(larger, *each.fit)) continue;
     return fmt::format(
-        "Its log-likelihood ({:.2f}) lies below that of the model {} ({:.2f}), which it contains.",
+        "Its log-likelihood ({:.2f}) is lower than that of the model {} ({:.2f}), which it "
+        "contains.",
         larger.log_likelihood,
         each.name,
         each.fit->log_likelihood);
@@ -47,8 +48,8 @@ std::string objection_to_error(const fit::FittedModel& mixed,
   const double limit = (1.0 + room) * least_squares.population.rmse;
   if (!mixed.has_random_effects() || !(mixed.conditional.rmse > limit)) return "";
   return fmt::format(
-      "With random effects its fitted values are farther from the observations (RMSE {:.3f}) than "
-      "those of least squares ({:.3f}), which no maximum is.",
+      "Its fitted values with random effects are farther from the observations (RMSE {:.3f}) than "
+      "those of least squares ({:.3f}), so it is not at a maximum.",
       mixed.conditional.rmse,
       least_squares.population.rmse);
 }

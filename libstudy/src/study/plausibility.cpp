@@ -240,11 +240,10 @@ std::string Plausibility::flaw_of_limit(const BaseModel& entry,
   for (const std::string& name : names) values.push_back(parameters.at(name));
   const double limit = entry.at_infinity->value(names, values);
   if (limit <= kFarLimit * largest_) return "";
-  return fmt::format(
-      "the limit for large trees, {:.3g} {}, is far beyond the largest value measured, {}",
-      limit,
-      unit_of(response_),
-      text_of(largest_));
+  return fmt::format("the asymptote, {:.3g} {}, is far above the largest measured value, {}",
+                     limit,
+                     unit_of(response_),
+                     text_of(largest_));
 }
 
 data::Table Plausibility::grid(const data::Table& typical,
@@ -279,7 +278,7 @@ std::string Plausibility::objection_to_curves(const fit::FittedModel& fit,
     }
   }
   if (flawed < 2) return flawed == 0 ? first : first + ".";
-  return fmt::format("{}; {} of {} curves have such a flaw.", first, flawed, typical.rows());
+  return fmt::format("{}; {} of {} curves have such a fault.", first, flawed, typical.rows());
 }
 
 std::string Plausibility::flaw_of_curve(const double* values) const {
@@ -334,7 +333,7 @@ std::string Plausibility::objection_to_values(const fit::FittedModel& fit) const
     for (Eigen::Index row = 0; row < values.size(); ++row) {
       const auto at = static_cast<std::size_t>(row);
       if (is_possible(at, values[row])) continue;
-      return fmt::format("The fitted value of a tree of {} {} is {}; {} was measured.",
+      return fmt::format("The fitted value of a tree with {} {} is {}; the measured value is {}.",
                          group_,
                          trees_->labels(group_)[at],
                          text_of(values[row]),

@@ -136,7 +136,7 @@ TEST_CASE("parameters without sense are named by the catalogue, although the cur
 TEST_CASE("a limit far beyond the trees is not known from them") {
   // Nearly a line: 0.3 m a centimeter, towards 30,000 m.
   CHECK_THAT(objection(model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {30000.0, 1e-5}), "M4"),
-             Contains("the limit for large trees, 3e+04 m, is far beyond"));
+             Contains("the asymptote, 3e+04 m, is far above"));
 }
 
 TEST_CASE("the curve of every plot is judged with its own random effect") {
@@ -161,7 +161,7 @@ TEST_CASE("the curve of every plot is judged with its own covariates") {
 TEST_CASE("several curves with a flaw are counted") {
   const fit::FittedModel typical = model("h ~ 1.3 + a*dbh^b", {3.0, 0.4});
   CHECK_THAT(objection(with_effects(typical, "a", -6.0, -7.0)),
-             Contains("plot 1") && Contains("2 of 3 curves have such a flaw."));
+             Contains("plot 1") && Contains("2 of 3 curves have such a fault."));
 }
 
 TEST_CASE("responses of one's own must be finite, no more") {

@@ -30,14 +30,14 @@ std::string ResponseStudy::verdict() const {
   if (nlme) return nlme->fit.convergence.verdict;
   if (!ols) return "No base model converged.";
   if (plots < 2) {
-    return fmt::format("There is one {}: level 3 was left out. {}",
+    return fmt::format("There is only one {}: level 3 was skipped. {}",
                        group == "plot" ? "plot" : "value of '" + group + "'",
                        with_covariates->fit.convergence.verdict);
   }
   const bool has_objections =
       std::ranges::any_of(random, [](const Candidate& each) { return !each.objection.empty(); });
-  return has_objections ? "No mixed model can be used; the least-squares model stands."
-                        : "No mixed model converged; the least-squares model stands.";
+  return has_objections ? "No mixed model can be used; the least-squares model is final."
+                        : "No mixed model converged; the least-squares model is final.";
 }
 
 std::vector<std::string> ResponseStudy::passed_over() const {
@@ -53,8 +53,8 @@ std::vector<std::string> ResponseStudy::passed_over() const {
     const Candidate& first = *passed.front();
     const std::string others =
         passed.size() > 1 ? fmt::format(" and {} more", passed.size() - 1) : std::string();
-    sentences.push_back(fmt::format(
-        "Passed over: {} {}{}. {}", what, name_of(first, level), others, first.objection));
+    sentences.push_back(
+        fmt::format("Rejected: {} {}{}. {}", what, name_of(first, level), others, first.objection));
   }
   return sentences;
 }

@@ -98,7 +98,7 @@ class Sizes {
         std::ranges::find(predicted.responses, response, &PredictedResponse::response);
     if (found == predicted.responses.end()) {
       throw UsageError(
-          fmt::format("the library has no model of {}; scenes need h, hcb and cw", response));
+          fmt::format("the library has no model for {}; scenes need h, hcb and cw", response));
     }
     return found->value[row];
   }
@@ -109,9 +109,8 @@ class Sizes {
         size.h_m > kBreastHeight && size.hcb_m >= 0.0 && size.hcb_m < size.h_m && size.cw_m > 0.0;
     if (is_tree) return;
     throw NumericalError(
-        fmt::format("a {} of {} cm with C = {}, M = {}, U = {}, W = {} is predicted as no possible "
-                    "tree: height "
-                    "{:.2f} m, crown base {:.2f} m, crown width {:.2f} m",
+        fmt::format("the prediction for a {} of {} cm with C = {}, M = {}, U = {}, W = {} is not a "
+                    "possible tree: height {:.2f} m, crown base {:.2f} m, crown width {:.2f} m",
                     species_[row],
                     size.dbh_cm,
                     indices_[0][row],
@@ -233,7 +232,7 @@ class SceneMaker {
 
   void check_species(const std::string& species) const {
     if (std::ranges::find(all_species_, species) != all_species_.end()) return;
-    throw UsageError(fmt::format("the library has no models of {} with the role {}; it has {}",
+    throw UsageError(fmt::format("the library has no models for {} with the role {}; available: {}",
                                  species,
                                  options_.role,
                                  fmt::join(all_species_, ", ")));
@@ -248,11 +247,12 @@ class SceneMaker {
     }
     if (species.empty()) {
       throw UsageError(
-          "the models of the library are of no species; scenes are made from the library of a "
-          "study, which has models of h, hcb and cw for each");
+          "the models of the library have no species; scenes need the library of a study, with "
+          "models for h, hcb and cw of each species");
     }
     throw UsageError(fmt::format(
-        "the library does not say the commonest DBH of {0}; give one, such as {0}=20", species));
+        "the library does not store the most frequent DBH of {0}; give one, such as {0}=20",
+        species));
   }
 
   std::vector<std::string> indices_of(const std::string& species) const {

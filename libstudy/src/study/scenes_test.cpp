@@ -64,7 +64,7 @@ TEST_CASE("what a publication does not say is missing from its library") {
   const ModelLibrary library = shanxia();
   const fit::FittedModel& mixed = fit_of(library, "SM", "h", "nlme");
   CHECK(mixed.convergence.converged);
-  CHECK_THAT(mixed.convergence.verdict, Contains("Published, not fitted here"));
+  CHECK_THAT(mixed.convergence.verdict, Contains("Published model, not fitted by silvafit"));
   CHECK(mixed.standard_errors().array().isNaN().all());
   CHECK(std::isnan(mixed.sigma));
   // Table 5: variances 4.99 and 7.51e-5, correlation -0.986.
@@ -141,7 +141,7 @@ TEST_CASE("scenes need models of all responses, a DBH and possible trees") {
   CHECK_THROWS_WITH(scenes_of(library, {.uniform_angle_index = 0.3}), Contains("W must be"));
   // At the limit of no diameter, the height is breast height.
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"SM"}, .dbh_cm = {{"SM", 1e-300}}}),
-                    Contains("no possible tree"));
+                    Contains("not a possible tree"));
   CHECK_THROWS_WITH(scenes_of(library, {.dbh_cm = {{"XX", 20.0}}}), Contains("no models of XX"));
   CHECK_THROWS_WITH(scenes_of({}), Contains("no models with the role nlme"));
   library.inventory.commonest_dbh_cm.clear();

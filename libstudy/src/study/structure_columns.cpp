@@ -116,7 +116,7 @@ void add_plot_columns(const std::vector<std::string>& names,
                       std::vector<std::string>& notes) {
   const stand::PlotWindows windows = stand::plot_windows(inventory, options.windows, options.scope);
   if (windows.is_assumed) {
-    notes.emplace_back("figures per hectare are of convex hulls, which are smaller than the plots");
+    notes.emplace_back("per-hectare values use convex hulls, which are smaller than the plots");
   }
   const auto areas = stand::sampled_areas(inventory, windows, {});
   for (const std::string& name : names) {
@@ -190,7 +190,7 @@ std::vector<std::string> add_structure_columns(const std::vector<std::string>& n
   options.further.clear();
   for (const std::string& name : names) {
     if (!is_structure_name(name)) {
-      throw UsageError(fmt::format("'{}' is no structural index", name));
+      throw UsageError(fmt::format("'{}' is not a structural index", name));
     }
     if (table.has(name)) continue;
     wanted.push_back(name);

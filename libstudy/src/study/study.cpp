@@ -24,29 +24,27 @@ void check_options(const Catalogue& catalogue, const StudyOptions& options) {
   for (const std::string& response : options.responses) {
     if (known.contains(response) || options.candidates.contains(response)) continue;
     throw UsageError(
-        fmt::format("the catalogue has no models of '{}'; it has models of {}. Candidates of your "
-                    "own can be given in a study.json",
+        fmt::format("the catalogue has no models for '{}'; it has models for {}. Give candidates "
+                    "of your own in a study.json",
                     response,
                     fmt::join(known, ", ")));
   }
   for (const std::string& covariate : options.covariates) {
     if (std::ranges::find(options.responses, covariate) == options.responses.end()) continue;
-    throw UsageError(
-        fmt::format(
-            "'{}' is a response and cannot be its own covariate; leave it out, or study the "
-            "other responses apart",
-            covariate),
-        {.column = "--covariates"});
+    throw UsageError(fmt::format("'{}' is a response and cannot be its own covariate; remove it, "
+                                 "or study the other responses separately",
+                                 covariate),
+                     {.column = "--covariates"});
   }
-  if (options.responses.empty()) throw UsageError("there is no response to model");
+  if (options.responses.empty()) throw UsageError("no response was given");
   if (options.covariate_parameters < 1 || options.covariate_parameters > 2) {
-    throw UsageError("covariates can be on one parameter at once, or on two");
+    throw UsageError("covariates can be on one parameter or on two");
   }
   if (!(options.significance > 0.0 && options.significance < 1.0)) {
-    throw UsageError("a level of significance lies between 0 and 1");
+    throw UsageError("a level of significance must be between 0 and 1");
   }
   if (!(options.equally_good >= 0.0)) {
-    throw UsageError("models are equally good within a distance of 0 or more");
+    throw UsageError("equally_good must be 0 or more");
   }
   for (const std::string& text : options.variance_functions) fit::parse_variance_function(text);
 }
@@ -63,23 +61,25 @@ std::vector<std::string> without_repeats(const std::vector<std::string>& names) 
 void note_covariates(const data::Table& table, Study& study) {
   const std::vector<std::string>& covariates = study.options.covariates;
   if (covariates.empty()) {
-    study.notes.emplace_back("No covariates were asked for: level 2 was left out.");
+    study.notes.emplace_back("No covariates were given: level 2 was skipped.");
     return;
   }
   const bool has_any = std::ranges::any_of(
       covariates, [&](const std::string& name) { return has_numbers(table, name); });
   if (!has_any && covariates == StudyOptions{}.covariates) {
     study.notes.emplace_back(
-        "The inventory has no positions, so there are no structural units: level 2 was left out.");
+        "The inventory has no tree positions, so there are no structural units: level 2 was "
+        "skipped.");
     return;
   }
   const bool has_units = table.has("W") || table.has("M");
   for (const std::string& name : covariates) {
     if (has_numbers(table, name)) continue;
     if (table.has(name)) {
-      study.notes.push_back(fmt::format("{} holds text: left out as a covariate.", name));
+      study.notes.push_back(fmt::format("{} holds text and is not used as a covariate.", name));
     } else if (has_units || covariates != StudyOptions{}.covariates) {
-      study.notes.push_back(fmt::format("The inventory has no {}: left out as a covariate.", name));
+      study.notes.push_back(
+          fmt::format("The inventory has no column {}; it is not used as a covariate.", name));
     }
   }
 }
@@ -90,8 +90,8 @@ void note_what_is_left_out(const data::Table& table, Study& study) {
     if (!has_numbers(table, response)) {
       study.notes.push_back(
           table.has(response)
-              ? fmt::format("{} holds text: its models were left out.", response)
-              : fmt::format("The inventory has no {}: its models were left out.", response));
+              ? fmt::format("{} holds text; its models were skipped.", response)
+              : fmt::format("The inventory has no column {}; its models were skipped.", response));
     }
   }
 }
@@ -116,13 +116,13 @@ class SmallParts {
       texts.push_back(
           fmt::format("{} {} ({})", part.species, fmt::join(part.responses, ", "), part.counts));
     }
-    study.notes.push_back(
-        fmt::format("Too few trees for models (fewer than {}): {}.{}",
-                    minimum_trees,
-                    fmt::join(texts, "; "),
-                    lacks_core_ ? " Trees near the edge are not core and do not count: a smaller "
-                                  "buffer or another edge correction leaves more."
-                                : ""));
+    study.notes.push_back(fmt::format(
+        "Too few trees for models (fewer than {}): {}.{}",
+        minimum_trees,
+        fmt::join(texts, "; "),
+        lacks_core_ ? " Trees near the plot edge are not core trees and are not counted; a smaller "
+                      "buffer or another edge correction gives more core trees."
+                    : ""));
   }
 
  private:
@@ -150,8 +150,8 @@ std::string criterion_text(Criterion criterion) {
 Criterion parse_criterion(std::string_view text) {
   const auto* const found = std::ranges::find(kCriterionNames, text);
   if (found == kCriterionNames.end()) {
-    throw UsageError(
-        fmt::format("'{}' is no criterion; there are {}", text, fmt::join(kCriterionNames, ", ")));
+    throw UsageError(fmt::format(
+        "unknown criterion '{}'; available: {}", text, fmt::join(kCriterionNames, ", ")));
   }
   return static_cast<Criterion>(found - kCriterionNames.begin());
 }

@@ -35,7 +35,7 @@ void read_candidates(const JsonReader& json, const Catalogue* catalogue, StudyOp
       });
       options.candidates[response].push_back(text);
     }
-    if (options.candidates[response].empty()) list.fail("names no candidate");
+    if (options.candidates[response].empty()) list.fail("has no candidate");
   }
 }
 
@@ -116,7 +116,7 @@ void read_inventory_keys(const JsonReader& json,
   if (const auto value = json.find("trust_units")) configuration.trust_units = value->boolean();
   if (const auto value = json.find("circle"); value && !value->is_null()) {
     configuration.circle = value->text();
-    if (configuration.window) value->fail("a circle and a window exclude each other");
+    if (configuration.window) value->fail("give either a circle or a window");
   }
   if (const auto list = json.find("further")) configuration.further = list->texts();
 }

@@ -33,7 +33,7 @@ TEST_CASE("a candidate that the catalogue lacks is named with its key") {
   CHECK_NOTHROW(read_study_configuration(file.path()));
   CHECK_THROWS_AS(read_study_configuration(file.path(), &catalogue), InputError);
   CHECK_THROWS_WITH(read_study_configuration(file.path(), &catalogue),
-                    Contains(".json: candidates.h") && Contains("there is no model M999"));
+                    Contains(".json: candidates.h") && Contains("unknown model M999"));
   const test::ScratchFile known(R"({"candidates": {"h": ["M4", "h ~ a + b*dbh"]}})", ".json");
   CHECK_NOTHROW(read_study_configuration(known.path(), &catalogue));
 }
@@ -89,7 +89,7 @@ TEST_CASE("what cannot be used is refused with its key") {
                     Contains("variance_functions[0]"));
   CHECK_THROWS_WITH(read(R"({"covariate_parameters": 3})"), Contains("covariate_parameters"));
   CHECK_THROWS_WITH(read(R"({"edge": "soft"})"), Contains("edge"));
-  CHECK_THROWS_WITH(read("{\n\"species\": [\n}"), Contains("not JSON"));
+  CHECK_THROWS_WITH(read("{\n\"species\": [\n}"), Contains("not valid JSON"));
 }
 
 TEST_CASE("the configuration to start from reads back as a study's defaults") {

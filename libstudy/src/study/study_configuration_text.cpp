@@ -163,13 +163,12 @@ void describe_models(const data::Table& table,
   const std::vector<std::string> responses = responses_for(table, settings.study);
   json.comment("Species to study; an empty list: all with enough trees.");
   json.add("species", values.at("species"), species_note(table));
-  json.add("minimum_trees", values.at("minimum_trees"), "fewest measured trees that get models");
+  json.add(
+      "minimum_trees", values.at("minimum_trees"), "minimum number of measured trees of a species");
   json.blank();
+  json.comment("Responses and their equations: entries of the catalogue (`silvafit models`), or");
   json.comment(
-      "What to model, and by which equations: entries of the catalogue (`silvafit models`), or");
-  json.comment(
-      "formulas of your own such as \"h ~ 1.3 + a*dbh^b\". A response without a list has all "
-      "entries.");
+      "formulas of your own such as \"h ~ 1.3 + a*dbh^b\". Without a list, all entries are tried.");
   json.add("responses", responses);
   json.add_object("candidates", candidate_lines(responses, settings.study.candidates, catalogue));
   json.blank();
@@ -185,9 +184,9 @@ void describe_models(const data::Table& table,
            columns.empty() ? "" : fmt::format("columns of the file: {}", fmt::join(columns, ", ")));
   json.add("covariate_parameters",
            values.at("covariate_parameters"),
-           "parameters that may have covariates at once: 1 or 2");
+           "number of parameters that may have covariates: 1 or 2");
   json.blank();
-  json.comment("Random effects of the groups of a column, on so many coefficients at most.");
+  json.comment("Random effects by the groups of a column, on at most this many coefficients.");
   json.add("group", values.at("group"));
   json.add("maximum_random_effects", values.at("maximum_random_effects"));
   json.add("variance_functions", values.at("variance_functions"));
@@ -196,35 +195,35 @@ void describe_models(const data::Table& table,
 void describe_choice(const ordered_json& values, CommentedJson& json) {
   json.blank();
   json.comment(
-      "How models are chosen at each level: aic, aicc, bic, or cv (error of predictions for plots "
-      "left out).");
+      "Criterion at each level: aic, aicc, bic, or cv (prediction error for plots left out).");
   json.add("criteria", values.at("criteria"));
   json.add("choice",
            values.at("choice"),
            "of random effects and variance functions: best, or parsimonious within equally_good");
-  json.add(
-      "equally_good", values.at("equally_good"), "distance of the criterion that does not count");
+  json.add("equally_good",
+           values.at("equally_good"),
+           "difference of the criterion within which models are equally good");
   json.add("tests",
            values.at("tests"),
-           "likelihood-ratio tests must be significant (required), or are shown only");
-  json.add("significance", values.at("significance"), "of the tests");
+           "likelihood-ratio tests: required (must be significant) or shown");
+  json.add("significance", values.at("significance"), "level of the tests");
   json.add("compared_trees",
            values.at("compared_trees"),
-           "candidates are compared on so many trees of a species at most; 0: on all");
+           "maximum number of trees of a species for comparing candidates; 0: all");
 }
 
 std::string describe_inventory(const ordered_json& values, CommentedJson& json) {
   json.blank();
-  json.comment("The inventory and its structural units, as the options of the same names.");
+  json.comment("The inventory and its structural units; see the options of the same names.");
   const auto add = [&](const char* key, const char* note) { json.add(key, values.at(key), note); };
   add("columns", "where columns come from, such as {\"dbh\": \"DBH_cm\", \"x\": \"xk/10\"}");
-  add("trust_units", "do not ask whether a column has another unit");
+  add("trust_units", "accept the units of the columns without a check");
   add("window", "boundary of the plots: a GeoJSON, WKT or CSV file");
-  add("circle", "that every plot is, instead of a window: \"0,0,12.62\"");
+  add("circle", "circle that is the boundary of every plot, instead of a window: \"0,0,12.62\"");
   add("edge", "buffer, hanisch, torus or none");
   add("buffer", "meters");
-  add("per", "neighbors in the plot, or in the whole stand");
-  add("neighbors", "of a structural unit");
+  add("per", "search neighbors in the plot or in the whole stand");
+  add("neighbors", "neighbors of a structural unit");
   add("alpha", "limit angles of W in degrees, such as [\"72\", \"SM=60\"]");
   add("dominance", "size that U and T compare: dbh, h or cw");
   add("crowding", "crowns in C: mean or facing");

@@ -105,8 +105,8 @@ void remove_earlier_indices(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::remove(path, error);
   if (!error) return;
-  throw InputError(fmt::format("is of an earlier study and cannot be removed ({}); remove it, or "
-                               "choose another folder",
+  throw InputError(fmt::format("belongs to an earlier study and cannot be removed ({}); remove it, "
+                               "or choose another folder",
                                error.message()),
                    {.file = path.string()});
 }

@@ -131,7 +131,7 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
     const std::string& objection = result.base[settled->chosen].objection;
     if (objection.empty()) continue;
     result.doubts.push_back(
-        fmt::format("No base model has plausible curves; this is the best of them. {}", objection));
+        fmt::format("No base model has plausible curves; this is the best one. {}", objection));
   }
 }
 
@@ -213,8 +213,8 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
 void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
   if (fit.convergence.boundary.empty()) return;
   notes.push_back(
-      fmt::format("Every mixed model ends on the edge of its range ({}): these plots do not tell "
-                  "more effects apart.",
+      fmt::format("Every mixed model is a boundary (singular) fit ({}): these plots do not support "
+                  "more random effects.",
                   fmt::join(fit.convergence.boundary, "; ")));
 }
 
@@ -327,7 +327,7 @@ bool bar_base(Work& work) {
   for (std::size_t k = 0; k < work.result.base.size(); ++k) {
     const Candidate& candidate = work.result.base[k];
     if (candidate.chosen) {
-      work.barred[k] = "All mixed models built on it were passed over. " +
+      work.barred[k] = "All mixed models built on it were rejected. " +
                        (work.result.doubts.empty() ? "" : work.result.doubts.back());
     } else {
       has_other = has_other || (candidate.rank > 0 && candidate.objection.empty());

@@ -325,7 +325,7 @@ FormattedTable gains_table(const Study& study) {
 FormattedTable passed_over_table(const Study& study) {
   FormattedTable table{
       .name = "passed_over",
-      .caption = "Candidates that converged and were passed over",
+      .caption = "Candidates that converged and were rejected",
       .columns = joined(kSubject,
                         {{"level", "Level"},
                          {"candidate", "Candidate"},

@@ -95,7 +95,7 @@ TEST_CASE("a study gives the same doubles with any number of threads") {
 
 TEST_CASE("level 2 is left out with a sentence where there are no indices") {
   const Study study = study_of(test::stand({.has_indices = false}));
-  CHECK(any_contains(study.notes, "no positions"));
+  CHECK(any_contains(study.notes, "no tree positions"));
   const ResponseStudy& result = study.results.front();
   CHECK(result.covariates.empty());
   CHECK(result.with_covariates->fit.log_likelihood == result.ols->fit.log_likelihood);
@@ -119,7 +119,7 @@ TEST_CASE("one plot has no level 3, and the verdict says so") {
   CHECK(result.variance.empty());
   CHECK_FALSE(result.nlme);
   CHECK(result.converged());
-  CHECK_THAT(result.verdict(), Contains("There is one plot: level 3 was left out."));
+  CHECK_THAT(result.verdict(), Contains("There is only one plot: level 3 was skipped."));
 }
 
 TEST_CASE("species with too few trees are noted, with their number") {
@@ -148,7 +148,7 @@ TEST_CASE("trees outside the core and trees without a measure are left out") {
   for (const std::size_t row : {7U, 9U, 11U}) {
     CHECK(std::ranges::find(result.rows, row) == result.rows.end());
   }
-  CHECK(any_contains(result.notes, "1 tree without structural unit was left out."));
+  CHECK(any_contains(result.notes, "1 tree without a structural unit was excluded."));
 }
 
 TEST_CASE("fits that fail are listed with a reason, without rank and test") {
@@ -208,12 +208,10 @@ TEST_CASE("species with too few core trees are told with how many were measured"
   table.set("core", core);
   const std::vector<std::string> notes = run_study(table, test::catalogue(), options).notes;
   CHECK_THAT(notes,
-             Catch::Matchers::VectorContains(
-                 std::string("Too few trees for models (fewer than 20): SM h (10 core trees of 80 "
-                             "measured). Trees near "
-                             "the edge are not core and do not count: a smaller buffer or another "
-                             "edge correction leaves "
-                             "more.")));
+             Catch::Matchers::VectorContains(std::string(
+                 "Too few trees for models (fewer than 20): SM h (10 core trees of 80 measured). "
+                 "Trees near the plot edge are not core trees and are not counted; a smaller "
+                 "buffer or another edge correction gives more core trees.")));
   // Where all are core, their number says it.
   options.minimum_trees = 100;
   table.set("core", std::vector<double>(table.rows(), 1.0));

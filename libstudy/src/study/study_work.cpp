@@ -41,7 +41,7 @@ std::vector<std::string> varying_columns(const data::Table& table,
       result.push_back(name);
     } else {
       notes.push_back(
-          fmt::format("{} is {} for all of these trees: left out as a covariate.",
+          fmt::format("{} is {} for all of these trees and is not used as a covariate.",
                       name,
                       values.empty() ? std::string("missing") : data::shortest(*values.begin())));
     }
@@ -109,7 +109,7 @@ std::vector<BaseCandidate> candidates_of(const std::string& response,
       candidate.formula = candidate.entry->formula;
     }
     if (data::parse_formula(candidate.formula).left != response) {
-      throw UsageError(fmt::format("the candidate '{}' is no model of {}", text, response));
+      throw UsageError(fmt::format("the candidate '{}' is not a model for {}", text, response));
     }
     candidates.push_back(std::move(candidate));
   }
@@ -192,13 +192,13 @@ Work prepared(const data::Table& table,
   work.result.rows = complete_rows(table, rows, columns);
   if (work.result.rows.size() < rows.size()) {
     work.result.notes.push_back(counted(rows.size() - work.result.rows.size(),
-                                        "tree without structural unit was left out.",
-                                        "trees without structural unit were left out."));
+                                        "tree without a structural unit was excluded.",
+                                        "trees without a structural unit were excluded."));
   }
   if (std::ranges::find(columns, options.group) != columns.end()) {
     throw UsageError(
-        fmt::format("the models of {} read '{}' as a number, so that it cannot hold the groups of "
-                    "the random effects as well; --group names a column such as plot or stand",
+        fmt::format("the models for {} use '{}' as a number, so it cannot define the groups of the "
+                    "random effects; name a column such as plot or stand with --group",
                     response,
                     options.group),
         {.file = table.file(), .column = "--group"});
@@ -210,11 +210,11 @@ Work prepared(const data::Table& table,
   if (options.compared_trees > 0 && work.table.rows() > options.compared_trees) {
     work.sample =
         work.table.select(representative_rows(work.table, options.group, options.compared_trees));
-    work.result.notes.push_back(fmt::format(
-        "Candidates were compared on {} of the {} trees, which represent all; the chosen "
-        "models are fitted to all. study.json: compared_trees.",
-        work.sample.rows(),
-        work.table.rows()));
+    work.result.notes.push_back(
+        fmt::format("Candidates were compared on a representative sample of {} of the {} trees; "
+                    "the chosen models are fitted to all trees (compared_trees in study.json).",
+                    work.sample.rows(),
+                    work.table.rows()));
   }
   work.result.group = options.group;
   work.result.plots = count_groups(work.table, options.group);
@@ -226,10 +226,10 @@ std::vector<std::string> species_of(const data::Table& table, const StudyOptions
   if (options.species.empty()) return column.levels();
   for (const std::string& species : options.species) {
     if (column.code_of(species) == data::TextColumn::kMissingCode) {
-      throw UsageError(fmt::format("there is no species '{}'; the species are {}",
-                                   species,
-                                   fmt::join(column.levels(), ", ")),
-                       {.file = table.file()});
+      throw UsageError(
+          fmt::format(
+              "unknown species '{}'; available: {}", species, fmt::join(column.levels(), ", ")),
+          {.file = table.file()});
     }
   }
   return options.species;

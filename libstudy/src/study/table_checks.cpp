@@ -44,7 +44,7 @@ void require_columns(const data::Expression& expression,
     const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
     if (table.has(column)) continue;
     const FormulaError shown(
-        fmt::format("there is no column '{}' (text goes in double quotes); the columns are {}",
+        fmt::format("unknown column '{}' (put text in double quotes); available: {}",
                     column,
                     data::list_of(table.names())),
         text,
@@ -89,7 +89,7 @@ void require_condition(const BaseModel& model,
   const std::string column = condition.variables().front();
   Place place = place_of(table, rows.front(), column);
   place.model = model.id;
-  throw DomainError(fmt::format("{} is outside the model's domain {}{}",
+  throw DomainError(fmt::format("{} is outside the domain of the model {}{}",
                                 data::shortest(table.numbers(column)[rows.front()]),
                                 condition.text(),
                                 others(rows.size())),
@@ -104,15 +104,15 @@ std::string origin_of(const std::string& name,
   if (!is_structure_name(name)) return "";
   const std::vector<std::string> computable = structure_names_in(needed, table);
   if (computable.empty()) {
-    return ". It is a structural index: `silvafit indices` computes it from x, y and dbh, and the "
-           "predictions.csv of a study has it";
+    return ". It is a structural index: `silvafit indices` computes it from x, y and dbh; the "
+           "predictions.csv of a study contains it";
   }
   std::vector<std::string> mappings;
   mappings.reserve(computable.size());
   for (const std::string& index : computable) mappings.push_back(fmt::format("{0}={0}", index));
   return fmt::format(
-      ". The indices of a study are in its predictions.csv; without a window they can be computed "
-      "here: --columns {}",
+      ". The predictions.csv of a study contains its indices; without a window they can be "
+      "computed here: --columns {}",
       fmt::join(mappings, ","));
 }
 
@@ -133,7 +133,7 @@ data::Table rows_where(std::string_view condition, const data::Table& table) {
     if (!std::isnan(holds[row]) && holds[row] != 0.0) rows.push_back(row);
   }
   if (rows.empty()) {
-    throw InputError(fmt::format("no row meets the condition {}", condition),
+    throw InputError(fmt::format("no row satisfies the condition {}", condition),
                      {.file = table.file()});
   }
   return table.select(rows);
@@ -178,7 +178,7 @@ void require_numbers(const data::Table& table, const std::vector<std::string>& v
     data::TextMatch match;
     if (data::is_text_match(name, match)) continue;
     if (!table.has(name)) {
-      throw InputError(fmt::format("there is no column '{}'; the columns are {}{}",
+      throw InputError(fmt::format("unknown column '{}'; available: {}{}",
                                    name,
                                    data::list_of(table.names()),
                                    origin_of(name, variables, table)),
@@ -220,7 +220,7 @@ void require_possible(const std::string& response, const data::Table& table) {
     const bool is_lowest = values[row] == limit->lowest_m;
     if (std::isnan(values[row]) || values[row] > limit->lowest_m) continue;
     if (is_lowest && limit->is_itself_possible) continue;
-    throw DomainError(fmt::format("{} m is not {}; leave the field empty where {} was not measured",
+    throw DomainError(fmt::format("{} m is not {}; leave the field empty if {} was not measured",
                                   values[row],
                                   limit->text,
                                   response),

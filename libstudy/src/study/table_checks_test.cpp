@@ -38,7 +38,7 @@ TEST_CASE("a condition chooses rows; where its values are missing it does not ho
   CHECK(rows_where("tree", trees_to_check()).line(3) == 5);
   CHECK_THROWS_WITH(rows_where("dbh > 99", trees_to_check()), Contains("trees.csv: no row meets"));
   CHECK_THROWS_WITH(rows_where("species == SM", trees_to_check()),
-                    Contains("column 12: there is no column 'SM' (text goes in double quotes)"));
+                    Contains("column 12: unknown column 'SM' (put text in double quotes)"));
   CHECK_THROWS_WITH(rows_where("species > 1", trees_to_check()),
                     Contains("trees.csv:2: species: 'SM' is not a number (and 3 more) (plot 07"));
 }
@@ -57,13 +57,13 @@ TEST_CASE("a value outside a model's domain is named with its place") {
   const Catalogue catalogue = Catalogue::load(test::source_file("models"));
   CHECK_THROWS_AS(require_domain(catalogue.find("M4"), trees_to_check()), DomainError);
   CHECK_THROWS_WITH(require_domain(catalogue.find("M4"), trees_to_check()),
-                    Contains("trees.csv:4: dbh: -3 is outside the model's domain") &&
+                    Contains("trees.csv:4: dbh: -3 is outside the domain of the model") &&
                         Contains("(plot 08, tree 3, model M4)"));
   CHECK_NOTHROW(require_domain(catalogue.find("M4"), rows_where("dbh > 0", trees_to_check())));
   CHECK_THROWS_AS(require_domain_of_covariates(catalogue.find("M4"), trees_to_check()),
                   DomainError);
   CHECK_THROWS_WITH(require_domain(catalogue.find("M20"), trees_to_check()),
-                    Contains("there is no column 'hcb'"));
+                    Contains("unknown column 'hcb'"));
 }
 
 TEST_CASE("a measured value that cannot be one is named with its place") {

@@ -279,8 +279,7 @@ TEST_CASE("what cannot be shown is said", "[study][view]") {
   without.set("h", std::vector<double>{1.0});
   without.set("hcb", std::vector<double>{0.5});
   without.set("cw", std::vector<double>{1.0});
-  CHECK_THROWS_WITH(view_of_trees(without, catalogue(), coarse()),
-                    Contains("no row can be used"));
+  CHECK_THROWS_WITH(view_of_trees(without, catalogue(), coarse()), Contains("no row can be used"));
   ViewOptions options = coarse();
   options.levels = {};
   CHECK_THROWS_AS(view_of_trees(four_trees(), catalogue(), options), UsageError);
