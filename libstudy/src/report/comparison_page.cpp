@@ -129,7 +129,7 @@ ordered_json curves_object(const std::vector<const LibraryModel*>& models,
   return object;
 }
 
-std::string unit_of(const std::vector<const LibraryModel*>& models) {
+std::string unit_of_models(const std::vector<const LibraryModel*>& models) {
   for (const LibraryModel* model : models) {
     if (model != nullptr && !model->unit.empty()) return model->unit;
   }
@@ -143,7 +143,7 @@ ordered_json pair_object(const Subject& subject, const std::vector<ModelLibrary>
   ordered_json object{{"species", subject.species},
                       {"response", subject.response},
                       {"role", subject.role},
-                      {"unit", unit_of(models)},
+                      {"unit", unit_of_models(models)},
                       {"fits", ordered_json::array()},
                       {"differences", ordered_json::array()}};
   for (std::size_t i = 0; i < models.size(); ++i) {

@@ -279,17 +279,17 @@ class GltfWriter final : public SceneWriter {
   }
 
   std::size_t write_binary_to(std::ostream& stream) {
-    Pieces json = description({});
-    json.add(std::string(aligned_to_word(json.size()) - json.size(), ' '));
+    Pieces text = description({});
+    text.add(std::string(aligned_to_word(text.size()) - text.size(), ' '));
     constexpr std::size_t kHeaders = 12 + 8 + 8;
-    const std::size_t total = kHeaders + json.size() + buffers_.size();
+    const std::size_t total = kHeaders + text.size() + buffers_.size();
     if (total > std::numeric_limits<std::uint32_t>::max()) {
       throw GeometryError(
           "the scene exceeds the 4 GB of a GLB file; share models, use a coarser level of detail "
           "or fewer plots, or write glTF");
     }
-    stream << "glTF" << word(2) << word(total) << word(json.size()) << "JSON";
-    json.write_to(stream);
+    stream << "glTF" << word(2) << word(total) << word(text.size()) << "JSON";
+    text.write_to(stream);
     stream << word(buffers_.size()) << std::string("BIN\0", 4);
     buffers_.data().copy_to(stream);
     return total;
@@ -306,12 +306,12 @@ class GltfWriter final : public SceneWriter {
     AtomicFile buffer(buffer_path());
     buffers_.data().copy_to(buffer.stream());
     AtomicFile file(path_);
-    const Pieces json = description(uri_of(buffer_path().filename().string()));
-    json.write_to(file.stream());
+    const Pieces text = description(uri_of(buffer_path().filename().string()));
+    text.write_to(file.stream());
     // The buffer first, so that a description never refers to a missing file.
     buffer.commit();
     file.commit();
-    return json.size() + buffers_.size();
+    return text.size() + buffers_.size();
   }
 
   std::filesystem::path buffer_path() const {
