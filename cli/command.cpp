@@ -2,6 +2,7 @@
 #include "command.hpp"
 
 #include <fmt/format.h>
+#include <sys/auxv.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -10,6 +11,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_streams.hpp"
 
@@ -72,12 +74,26 @@ void Progress::clear() {
   write_to_standard_error("\r\x1b[K");
 }
 
+namespace {
+
+/// The file of this program.
+std::filesystem::path program_file() {
+  std::error_code unknown;
+  std::filesystem::path file = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  if (!unknown) return file;
+  // Without /proc: the name that it was started by.
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel hands pointers over as numbers
+  const auto* const name = reinterpret_cast<const char*>(::getauxval(AT_EXECFN));
+  return name == nullptr ? file : followed(name);
+}
+
+}  // namespace
+
 std::filesystem::path data_directory() {
   namespace fs = std::filesystem;
   if (const char* named = std::getenv("SILVAFIT_DATA_DIR")) return named;
-  const fs::path program = fs::read_symlink("/proc/self/exe");
-  fs::path directory = program.parent_path().parent_path() / "share" / "silvafit";
-  if (!fs::exists(directory / "models")) {
+  fs::path directory = program_file().parent_path().parent_path() / "share" / "silvafit";
+  if (!is_there(directory / "models")) {
     throw InputError(
         "the model catalogue was not found; set SILVAFIT_DATA_DIR to the folder that contains "
         "models/",
@@ -88,7 +104,7 @@ std::filesystem::path data_directory() {
 
 std::filesystem::path bundled_page(const std::string& name) {
   std::filesystem::path page = data_directory() / "viewer" / name;
-  if (std::filesystem::exists(page)) return page;
+  if (is_there(page)) return page;
   throw InputError(
       "the page template was not found: this silvafit was built without the viewer; build it with "
       "-DSILVAFIT_BUILD_VIEWER=ON, which needs npm, and install it again",
@@ -96,7 +112,9 @@ std::filesystem::path bundled_page(const std::string& name) {
 }
 
 std::string command_line() {
-  const std::string words = read_file("/proc/self/cmdline");
+  constexpr const char* kWords = "/proc/self/cmdline";
+  if (!is_there(kWords)) return "silvafit";
+  const std::string words = read_file(kWords);
   std::string line;
   for (std::size_t begin = 0; begin < words.size();) {
     const std::size_t end = words.find('\0', begin);

@@ -14,10 +14,11 @@ namespace silvafit::cli {
 /// Exit statuses that other programs rely on.
 enum ExitStatus : int {
   kDone = 0,
-  kInternalError = 1,
+  kInternalError = 1,  ///< also where memory or threads do not suffice
   kBadUsage = 2,
   kBadInput = 3,
   kNoConvergedFit = 4,
+  kIoError = 5,  ///< a result could not be written, or reading failed on the way
 };
 
 /// Thrown after the results are written when no fit has converged.
@@ -78,7 +79,8 @@ std::filesystem::path data_directory();
 /// \throws InputError if this silvafit was built without it; it says what to do
 std::filesystem::path bundled_page(const std::string& name);
 
-/// The command line as it was given, words with blanks quoted.
+/// The command line as it was given, words with blanks quoted; the program's name alone where the
+/// system does not tell (no /proc).
 std::string command_line();
 
 /// The version, `0.1.0`.

@@ -15,6 +15,7 @@
 #include "command.hpp"
 #include "csv_with_columns.hpp"
 #include "output_files.hpp"
+#include "prediction_digits.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -32,6 +33,7 @@ struct ImputeArguments {
   std::string data{};
   std::string out{};
   std::vector<std::string> columns{};
+  int digits = kPredictedDigits;
 };
 
 std::vector<std::string> new_names(const ImputeArguments& arguments) {
@@ -71,7 +73,8 @@ void write_out(const ImputeArguments& arguments, const study::Imputation& result
   // With --columns, the response may have another name in the file, and gets a column of its own.
   const bool has_column = std::ranges::find(reader.header(), response) != reader.header().end();
   const auto value = [&](std::size_t row) {
-    return std::isnan(result.value[row]) ? std::string() : data::shortest(result.value[row]);
+    return std::isnan(result.value[row]) ? std::string()
+                                         : with_digits(result.value[row], arguments.digits);
   };
   std::vector<std::string> names = new_names(arguments);
   if (!has_column) names.insert(names.begin(), response);
@@ -237,6 +240,7 @@ void add_impute_command(CLI::App& program) {
           "--columns", arguments->columns, "Names or formulas of the columns, such as dbh=DBH_cm")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
+  add_digits_option(command, arguments->digits);
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
       ->type_name("FILE.csv");
   add_common_options(command, arguments->common);

@@ -3,6 +3,7 @@
 
 #include <signal.h>
 
+#include <system_error>
 #include <thread>
 
 #include "silvafit/base/atomic_file.hpp"
@@ -37,7 +38,12 @@ void clean_up_on_interrupts() {
   const sigset_t signals = interrupting_signals();
   // All threads inherit the mask, so that only the one below sees the signals.
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  std::thread(wait_for_interrupt, signals).detach();
+  try {
+    std::thread(wait_for_interrupt, signals).detach();
+  } catch (const std::system_error&) {
+    // Where no thread can be had, signals end the process at once.
+    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+  }
 }
 
 }  // namespace silvafit::cli

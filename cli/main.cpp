@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <filesystem>
+#include <ios>
+#include <string>
+#include <string_view>
+#include <system_error>
 
 #include "build_information.hpp"
 #include "command.hpp"
 #include "command_line_mistakes.hpp"
 #include "interrupts.hpp"
-#include "silvafit/base/error.hpp"
+#include "silvafit/base/io_error.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_output.hpp"
 #include "standard_streams.hpp"
@@ -16,11 +21,21 @@
 namespace silvafit::cli {
 namespace {
 
-int report(const char* kind, const std::exception& error, ExitStatus status) {
-  write_to_standard_error(
-      fmt::format("silvafit: {}{}\n", kind, with_visible_controls(error.what())));
+constexpr const char* kTroubleshooting = "docs/troubleshooting.md says what helps";
+
+int report(const std::string& message, ExitStatus status) {
+  write_to_standard_error(fmt::format("silvafit: {}\n", with_visible_controls(message)));
   return status;
 }
+
+int report_lack(const std::string& reason) {
+  return report(
+      fmt::format(
+          "the system has no more threads or other means ({}); {}", reason, kTroubleshooting),
+      kInternalError);
+}
+
+int report(const std::exception& error, ExitStatus status) { return report(error.what(), status); }
 
 int run(int argc, char** argv) {
   CLI::App program("Turns a forest inventory into height and crown models and 3D trees.",
@@ -46,6 +61,13 @@ int run(int argc, char** argv) {
   add_manual_command(program);
   add_version_to_commands(program);
   require_whole_numbers(program);
+  // Commands would inherit it if it were there before them.
+  program.footer(
+      "Where to begin:\n"
+      "  silvafit study inventory.csv --out results   models, tables and a report, from an "
+      "inventory\n"
+      "  silvafit view results                        the stand in 3D, in a browser\n"
+      "  silvafit COMMAND --help                      the options of a command, and an example");
 
   try {
     require_command(program, {argv + 1, argv + argc});
@@ -53,24 +75,36 @@ int run(int argc, char** argv) {
     finish_standard_output();
     return kDone;
   } catch (const CLI::ExtrasError& error) {
-    return report("", UsageError(unexpected_words(program)), kBadUsage);
+    return report(UsageError(unexpected_words(program)), kBadUsage);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return program.exit(error);
-    return report("", UsageError(unreadable_words(program, error)), kBadUsage);
+    return report(UsageError(unreadable_words(program, error)), kBadUsage);
   } catch (const NoConvergedFit& error) {
-    return report("", error, kNoConvergedFit);
+    return report(error, kNoConvergedFit);
+  } catch (const IoError& error) {
+    return report(error, kIoError);
   } catch (const UsageError& error) {
-    return report("", error, kBadUsage);
+    return report(error, kBadUsage);
   } catch (const InputError& error) {
-    return report("", error, kBadInput);
+    return report(error, kBadInput);
   } catch (const NumericalError& error) {
-    return report("", error, kNoConvergedFit);
+    return report(error, kNoConvergedFit);
   } catch (const GeometryError& error) {
-    return report("", error, kBadInput);
-  } catch (const std::bad_alloc& error) {
-    return report("out of memory: ", error, kInternalError);
+    return report(error, kBadInput);
+  } catch (const std::bad_alloc&) {
+    return report(std::string("out of memory; ") + kTroubleshooting, kInternalError);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return report(describe({.file = error.path1().string()}, error.code().message()), kIoError);
+  } catch (const std::ios_base::failure&) {
+    return report("a file could not be read or written", kIoError);
+  } catch (const std::system_error& error) {
+    return report_lack(error.code().message());
   } catch (const std::exception& error) {
-    return report("internal error, please report it: ", error, kInternalError);
+    // TBB has no class of its own for it.
+    if (std::string_view(error.what()).starts_with("pthread_create")) {
+      return report_lack(error.what());
+    }
+    return report(std::string("internal error, please report it: ") + error.what(), kInternalError);
   }
 }
 

@@ -107,10 +107,11 @@ std::string exit_statuses() {
     text += fmt::format(".TP\n.B {}\n{}\n", static_cast<int>(status), meaning);
   };
   add(kDone, "done");
-  add(kInternalError, "internal error");
+  add(kInternalError, "internal error, or too little memory or threads");
   add(kBadUsage, "wrong usage");
   add(kBadInput, "bad input");
   add(kNoConvergedFit, "no fit has converged; the results are still written");
+  add(kIoError, "a result could not be written (a full disk, no permission), or reading failed");
   return text;
 }
 

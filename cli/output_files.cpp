@@ -5,8 +5,8 @@
 
 #include <system_error>
 
-#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -26,17 +26,7 @@ bool are_same(const fs::path& one, const fs::path& other) {
   if (one.empty() || other.empty() || is_stream(one) || is_stream(other)) return false;
   std::error_code error;
   if (fs::equivalent(one, other, error) && !error) return true;
-  const fs::path whole = fs::weakly_canonical(fs::absolute(one), error);
-  if (error) return false;
-  return whole == fs::weakly_canonical(fs::absolute(other), error) && !error;
-}
-
-/// Folders with something in them are left as they are.
-void remove_empty(const std::vector<fs::path>& folders) {
-  std::error_code ignored;
-  for (const fs::path& folder : folders) {
-    if (fs::is_directory(folder, ignored)) fs::remove(folder, ignored);
-  }
+  return followed(one) == followed(other);
 }
 
 }  // namespace
@@ -70,22 +60,6 @@ std::vector<NamedFile> files_in(const NamedFile& folder, std::initializer_list<c
   for (const char* name : names) files.push_back({folder.option, folder.path / name});
   return files;
 }
-
-ResultFolder::ResultFolder(const fs::path& path) {
-  std::error_code ignored;
-  for (fs::path folder = path.lexically_normal(); !folder.empty() && !fs::exists(folder, ignored);
-       folder = folder.parent_path()) {
-    if (folder.has_filename()) made_.push_back(folder);
-  }
-  try {
-    require_writable_folder(path);
-  } catch (...) {
-    remove_empty(made_);
-    throw;
-  }
-}
-
-ResultFolder::~ResultFolder() { remove_empty(made_); }
 
 std::vector<NamedFile> all_of(const std::string& option, const std::vector<std::string>& paths) {
   std::vector<NamedFile> files;

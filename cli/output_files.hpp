@@ -27,20 +27,6 @@ void refuse_same_files(const std::vector<NamedFile>& read, const std::vector<Nam
 /// The files of these names in the folder that an option names; none without a folder.
 std::vector<NamedFile> files_in(const NamedFile& folder, std::initializer_list<const char*> names);
 
-/// A folder for results: what it makes and nobody writes into is gone at the end of its scope, such
-/// as after an error. A folder that was there before stays.
-class ResultFolder {
- public:
-  /// \throws InputError if files cannot be written into it
-  explicit ResultFolder(const std::filesystem::path& path);
-  ~ResultFolder();
-  ResultFolder(const ResultFolder&) = delete;
-  ResultFolder& operator=(const ResultFolder&) = delete;
-
- private:
-  std::vector<std::filesystem::path> made_{};  ///< each below the next
-};
-
 /// All files that one option names.
 std::vector<NamedFile> all_of(const std::string& option, const std::vector<std::string>& paths);
 

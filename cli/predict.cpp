@@ -18,6 +18,7 @@
 #include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
+#include "prediction_digits.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
@@ -42,6 +43,8 @@ struct PredictArguments {
   std::string interval_kind = "prediction";
   bool standard_errors = false;
   std::string role = "nlme";
+  bool has_role = false;  ///< --role is given
+  int digits = kPredictedDigits;
   std::string out{};
   std::vector<std::string> columns{};
 };
@@ -86,11 +89,12 @@ std::vector<std::string> names_of(const PredictArguments& arguments,
 
 std::string field_of(const std::vector<double>& values,
                      std::size_t row,
-                     const study::PredictedResponse& prediction) {
+                     const study::PredictedResponse& prediction,
+                     int digits) {
   const double value = values[row];
   if (std::isnan(value)) return {};
   const bool is_fitted = &values == &prediction.trees && value == study::kFittedEffects;
-  return is_fitted ? "fitted" : data::shortest(value);
+  return is_fitted ? "fitted" : with_digits(value, digits);
 }
 
 void write_out(const PredictArguments& arguments, const study::PredictedResponses& predictions) {
@@ -98,7 +102,7 @@ void write_out(const PredictArguments& arguments, const study::PredictedResponse
     std::vector<std::string> result;
     for (const auto& prediction : predictions.responses) {
       for (const auto& [name, values] : columns_of(prediction, arguments.standard_errors)) {
-        result.push_back(field_of(*values, row, prediction));
+        result.push_back(field_of(*values, row, prediction, arguments.digits));
       }
     }
     result.push_back(predictions.flags[row]);
@@ -108,6 +112,18 @@ void write_out(const PredictArguments& arguments, const study::PredictedResponse
                      arguments.out,
                      {.names = names_of(arguments, predictions), .fields = fields},
                      arguments.common);
+}
+
+ordered_json unused_json(const std::vector<study::UnusedModel>& models) {
+  ordered_json list = ordered_json::array();
+  for (const study::UnusedModel& model : models) {
+    list.push_back({{"species", text_or_null(model.species)},
+                    {"response", model.response},
+                    {"model", model.name},
+                    {"missing", model.missing},
+                    {"instead", text_or_null(model.instead)}});
+  }
+  return list;
 }
 
 void print_summary(const PredictArguments& arguments,
@@ -133,6 +149,7 @@ void print_summary(const PredictArguments& arguments,
       {"n", predictions.flags.size()},
       {"predicted", std::move(predicted)},
       {"flags", flags},
+      {"unused_models", unused_json(predictions.unused)},
       {"notes", predictions.notes}};
   print_json_value(result);
 }
@@ -230,6 +247,7 @@ void run(const CLI::App& command, PredictArguments arguments) {
        .standard_errors = arguments.standard_errors,
        .threads = arguments.common.threads,
        .role = arguments.role,
+       .other_roles = !arguments.has_role,
        .catalogue = &catalogue});
   add_note_on_species(library, table, predictions.notes);
   for (const std::string& note : predictions.notes) say(arguments.common, "note: " + note);
@@ -304,9 +322,15 @@ void add_predict_command(CLI::App& program) {
   add_file_options(command, *arguments);
   add_level_options(command, *arguments);
   add_interval_options(command, *arguments);
-  command.add_option("--role", arguments->role, "Which models of a study to use")
+  command
+      .add_option(
+          "--role",
+          arguments->role,
+          "Which models of a study to use; without this option, a model whose columns are not "
+          "all in the file is replaced by the next simpler one")
       ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
       ->capture_default_str();
+  add_digits_option(command, arguments->digits);
   command
       .add_option(
           "--columns", arguments->columns, "Names or formulas of the columns, such as dbh=DBH_cm")
@@ -318,7 +342,10 @@ void add_predict_command(CLI::App& program) {
   add_example(command,
               "silvafit predict library.json new.csv --level calibrated --interval 0.95 --out "
               "predictions.csv");
-  command.callback([arguments, &command] { run(command, *arguments); });
+  command.callback([arguments, &command] {
+    arguments->has_role = command.count("--role") > 0;
+    run(command, *arguments);
+  });
 }
 
 }  // namespace silvafit::cli

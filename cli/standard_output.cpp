@@ -8,7 +8,7 @@
 #include <iostream>
 #include <string>
 
-#include "silvafit/base/error.hpp"
+#include "silvafit/base/io_error.hpp"
 #include "silvafit/base/json_text.hpp"
 
 namespace silvafit::cli {
@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 void finish_standard_output() {
   std::cout.flush();
   if (!std::cout || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    throw InputError("writing to standard output failed");
+    throw IoError("writing to standard output failed");
   }
 }
 

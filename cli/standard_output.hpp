@@ -9,7 +9,7 @@ namespace silvafit::cli {
 
 /// Prints what the streams still hold. A result that did not arrive is no success, even where the
 /// disk filled up in its last lines.
-/// \throws InputError if standard output could not be written
+/// \throws IoError if standard output could not be written
 void finish_standard_output();
 
 /// Prints a value and a line end.

@@ -18,6 +18,7 @@
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"
@@ -327,7 +328,7 @@ void initialise(const StudyArguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   const stand::CheckedInventory inventory =
       read_inventory(arguments.inventory, {.keep_all = true}, arguments.common);
-  if (std::filesystem::exists(arguments.initial)) {
+  if (is_there(arguments.initial)) {
     throw InputError("the file already exists; remove it, or choose another name",
                      {.file = arguments.initial});
   }

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "silvafit/base/paths.hpp"
+
 namespace silvafit::cli {
 namespace {
 
@@ -64,7 +66,8 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
 /// A file as seen from a folder; what is named from the root stays so.
 std::string seen_from(const std::filesystem::path& folder, const std::string& file) {
   if (file.empty() || std::filesystem::path(file).is_absolute()) return file;
-  return std::filesystem::proximate(file, folder.empty() ? "." : folder).string();
+  const std::filesystem::path from = followed(folder.empty() ? "." : folder);
+  return followed(file).lexically_proximate(from).string();
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/report_page.hpp"
@@ -45,17 +46,15 @@ struct ViewArguments {
 };
 
 /// The folder or file name without its parent path.
-std::string name_of(const fs::path& source) {
-  const fs::path whole = fs::weakly_canonical(source);
-  return whole.filename().string();
-}
+std::string name_of(const fs::path& source) { return followed(source).filename().string(); }
 
 /// By its ending, or by its first bytes.
 bool is_glb(const fs::path& file) {
   if (file.extension() == ".glb" || file.extension() == ".GLB") return true;
+  if (kind_of(file) != PathKind::kFile) return false;
   std::string magic(4, '\0');
   std::ifstream stream(file, std::ios::binary);
-  return fs::is_regular_file(file) && stream.read(magic.data(), 4) && magic == "glTF";
+  return stream.read(magic.data(), 4) && magic == "glTF";
 }
 
 /// Whether a file name has the ending of a table, or none.
@@ -69,7 +68,7 @@ data::Table table_of(const fs::path& file, const ViewArguments& arguments) {
   try {
     return read_tree_table(file, arguments.options.columns, arguments.common);
   } catch (const InputError& error) {
-    if (is_called_table(file) || !fs::exists(file)) throw;
+    if (is_called_table(file) || !is_there(file)) throw;
     throw InputError(fmt::format("not a folder of `silvafit study`, a GLB scene or a CSV table of "
                                  "trees (as a table: {})",
                                  error.message()),
@@ -101,9 +100,9 @@ void check(const ViewArguments& arguments) {
 
 study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatalogue& catalogue) {
   const fs::path source = arguments.source;
-  if (fs::is_directory(source)) {
+  if (kind_of(source) == PathKind::kFolder) {
     const fs::path predictions = source / "predictions.csv";
-    if (!fs::exists(predictions)) {
+    if (!is_there(predictions)) {
       throw InputError("not a folder of `silvafit study`: it contains no predictions.csv",
                        {.file = source.string()});
     }
@@ -136,7 +135,7 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
 fs::path page_path(const ViewArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   const fs::path source = arguments.source;
-  if (fs::is_directory(source)) return source / "view.html";
+  if (kind_of(source) == PathKind::kFolder) return source / "view.html";
   return fs::path(source).replace_extension(".html");
 }
 
@@ -151,7 +150,7 @@ bool has_desktop() {
 /// Opens the page on the desktop. \return whether this succeeded
 bool open_in_browser(const fs::path& page) {
   std::string program = "xdg-open";
-  std::string file = fs::absolute(page).string();
+  std::string file = followed(page).string();
   std::vector<char*> words{program.data(), file.data(), nullptr};
   pid_t child = 0;
   if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ) != 0) {
@@ -183,7 +182,9 @@ void report(const ViewArguments& arguments,
                     counted(view.left_out.size() - kShown, "more row is", "more rows are")));
   }
   for (const std::string& note : view.notes) say(arguments.common, note);
-  const std::size_t bytes = fs::file_size(page);
+  std::error_code unknown;
+  const std::uintmax_t size = fs::file_size(page, unknown);
+  const std::size_t bytes = unknown ? 0 : size;
   if (arguments.common.json) {
     print_json_value({{"schema", "silvafit-view-command/1"},
                       {"silvafit", version()},

@@ -1,31 +1,35 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/base/atomic_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <array>
 #include <cerrno>
 #include <cstring>
-#include <iterator>
-#include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <system_error>
 #include <utility>
 
-#include "silvafit/base/error.hpp"
+#include "descriptor_stream.hpp"
+#include "silvafit/base/io_error.hpp"
+#include "unfinished_files.hpp"
 
 namespace silvafit {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Two writers of one process must not share a temporary file, nor two processes.
-fs::path temporary_beside(const fs::path& target) {
-  static std::atomic<unsigned> counter{0};
-  return fs::path(fmt::format("{}.{}.{}.part", target.string(), ::getpid(), counter++));
+std::string reason(const char* verb, int error_number) {
+  return fmt::format("cannot {} ({})", verb, std::strerror(error_number));
+}
+
+[[noreturn]] void cannot(const char* verb, const fs::path& path, int error_number) {
+  throw IoError(reason(verb, error_number), {.file = path.string()});
 }
 
 /// Whether what is written goes on at once, so that there is no file to put in its place: devices,
@@ -39,116 +43,139 @@ bool is_stream(const fs::path& target) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// The temporary files and folders of this process, which a signal may end at any time.
-class UnfinishedFiles {
- public:
-  static UnfinishedFiles& of_process() {
-    static UnfinishedFiles files;
-    return files;
+/// The file that a symbolic link names, whether it is there or not.
+fs::path behind_links(const fs::path& target) {
+  constexpr int kMostLinks = 40;  // as Linux follows
+  fs::path path = target;
+  for (int i = 0; i < kMostLinks; ++i) {
+    std::error_code error;
+    if (fs::symlink_status(path, error).type() != fs::file_type::symlink) return path;
+    const fs::path link = fs::read_symlink(path, error);
+    if (error) cannot("write", target, error.value());
+    path = path.parent_path() / link;
   }
+  cannot("write", target, ELOOP);
+}
 
-  void add(const fs::path& path) {
-    const std::lock_guard lock(mutex_);
-    paths_.insert(path);
-  }
-  /// Makes a folder whose name is not known before; it is known here as soon as it is there.
-  /// \return its path; empty if none could be made, with the reason in errno
-  fs::path make_folder(std::string pattern) {
-    const std::lock_guard lock(mutex_);
-    if (::mkdtemp(pattern.data()) == nullptr) return {};
-    paths_.insert(pattern);
-    return pattern;
-  }
-  void remove(const fs::path& path) {
-    const std::lock_guard lock(mutex_);
-    paths_.erase(path);
-  }
-  /// Other threads that begin a file from now on wait for the end of the process.
-  void discard() {
-    mutex_.lock();
-    std::error_code ignored;
-    for (const fs::path& path : paths_) fs::remove_all(path, ignored);
-  }
+/// The permissions of the file that is there; none if there is no file.
+std::optional<mode_t> permissions_of(const fs::path& path) {
+  struct stat status {};
+  constexpr mode_t kPermissions = 0777;
+  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
+  return status.st_mode & kPermissions;
+}
 
- private:
-  std::mutex mutex_;
-  std::set<fs::path> paths_;
-};
+/// Waits until what was written is on the disk. File systems that know no such thing are no error.
+bool reaches_disk(int descriptor) {
+  return ::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
+}
 
-[[noreturn]] void cannot(const char* verb, const fs::path& path, int error_number) {
-  throw InputError(fmt::format("cannot {} ({})", verb, std::strerror(error_number)),
-                   {.file = path.string()});
+/// A name is on the disk when its folder is. Folders that may not be read are left to the system.
+bool reaches_folder(const fs::path& file) {
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return opened.number() < 0 || reaches_disk(opened.number());
 }
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path target)
-    : target_(std::move(target)), temporary_(temporary_beside(target_)) {
-  if (is_stream(target_)) {
-    temporary_.clear();
+struct AtomicFile::State {
+  fs::path named;                   ///< as the caller says
+  fs::path target;                  ///< behind symbolic links
+  fs::path temporary{};             ///< empty: the target is written to
+  std::vector<fs::path> folders{};  ///< that were made for it
+  Descriptor descriptor;
+  DescriptorBuffer buffer;
+  std::ostream stream;
+  bool has_name = false;
+
+  State(fs::path name, fs::path file, UnfinishedFiles::Opened opened)
+      : named(std::move(name)),
+        target(std::move(file)),
+        temporary(std::move(opened.path)),
+        descriptor(opened.descriptor),
+        buffer(opened.descriptor),
+        stream(&buffer) {}
+
+  ~State() {
+    if (has_name || temporary.empty()) return;
+    ::unlink(temporary.c_str());
+    UnfinishedFiles::of_process().forget(temporary);
+    remove_empty(folders);
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  /// All bytes are written, and on the disk.
+  void finish() {
+    stream.flush();
+    if (!stream) cannot("write", named, buffer.error_number() != 0 ? buffer.error_number() : EIO);
+    if (!temporary.empty() && !reaches_disk(descriptor.number())) cannot("write", named, errno);
+    if (!descriptor.close()) cannot("write", named, errno);
+  }
+
+  void give_name() {
+    if (!temporary.empty() && ::rename(temporary.c_str(), target.c_str()) != 0) {
+      cannot("write", named, errno);
+    }
+    has_name = true;
+  }
+};
+
+AtomicFile::AtomicFile(const fs::path& target) {
+  if (is_stream(target)) {
     // At the end, behind what is there already.
-    stream_.open(target_, std::ios::binary | std::ios::app);
-    if (!stream_) cannot("write", target_, errno);
+    const int descriptor = ::open(target.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+    if (descriptor < 0) cannot("write", target, errno);
+    state_ =
+        std::make_unique<State>(target, target, UnfinishedFiles::Opened{.descriptor = descriptor});
     return;
   }
-  // Before anything is made, so that nothing is made after an interrupt has tidied up.
-  UnfinishedFiles::of_process().add(temporary_);
-  if (target_.has_parent_path()) {
-    std::error_code error;
-    fs::create_directories(target_.parent_path(), error);
+  const fs::path file = behind_links(target);
+  std::vector<fs::path> folders;
+  if (file.has_parent_path()) {
+    const std::error_code error =
+        UnfinishedFiles::of_process().make_folders(file.parent_path(), folders);
     if (error) {
-      UnfinishedFiles::of_process().remove(temporary_);
-      cannot("make the folder", target_.parent_path(), error.value());
+      remove_empty(folders);
+      cannot("make the folder", file.parent_path(), error.value());
     }
   }
-  stream_.open(temporary_, std::ios::binary | std::ios::trunc);
-  if (stream_) return;
-  const int reason = errno;
-  UnfinishedFiles::of_process().remove(temporary_);
-  cannot("write", target_, reason);
-}
-
-AtomicFile::~AtomicFile() {
-  if (committed_ || temporary_.empty()) return;
-  stream_.close();
-  std::error_code ignored;
-  fs::remove(temporary_, ignored);
-  UnfinishedFiles::of_process().remove(temporary_);
-}
-
-void AtomicFile::commit() {
-  stream_.close();
-  if (!stream_) cannot("write", target_, errno);
-  if (temporary_.empty()) {
-    committed_ = true;
-    return;
+  constexpr mode_t kOfNewFiles = 0666;
+  const std::optional<mode_t> permissions = permissions_of(file);
+  const UnfinishedFiles::Opened opened =
+      UnfinishedFiles::of_process().make_file(file, permissions.value_or(kOfNewFiles));
+  if (opened.descriptor < 0) {
+    const int error_number = errno;
+    remove_empty(folders);
+    cannot("write", target, error_number);
   }
-  std::error_code error;
-  fs::rename(temporary_, target_, error);
-  committed_ = !error;
-  if (error) cannot("write", target_, error.value());
-  UnfinishedFiles::of_process().remove(temporary_);
+  state_ = std::make_unique<State>(target, file, opened);
+  state_->folders = std::move(folders);
+  if (permissions && ::fchmod(opened.descriptor, *permissions) != 0) cannot("write", target, errno);
 }
 
-TemporaryFolder::TemporaryFolder(std::string_view name) {
-  std::error_code error;
-  const fs::path all = fs::temp_directory_path(error);
-  if (error) cannot("use the folder for temporary files", all, error.value());
-  // mkdtemp(3) puts letters of its own in place of the last six, which have to be X.
-  const fs::path pattern = all / fmt::format("{}-{:X>6}", name, "");
-  path_ = UnfinishedFiles::of_process().make_folder(pattern.string());
-  if (path_.empty()) cannot("make the folder", pattern, errno);
+AtomicFile::~AtomicFile() = default;
+
+std::ostream& AtomicFile::stream() { return state_->stream; }
+
+void AtomicFile::commit() { commit_together({this}); }
+
+void commit_together(const std::vector<AtomicFile*>& files) {
+  for (const AtomicFile* file : files) file->state_->finish();
+  UnfinishedFiles& unfinished = UnfinishedFiles::of_process();
+  unfinished.undivided([&files] {
+    for (const AtomicFile* file : files) file->state_->give_name();
+  });
+  std::set<fs::path> folders;
+  for (const AtomicFile* file : files) {
+    const AtomicFile::State& state = *file->state_;
+    if (state.temporary.empty()) continue;
+    unfinished.forget(state.temporary);
+    const bool is_new = folders.insert(state.target.parent_path()).second;
+    if (is_new && !reaches_folder(state.target)) cannot("write", state.named, errno);
+  }
 }
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-  UnfinishedFiles::of_process().remove(path_);
-}
-
-void require_writable_folder(const fs::path& folder) { const AtomicFile probe(folder / "probe"); }
-
-void discard_unfinished_files() { UnfinishedFiles::of_process().discard(); }
 
 void write_file(const fs::path& path, std::string_view bytes) {
   AtomicFile file(path);
@@ -156,14 +183,80 @@ void write_file(const fs::path& path, std::string_view bytes) {
   file.commit();
 }
 
+void require_writable_folder(const fs::path& folder) { const AtomicFile probe(folder / "probe"); }
+
+ResultFolder::ResultFolder(const fs::path& path) {
+  const std::error_code error = UnfinishedFiles::of_process().make_folders(path, made_);
+  try {
+    if (error) cannot("make the folder", path, error.value());
+    require_writable_folder(path);
+  } catch (...) {
+    remove_empty(made_);
+    throw;
+  }
+}
+
+ResultFolder::~ResultFolder() { remove_empty(made_); }
+
+TemporaryFolder::TemporaryFolder(std::string_view name) {
+  std::error_code error;
+  const fs::path all = fs::temp_directory_path(error);
+  if (error) cannot("use the folder for temporary files", all, error.value());
+  // mkdtemp(3) puts letters of its own in place of the last six, which have to be X.
+  const fs::path pattern = all / fmt::format("{}-{:X>6}", name, "");
+  path_ = UnfinishedFiles::of_process().make_temporary_folder(pattern.string());
+  if (path_.empty()) cannot("make the folder", pattern, errno);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+  UnfinishedFiles::of_process().forget(path_);
+}
+
+void discard_unfinished_files() { UnfinishedFiles::of_process().discard(); }
+
+int open_nameless_file(const fs::path& beside) {
+  std::vector<fs::path> folders;
+  std::error_code ignored;  // opening says what is wrong
+  const bool has_folder = !is_stream(beside);
+  const fs::path place = has_folder ? beside : fs::temp_directory_path(ignored) / "silvafit";
+  UnfinishedFiles& unfinished = UnfinishedFiles::of_process();
+  if (has_folder && beside.has_parent_path()) {
+    ignored = unfinished.make_folders(beside.parent_path(), folders);
+  }
+  const int descriptor = unfinished.make_nameless_file(place);
+  if (descriptor >= 0) return descriptor;
+  const int error_number = errno;
+  remove_empty(folders);
+  cannot("write", beside, error_number);
+}
+
 std::string read_file(const fs::path& path) {
-  std::error_code unknown;  // opening says why, if it is that the path cannot be followed
-  if (fs::is_directory(path, unknown)) cannot("read", path, EISDIR);
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) cannot("read", path, errno);
-  std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (stream.bad()) cannot("read", path, errno);
-  return bytes;
+  const auto refuse = [&path](int error_number) {
+    throw InputError(reason("read", error_number), {.file = path.string()});
+  };
+  const Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (opened.number() < 0) refuse(errno);
+  std::string bytes;
+  struct stat status {};
+  if (::fstat(opened.number(), &status) == 0 && status.st_size > 0) {
+    bytes.reserve(static_cast<std::size_t>(status.st_size));
+  }
+  constexpr std::size_t kBlock = std::size_t{1} << 16U;
+  std::array<char, kBlock> block{};
+  while (true) {
+    const ssize_t count = ::read(opened.number(), block.data(), block.size());
+    if (count > 0) {
+      bytes.append(block.data(), static_cast<std::size_t>(count));
+    } else if (count == 0) {
+      return bytes;
+    } else if (errno == EISDIR) {
+      refuse(EISDIR);
+    } else if (errno != EINTR) {
+      cannot("read", path, errno);
+    }
+  }
 }
 
 }  // namespace silvafit

@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "silvafit/base/error.hpp"
+#include "silvafit/base/io_error.hpp"
 
 namespace fs = std::filesystem;
 
@@ -31,7 +31,8 @@ TEST_CASE("a file appears only when it is committed") {
     CHECK_FALSE(fs::exists(target));
   }
   CHECK_FALSE(fs::exists(target));
-  CHECK(fs::is_empty(target.parent_path()));
+  // The folder was made for the file, and goes with it.
+  CHECK(fs::is_empty(folder.path));
 
   silvafit::write_file(target, "whole\n");
   CHECK(silvafit::read_file(target) == "whole\n");
@@ -61,6 +62,81 @@ TEST_CASE("a pipe is written to and stays a pipe") {
   REQUIRE(count == 7);
   CHECK(bytes.substr(0, 7) == "through");
   CHECK(fs::is_fifo(pipe));
+}
+
+TEST_CASE("a replaced file keeps its permissions") {
+  const Folder folder;
+  const fs::path target = folder.path / "file.txt";
+  silvafit::write_file(target, "old");
+  fs::permissions(target, fs::perms::owner_read | fs::perms::owner_write);
+  silvafit::write_file(target, "new");
+  CHECK(silvafit::read_file(target) == "new");
+  CHECK(fs::status(target).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+}
+
+TEST_CASE("what a link names is replaced, and the link stays") {
+  const Folder folder;
+  const fs::path target = folder.path / "target.txt";
+  const fs::path link = folder.path / "link.txt";
+  fs::create_symlink("target.txt", link);
+  for (const char* const text : {"new", "newer"}) {
+    silvafit::write_file(link, text);
+    CHECK(fs::is_symlink(link));
+    CHECK(silvafit::read_file(target) == text);
+  }
+}
+
+TEST_CASE("files that are committed together are there together") {
+  const Folder folder;
+  const fs::path one = folder.path / "one";
+  const fs::path other = folder.path / "other";
+  silvafit::write_file(one, "old");
+  {
+    silvafit::AtomicFile first(one);
+    silvafit::AtomicFile second(other);
+    first.stream() << "new";
+    second.stream() << "new";
+    CHECK(silvafit::read_file(one) == "old");
+    silvafit::commit_together({&first, &second});
+  }
+  CHECK(silvafit::read_file(one) == "new");
+  CHECK(silvafit::read_file(other) == "new");
+}
+
+TEST_CASE("large pieces and small ones keep their order") {
+  const Folder folder;
+  const fs::path target = folder.path / "file.txt";
+  std::string expected;
+  silvafit::AtomicFile file(target);
+  for (const std::size_t size : {1U, 65535U, 2U, 200000U, 65536U, 0U, 7U}) {
+    const std::string piece(size, static_cast<char>('a' + size % 26));
+    file.stream() << piece;
+    expected += piece;
+  }
+  file.commit();
+  CHECK(silvafit::read_file(target) == expected);
+}
+
+TEST_CASE("a full device is an error of input and output with its reason") {
+  CHECK_THROWS_AS(silvafit::write_file("/dev/full", "x"), silvafit::IoError);
+  CHECK_THROWS_WITH(silvafit::write_file("/dev/full", std::string(100000, 'x')),
+                    "/dev/full: cannot write (No space left on device)");
+}
+
+TEST_CASE("a folder for results goes if nobody writes into it") {
+  const Folder folder;
+  {
+    const silvafit::ResultFolder made(folder.path / "new" / "deep");
+    CHECK(fs::is_empty(folder.path / "new" / "deep"));
+  }
+  CHECK(fs::is_empty(folder.path));
+  {
+    const silvafit::ResultFolder made(folder.path / "new" / "deep");
+    silvafit::write_file(folder.path / "new" / "file", "x");
+  }
+  CHECK(fs::exists(folder.path / "new" / "file"));
+  CHECK_FALSE(fs::exists(folder.path / "new" / "deep"));
+  CHECK_THROWS_AS(silvafit::ResultFolder(folder.path / "new" / "file"), silvafit::IoError);
 }
 
 TEST_CASE("a file that cannot be written or read is named") {

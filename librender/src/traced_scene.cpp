@@ -115,6 +115,13 @@ Vector3f to_float(const Vector& value) {
   return Eigen::Map<const Eigen::Vector3d>(value.data()).cast<float>();
 }
 
+/// But for memory, failures of Embree are faults of the program.
+[[noreturn]] void fail(RTCError error) {
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  throw Error(
+      fmt::format("the ray tracing library (Embree) failed with error {}", static_cast<int>(error)));
+}
+
 RTCRay to_embree(const Ray& ray) {
   RTCRay result{};
   result.org_x = ray.origin.x();
@@ -133,7 +140,7 @@ RTCRay to_embree(const Ray& ray) {
 TracedScene::TracedScene(const Scene& scene)
     : models_(scene.models), device_(rtcNewDevice(nullptr)) {
   check(scene);
-  if (!device_) throw NumericalError("the ray tracing library (Embree) cannot be started");
+  if (!device_) fail(rtcGetDeviceError(nullptr));
   for (const Model& model : models_) model_scenes_.push_back(build(model));
   scene_.reset(rtcNewScene(device_.get()));
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
@@ -148,10 +155,7 @@ TracedScene::TracedScene(const Scene& scene)
 
 void TracedScene::check_device() const {
   const RTCError error = rtcGetDeviceError(device_.get());
-  if (error == RTC_ERROR_NONE) return;
-  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  throw NumericalError(fmt::format("the ray tracing library (Embree) failed with error {}",
-                                   static_cast<int>(error)));
+  if (error != RTC_ERROR_NONE) fail(error);
 }
 
 TracedScene::Geometry TracedScene::build(const Model& model) const {

@@ -53,7 +53,7 @@ class Faults(ProgramTest):
         # The report needs more than 200 kB.
         done = self.run_in(limited(resource.RLIMIT_FSIZE, 200_000), "study", str(EXAMPLE), "--species", "SM",
                            "--responses", "h", "--out", "out")
-        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertEqual(done.returncode, 5, done.stderr)
         self.assertIn("cannot write", done.stderr)
         for path in (self.folder / "out").rglob("*"):
             self.assertNotEqual(path.suffix, ".part")
@@ -63,7 +63,7 @@ class Faults(ProgramTest):
     def test_a_full_disk_leaves_no_scene(self):
         done = self.run_in(limited(resource.RLIMIT_FSIZE, 200_000), "grow", str(EXAMPLE), "--plot", "1",
                            "--scene", "stand.glb")
-        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertEqual(done.returncode, 5, done.stderr)
         self.assertIn("stand.glb", done.stderr)
         self.assertEqual(self.files(), [])
 
@@ -73,7 +73,7 @@ class Faults(ProgramTest):
             with open("/dev/full", "w", encoding="utf-8") as full:
                 done = subprocess.run([PROGRAM, *arguments], cwd=self.folder, stdout=full, stderr=subprocess.PIPE,
                                       text=True, timeout=60, check=False)
-            self.assertEqual(done.returncode, 3, arguments)
+            self.assertEqual(done.returncode, 5, arguments)
             self.assertIn("standard output", done.stderr)
 
     def test_a_folder_without_permission_is_refused_before_the_work(self):
@@ -88,7 +88,7 @@ class Faults(ProgramTest):
 
         for arguments in (["study", str(EXAMPLE), "--out", "locked/out"], ["grow", str(EXAMPLE), "--scene", "locked/s.glb"]):
             done = self.run_in(without_rights, *arguments)
-            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertEqual(done.returncode, 5, done.stderr)
             self.assertIn("Permission denied", done.stderr)
         self.assertEqual(self.files(), [])
 

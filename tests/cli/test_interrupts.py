@@ -76,7 +76,7 @@ class Interrupts(ProgramTest):
 
     def test_a_folder_that_cannot_be_written_is_refused_before_the_fits(self):
         self.write("file", "")
-        error = self.run_program("study", str(INVENTORY), "--out", "file", status=3).stderr
+        error = self.run_program("study", str(INVENTORY), "--out", "file", status=5).stderr
         self.assertIn("file: cannot make the folder", error)
         self.assertEqual(os.listdir(self.folder), ["file"])
 

@@ -7,7 +7,7 @@ import shutil
 import unittest
 from pathlib import Path
 
-from command_line import all_commands
+from command_line import all_commands, help_of
 from silvafit_program import ProgramTest, stand_csv
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "fir-mixed" / "inventory.csv"
@@ -59,6 +59,13 @@ class Commands(ProgramTest):
             with self.subTest(words):
                 self.assertEqual(self.run_program(*words, "--version").stdout, version)
         self.assertEqual(json.loads(self.run_program("fit", "--version", "--json").stdout)["schema"], "silvafit-version/1")
+
+    def test_help_says_where_to_begin(self):
+        said = help_of().split("Where to begin:\n")[1].splitlines()
+        self.assertEqual(len(said), 3)
+        for line, command in zip(said, ("study", "view", "COMMAND --help")):
+            self.assertTrue(line.startswith(f"  silvafit {command}"), line)
+        self.assertNotIn("Where to begin", help_of("study"))
 
     def test_help_of_every_command_has_an_example(self):
         for words in all_commands():

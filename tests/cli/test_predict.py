@@ -29,7 +29,7 @@ class Predictions(ProgramTest):
         return fit
 
     def predict(self, *arguments):
-        output = self.run_program("predict", "fit.json", "new.csv", *arguments).stdout
+        output = self.run_program("predict", "fit.json", "new.csv", "--digits", "17", *arguments).stdout
         return list(csv.DictReader(io.StringIO(output)))
 
     def height(self, fit, dbh, plot=None):
@@ -39,7 +39,7 @@ class Predictions(ProgramTest):
     def calibrated(self, new, *arguments):
         self.fit()
         self.write("plots.csv", new)
-        output = self.run_program("predict", "fit.json", "plots.csv", "--level", "calibrated",
+        output = self.run_program("predict", "fit.json", "plots.csv", "--level", "calibrated", "--digits", "17",
                                   *arguments).stdout
         return output, list(csv.DictReader(io.StringIO(output)))
 
@@ -140,12 +140,13 @@ class Predictions(ProgramTest):
                               "--method", "ols")]
         self.write("both.json", json.dumps({"fits": fits}))
         self.write("trees.csv", "plot,dbh,h\nA,20,\nA,25,27\n")
-        expected = self.run_program("predict", "both.json", "trees.csv").stdout
+        expected = self.run_program("predict", "both.json", "trees.csv", "--digits", "17").stdout
         predicted = list(csv.DictReader(io.StringIO(expected)))[0]["h_pred"]
         self.write("known.csv", f"plot,dbh,h\nA,20,{predicted}\nA,25,27\n")
         rows = {}
         for name in ("trees", "known"):
-            output = self.run_program("predict", "both.json", name + ".csv", "--interval", "0.9").stdout
+            output = self.run_program("predict", "both.json", name + ".csv", "--interval", "0.9", "--digits",
+                                      "17").stdout
             rows[name] = list(csv.DictReader(io.StringIO(output)))
         width = {name: float(found[0]["hcb_upper"]) - float(found[0]["hcb_lower"])
                  for name, found in rows.items()}
@@ -241,6 +242,25 @@ class Predictions(ProgramTest):
         self.assertIn("lowest AIC", done.stderr)
         self.assertEqual(len(done.stdout.splitlines()), 6)
 
+    def test_predictions_have_six_digits_and_more_where_they_are_asked_for(self):
+        self.fit()
+        whole = [row["h_pred"] for row in self.predict()]
+        self.assertGreater(len(whole[0].replace(".", "")), 13)
+        for options, digits in (((), 6), (("--digits", "3"), 3), (("--digits", "15"), 15)):
+            done = self.run_program("predict", "fit.json", "new.csv", "--interval", "0.9", *options)
+            for row, value in zip(csv.DictReader(io.StringIO(done.stdout)), whole):
+                self.assertEqual(row["h_pred"], value and f"{float(value):.{digits}g}")
+                self.assertLessEqual(len(row["h_lower"].replace(".", "").lstrip("-0")), digits)
+        for wrong in ("0", "18", "2.5"):
+            self.run_program("predict", "fit.json", "new.csv", "--digits", wrong, status=2)
+
+    def test_large_and_small_predictions_keep_their_form(self):
+        self.write("stand.csv", "x,y\n" + "".join(f"{i},{1234567.89 * i}\n" for i in range(1, 9)))
+        self.write("fit.json", json.dumps(self.run_json("fit", "stand.csv", "--formula", "y ~ a*x")))
+        self.write("new.csv", "x\n1\n0.0001\n0\n")
+        done = self.run_program("predict", "fit.json", "new.csv")
+        self.assertEqual([row["y_pred"] for row in csv.DictReader(io.StringIO(done.stdout))], ["1234570", "123.457", "0"])
+
     def test_json_sums_up(self):
         self.fit()
         summary = self.run_json("predict", "fit.json", "new.csv", "--out", "out.csv")
@@ -272,7 +292,7 @@ class Libraries(ProgramTest):
     def predict(self, trees, *arguments, status=0):
         self.write("library.json", json.dumps(self.library))
         self.write("new.csv", trees)
-        done = self.run_program("predict", "library.json", "new.csv", *arguments, status=status)
+        done = self.run_program("predict", "library.json", "new.csv", "--digits", "17", *arguments, status=status)
         return done.stderr if status else list(csv.DictReader(io.StringIO(done.stdout)))
 
     def test_a_predicted_height_stands_in_for_a_missing_one(self):
@@ -289,7 +309,7 @@ class Libraries(ProgramTest):
         self.assertEqual(rows[0]["flag"], "h predicted")
 
     def test_what_cannot_be_used_is_refused(self):
-        error = self.predict("species,h\nSM,20\n", status=3)
+        error = self.predict("species,age\nSM,20\n", status=3)
         self.assertIn("unknown column 'dbh'", error)
         error = self.predict("dbh,h\n10,20\n", status=3)
         self.assertIn("the column 'species' is missing", error)
@@ -304,6 +324,85 @@ class Libraries(ProgramTest):
         error = self.predict("species,dbh\nSM,20\n", status=3)
         self.assertIn("library.json: schema: silvafit-library/2 is from a newer silvafit", error)
 
+    def with_crowding(self):
+        """Heights of two species by models with and without C, and crown widths of one that need C."""
+        self.write("h.csv", "plot,dbh,h,C,cw\n" + "".join(
+            f"{1 + i % 4},{10 + i},{9 + i + 2 * (i % 3) + i % 4 + math.sin(i):.3f},{i % 3},{2 + i % 3 + math.cos(i):.3f}\n"
+            for i in range(40)))
+        plain = self.run_json("fit", "h.csv", "--formula", "h ~ a + b*dbh")
+        crowded = self.run_json("fit", "h.csv", "--formula", "h ~ a + b*dbh + c*C")
+        mixed = self.run_json("fit", "h.csv", "--formula", "h ~ a + b*dbh + c*C", "--random", "a | plot")
+        wide = self.run_json("fit", "h.csv", "--formula", "cw ~ a + b*C")
+        models = [{"species": species, "response": "h", "unit": "m", "role": role, "fit": fit}
+                  for species in ("SM", "MH") for role, fit in (("ols", plain), ("covariates", crowded), ("nlme", mixed))]
+        models.append({"species": "SM", "response": "cw", "unit": "m", "role": "nlme", "fit": wide})
+        self.library["models"] = models
+        return plain, crowded, mixed
+
+    def test_where_a_column_is_missing_a_plainer_model_predicts(self):
+        plain, _, _ = self.with_crowding()
+        trees = "plot,tree,species,dbh\n1,1,SM,20\n1,2,MH,30\n"
+        rows = self.predict(trees)
+        for row in rows:
+            height = plain["fixed"]["a"]["estimate"] + plain["fixed"]["b"]["estimate"] * float(row["dbh"])
+            self.assertAlmostEqual(float(row["h_pred"]), height, 10)
+            self.assertIn("h by the ols model: no column C", row["flag"])
+        self.assertNotIn("cw_pred", rows[0])
+        done = self.run_program("predict", "library.json", "new.csv", "--json")
+        self.assertIn("note: column C is missing: cw is not predicted (SM); h is predicted by the ols model instead of the nlme model (SM, MH)",
+                      done.stderr)
+        self.assertIn("silvafit indices", done.stderr)
+        summary = json.loads(done.stdout)
+        self.assertEqual(summary["predicted"], {"h": 2})
+        self.assertEqual(summary["unused_models"], [
+            {"species": "SM", "response": "h", "model": "nlme", "missing": ["C"], "instead": "ols"},
+            {"species": "MH", "response": "h", "model": "nlme", "missing": ["C"], "instead": "ols"},
+            {"species": "SM", "response": "cw", "model": "nlme", "missing": ["C"], "instead": None}])
+        # The calibrated level is no obstacle, though least squares knows no plots.
+        self.assertEqual([row["h_pred"] for row in self.predict(trees, "--level", "calibrated")],
+                         [row["h_pred"] for row in rows])
+        # With the column all is as it was.
+        rows = self.predict("plot,tree,species,dbh,C\n1,1,SM,20,1\n")
+        self.assertEqual(rows[0]["flag"], "")
+        self.assertNotEqual(rows[0]["cw_pred"], "")
+
+    def test_a_role_that_is_asked_for_is_not_replaced(self):
+        self.with_crowding()
+        trees = "plot,tree,species,dbh\n1,1,SM,20\n"
+        error = self.predict(trees, "--role", "nlme", status=3)
+        self.assertIn("unknown column 'C'", error)
+        self.assertIn("The models of --role ols do not need it", error)
+        self.assertNotEqual(self.predict(trees, "--role", "ols")[0]["h_pred"], "")
+
+    def test_a_model_whose_column_is_missing_does_not_stop_the_others(self):
+        rows = self.predict("species,h\nSM,20\n")
+        self.assertAlmostEqual(float(rows[0]["hcb_pred"]), self.slope * 20, 10)
+        self.assertNotIn("h_pred", rows[0])
+        # Neither h nor what it is predicted from: what needs h falls away with it.
+        self.write("cw.csv", "age,cw\n10,2\n20,3\n30,5\n40,6\n")
+        wide = self.run_json("fit", "cw.csv", "--formula", "cw ~ a + b*age")
+        self.library["models"].append({"species": "SM", "response": "cw", "unit": "m", "role": "nlme", "fit": wide})
+        rows = self.predict("species,age\nSM,20\n")
+        self.assertEqual(list(rows[0]), ["species", "age", "cw_pred", "flag"])
+        # A species may lack what another one has.
+        self.library["models"].append({"species": "OF", "response": "h", "unit": "m", "role": "nlme",
+                                       "fit": self.run_json("fit", "h.csv", "--formula", "h ~ a + b*dbh^c")})
+        self.library["models"][0]["species"] = "OF"
+        rows = self.predict("species,h\nSM,20\nOF,20\n")
+        self.assertEqual([row["hcb_pred"] == "" for row in rows], [True, False])
+
+    def test_of_several_fits_the_best_that_has_its_columns_predicts(self):
+        _, crowded, _ = self.with_crowding()
+        plain = self.library["models"][0]["fit"]
+        self.write("fits.json", json.dumps({"fits": [crowded, plain]}))
+        self.write("new.csv", "dbh\n20\n")
+        done = self.run_program("predict", "fits.json", "new.csv", "--digits", "17")
+        self.write("plain.json", json.dumps(plain))
+        alone = self.run_program("predict", "plain.json", "new.csv", "--digits", "17")
+        self.assertEqual([row["h_pred"] for row in csv.DictReader(io.StringIO(done.stdout))],
+                         [row["h_pred"] for row in csv.DictReader(io.StringIO(alone.stdout))])
+        self.assertIn("column C is missing", done.stderr)
+
     def test_indices_are_computed_as_in_the_study(self):
         trees = str(EXAMPLES / "fir-mixed" / "inventory.csv")
         self.run_program("study", trees, "--species", "SM,BHN", "--responses", "cw", "--per", "stand", "--neighbors", "6",
@@ -311,7 +410,7 @@ class Libraries(ProgramTest):
         indices = "W=W,M=M,U=U,C=C"
 
         def crown_widths(library):
-            done = self.run_program("predict", library, trees, "--columns", indices)
+            done = self.run_program("predict", library, trees, "--columns", indices, "--digits", "17")
             self.assertIn("from the 6 nearest trees of the stand" if library.startswith("study/") else
                           "from the 4 nearest trees of each plot", done.stderr)
             return {(row["plot"], row["tree"]): row["cw_pred"] for row in csv.DictReader(io.StringIO(done.stdout))

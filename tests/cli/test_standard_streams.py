@@ -36,7 +36,7 @@ class StandardStreams(ProgramTest):
     def test_results_for_a_closed_standard_output_are_an_error(self):
         self.write("stand.csv", stand_csv())
         for arguments in (["models"], ["fit", "stand.csv", "--model", "M4", "--json"]):
-            self.assertEqual(self.status(with_closed(1), *arguments), 3, arguments)
+            self.assertEqual(self.status(with_closed(1), *arguments), 5, arguments)
 
 
 if __name__ == "__main__":

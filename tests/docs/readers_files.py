@@ -4,8 +4,12 @@
 import re
 import shlex
 import shutil
+import sys
 import threading
 from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "support"))
+from r_export import write_as_r_does
 
 EXAMPLE = "examples/fir-mixed/inventory.csv"
 CURVE = "--formula 'h ~ 1.3 + a*(1 - exp(-b*dbh))' --where 'species == \"BHN\"' --json"
@@ -48,7 +52,6 @@ MADE_BY = {
 }
 
 # Data that the pages let a reader take from R packages.
-PUBLIC = Path(__file__).resolve().parents[1] / "reference/data-gpl"
 FROM_R = ("spati.csv", "alsTree.csv")
 
 WRITES = re.compile(r"--(out|scene|truth|init|html|residuals|excluded)$")
@@ -79,7 +82,7 @@ class Reader:
             if (page_folder / name).exists():
                 continue
             if name in FROM_R:
-                shutil.copy(PUBLIC / name, page_folder / name)
+                write_as_r_does(name, page_folder / name)
             elif name in MADE_BY:
                 with self.lock:
                     if not (self.folder / name).exists():

@@ -227,7 +227,7 @@ class StudyFiles(unittest.TestCase):
     def test_library_gives_the_same_predictions_in_another_run(self):
         for level, column in (("conditional", "conditional"), ("population", "population")):
             run(self.place, "predict", "study/library.json", "study/predictions.csv", "--level",
-                level, "--out", "predicted.csv")
+                level, "--digits", "17", "--out", "predicted.csv")
             predicted = read_csv(f"{self.place}/predicted.csv")
             for row in predicted:
                 for response in RESPONSES:

@@ -89,7 +89,7 @@ bool ProjectedModel::evaluate_jacobian(Eigen::MatrixXd& jacobian) {
   jacobian = -jacobian_(Eigen::all, split_.nonlinear);
   if (!jacobian.allFinite()) return false;
   if (!split_.linear.empty()) jacobian -= basis_ * (basis_.transpose() * jacobian).eval();
-  return true;
+  return jacobian.allFinite();
 }
 
 }  // namespace silvafit::fit

@@ -13,6 +13,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/data/json_reader.hpp"
 
 namespace silvafit::study {
@@ -289,12 +290,13 @@ std::string BaseModel::nonsense(std::map<std::string, double> values, double top
 
 Catalogue Catalogue::load(const std::filesystem::path& models_directory) {
   const std::filesystem::path directory = models_directory / "base";
-  std::error_code failure;
   Catalogue result;
-  for (const auto& entry : std::filesystem::directory_iterator(directory, failure)) {
-    if (entry.path().extension() == ".json") result.models_.push_back(read_model(entry.path()));
+  if (kind_of(directory) == PathKind::kFolder) {
+    for (const auto& file : files_in_folder(directory, ".json")) {
+      result.models_.push_back(read_model(file));
+    }
   }
-  if (failure || result.models_.empty()) {
+  if (result.models_.empty()) {
     throw InputError("no base models were found", {.file = directory.string()});
   }
   std::sort(result.models_.begin(), result.models_.end(), [](const auto& a, const auto& b) {

@@ -14,6 +14,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
@@ -139,22 +140,19 @@ std::vector<std::string> published_libraries(const std::filesystem::path& models
   std::vector<std::string> names;
   const std::filesystem::path folder = models_directory / "published";
   try {
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-    }
-  } catch (const std::filesystem::filesystem_error& error) {
-    throw InputError(fmt::format("the published libraries cannot be read ({}); reinstall silvafit, "
-                                 "or set SILVAFIT_DATA_DIR",
-                                 error.code().message()),
+    for (const auto& file : files_in_folder(folder, ".json")) names.push_back(file.stem().string());
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("the published libraries: {}; reinstall silvafit, or set "
+                                 "SILVAFIT_DATA_DIR",
+                                 error.message()),
                      {.file = folder.string()});
   }
-  std::ranges::sort(names);
   return names;
 }
 
 ModelLibrary find_library(const std::string& name_or_file,
                           const std::filesystem::path& models_directory) {
-  if (std::filesystem::exists(name_or_file)) return read_library(name_or_file);
+  if (is_there(name_or_file)) return read_library(name_or_file);
   const std::vector<std::string> names = published_libraries(models_directory);
   if (std::ranges::find(names, name_or_file) != names.end()) {
     return read_library(models_directory / "published" / (name_or_file + ".json"));

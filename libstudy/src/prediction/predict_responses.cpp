@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <utility>
 
+#include "prediction/chosen_models.hpp"
 #include "prediction/fitted_labels.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
-#include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::study {
@@ -23,101 +22,6 @@ using Names = std::vector<std::string>;
 
 bool contains(const Names& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
-}
-
-/// The models of one response, by species; the species "" stands for all.
-struct ResponseModels {
-  std::string response{};
-  std::map<std::string, const LibraryModel*> by_species{};
-
-  const LibraryModel* model_for(const std::string& species) const {
-    const auto own = by_species.find(species);
-    if (own != by_species.end()) return own->second;
-    const auto any = by_species.find("");
-    return any == by_species.end() ? nullptr : any->second;
-  }
-
-  bool needs(const std::string& column) const {
-    return std::ranges::any_of(by_species, [&column](const auto& entry) {
-      return contains(entry.second->fit.specification.predictors(), column);
-    });
-  }
-};
-
-std::string described(const LibraryModel& model) {
-  const std::string species = model.species.empty() ? "" : " for species " + model.species;
-  return model.response + species;
-}
-
-/// Keeps the better of two models for the same trees.
-void add_model(const LibraryModel& model, ResponseModels& models, Names& notes) {
-  const LibraryModel*& place = models.by_species[model.species];
-  if (place == nullptr) {
-    place = &model;
-    return;
-  }
-  if (model.fit.aic() < place->fit.aic()) place = &model;
-  const std::string note =
-      fmt::format("several models for {}: the one with the lowest AIC is used", described(model));
-  if (!contains(notes, note)) notes.push_back(note);
-}
-
-std::vector<ResponseModels> chosen_models(const ModelLibrary& library,
-                                          const std::string& role,
-                                          Names& notes) {
-  std::vector<ResponseModels> result;
-  std::set<std::string> roles;
-  for (const LibraryModel& model : library.models) {
-    roles.insert(model.role);
-    if (!model.role.empty() && model.role != role) continue;
-    auto models = std::ranges::find(result, model.response, &ResponseModels::response);
-    if (models == result.end()) models = result.insert(result.end(), {.response = model.response});
-    if (model.fit.convergence.converged) {
-      add_model(model, *models, notes);
-    } else {
-      notes.push_back(fmt::format("a model for {} is not used because its fit did not converge",
-                                  described(model)));
-    }
-  }
-  if (result.empty()) {
-    if (library.models.empty()) throw InputError("the library has no models");
-    throw UsageError(
-        fmt::format("the library has no converged model with the role {}; available: {}",
-                    role,
-                    fmt::join(roles, ", ")));
-  }
-  return result;
-}
-
-/// The responses in an order in which those that others need come first.
-std::vector<std::size_t> order_of(const std::vector<ResponseModels>& models) {
-  std::vector<std::size_t> order;
-  std::vector<bool> seen(models.size(), false);
-  const auto visit = [&](const auto& self, std::size_t i) -> void {
-    if (seen[i]) return;
-    seen[i] = true;
-    for (std::size_t j = 0; j < models.size(); ++j) {
-      if (models[i].needs(models[j].response)) self(self, j);
-    }
-    order.push_back(i);
-  };
-  for (std::size_t i = 0; i < models.size(); ++i) visit(visit, i);
-  return order;
-}
-
-/// Complains of all structural indices at once that some model needs and the table lacks.
-void require_indices(const std::vector<ResponseModels>& models, const data::Table& table) {
-  std::vector<std::string> missing;
-  for (const ResponseModels& response : models) {
-    for (const auto& [species, model] : response.by_species) {
-      for (const std::string& name : model->fit.specification.predictors()) {
-        if (is_structure_name(name) && !table.has(name) && !contains(missing, name)) {
-          missing.push_back(name);
-        }
-      }
-    }
-  }
-  require_numbers(table, missing);
 }
 
 /// Predicts response by response, and fills gaps of what later ones need.
@@ -133,7 +37,7 @@ class Predictor {
       const LibraryModel* model = models.model_for(species);
       if (model != nullptr) {
         rows_of[model].push_back(row);
-      } else {
+      } else if (!models.remarks.contains(species)) {
         flag(row,
              fmt::format("no model of {}{}",
                          models.response,
@@ -143,6 +47,7 @@ class Predictor {
     PredictedResponse result = empty_response(models.response);
     errors_[models.response] = {.mean = missing(), .tree = missing()};
     for (const auto& [model, rows] : rows_of) predict_rows(model->fit, rows, result);
+    flag_remarks(models);
     return result;
   }
 
@@ -181,10 +86,18 @@ class Predictor {
     if (!contains(flags_[row], text)) flags_[row].push_back(text);
   }
 
+  void flag_remarks(const ResponseModels& models) {
+    if (models.remarks.empty()) return;
+    for (std::size_t row = 0; row < table_.rows(); ++row) {
+      const std::string species = species_of(models, row);
+      const bool has_own = models.by_species.contains(species) || models.remarks.contains(species);
+      const auto remark = models.remarks.find(has_own ? species : "");
+      if (remark != models.remarks.end()) flag(row, remark->second);
+    }
+  }
+
   std::string species_of(const ResponseModels& models, std::size_t row) {
-    const bool has_species = std::ranges::any_of(
-        models.by_species, [](const auto& entry) { return !entry.first.empty(); });
-    if (!has_species) return "";
+    if (!models.is_by_species()) return "";
     if (!table_.has("species")) {
       throw InputError("the column 'species' is missing; the library selects its models by species",
                        {.file = table_.file()});
@@ -476,8 +389,10 @@ PredictedResponses predict_responses(const ModelLibrary& library,
                                      const data::Table& table,
                                      const PredictResponsesOptions& options) {
   PredictedResponses result;
-  const std::vector<ResponseModels> models = chosen_models(library, options.role, result.notes);
-  require_indices(models, table);
+  ChosenModels chosen = choose_models(library, table, options);
+  result.notes = std::move(chosen.notes);
+  result.unused = std::move(chosen.unused);
+  const std::vector<ResponseModels>& models = chosen.responses;
   Predictor predictor(table, options);
   result.responses.resize(models.size());
   for (const std::size_t i : order_of(models)) {

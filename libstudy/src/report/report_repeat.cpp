@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 #include <boost/version.hpp>
 
-#include "library/fingerprint.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/fingerprint.hpp"
 
 namespace silvafit::study {
 namespace {

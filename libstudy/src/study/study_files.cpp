@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "library/fingerprint.hpp"
 #include "report/left_out_json.hpp"
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/base/error.hpp"
+#include "silvafit/base/fingerprint.hpp"
+#include "silvafit/base/io_error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
@@ -105,10 +105,10 @@ void remove_earlier_indices(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::remove(path, error);
   if (!error) return;
-  throw InputError(fmt::format("belongs to an earlier study and cannot be removed ({}); remove it, "
-                               "or choose another folder",
-                               error.message()),
-                   {.file = path.string()});
+  throw IoError(fmt::format("belongs to an earlier study and cannot be removed ({}); remove it, "
+                            "or choose another folder",
+                            error.message()),
+                {.file = path.string()});
 }
 
 }  // namespace

@@ -126,6 +126,11 @@ Place place_of(const data::Table& table, std::size_t row, std::string_view colum
   return place;
 }
 
+std::string origin_of_missing(const std::vector<std::string>& columns, const data::Table& table) {
+  const auto index = std::ranges::find_if(columns, is_structure_name);
+  return index == columns.end() ? std::string() : origin_of(*index, columns, table);
+}
+
 data::Table rows_where(std::string_view condition, const data::Table& table) {
   const std::vector<double> holds = checked_values(condition, table);
   std::vector<std::size_t> rows;

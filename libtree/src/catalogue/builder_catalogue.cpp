@@ -3,6 +3,7 @@
 
 #include "catalogue/species_names.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/tree/bamboo.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/ifs.hpp"
@@ -14,12 +15,8 @@ namespace {
 
 /// The .json files of a folder; none if there is no such folder.
 std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files;
-  if (!std::filesystem::is_directory(folder)) return files;
-  for (const auto& file : std::filesystem::directory_iterator(folder)) {
-    if (file.path().extension() == ".json") files.push_back(file.path());
-  }
-  return files;
+  if (kind_of(folder) != PathKind::kFolder) return {};
+  return files_in_folder(folder, ".json");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "catalogue/json_entry.hpp"
 #include "catalogue/preset_head.hpp"
 #include "catalogue/species_names.hpp"
+#include "silvafit/base/paths.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -158,13 +159,12 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
 
 PresetCatalogue PresetCatalogue::load(const fs::path& models) {
   const fs::path folder = models / "presets";
-  if (!fs::is_directory(folder)) {
+  if (kind_of(folder) != PathKind::kFolder) {
     throw InputError("no species presets in this folder", {.file = folder.string()});
   }
   PresetCatalogue catalogue;
-  for (const auto& file : fs::directory_iterator(folder)) {
-    if (file.path().extension() != ".json") continue;
-    catalogue.presets_.push_back(preset_of(models, file.path()));
+  for (const auto& file : files_in_folder(folder, ".json")) {
+    catalogue.presets_.push_back(preset_of(models, file));
   }
   std::sort(catalogue.presets_.begin(),
             catalogue.presets_.end(),

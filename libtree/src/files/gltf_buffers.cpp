@@ -111,9 +111,12 @@ std::size_t GltfBuffers::put(const void* bytes, std::size_t size) {
   return at;
 }
 
-std::string GltfBuffers::description(const std::string& uri) const {
+std::string GltfBuffers::description(const std::string& uri, const std::string& fingerprint) const {
   std::string text = fmt::format("{{\"byteLength\":{}", data_.size());
   if (!uri.empty()) text += ",\"uri\":" + json_quoted(uri);
+  if (!fingerprint.empty()) {
+    text += fmt::format(",\"extras\":{{\"fingerprint\":{}}}", json_quoted(fingerprint));
+  }
   text += '}';
   if (compress_) {
     text += fmt::format(

@@ -43,8 +43,9 @@ class GltfBuffers {
   Spool& views() { return views_.spool(); }
   Spool& accessors() { return accessors_.spool(); }
   /// The items of the array "buffers".
-  /// \param uri  of the buffer's own file; empty if it is in the same file
-  std::string description(const std::string& uri) const;
+  /// \param uri          of the buffer's own file; empty if it is in the same file
+  /// \param fingerprint  of the bytes of that file; empty: not written
+  std::string description(const std::string& uri, const std::string& fingerprint) const;
 
  private:
   std::size_t add_stream(const PackedStream& stream, const std::string& more);

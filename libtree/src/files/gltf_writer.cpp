@@ -17,6 +17,7 @@
 #include "files/packed_part.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/fingerprint.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -255,7 +256,11 @@ class GltfWriter final : public SceneWriter {
     return fmt::format(",\"extensionsUsed\":[{0}],\"extensionsRequired\":[{0}]", names);
   }
 
-  Pieces description(const std::string& uri) {
+  /// \param uri          of the buffer; empty: it follows in the same file
+  /// \param fingerprint  of a buffer in a file of its own, by which readers tell that the two
+  /// belong
+  ///                     together
+  Pieces description(const std::string& uri, const std::string& fingerprint) {
     const Position& origin = options_.origin;
     Pieces pieces;
     pieces.add(
@@ -274,12 +279,12 @@ class GltfWriter final : public SceneWriter {
     pieces.add(buffers_.accessors());
     pieces.add("],\"bufferViews\":[");
     pieces.add(buffers_.views());
-    pieces.add("],\"buffers\":[" + buffers_.description(uri) + "]}");
+    pieces.add("],\"buffers\":[" + buffers_.description(uri, fingerprint) + "]}");
     return pieces;
   }
 
   std::size_t write_binary_to(std::ostream& stream) {
-    Pieces text = description({});
+    Pieces text = description({}, {});
     text.add(std::string(aligned_to_word(text.size()) - text.size(), ' '));
     constexpr std::size_t kHeaders = 12 + 8 + 8;
     const std::size_t total = kHeaders + text.size() + buffers_.size();
@@ -304,13 +309,16 @@ class GltfWriter final : public SceneWriter {
 
   std::size_t write_with_buffer() {
     AtomicFile buffer(buffer_path());
-    buffers_.data().copy_to(buffer.stream());
+    Fingerprint fingerprint;
+    buffers_.data().read([&](std::string_view bytes) {
+      buffer.stream().write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+      fingerprint.add(bytes);
+    });
     AtomicFile file(path_);
-    const Pieces text = description(uri_of(buffer_path().filename().string()));
+    const Pieces text = description(uri_of(buffer_path().filename().string()), fingerprint.text());
     text.write_to(file.stream());
     // The buffer first, so that a description never refers to a missing file.
-    buffer.commit();
-    file.commit();
+    commit_together({&buffer, &file});
     return text.size() + buffers_.size();
   }
 

@@ -45,7 +45,7 @@ class Pieces {
 
   /// Bytes of all of them.
   std::size_t size() const;
-  /// \throws InputError if the disk fails
+  /// \throws IoError if the disk fails
   void write_to(std::ostream& to) const;
 
  private:

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <memory>
 #include <set>
+#include <vector>
 
 #include "files/baked.hpp"
 #include "files/format_writers.hpp"
@@ -45,9 +47,12 @@ class ObjWriter final : public BakingWriter {
     if (vertices_ == 0) throw GeometryError("a scene needs at least one tree");
     AtomicFile materials(materials_path_);
     materials.stream() << materials_;
-    // The materials first, so that an OBJ file never refers to a missing file.
-    materials.commit();
-    file_.commit();
+    // The OBJ file last, so that it never refers to a missing file.
+    std::vector<AtomicFile*> files;
+    for (const auto& picture : picture_files_) files.push_back(picture.get());
+    files.push_back(&materials);
+    files.push_back(&file_);
+    commit_together(files);
     return size_ + materials_.size();
   }
 
@@ -125,7 +130,8 @@ class ObjWriter final : public BakingWriter {
     const std::filesystem::path path = path_of_picture(texture.name);
     if (pictures_.insert(texture.name).second) {
       const std::string bytes = png_bytes(texture);
-      write_file(path, bytes);
+      picture_files_.push_back(std::make_unique<AtomicFile>(path));
+      picture_files_.back()->stream() << bytes;
       size_ += bytes.size();
     }
     return path.filename().string();
@@ -141,6 +147,7 @@ class ObjWriter final : public BakingWriter {
   std::string materials_{};
   std::set<std::string> known_{};
   std::set<std::string> pictures_{};
+  std::vector<std::unique_ptr<AtomicFile>> picture_files_{};
   std::size_t vertices_ = 0;
   std::size_t uvs_ = 0;
   std::size_t size_ = 0;

@@ -10,6 +10,7 @@
 #include "files/gltf_document.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/fingerprint.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -34,8 +35,11 @@ ReadScene guarded(Read read) {
   try {
     return read();
   } catch (const json::exception& error) {
-    // The value with this name has another type than glTF requires.
-    refuse_gltf(error.what());
+    // The value with this name has another type than glTF requires. The library puts a mark before
+    // its message: "[json.exception.type_error.302] type must be number, ...".
+    const std::string_view message = error.what();
+    const std::size_t mark = message.find("] ");
+    refuse_gltf(std::string(message.substr(mark == std::string_view::npos ? 0 : mark + 2)));
   }
 }
 
@@ -89,6 +93,20 @@ std::string unescaped(const std::string& uri) {
   return name;
 }
 
+/// A kill or a copy of one file alone leaves a description beside the buffer of another scene.
+void require_own_buffer(const json& buffer, const std::string& bytes, const std::string& uri) {
+  const auto length = buffer.find("byteLength");
+  const bool is_short = length != buffer.end() && length->is_number_unsigned() &&
+                        length->get<std::size_t>() > bytes.size();
+  const auto extras = buffer.find("extras");
+  const std::string mark =
+      extras == buffer.end() ? std::string() : gltf_text(*extras, "fingerprint");
+  const bool is_other = mark.starts_with("fnv1a64:") && mark != fingerprint(bytes);
+  if (!is_short && !is_other) return;
+  refuse_gltf("its buffer " + uri +
+              " is not the one that was written with it; write the scene again");
+}
+
 ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::string& bytes) {
   require_gltf(bytes);
   json description = parsed(bytes);
@@ -107,6 +125,7 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
       }
       if (!names.insert(name).second) refuse_gltf("two of its buffers are the same file: " + uri);
       buffers.push_back(read_file(path.parent_path() / name));
+      require_own_buffer(buffer, buffers.back(), uri);
     }
   }
   return read_document(std::move(description), std::move(buffers));

@@ -318,6 +318,29 @@ TEST_CASE("damaged files are refused, whatever is wrong with them") {
   }
 }
 
+TEST_CASE("a description does not take the buffer of another scene") {
+  const Folder folder("silvafit-buffers-test");
+  for (const char* const name : {"a.gltf", "b.gltf"}) {
+    const auto writer = open_scene(folder / name, SceneFormat::kGltf);
+    writer->add_tree(fir_tree(name, {}));
+    if (name[0] == 'b') writer->add_tree(fir_tree("2", {}));
+    writer->finish();
+    CHECK_NOTHROW(read_scene(folder / name));
+  }
+  const std::string own = read_file(folder / "a.bin");
+  std::string changed = own;
+  changed.back() = static_cast<char>(changed.back() ^ 1);
+  for (const std::string& buffer :
+       {read_file(folder / "b.bin"), own.substr(0, own.size() - 4), changed}) {
+    write_file(folder / "a.bin", buffer);
+    CHECK_THROWS_WITH(
+        read_scene(folder / "a.gltf"),
+        Catch::Matchers::Contains("its buffer a.bin is not the one that was written with it"));
+  }
+  write_file(folder / "a.bin", own);
+  CHECK_NOTHROW(read_scene(folder / "a.gltf"));
+}
+
 TEST_CASE("the ground passes through every stem and covers the stand once") {
   std::vector<Position> stems;
   // A regular grid, where more than three stems lie on one circle, and scattered ones.

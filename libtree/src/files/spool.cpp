@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <utility>
 #include <vector>
 
-#include "silvafit/base/error.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/io_error.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kInMemory = std::size_t{4} << 20U;
 
 [[noreturn]] void fail(const std::filesystem::path& path) {
-  throw InputError(fmt::format("cannot write ({})", std::strerror(errno)), {.file = path.string()});
+  throw IoError(fmt::format("cannot write ({})", std::strerror(errno)), {.file = path.string()});
 }
 
 }  // namespace
@@ -37,22 +37,18 @@ void Spool::append(const void* data, std::size_t size) {
 
 void Spool::spill() {
   if (!file_) {
-    static std::atomic<unsigned> counter{0};
-    const std::string name = fmt::format("{}.{}.{}.spool", beside_.string(), ::getpid(), counter++);
-    if (beside_.has_parent_path()) {
-      std::error_code ignored;  // opening gives the reason of an error
-      std::filesystem::create_directories(beside_.parent_path(), ignored);
+    const int descriptor = open_nameless_file(beside_);
+    file_.reset(::fdopen(descriptor, "w+b"));
+    if (!file_) {
+      ::close(descriptor);
+      fail(beside_);
     }
-    file_.reset(std::fopen(name.c_str(), "w+bx"));
-    if (!file_) fail(beside_);
-    std::error_code ignored;
-    std::filesystem::remove(name, ignored);
   }
   if (std::fwrite(memory_.data(), 1, memory_.size(), file_.get()) != memory_.size()) fail(beside_);
   memory_.clear();
 }
 
-void Spool::copy_to(std::ostream& to) {
+void Spool::read(const std::function<void(std::string_view)>& take) {
   if (file_) {
     std::rewind(file_.get());
     std::vector<char> block(std::size_t{1} << 20U);
@@ -60,11 +56,17 @@ void Spool::copy_to(std::ostream& to) {
       const std::size_t got =
           std::fread(block.data(), 1, std::min(block.size(), left), file_.get());
       if (got == 0) fail(beside_);
-      to.write(block.data(), static_cast<std::streamsize>(got));
+      take({block.data(), got});
       left -= got;
     }
   }
-  to.write(memory_.data(), static_cast<std::streamsize>(memory_.size()));
+  take(memory_);
+}
+
+void Spool::copy_to(std::ostream& to) {
+  read([&to](std::string_view bytes) {
+    to.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  });
 }
 
 }  // namespace silvafit::tree

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <ostream>
 #include <string>
@@ -23,7 +24,10 @@ class Spool {
   void append(const void* data, std::size_t size);
   std::size_t size() const { return size_; }
 
-  /// \throws InputError if the disk fails
+  /// Hands all bytes over, in pieces.
+  /// \throws IoError if the disk fails
+  void read(const std::function<void(std::string_view)>& take);
+  /// \throws IoError if the disk fails
   void copy_to(std::ostream& to);
 
  private:

@@ -28,7 +28,7 @@ Picture contact_sheet(const std::vector<Picture>& pictures,
                       std::size_t gap = 4);
 
 /// Writes a PNG file, completely or not at all; the same image gives the same bytes.
-/// \throws InputError if it cannot be written
+/// \throws IoError if it cannot be written
 void write_png(const Picture& picture, const std::filesystem::path& path);
 
 }  // namespace silvafit::render

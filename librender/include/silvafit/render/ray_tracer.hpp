@@ -82,7 +82,7 @@ class RayTracer {
  public:
   /// \throws UsageError if an instance names no model, a surface's buffers do not fit each other,
   /// or
-  ///   the scene is empty; NumericalError if the ray tracing kernel fails
+  ///   the scene is empty; std::bad_alloc or Error if the ray tracing kernel fails
   explicit RayTracer(const Scene& scene);
   ~RayTracer();
   RayTracer(RayTracer&&) noexcept;

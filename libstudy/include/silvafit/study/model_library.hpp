@@ -41,7 +41,7 @@ struct ModelLibrary {
 std::string to_json(const ModelLibrary& library);
 
 /// Writes the library, whole or not at all.
-/// \throws InputError if the file cannot be written
+/// \throws IoError if the file cannot be written
 void write_library(const ModelLibrary& library, const std::filesystem::path& path);
 
 /// Reads a library, published coefficients, or what `silvafit fit --json` prints: one fit or

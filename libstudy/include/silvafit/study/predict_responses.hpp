@@ -23,6 +23,8 @@ struct PredictResponsesOptions {
   unsigned threads = 1;
   /// Which of a study's models: ols, covariates or nlme. Models without a role always count.
   std::string role = "nlme";
+  /// Whether a model of a plainer role predicts where the table lacks a column of the asked one.
+  bool other_roles = false;
   /// Models of the catalogue are not asked outside their domain; null: nothing is known of domains.
   const Catalogue* catalogue = nullptr;
 };
@@ -43,16 +45,27 @@ struct PredictedResponse {
 /// In PredictedResponse::trees: the group was in the fit, and its random effects were used.
 inline constexpr double kFittedEffects = -1.0;
 
+/// A model that does not predict, since the table lacks columns that it reads.
+struct UnusedModel {
+  std::string species{};  ///< empty: all
+  std::string response{};
+  std::string name{};                  ///< its role in a study, or its name in the catalogue
+  std::vector<std::string> missing{};  ///< columns
+  std::string instead{};               ///< name of the model that predicts; empty: none does
+};
+
 struct PredictedResponses {
   std::vector<PredictedResponse> responses{};  ///< in the order of the library
   /// (N) what is to be known of a tree's predictions: "unknown plot", "missing dbh",
   /// "dbh outside fitted range", "h predicted" where a prediction stood in for a measurement,
   /// "hcb interval includes the error of h" where that is so, "no measured h in plot" where a
   /// calibrated prediction had nothing to go by,
-  /// "no model of hcb for species OF"; several are separated by "; ".
+  /// "no model of hcb for species OF", "cw by the ols model: no column C"; several are separated by
+  /// "; ".
   std::vector<std::string> flags{};
   /// Choices among the models of the library, for people.
   std::vector<std::string> notes{};
+  std::vector<UnusedModel> unused{};
 };
 
 /// Columns of a table that have to stay text: species, and the groups of the models.
@@ -64,10 +77,12 @@ std::vector<std::string> columns_read(const ModelLibrary& library);
 
 /// Predicts each response of the library with the model for the tree's species. Only models that
 /// have converged are used; of several for the same species and response, the one of lowest AIC.
+/// A model whose columns are not in the table is left out, and another one that can do without them
+/// is used in its place if there is one (PredictedResponses::unused).
 /// Where a model needs a response that was not measured, its prediction is used if there is one,
 /// and intervals include its error. Calibration uses the trees whose response and predictors were
 /// all measured.
-/// \throws InputError if a column that a model needs is not there or holds text, or for groups
+/// \throws InputError if no model has its columns, if one of them holds text, or for groups
 ///   that the fits have not seen if the options say so; DomainError at the first covariate outside
 ///   the domain of its model; UsageError if the library has no model of the role
 PredictedResponses predict_responses(const ModelLibrary& library,

@@ -15,7 +15,8 @@ namespace silvafit::study {
 /// \param title          plain text for the window's title; bytes that are not UTF-8 are replaced
 /// \param out_path       the page; folders above it are made
 /// \throws UsageError if the data are not JSON
-/// \throws InputError if the template cannot be read or is not one, or the page cannot be written
+/// \throws InputError if the template cannot be read or is not one; IoError if the page cannot be
+/// written
 void write_report_page(const std::filesystem::path& template_path,
                        std::string_view data_json,
                        const std::string& title,

@@ -37,7 +37,7 @@ void write_study_tables(const StudyRecord& record,
 /// predictions.csv, excluded.csv, tables/, report.html and run.json. Each file is written whole or
 /// not at all. Without units, the indices.csv of an earlier study goes, since its trees are others.
 /// \param page_template  the bundled report page
-/// \throws InputError if a file cannot be written or removed
+/// \throws IoError if a file cannot be written or removed
 void write_study(const StudyRecord& record,
                  const Catalogue& catalogue,
                  const std::filesystem::path& page_template,

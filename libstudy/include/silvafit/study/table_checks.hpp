@@ -39,6 +39,10 @@ std::vector<std::string> add_columns(std::string_view text,
 /// \throws InputError at the first value that is no number, or if there is no such column
 void require_numbers(const data::Table& table, const std::vector<std::string>& variables);
 
+/// Where columns come from that inventories lack, as the end of a message: ". The indices of a
+/// study are in ..."; empty if none of them is a structural index.
+std::string origin_of_missing(const std::vector<std::string>& columns, const data::Table& table);
+
 /// Makes sure that measured values can be some: h above breast height, 1.3 m, hcb not below the
 /// ground, cw above 0. Of other responses nothing is known.
 /// \throws InputError at a value that is no number; DomainError at the first that cannot be

@@ -80,7 +80,7 @@ std::size_t glb_mesh_bytes(const Mesh& mesh);
 /// Writes the same bytes to a file, completely or not at all; missing folders are created.
 ///
 /// A scene passed as rvalue releases its meshes as they are written.
-/// \throws InputError if the file cannot be written; GeometryError as glb_bytes()
+/// \throws IoError if the file cannot be written; GeometryError as glb_bytes()
 void write_glb(Scene scene, const std::filesystem::path& path);
 
 }  // namespace silvafit::tree

@@ -108,7 +108,7 @@ class SceneWriter {
 
   /// Writes the file, completely or not at all; nothing may be added afterwards.
   /// \return bytes of all files written
-  /// \throws InputError if it cannot be written; GeometryError if nothing was added, or the
+  /// \throws IoError if it cannot be written; GeometryError if nothing was added, or the
   /// format's size is exceeded
   virtual std::size_t finish() = 0;
 

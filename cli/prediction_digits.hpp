@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// How many digits of predictions are written.
+#pragma once
+
+#include <string>
+
+#include "command.hpp"
+
+namespace silvafit::cli {
+
+/// Significant digits of predictions in CSV files: a height to a tenth of a millimeter, far below
+/// any prediction's error.
+inline constexpr int kPredictedDigits = 6;
+
+/// Adds --digits.
+void add_digits_option(CLI::App& command, int& digits);
+
+/// The number rounded to so many significant digits, without zeros at its end; with 17 the shortest
+/// text that reads back as the same number.
+std::string with_digits(double value, int digits);
+
+}  // namespace silvafit::cli

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// A short mark by which to tell that a file is the same.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace silvafit {
+
+/// The fingerprint of bytes that come in pieces. Tells files apart by accident, not against intent.
+/// Source: Fowler, Noll and Vo, FNV-1a with 64 bits (IETF draft-eastlake-fnv).
+class Fingerprint {
+ public:
+  void add(std::string_view bytes);
+  /// "fnv1a64:" and sixteen hexadecimal digits.
+  std::string text() const;
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325U;
+};
+
+/// The fingerprint of all bytes.
+std::string fingerprint(std::string_view bytes);
+
+}  // namespace silvafit
