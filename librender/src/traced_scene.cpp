@@ -118,8 +118,8 @@ Vector3f to_float(const Vector& value) {
 /// But for memory, failures of Embree are faults of the program.
 [[noreturn]] void fail(RTCError error) {
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  throw Error(
-      fmt::format("the ray tracing library (Embree) failed with error {}", static_cast<int>(error)));
+  throw Error(fmt::format("the ray tracing library (Embree) failed with error {}",
+                          static_cast<int>(error)));
 }
 
 RTCRay to_embree(const Ray& ray) {
