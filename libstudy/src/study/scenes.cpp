@@ -236,7 +236,7 @@ class SceneMaker {
     throw UsageError(fmt::format("the library has no models of {} with the role {}; it has {}",
                                  species,
                                  options_.role,
-                                 fmt::join(all_species_, ", ")));
+                                 data::list_of(std::vector(all_species_.begin(), all_species_.end()))));
   }
 
   double dbh_of(const std::string& species) const {

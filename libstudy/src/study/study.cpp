@@ -114,7 +114,7 @@ class SmallParts {
     std::vector<std::string> texts;
     for (const Part& part : parts_) {
       texts.push_back(
-          fmt::format("{} {} ({})", part.species, fmt::join(part.responses, ", "), part.counts));
+          fmt::format("{} {} ({})", data::in_list(part.species), fmt::join(part.responses, ", "), part.counts));
     }
     study.notes.push_back(
         fmt::format("Too few trees for models (fewer than {}): {}.{}",

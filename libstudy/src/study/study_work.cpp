@@ -228,7 +228,7 @@ std::vector<std::string> species_of(const data::Table& table, const StudyOptions
     if (column.code_of(species) == data::TextColumn::kMissingCode) {
       throw UsageError(fmt::format("there is no species '{}'; the species are {}",
                                    species,
-                                   fmt::join(column.levels(), ", ")),
+                                   data::list_of(column.levels())),
                        {.file = table.file()});
     }
   }
