@@ -135,8 +135,15 @@ bool begins_with_header(const std::vector<Record>& records) {
 }
 
 bool is_above(const Record& record, const Record& header) {
-  if (record.is_comment() || record.fields.size() == 1) return true;
-  return header.fields.size() > 2 && 2 * record.filled() <= header.filled();
+  return record.is_comment() || record.filled() < header.filled();
+}
+
+/// Whether each filled field has a name; row names need none.
+bool are_named(const Record& values, const Record& header) {
+  for (std::size_t i = 1; i < values.fields.size(); ++i) {
+    if (!values.fields[i].empty() && header.fields[i].empty()) return false;
+  }
+  return true;
 }
 
 /// Whether a table begins at a record: names, and numbers below them in records of one length.
@@ -147,6 +154,7 @@ bool begins_table(const std::vector<Record>& records, std::size_t at, char separ
   bool found_number = false;
   for (std::size_t i = at + 1; i < last; ++i) {
     if (records[i].fields.size() != header.fields.size()) return false;
+    if (!are_named(records[i], header)) return false;
     found_number = found_number || has_number(records[i], separator);
   }
   // A comment above the header has names below it, a header with a # has values.

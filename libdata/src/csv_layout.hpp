@@ -25,8 +25,8 @@ std::size_t count_line_ends(std::string_view text);
 
 /// Finds the header in the first bytes of a file.
 ///
-/// The first record is the header unless it is a comment (#) or a title: a record with at most half
-/// as many filled fields as a later one that has only names, with numbers below it.
+/// The first record is the header unless it is a comment (#), or a title above a record of names that
+/// fills more fields and has numbers below it.
 /// \param text       the first bytes of a file, without byte order mark
 /// \param is_whole   the file has no more bytes
 /// \param separator  if the file says it; else the one that the header shows

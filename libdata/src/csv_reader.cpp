@@ -256,7 +256,7 @@ void CsvReader::State::check_encoding() const {
 
 bool CsvReader::State::is_blank_record() const {
   return std::ranges::all_of(spans, [this](const FieldSpan& span) {
-    if (span.quoted && spans.size() == 1) return false;
+    if (span.quoted) return false;
     return trimmed({buffer.data() + begin + span.begin, span.end - span.begin}).empty();
   });
 }

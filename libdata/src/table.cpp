@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/name_list.hpp"
 
 namespace silvafit::data {
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/name_list.hpp"
 #include "study/study_stages.hpp"
 #include "study/study_work.hpp"
 

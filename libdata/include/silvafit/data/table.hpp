@@ -100,10 +100,7 @@ class Table {
   std::vector<std::uint32_t> lines_;
 };
 
-/// A name in a list of names: in single quotes if it has a comma.
-std::string in_list(std::string_view name);
-
-/// Names for a message, as in_list has them: the first forty, and how many more there are.
+/// Names for a message: the first forty, and how many more there are.
 std::string list_of(std::span<const std::string> names);
 
 /// The message of an error about a column that is missing.
