@@ -91,16 +91,15 @@ void write_out(const ImputeArguments& arguments, const study::Imputation& result
   const auto imputed = [&](std::size_t row) {
     return result.source[row] == study::ImputeSource::kImputed ? value(row) : std::string();
   };
-  write_with_columns(
-      arguments.data,
-      arguments.out,
-      {.names = names,
-       .fields = fields,
-       .replaced = response,
-       .replacement = imputed,
-       .fill_down = arguments.sheet.fill_down,
-       .mapped = arguments.columns},
-      arguments.common);
+  write_with_columns(arguments.data,
+                     arguments.out,
+                     {.names = names,
+                      .fields = fields,
+                      .replaced = response,
+                      .replacement = imputed,
+                      .fill_down = arguments.sheet.fill_down,
+                      .mapped = arguments.columns},
+                     arguments.common);
 }
 
 std::map<std::string, std::size_t> flag_counts(const study::Imputation& result) {

@@ -16,10 +16,11 @@ void add_missing_option(CLI::App& command, SheetArguments& arguments) {
 
 void add_fill_down_option(CLI::App& command, SheetArguments& arguments) {
   command
-      .add_option("--fill-down",
-                  arguments.fill_down,
-                  "Columns whose empty fields have the value above, as merged cells are saved, such "
-                  "as plot,species")
+      .add_option(
+          "--fill-down",
+          arguments.fill_down,
+          "Columns whose empty fields have the value above, as merged cells are saved, such "
+          "as plot,species")
       ->delimiter(',')
       ->type_name("COLUMN,...")
       ->allow_extra_args(false);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Options on what spreadsheets leave in files of trees: codes for missing values, merged cells, dead
-// trees.
+// Options on what spreadsheets leave in files of trees: codes for missing values, merged cells,
+// dead trees.
 #pragma once
 
 #include <string>

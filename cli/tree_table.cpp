@@ -111,11 +111,10 @@ void TableReader::read_table() {
   const std::vector<std::size_t> fields =
       filled_fields(reader_.header(), wishes_.sheet.fill_down, entries, reader_.file());
   for (const std::size_t field : fields) reader_.fill_down(field);
-  result_.table = data::read_csv_table(reader_,
-                                       {.text_columns = std::move(texts),
-                                        .missing = wishes_.sheet.missing,
-                                        .fill_down = fields},
-                                       &codes_);
+  result_.table = data::read_csv_table(
+      reader_,
+      {.text_columns = std::move(texts), .missing = wishes_.sheet.missing, .fill_down = fields},
+      &codes_);
 }
 
 /// Takes numbers such as -999, and 0 where it cannot be, for missing values in what one of our
@@ -186,12 +185,12 @@ void TableReader::read_status() {
   const std::size_t others = values.size() - alive.size();
   if (others == 0) return;
   const bool are_left_out = wishes_.leaves_out_dead && wishes_.sheet.dead != "include";
-  note(fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone, {}",
-                   *column,
-                   status.dead(),
-                   status.gone(),
-                   are_left_out ? "left out; --dead include uses them"
-                                : "which are used as living trees"));
+  note(fmt::format(
+      "the status of trees is read from column {}: {} dead, {} cut or gone, {}",
+      *column,
+      status.dead(),
+      status.gone(),
+      are_left_out ? "left out; --dead include uses them" : "which are used as living trees"));
   if (are_left_out) result_.table = result_.table.select(alive);
 }
 
@@ -250,8 +249,7 @@ void check_mixed_units(const data::Table& table) {
 
 CLI::Option* add_columns_option(CLI::App& command, std::vector<std::string>& columns) {
   return command
-      .add_option(
-          "--columns", columns, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10")
+      .add_option("--columns", columns, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
 }
@@ -319,8 +317,7 @@ ReadTable read_model_table(const std::filesystem::path& file,
   for (const stand::ColumnMapping& mapping : result.mapped) {
     entries.push_back(mapping.name + "=" + mapping.source);
   }
-  for (const std::string& note :
-       study::add_columns(joined(entries), result.table, columns.units)) {
+  for (const std::string& note : study::add_columns(joined(entries), result.table, columns.units)) {
     result.recognized.push_back(note);
   }
   say_all(result.recognized, common);

@@ -47,8 +47,8 @@ struct ModelColumns {
   std::vector<std::string> wanted{};     ///< looked for under their usual names, too
   stand::StructuralUnitOptions units{};  ///< of indices that entries ask for: C=C
   SheetArguments sheet{};
-  bool trust_units = false;        ///< do not ask whether some plots have another unit
-  bool keeps_spellings = false;    ///< species are what the file has, as in any other table
+  bool trust_units = false;      ///< do not ask whether some plots have another unit
+  bool keeps_spellings = false;  ///< species are what the file has, as in any other table
 };
 
 /// A CSV file for models, with the columns that --columns names, and with wanted ones of ours that

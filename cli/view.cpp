@@ -269,11 +269,12 @@ void add_view_command(CLI::App& program) {
   add_columns_option(command, arguments->columns);
   add_sheet_options(command, arguments->sheet);
   add_dead_option(command, arguments->sheet);
-  const CLI::Option* models = command
-                                  .add_option("--models",
-                                              arguments->options.models_per_preset,
-                                              "Shapes of a species preset that its trees share")
-                                  ->capture_default_str();
+  const CLI::Option* models =
+      command
+          .add_option("--models",
+                      arguments->options.models_per_preset,
+                      "Number of models that the trees of a species preset share")
+          ->capture_default_str();
   const CLI::Option* levels =
       command
           .add_option(

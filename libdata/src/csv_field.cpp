@@ -19,11 +19,11 @@ constexpr std::array<std::string_view, 2> kWideBlanks{"\xC2\xA0", "\xE3\x80\x80"
 
 /// Texts for a value that was not measured, in capitals or not, and the errors of spreadsheets.
 constexpr std::array<std::string_view, 44> kMissingTexts{
-    "-",      "--",    "---",   "\u2013",   "\u2014", ".",       "..",      "?",      "??",
-    "na",     "n/a",   "n.a.",  "n.a",      "#n/a",   "#na",     "#nv",     "#nd",    "#value!",
-    "#wert!", "#ref!", "#num!", "#bezug!",  "#zahl!", "#div/0!", "#valeur!", "nan",   "null",
-    "nil",    "none",  "nd",    "n.d.",     "n.d",    "n.b.",    "nb",      "k.a.",   "k. a.",
-    "k.a",    "ka",    "s/d",   "missing",  "*",      "/",       "\u65e0",  "\u7f3a"};
+    "-",      "--",    "---",   "\u2013",  "\u2014", ".",       "..",       "?",     "??",
+    "na",     "n/a",   "n.a.",  "n.a",     "#n/a",   "#na",     "#nv",      "#nd",   "#value!",
+    "#wert!", "#ref!", "#num!", "#bezug!", "#zahl!", "#div/0!", "#valeur!", "nan",   "null",
+    "nil",    "none",  "nd",    "n.d.",    "n.d",    "n.b.",    "nb",       "k.a.",  "k. a.",
+    "k.a",    "ka",    "s/d",   "missing", "*",      "/",       "\u65e0",   "\u7f3a"};
 
 }  // namespace
 
@@ -50,9 +50,8 @@ bool is_missing_number(std::string_view field) {
   constexpr std::size_t kLongest = 8;
   std::string text(trimmed(field));
   if (text.size() > kLongest) return false;
-  std::ranges::transform(text, text.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  std::ranges::transform(
+      text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return std::ranges::find(kMissingTexts, text) != kMissingTexts.end();
 }
 

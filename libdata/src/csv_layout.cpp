@@ -19,8 +19,6 @@ constexpr std::size_t kMostRecords = 64;
 // A header is believed if so many records below it have its number of fields.
 constexpr std::size_t kRecordsBelow = 4;
 
-bool is_line_end(char c) { return c == '\n' || c == '\r'; }
-
 /// A record of the first bytes of a file.
 struct Record {
   std::size_t begin = 0;  ///< offset of its first byte
@@ -176,34 +174,23 @@ std::optional<std::size_t> find_header(const std::vector<Record>& records, char 
 /// The unit within brackets, or the text.
 std::string_view without_brackets(std::string_view text) {
   if (text.size() < 2) return text;
-  const bool has_brackets = (text.front() == '(' && text.back() == ')') ||
-                            (text.front() == '[' && text.back() == ']');
+  const bool has_brackets =
+      (text.front() == '(' && text.back() == ')') || (text.front() == '[' && text.back() == ']');
   return has_brackets ? trimmed(text.substr(1, text.size() - 2)) : text;
 }
 
 bool is_unit_of_length(std::string_view text) {
-  static constexpr std::array<std::string_view, 13> kUnits{"m",
-                                                           "cm",
-                                                           "mm",
-                                                           "dm",
-                                                           "in",
-                                                           "inch",
-                                                           "inches",
-                                                           "ft",
-                                                           "feet",
-                                                           "meter",
-                                                           "米",
-                                                           "厘米",
-                                                           "毫米"};
+  static constexpr std::array<std::string_view, 13> kUnits{
+      "m", "cm", "mm", "dm", "in", "inch", "inches", "ft", "feet", "meter", "米", "厘米", "毫米"};
   return std::ranges::find(kUnits, text) != kUnits.end();
 }
 
 /// Units of what is not a length, and what rows of units have for names and numbers.
 bool is_other_unit(std::string_view text) {
   static constexpr std::array<std::string_view, 30> kUnits{
-      "-",   "--",    "%",     "°",    "deg",    "degree", "gon",  "grad",  "ha",   "m2",
-      "m²",  "m^2",   "m3",    "m³",   "m^3",    "m2/ha",  "m²/ha", "a",    "yr",   "year",
-      "years", "text", "code", "name", "number", "nr",     "nr.",  "no",    "no.",  "株"};
+      "-",     "--",   "%",    "°",    "deg",    "degree", "gon",   "grad", "ha",  "m2",
+      "m²",    "m^2",  "m3",   "m³",   "m^3",    "m2/ha",  "m²/ha", "a",    "yr",  "year",
+      "years", "text", "code", "name", "number", "nr",     "nr.",   "no",   "no.", "株"};
   return std::ranges::find(kUnits, text) != kUnits.end();
 }
 

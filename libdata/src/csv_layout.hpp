@@ -20,16 +20,17 @@ struct TableStart {
   std::vector<std::string> units{};
 };
 
+inline bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+
 /// Line ends in a text, \r\n being one.
 std::size_t count_line_ends(std::string_view text);
 
 /// Finds the header in the first bytes of a file.
 ///
-/// The first record is the header unless it is a comment (#), or a title above a record of names that
-/// fills more fields and has numbers below it.
-/// \param text       the first bytes of a file, without byte order mark
-/// \param is_whole   the file has no more bytes
-/// \param separator  if the file says it; else the one that the header shows
+/// The first record is the header unless it is a comment (#), or a title above a record of names
+/// that fills more fields and has numbers below it. \param text       the first bytes of a file,
+/// without byte order mark \param is_whole   the file has no more bytes \param separator  if the
+/// file says it; else the one that the header shows
 TableStart start_of_table(std::string_view text, bool is_whole, std::optional<char> separator);
 
 }  // namespace silvafit::data

@@ -34,8 +34,6 @@ struct FieldSpan {
   bool has_doubled_quotes = false;
 };
 
-bool is_line_end(char c) { return c == '\n' || c == '\r'; }
-
 std::string_view trimmed_of_quotes(std::string_view text) {
   const bool is_quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
   return is_quoted ? text.substr(1, text.size() - 2) : text;

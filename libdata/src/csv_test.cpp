@@ -214,7 +214,9 @@ TEST_CASE("the likely encoding of a file is named with the command that converts
   // Chinese by GB18030, German by Latin-1, and UTF-16 with and without its mark.
   CHECK_THAT(error_of("a,\xD0\xD8\xBE\xB6\n1,2\n"), Contains("iconv -f GB18030 -t UTF-8 "));
   CHECK_THAT(error_of("a,H\xF6he\n1,2\n"), Contains("iconv -f CP1252 -t UTF-8 "));
-  CHECK_THAT(error_of("a,Gr\xF6\xDF""e\n1,2\n"), Contains("iconv -f CP1252 -t UTF-8 "));
+  CHECK_THAT(error_of("a,Gr\xF6\xDF"
+                      "e\n1,2\n"),
+             Contains("iconv -f CP1252 -t UTF-8 "));
   CHECK_THAT(error_of("\xFF\xFE\x61"), Contains("iconv -f UTF-16 -t UTF-8 "));
   CHECK_THAT(error_of(std::string("p\0l\0", 4)), Contains("iconv -f UTF-16LE -t UTF-8 "));
 }

@@ -48,16 +48,16 @@ std::string command(std::string_view encoding, const std::string& file) {
 }
 
 std::string advice(std::string_view likely, std::string_view encoding, const std::string& file) {
-  return fmt::format("{}; save it as \"CSV UTF-8\", or convert it: {}",
-                     likely,
-                     command(encoding, file));
+  return fmt::format(
+      "{}; save it as \"CSV UTF-8\", or convert it: {}", likely, command(encoding, file));
 }
 
 }  // namespace
 
 std::string advice_on_encoding(std::string_view bytes, const std::string& file) {
-  return looks_chinese(bytes) ? advice("the file is likely GB18030 (Chinese)", "GB18030", file)
-                              : advice("the file is likely Windows-1252 or Latin-1", "CP1252", file);
+  return looks_chinese(bytes)
+             ? advice("the file is likely GB18030 (Chinese)", "GB18030", file)
+             : advice("the file is likely Windows-1252 or Latin-1", "CP1252", file);
 }
 
 std::string advice_on_utf16(std::string_view bytes, const std::string& file) {

@@ -89,9 +89,7 @@ bool is_missing_number_of(std::string_view name, double value) {
   return value == -9.0 || value == -99.0 || value == -999.0;
 }
 
-bool is_zero_missing(std::string_view name) {
-  return name == "dbh" || name == "h" || name == "cw";
-}
+bool is_zero_missing(std::string_view name) { return name == "dbh" || name == "h" || name == "cw"; }
 
 double crown_width_m(const Measures& row) {
   return ((row[kCrE] + row[kCrW]) + (row[kCrS] + row[kCrN])) / 2.0;

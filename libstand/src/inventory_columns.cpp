@@ -268,11 +268,10 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
       const auto same = [&](const ExpressionField& field) { return field.name == name; };
       const auto found = std::ranges::find_if(plan.expression_fields, same);
       if (found == plan.expression_fields.end()) {
-        plan.expression_fields.push_back(
-            {.name = name,
-             .field = *field_named(name),
-             .is_text = is_text,
-             .is_position = is_position});
+        plan.expression_fields.push_back({.name = name,
+                                          .field = *field_named(name),
+                                          .is_text = is_text,
+                                          .is_position = is_position});
       } else if (found->is_text != is_text) {
         throw UsageError(fmt::format("'{}' is used as a number and as text", name),
                          {.file = file_, .column = "--columns"});
@@ -300,7 +299,8 @@ void Planner::collect_others(ColumnPlan& plan) const {
   for (const std::string& name : options_.keep_all ? header_ : options_.keep) {
     const bool is_taken =
         std::ranges::find(plan.others, name, &ColumnMapping::name) != plan.others.end();
-    if (name.empty() || is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name))) continue;
+    if (name.empty() || is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name)))
+      continue;
     if (!field_named(name)) {
       throw InputError(data::no_such_column(name, header_), {.file = file_});
     }
@@ -377,14 +377,13 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns) {
   std::string text;
   for (const ColumnMapping& column : columns) {
     const bool has_comma = column.source.find(',') != std::string::npos;
-    text += fmt::format(
-        "{}{}{}{}{}{}",
-        text.empty() ? "" : ", ",
-        column.name,
-        text.empty() ? " is read from column " : " from ",
-        has_comma ? "'" : "",
-        column.source,
-        has_comma ? "'" : "");
+    text += fmt::format("{}{}{}{}{}{}",
+                        text.empty() ? "" : ", ",
+                        column.name,
+                        text.empty() ? " is read from column " : " from ",
+                        has_comma ? "'" : "",
+                        column.source,
+                        has_comma ? "'" : "");
   }
   return text;
 }

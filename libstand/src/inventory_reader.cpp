@@ -310,10 +310,11 @@ void InventoryReader::find_plots_left_out() {
 
 std::string InventoryReader::note_on_dead() const {
   if (!plan_.status_field) return {};
-  std::string text = fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone",
-                                 status_.header(),
-                                 status_.dead(),
-                                 status_.gone());
+  std::string text =
+      fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone",
+                  status_.header(),
+                  status_.dead(),
+                  status_.gone());
   const bool has_dead = status_.dead() > 0;
   if (options_.dead == DeadTrees::kInclude) {
     text += ", all used as living trees";
@@ -330,9 +331,8 @@ std::string InventoryReader::note_on_dead() const {
 
 std::string InventoryReader::note_on_empty_plots() const {
   if (!has_run_of_empty_plots_) return {};
-  return fmt::format(
-      "{} empty, as merged cells are saved: --fill-down plot takes the value above",
-      counted(empty_plots_, "row has a plot that is", "rows have a plot that is"));
+  return fmt::format("{} empty, as merged cells are saved: --fill-down plot takes the value above",
+                     counted(empty_plots_, "row has a plot that is", "rows have a plot that is"));
 }
 
 std::vector<std::string> InventoryReader::recognized() const {

@@ -30,8 +30,8 @@ namespace silvafit::stand {
 struct InventoryRow {
   std::size_t line = 0;
   std::array<std::string, kLabelCount> labels{};
-  std::string time{};   ///< as written; empty if there is no such column
-  std::string stand{};  ///< likewise
+  std::string time{};    ///< as written; empty if there is no such column
+  std::string stand{};   ///< likewise
   std::string status{};  ///< likewise
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers and are none

@@ -96,21 +96,22 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
       "1,10,,0,9,20,15,7,4\n"
       "1,11,SM,0,9,\"1.020,5\",15,7,4\n",
       {.needs_coordinates = true});
-  CHECK(problems(checked) ==
-        std::vector<std::string>{
-            "3 dbh: 'twenty' is no number; a missing value is an empty field or NA; --missing names "
-            "other texts for it",
-            "4 dbh: -3 cm is not above 0",
-            "4 h: 1.3 m is not above breast height, 1.3 m",
-            "4 hcb: -1 m is below the ground",
-            "5 hcb: 15 m is not below h 15 m",
-            "6 dbh: is missing, and no tree can be used without it",
-            "7 x: the value is not finite",
-            "8 x: is missing, so the tree has no place",
-            "9 tree: the tree number is missing",
-            "10 plot: the plot is missing",
-            "10 dbh: '20,5' is no number; decimals need a point",
-            "12 dbh: '1.020,5' is no number; thousands are written without a separator"});
+  CHECK(
+      problems(checked) ==
+      std::vector<std::string>{
+          "3 dbh: 'twenty' is no number; a missing value is an empty field or NA; --missing names "
+          "other texts for it",
+          "4 dbh: -3 cm is not above 0",
+          "4 h: 1.3 m is not above breast height, 1.3 m",
+          "4 hcb: -1 m is below the ground",
+          "5 hcb: 15 m is not below h 15 m",
+          "6 dbh: is missing, and no tree can be used without it",
+          "7 x: the value is not finite",
+          "8 x: is missing, so the tree has no place",
+          "9 tree: the tree number is missing",
+          "10 plot: the plot is missing",
+          "10 dbh: '20,5' is no number; decimals need a point",
+          "12 dbh: '1.020,5' is no number; thousands are written without a separator"});
   CHECK(checked.excluded_tree_count == 9);
   REQUIRE(checked.inventory.size() == 2);
   CHECK(checked.inventory.tree[1] == "10");
@@ -271,9 +272,8 @@ TEST_CASE("places that stand for missing ones are none") {
   const CheckedInventory checked = read_text(text, {.needs_coordinates = true});
   CHECK(checked.inventory.x == std::vector<double>{-999, 1});
   CHECK(std::isnan(checked.inventory.z[1]));
-  CHECK(problems(checked) ==
-        std::vector<std::string>{"2 x: is missing, so the tree has no place",
-                                 "4 y: is missing, so the tree has no place"});
+  CHECK(problems(checked) == std::vector<std::string>{"2 x: is missing, so the tree has no place",
+                                                      "4 y: is missing, so the tree has no place"});
   CHECK(has_note(checked, "codes read as missing values: x 1 (-9999), y 1 (-99999), z 1 (-9999)"));
   CHECK(read_text(text).inventory.size() == 4);
 }
@@ -418,10 +418,9 @@ TEST_CASE("columns of usual spelling are found where a file has no column of our
 }
 
 TEST_CASE("units in headers and in a row below them are converted to ours") {
-  for (const char* text :
-       {"plot,DBH_mm,h [dm],CW (ft)\n1,203,185,10\n",
-        "plot,dbh,h,cw\n,[mm],dm,ft\n1,203,185,10\n",
-        "plot,BHD in mm,Höhe/dm,\"Kronenbreite, ft\"\n1,203,185,10\n"}) {
+  for (const char* text : {"plot,DBH_mm,h [dm],CW (ft)\n1,203,185,10\n",
+                           "plot,dbh,h,cw\n,[mm],dm,ft\n1,203,185,10\n",
+                           "plot,BHD in mm,Höhe/dm,\"Kronenbreite, ft\"\n1,203,185,10\n"}) {
     const Inventory inventory = read_text(text).inventory;
     REQUIRE(inventory.size() == 1);
     CHECK(inventory.dbh_cm[0] == 20.3);
@@ -441,18 +440,20 @@ TEST_CASE("units in headers and in a row below them are converted to ours") {
 
 TEST_CASE("columns are found under the usual names of several languages") {
   const auto names = [](const std::string& header) {
-    return describe_usual_columns(
-        usual_columns({header}, [](const std::string&) { return true; }, "trees.csv"));
+    return describe_usual_columns(usual_columns(
+        {header}, [](const std::string&) { return true; }, "trees.csv"));
   };
   const std::vector<std::pair<std::string, std::string>> known{
-      {"plot", "Probefläche"}, {"plot", "PLACETTE"},    {"plot", "Parcela"},   {"plot", "Koeala"},
-      {"plot", "样地"},        {"tree", "Baum-Nr."},    {"tree", "N° arbre"},  {"tree", "Puu nro"},
-      {"tree", "树号"},        {"species", "Baumart"},  {"species", "Espèce"}, {"species", "especie"},
-      {"species", "Puulaji"},  {"species", "树种"},     {"dbh", "BHD"},        {"dbh", "DAP (cm)"},
-      {"dbh", "Läpimitta"},    {"dbh", "胸径（cm）"},   {"h", "HÖHE"},         {"h", "Hoehe [m]"},
-      {"h", "Hauteur_totale"}, {"h", "altura"},         {"h", "Pituus"},       {"h", "树高"},
-      {"hcb", "Kronenansatz"}, {"hcb", "枝下高"},       {"cw", "冠幅"},        {"cw", "Kronenbreite"},
-      {"h", "Ho\xCC\x88he"}};  // the accent as a character of its own
+      {"plot", "Probefläche"}, {"plot", "PLACETTE"},  {"plot", "Parcela"},
+      {"plot", "Koeala"},      {"plot", "样地"},      {"tree", "Baum-Nr."},
+      {"tree", "N° arbre"},    {"tree", "Puu nro"},   {"tree", "树号"},
+      {"species", "Baumart"},  {"species", "Espèce"}, {"species", "especie"},
+      {"species", "Puulaji"},  {"species", "树种"},   {"dbh", "BHD"},
+      {"dbh", "DAP (cm)"},     {"dbh", "Läpimitta"},  {"dbh", "胸径（cm）"},
+      {"h", "HÖHE"},           {"h", "Hoehe [m]"},    {"h", "Hauteur_totale"},
+      {"h", "altura"},         {"h", "Pituus"},       {"h", "树高"},
+      {"hcb", "Kronenansatz"}, {"hcb", "枝下高"},     {"cw", "冠幅"},
+      {"cw", "Kronenbreite"},  {"h", "Ho\xCC\x88he"}};  // the accent as a character of its own
   for (const auto& [name, header] : known) {
     CHECK(names(header) == name + " is read from column " + header);
   }
@@ -473,10 +474,11 @@ TEST_CASE("dead trees are left out, neighbors only, or like others") {
         std::vector<std::string>{"3 Zustand: the tree is dead",
                                  "4 Zustand: the tree is cut, fallen or a stump"});
   CHECK(describe_excluded(checked).empty());
-  CHECK(has_note(checked,
-                 "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, left out; "
-                 "--dead neighbors keeps dead trees as neighbors; not known and taken as alive: "
-                 "'krank' (1)"));
+  CHECK(
+      has_note(checked,
+               "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, left out; "
+               "--dead neighbors keeps dead trees as neighbors; not known and taken as alive: "
+               "'krank' (1)"));
   const CheckedInventory neighbors = read_text(text, {.dead = DeadTrees::kNeighbors});
   CHECK(neighbors.inventory.neighbor_only == std::vector<char>{0, 1, 0, 0});
   const CheckedInventory all = read_text(text, {.dead = DeadTrees::kInclude});
@@ -500,8 +502,9 @@ TEST_CASE("empty fields below a plot are filled down, or the option is named") {
       "plot,tree,species,dbh\nA,1,SM,20\n,2,SM,20\n,3,,20\nB,1,SM,20\n,2,SM,20\n";
   const CheckedInventory empty = read_text(text);
   CHECK(empty.inventory.size() == 2);
-  CHECK(has_note(empty, "3 rows have a plot that is empty, as merged cells are saved: --fill-down "
-                        "plot takes the value above"));
+  CHECK(has_note(empty,
+                 "3 rows have a plot that is empty, as merged cells are saved: --fill-down "
+                 "plot takes the value above"));
   const CheckedInventory filled = read_text(text, {.fill_down = {"plot", "species"}});
   CHECK(filled.inventory.size() == 5);
   CHECK(filled.inventory.plot[2] == "A");
@@ -520,8 +523,8 @@ TEST_CASE("codes stand for missing values where a number belongs") {
   for (const double h : checked.inventory.h_m) CHECK(std::isnan(h));
   for (const double cw : checked.inventory.cw_m) CHECK(std::isnan(cw));
   CHECK(checked.inventory.hcb_m[1] == 0.0);
-  CHECK(has_note(checked,
-                 "h 4 (-, #N/A, ?, -88), hcb 3 (n/a, ., -9999), cw 4 (-999, k.A., 99, 0)"));
+  CHECK(
+      has_note(checked, "h 4 (-, #N/A, ?, -88), hcb 3 (n/a, ., -9999), cw 4 (-999, k.A., 99, 0)"));
 }
 
 TEST_CASE("mappings are read, and refused where they make no sense") {

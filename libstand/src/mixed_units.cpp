@@ -19,10 +19,10 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::size_t kFewestTrees = 3;
+constexpr std::size_t kFewestJudged = 3;
 // Medians of plots of real stands; single trees have 15 to 300.
-constexpr double kStoutest = 25.0;
-constexpr double kSlenderest = 140.0;
+constexpr double kLowestUsual = 25.0;
+constexpr double kHighestUsual = 140.0;
 // Beyond these no stand is known, pollards and thickets of saplings included.
 constexpr double kImpossiblyStout = 12.0;
 constexpr double kImpossiblySlender = 350.0;
@@ -52,7 +52,7 @@ struct SizedTree {
 
 double slenderness(const SizedTree& tree) { return 100.0 * tree.h_m / tree.dbh_cm; }
 
-double median_slenderness(const std::vector<SizedTree>& trees) {
+double median_ratio(const std::vector<SizedTree>& trees) {
   std::vector<double> values;
   values.reserve(trees.size());
   for (const SizedTree& tree : trees) values.push_back(slenderness(tree));
@@ -100,7 +100,7 @@ class Finder {
 
  private:
   bool is_usual(std::size_t plot) const {
-    return slenderness_[plot] >= kStoutest && slenderness_[plot] <= kSlenderest;
+    return slenderness_[plot] >= kLowestUsual && slenderness_[plot] <= kHighestUsual;
   }
   /// How many times the heights of a plot, if it were in this unit, are those of the others.
   std::optional<double> height_ratio(std::size_t plot, const Hypothesis& unit) const;
@@ -124,7 +124,7 @@ Finder::Finder(const TreeSizes& trees)
          .species = trees.species == nullptr ? 0 : trees.species->code(i)});
   }
   for (const std::vector<SizedTree>& plot : trees_) {
-    slenderness_.push_back(plot.size() < kFewestTrees ? data::kMissing : median_slenderness(plot));
+    slenderness_.push_back(plot.size() < kFewestJudged ? data::kMissing : median_ratio(plot));
   }
 }
 
@@ -134,7 +134,7 @@ std::optional<double> Finder::height_ratio(std::size_t plot, const Hypothesis& u
     const auto usual = usual_.at(tree.species, tree.dbh_cm * unit.dbh_factor);
     if (usual) ratios.push_back(tree.h_m * unit.h_factor / *usual);
   }
-  if (ratios.size() < kFewestTrees || 2 * ratios.size() < trees_[plot].size()) return std::nullopt;
+  if (ratios.size() < kFewestJudged || 2 * ratios.size() < trees_[plot].size()) return std::nullopt;
   return median(std::move(ratios));
 }
 
@@ -152,7 +152,7 @@ const Hypothesis* Finder::unit_of(std::size_t plot) const {
   double smallest = 0.0;
   for (const Hypothesis& unit : kHypotheses) {
     const double slenderness = slenderness_[plot] * unit.h_factor / unit.dbh_factor;
-    if (slenderness < kStoutest || slenderness > 2.0 * kSlenderest) continue;
+    if (slenderness < kLowestUsual || slenderness > 2.0 * kHighestUsual) continue;
     const std::optional<double> ratio = height_ratio(plot, unit);
     if (!ratio || !is_missed(plot, unit.contrast)) continue;
     const double deviation = std::abs(std::log(*ratio));
@@ -203,8 +203,7 @@ std::string plots_text(const std::vector<std::string>& plots) {
   std::string text = plots.size() == 1 ? "plot " : "plots ";
   text += fmt::format(
       "{}", fmt::join(plots.begin(), plots.begin() + std::min(kShown, plots.size()), ", "));
-  return plots.size() <= kShown ? text
-                                : fmt::format("{} and {} more", text, plots.size() - kShown);
+  return plots.size() <= kShown ? text : fmt::format("{} and {} more", text, plots.size() - kShown);
 }
 
 std::string unit_text(const MixedUnits& mixed) {

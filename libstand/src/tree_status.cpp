@@ -31,19 +31,18 @@ constexpr std::string_view kGoneWords =
 constexpr std::string_view kYes = " 1 true t yes y ja j oui o si kylla 是 ";
 constexpr std::string_view kNo = " 0 false f no n nein non ei 否 ";
 
-bool has_word(std::string_view list, const std::string& word) {
+bool is_among_words(std::string_view list, const std::string& word) {
   return list.find(" " + word + " ") != std::string_view::npos;
 }
 
 }  // namespace
 
 StatusColumn::StatusColumn(std::string header) : header_(std::move(header)) {
-  constexpr std::string_view kAliveHeaders =
-      " alive living live lebend vivant vivo elossa 存活 ";
+  constexpr std::string_view kAliveHeaders = " alive living live lebend vivant vivo elossa 存活 ";
   constexpr std::string_view kDeadHeaders = " dead tot mort muerto kuollut ";
   const std::string name = folded_letters(header_);
-  if (has_word(kAliveHeaders, name)) kind_ = Kind::kAlive;
-  if (has_word(kDeadHeaders, name)) kind_ = Kind::kDead;
+  if (is_among_words(kAliveHeaders, name)) kind_ = Kind::kAlive;
+  if (is_among_words(kDeadHeaders, name)) kind_ = Kind::kDead;
   if (name == "statuscd") kind_ = Kind::kForestInventoryAnalysis;
 }
 
@@ -58,12 +57,12 @@ std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const
   if (kind_ != Kind::kStatus) {
     const TreeStatus if_yes = kind_ == Kind::kAlive ? TreeStatus::kAlive : TreeStatus::kDead;
     const TreeStatus if_no = kind_ == Kind::kAlive ? TreeStatus::kDead : TreeStatus::kAlive;
-    if (has_word(kYes, word)) return if_yes;
-    if (has_word(kNo, word)) return if_no;
+    if (is_among_words(kYes, word)) return if_yes;
+    if (is_among_words(kNo, word)) return if_no;
   }
-  if (has_word(kAliveWords, word)) return TreeStatus::kAlive;
-  if (has_word(kDeadWords, word)) return TreeStatus::kDead;
-  if (has_word(kGoneWords, word)) return TreeStatus::kGone;
+  if (is_among_words(kAliveWords, word)) return TreeStatus::kAlive;
+  if (is_among_words(kDeadWords, word)) return TreeStatus::kDead;
+  if (is_among_words(kGoneWords, word)) return TreeStatus::kGone;
   return std::nullopt;
 }
 

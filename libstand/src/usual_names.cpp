@@ -78,10 +78,18 @@ constexpr std::array<UsualNames, 15> kNames{{
      "kronendurchmesser diametrehouppier largeurhouppier diametrocopa diametrodecopa anchocopa "
      "latvuksenleveys latvusleveys latvuslapimitta 冠幅 平均冠幅 樹冠幅",
      ""},
-    {"cr_e", "crownradiuse crownradiuseast kronenradiuso kronenradiusost rayonest 东冠幅 东半径", ""},
-    {"cr_w", "crownradiusw crownradiuswest kronenradiusw kronenradiuswest rayonouest 西冠幅 西半径", ""},
-    {"cr_s", "crownradiuss crownradiussouth kronenradiuss kronenradiussud rayonsud 南冠幅 南半径", ""},
-    {"cr_n", "crownradiusn crownradiusnorth kronenradiusn kronenradiusnord rayonnord 北冠幅 北半径", ""},
+    {"cr_e",
+     "crownradiuse crownradiuseast kronenradiuso kronenradiusost rayonest 东冠幅 东半径",
+     ""},
+    {"cr_w",
+     "crownradiusw crownradiuswest kronenradiusw kronenradiuswest rayonouest 西冠幅 西半径",
+     ""},
+    {"cr_s",
+     "crownradiuss crownradiussouth kronenradiuss kronenradiussud rayonsud 南冠幅 南半径",
+     ""},
+    {"cr_n",
+     "crownradiusn crownradiusnorth kronenradiusn kronenradiusnord rayonnord 北冠幅 北半径",
+     ""},
     {"status",
      "treestatus treestate statuscd vitality alive living live dead deadalive aliveordead "
      "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut vivant "

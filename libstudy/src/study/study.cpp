@@ -114,8 +114,8 @@ class SmallParts {
     if (parts_.empty()) return;
     std::vector<std::string> texts;
     for (const Part& part : parts_) {
-      texts.push_back(
-          fmt::format("{} {} ({})", data::in_list(part.species), fmt::join(part.responses, ", "), part.counts));
+      texts.push_back(fmt::format(
+          "{} {} ({})", data::in_list(part.species), fmt::join(part.responses, ", "), part.counts));
     }
     study.notes.push_back(
         fmt::format("Too few trees for models (fewer than {}): {}.{}",

@@ -18,14 +18,14 @@ namespace silvafit::data {
 
 /// What a file has around its table, as spreadsheets write it.
 struct CsvLayout {
-  std::size_t titles = 0;        ///< records with titles or comments above the header
-  std::size_t header_line = 0;   ///< from 1
-  std::size_t comments = 0;      ///< lines with a # below the header, as far as it was read
+  std::size_t titles = 0;            ///< records with titles or comments above the header
+  std::size_t header_line = 0;       ///< from 1
+  std::size_t comments = 0;          ///< lines with a # below the header, as far as it was read
   std::vector<std::string> units{};  ///< of each column, if a row of units is below the header
 };
 
-/// "the header is on line 4, below 3 lines of titles or comments; the row below it has units"; empty
-/// if there is nothing to say.
+/// "the header is on line 4, below 3 lines of titles or comments; the row below it has units";
+/// empty if there is nothing to say.
 std::string describe_layout(const CsvLayout& layout);
 
 /// Reads a CSV file record by record in blocks, so that memory does not grow with the file.
@@ -86,7 +86,7 @@ class CsvReader {
 struct CsvTableOptions {
   std::vector<std::string> columns{};  ///< columns to keep; empty means all
   std::vector<std::string>
-      text_columns{};  ///< columns that stay text even if all values are numbers
+      text_columns{};                    ///< columns that stay text even if all values are numbers
   std::vector<std::string> missing{};    ///< as CsvReader has it
   std::vector<std::size_t> fill_down{};  ///< fields to fill down, by position in the header
 };

@@ -41,8 +41,8 @@ struct Inventory {
   std::vector<double> cr_s_m{};
   std::vector<double> cr_n_m{};
 
-  /// (N) 1 for standing dead trees that are kept as neighbors (DeadTrees::kNeighbors); none if there
-  /// are no such trees.
+  /// (N) 1 for standing dead trees that are kept as neighbors (DeadTrees::kNeighbors); none if
+  /// there are no such trees.
   std::vector<char> neighbor_only{};
 
   /// Plots of the file none of whose rows could be used, so that what stands there is not known.
@@ -71,8 +71,8 @@ struct ColumnMapping {
 /// \throws UsageError if a part is not `name=source` or a name comes twice
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
 
-/// Columns of ours that a file has under another usual name, such as dbh as BHD, or in another unit,
-/// such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
+/// Columns of ours that a file has under another usual name, such as dbh as BHD, or in another
+/// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
 /// \param header     of the file
 /// \param is_wanted  whether one of our names is to be looked for
 /// \param file       for messages
@@ -117,15 +117,15 @@ struct InventoryOptions {
   /// Columns of the file to keep in Inventory::other, where they are not among ours. Mappings to
   /// names that are not ours are kept there too.
   std::vector<std::string> keep{};
-  bool keep_all = false;             ///< keep every other column of the file
-  bool needs_coordinates = false;    ///< rows without x or y cannot be used
-  bool trust_units = false;          ///< do not ask whether a column has another unit
-  std::vector<std::string> missing{};      ///< further texts and numbers for missing values
-  std::vector<std::string> fill_down{};    ///< columns whose empty fields have the value above
-  DeadTrees dead = DeadTrees::kLeaveOut;   ///< cut, fallen and stumps are left out always but with
-                                           ///< kInclude
-  bool case_sensitive = false;             ///< species that differ only in capitals are different
-  std::vector<std::string> needs{};  ///< measures the file must have, such as "h"
+  bool keep_all = false;                  ///< keep every other column of the file
+  bool needs_coordinates = false;         ///< rows without x or y cannot be used
+  bool trust_units = false;               ///< do not ask whether a column has another unit
+  std::vector<std::string> missing{};     ///< further texts and numbers for missing values
+  std::vector<std::string> fill_down{};   ///< columns whose empty fields have the value above
+  DeadTrees dead = DeadTrees::kLeaveOut;  ///< cut, fallen and stumps are left out always but with
+                                          ///< kInclude
+  bool case_sensitive = false;            ///< species that differ only in capitals are different
+  std::vector<std::string> needs{};       ///< measures the file must have, such as "h"
 };
 
 /// Why a row cannot be used. A row with several problems has as many entries.
