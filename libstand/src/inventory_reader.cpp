@@ -34,13 +34,15 @@ double InventoryReader::number_in(std::string_view field,
   const std::string_view text = data::trimmed(field);
   double value = 0.0;
   const bool is_number = csv_.parse_number(text, value) && !std::isnan(value);
-  const bool is_code = is_number ? is_missing_number_of(is_position ? "x" : "h", value)
-                                 : data::is_missing_number(text);
-  if (is_code || csv_.is_missing(text)) {
+  const bool is_code =
+      is_number ? value < 0.0 && is_missing_number_of(is_position ? "x" : "h", value)
+                : data::is_missing_number(text);
+  const bool is_further_code = !options_.missing.empty() && csv_.is_missing(text);
+  if (is_number && !is_code && !is_further_code) return value;
+  if (is_code || is_further_code) {
     if (!is_missing(text)) codes_.add(column, text);
     return data::kMissing;
   }
-  if (is_number) return value;
   const bool has_comma = text.find(',') != std::string_view::npos;
   const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
   const char* const advice =

@@ -32,17 +32,20 @@ struct Hypothesis {
   std::string_view dbh_unit{};
   double dbh_factor = 1.0;  ///< to cm
   std::string_view h_unit{};
-  double h_factor = 1.0;   ///< to m
-  double contrast = 1.0;   ///< how far heights must be missed without it
-  double tolerance = 1.0;  ///< how near they must be with it
+  double h_factor = 1.0;            ///< to m
+  double contrast = 1.0;            ///< how far heights must be missed without it
+  double tolerance = 1.0;           ///< how near they must be with it
+  double lowest_slenderness = 0.0;  ///< as it is
+  double lowest_h = 0.0;            ///< median, as it is
 };
-// Inches and feet are nearer to our units than others, so that they have to fit better.
-constexpr std::array<Hypothesis, 6> kHypotheses{{{"mm", 0.1, "", 1.0, 3.0, 1.6},
-                                                 {"in", 2.54, "", 1.0, 1.5, 1.3},
-                                                 {"", 1.0, "ft", 0.3048, 2.0, 1.3},
-                                                 {"in", 2.54, "ft", 0.3048, 2.5, 1.4},
-                                                 {"", 1.0, "dm", 0.1, 3.0, 1.6},
-                                                 {"", 1.0, "cm", 0.01, 3.0, 1.6}}};
+// Inches and feet are near to our units. Thickets of small trees have such ratios, too, so that
+// plots must be tall and fit well.
+constexpr std::array<Hypothesis, 6> kHypotheses{{{"mm", 0.1, "", 1.0, 3.0, 1.6, 0.0, 0.0},
+                                                 {"in", 2.54, "", 1.0, 1.4, 1.2, 150.0, 10.0},
+                                                 {"", 1.0, "ft", 0.3048, 2.0, 1.3, 150.0, 15.0},
+                                                 {"in", 2.54, "ft", 0.3048, 2.5, 1.35, 150.0, 15.0},
+                                                 {"", 1.0, "dm", 0.1, 3.0, 1.6, 0.0, 0.0},
+                                                 {"", 1.0, "cm", 0.01, 3.0, 1.6, 0.0, 0.0}}};
 
 struct SizedTree {
   double dbh_cm = 0.0;
@@ -105,6 +108,7 @@ class Finder {
   /// How many times the heights of a plot, if it were in this unit, are those of the others.
   std::optional<double> height_ratio(std::size_t plot, const Hypothesis& unit) const;
   const Hypothesis* unit_of(std::size_t plot) const;
+  double median_h(std::size_t plot) const;
   bool is_missed(std::size_t plot, double contrast) const;
 
   std::vector<std::vector<SizedTree>> trees_{};  ///< by plot
@@ -146,6 +150,12 @@ bool Finder::is_missed(std::size_t plot, double contrast) const {
   return slenderness_[plot] < kImpossiblyStout || slenderness_[plot] > kImpossiblySlender;
 }
 
+double Finder::median_h(std::size_t plot) const {
+  std::vector<double> heights;
+  for (const SizedTree& tree : trees_[plot]) heights.push_back(tree.h_m);
+  return median(std::move(heights));
+}
+
 /// The unit that explains the sizes of a plot best; null if none does.
 const Hypothesis* Finder::unit_of(std::size_t plot) const {
   const Hypothesis* best = nullptr;
@@ -153,6 +163,7 @@ const Hypothesis* Finder::unit_of(std::size_t plot) const {
   for (const Hypothesis& unit : kHypotheses) {
     const double slenderness = slenderness_[plot] * unit.h_factor / unit.dbh_factor;
     if (slenderness < kLowestUsual || slenderness > 2.0 * kHighestUsual) continue;
+    if (slenderness_[plot] < unit.lowest_slenderness || median_h(plot) < unit.lowest_h) continue;
     const std::optional<double> ratio = height_ratio(plot, unit);
     if (!ratio || !is_missed(plot, unit.contrast)) continue;
     const double deviation = std::abs(std::log(*ratio));
