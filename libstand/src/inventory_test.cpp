@@ -370,8 +370,8 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
                     Contains("swapped, or in different units"));
   CHECK_THROWS_WITH(read_text(stand_with("h", 1000.0), with_columns("h=h/10")),
                     Contains("use --columns h=(h/10)/100"));
-  CHECK_THROWS_WITH(read_text("dbh,H [cm]\n20,1500\n21,1600\n", with_columns("h=H [cm]")),
-                    Contains("use --columns h=`H [cm]`/100"));
+  CHECK_THROWS_WITH(read_text("dbh,H [old]\n20,1500\n21,1600\n", with_columns("h=H [old]")),
+                    Contains("use --columns h=`H [old]`/100"));
 }
 
 TEST_CASE("saplings, giants and sparse woods pass the question for units") {

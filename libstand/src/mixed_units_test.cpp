@@ -101,7 +101,7 @@ TEST_CASE("stands of any age, site and density are no mixture of units") {
 TEST_CASE("other species, single trees and files of one unit are not judged") {
   Random random(2);
   Stands all;
-  all.add("inches", 25.0, 27.0, random, 1.0 / 2.54);
+  all.add("millimeters", 25.0, 27.0, random, 10.0);
   CHECK(all.mixed().empty());  // nothing to compare with
   all.add("trees", 25.0, 27.0, random);
   CHECK(all.mixed().size() == 1);
