@@ -8,6 +8,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "standard_output.hpp"
+#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -32,7 +33,7 @@ std::vector<char> columns_of_numbers(const std::string& file) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
       double ignored = 0.0;
       const bool fits =
-          data::is_missing_field(fields[i]) || reader.parse_number(fields[i], ignored);
+          data::is_missing_number(fields[i]) || reader.parse_number(fields[i], ignored);
       if (!fits) is_number[i] = 0;
     }
   }
@@ -43,6 +44,9 @@ void write_rows(const std::string& in, const AddedColumns& columns, std::ostream
   const std::vector<char> is_number = columns_of_numbers(in);
   data::CsvReader reader(in);
   const auto& header = reader.header();
+  for (const std::size_t field : filled_fields(header, columns.fill_down, columns.mapped, in)) {
+    reader.fill_down(field);
+  }
   const auto replaced = std::ranges::find(header, columns.replaced) - header.begin();
   const char* separator = "";
   const auto write = [&](std::string_view field) {

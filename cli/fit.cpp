@@ -51,6 +51,8 @@ struct FitArguments {
   std::string fixed{};
   std::string bounds{};
   std::vector<std::string> columns{};
+  SheetArguments sheet{};
+  bool trust_units = false;
   InferenceOptions inference{};
   ResamplingArguments resampling{};
 };
@@ -74,8 +76,8 @@ std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>
   return columns;
 }
 
-data::Table read_data(const FitArguments& arguments,
-                      const std::vector<const study::BaseModel*>& models) {
+ReadTable read_data(const FitArguments& arguments,
+                    const std::vector<const study::BaseModel*>& models) {
   std::vector<std::string> formulas;
   if (!arguments.formula.empty()) formulas.push_back(arguments.formula);
   for (const study::BaseModel* const model : models) formulas.push_back(model->formula);
@@ -84,10 +86,15 @@ data::Table read_data(const FitArguments& arguments,
                                                        .where = arguments.where,
                                                        .random = arguments.random,
                                                        .variance = arguments.variance});
-  data::Table table = read_model_table(
-      arguments.data,
-      {.entries = arguments.columns, .names = names, .wanted = columns_read(models, names)},
-      arguments.common);
+  ReadTable read = read_model_table(arguments.data,
+                                    {.entries = arguments.columns,
+                                     .names = names,
+                                     .wanted = columns_read(models, names),
+                                     .sheet = arguments.sheet,
+                                     .trust_units = arguments.trust_units,
+                                     .keeps_spellings = true},
+                                    arguments.common);
+  data::Table& table = read.table;
   if (table.rows() == 0) {
     throw InputError("there are no rows below the header", {.file = table.file()});
   }
@@ -99,7 +106,8 @@ data::Table read_data(const FitArguments& arguments,
   for (const std::string& note : study::add_structure_columns(indices, table)) {
     say(arguments.common, "note: " + note);
   }
-  return arguments.where.empty() ? table : study::rows_where(arguments.where, table);
+  if (!arguments.where.empty()) table = study::rows_where(arguments.where, table);
+  return read;
 }
 
 void set_covariance(fit::ModelSpecification& specification, fit::Covariance covariance) {
@@ -260,16 +268,19 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   return result;
 }
 
+/// \param recognized  how the file was read
 void print_json(const std::vector<fit::FittedModel>& fits,
-                const std::vector<Resampling>& resampling) {
+                const std::vector<Resampling>& resampling,
+                const std::vector<std::string>& recognized) {
   if (fits.size() == 1) {
-    fmt::print("{}\n", with_resampling(fit::to_json(fits.front(), 2), resampling.front()));
+    fmt::print("{}\n",
+               with_resampling(fit::to_json(fits.front(), 2), resampling.front(), recognized));
     return;
   }
   fmt::print("{{\"fits\": [\n");
   for (std::size_t i = 0; i < fits.size(); ++i) {
     fmt::print("{}{}\n",
-               with_resampling(fit::to_json(fits[i], 2), resampling[i]),
+               with_resampling(fit::to_json(fits[i], 2), resampling[i], recognized),
                i + 1 < fits.size() ? "," : "");
   }
   fmt::print("]}}\n");
@@ -339,7 +350,8 @@ void run(const CLI::App& command, FitArguments arguments) {
   }
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   const auto models = chosen_models(catalogue, arguments.models);
-  const data::Table table = read_data(arguments, models);
+  const ReadTable read = read_data(arguments, models);
+  const data::Table& table = read.table;
   const std::vector<Task> tasks = tasks_of(arguments, models, table);
   const std::vector<fit::FittedModel> fits =
       fit_all(tasks, table, arguments.inference, arguments.common);
@@ -351,7 +363,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   say_fewer_folds(resampling, arguments);
   write_residuals(fits, table, arguments.resampling);
   if (arguments.common.json) {
-    print_json(fits, resampling);
+    print_json(fits, resampling, read.recognized);
   } else {
     print_tables(fits);
     print_resampling(fits, resampling);
@@ -459,6 +471,9 @@ void add_fit_command(CLI::App& program) {
                   "Names or formulas of the columns, such as dbh=DBH_cm,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
+  add_missing_option(command, arguments->sheet);
+  add_fill_down_option(command, arguments->sheet);
+  add_trust_units_option(command, arguments->trust_units);
   add_inference_options(command, arguments->inference);
   add_common_options(command, arguments->common);
   add_example(command,

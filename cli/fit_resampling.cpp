@@ -320,9 +320,13 @@ void write_residuals(const std::vector<fit::FittedModel>& fits,
   file.commit();
 }
 
-std::string with_resampling(const std::string& fit_json, const Resampling& resampling) {
-  if (!resampling.bootstrap && !resampling.cross_validation) return fit_json;
+std::string with_resampling(const std::string& fit_json,
+                            const Resampling& resampling,
+                            const std::vector<std::string>& recognized) {
+  const bool has_resampling = resampling.bootstrap || resampling.cross_validation;
+  if (!has_resampling && recognized.empty()) return fit_json;
   ordered_json json = ordered_json::parse(fit_json);
+  if (!recognized.empty()) json["recognized"] = recognized;
   if (resampling.bootstrap) json["bootstrap"] = bootstrap_json(*resampling.bootstrap);
   if (resampling.cross_validation) {
     json["cross_validation"] = cross_validation_json(*resampling.cross_validation);

@@ -45,8 +45,12 @@ void write_residuals(const std::vector<fit::FittedModel>& fits,
                      const data::Table& table,
                      const ResamplingArguments& arguments);
 
-/// The JSON of a fit with the keys `bootstrap` and `cross_validation` for what there is.
-std::string with_resampling(const std::string& fit_json, const Resampling& resampling);
+/// The JSON of a fit with the keys `bootstrap`, `cross_validation` and `recognized` for what there
+/// is.
+/// \param recognized  how the file was read
+std::string with_resampling(const std::string& fit_json,
+                            const Resampling& resampling,
+                            const std::vector<std::string>& recognized);
 
 /// Tables for people.
 void print_resampling(const std::vector<fit::FittedModel>& fits,

@@ -22,8 +22,9 @@ tree::MorphologyTableOptions table_options(const GrowCommand& command) {
 
 /// All trees of the table at one time, or the trees of each moment.
 tree::Moments read_trees(const GrowCommand& command) {
-  const tree::MorphologyTableOptions options = table_options(command);
-  const data::Table table = read_tree_table(command.file, options.columns, command.common);
+  tree::MorphologyTableOptions options = table_options(command);
+  const data::Table table =
+      read_tree_table(command.file, options.columns, command.sheet, command.common).table;
   if (!command.by.empty()) return tree::read_moments(table, command.by, options);
   tree::MorphologyTable read = tree::read_morphologies(table, options);
   tree::Moments one{.left_out = std::move(read.left_out)};

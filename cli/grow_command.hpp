@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "sheet_options.hpp"
 #include "silvafit/tree/growth.hpp"
 #include "silvafit/tree/morphology_table.hpp"
 #include "silvafit/tree/overlap.hpp"
@@ -29,6 +30,7 @@ struct GrowCommand {
   std::string ground = "stems";
   std::vector<std::string> plots;
   std::vector<std::string> columns;
+  SheetArguments sheet{};
   std::string by;
   bool animate = false;
   double seconds_per_unit = 1.0;

@@ -108,6 +108,8 @@ void add_row_options(CLI::App& command, GrowCommand& options) {
   add_names_option(
       command, "--plot", options.plots, "Plots to grow, separated by commas (default: all)");
   add_columns_option(command, options.columns);
+  add_sheet_options(command, options.sheet);
+  add_dead_option(command, options.sheet);
 }
 
 /// Repeated measurements.

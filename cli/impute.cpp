@@ -34,6 +34,8 @@ struct ImputeArguments {
   std::string out{};
   std::vector<std::string> columns{};
   int digits = kPredictedDigits;
+  SheetArguments sheet{};
+  bool trust_units = false;
 };
 
 std::vector<std::string> new_names(const ImputeArguments& arguments) {
@@ -41,7 +43,7 @@ std::vector<std::string> new_names(const ImputeArguments& arguments) {
   return {response + "_source", response + "_level", response + "_flag"};
 }
 
-data::Table read_data(const ImputeArguments& arguments) {
+ReadTable read_data(const ImputeArguments& arguments) {
   const std::string& group = arguments.impute.group;
   std::vector<std::string> labels{group.empty() ? "plot" : group, arguments.impute.by};
   if (!arguments.impute.random.empty() && arguments.impute.random != "none") {
@@ -51,10 +53,14 @@ data::Table read_data(const ImputeArguments& arguments) {
   }
   std::vector<std::string> wanted = labels;
   wanted.insert(wanted.end(), {arguments.impute.response, "dbh"});
-  data::Table table = read_model_table(
-      arguments.data,
-      {.entries = arguments.columns, .names = std::move(labels), .wanted = std::move(wanted)},
-      arguments.common);
+  ReadTable read = read_model_table(arguments.data,
+                                    {.entries = arguments.columns,
+                                     .names = std::move(labels),
+                                     .wanted = std::move(wanted),
+                                     .sheet = arguments.sheet,
+                                     .trust_units = arguments.trust_units},
+                                    arguments.common);
+  const data::Table& table = read.table;
   for (const std::string& name : {arguments.impute.response, arguments.impute.by, group}) {
     if (name.empty() || table.has(name)) continue;
     throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});
@@ -64,7 +70,7 @@ data::Table read_data(const ImputeArguments& arguments) {
     throw InputError("the file already has this column; choose another name",
                      {.file = table.file(), .column = name});
   }
-  return table;
+  return read;
 }
 
 void write_out(const ImputeArguments& arguments, const study::Imputation& result) {
@@ -88,11 +94,15 @@ void write_out(const ImputeArguments& arguments, const study::Imputation& result
   const auto imputed = [&](std::size_t row) {
     return result.source[row] == study::ImputeSource::kImputed ? value(row) : std::string();
   };
-  write_with_columns(
-      arguments.data,
-      arguments.out,
-      {.names = names, .fields = fields, .replaced = response, .replacement = imputed},
-      arguments.common);
+  write_with_columns(arguments.data,
+                     arguments.out,
+                     {.names = names,
+                      .fields = fields,
+                      .replaced = response,
+                      .replacement = imputed,
+                      .fill_down = arguments.sheet.fill_down,
+                      .mapped = arguments.columns},
+                     arguments.common);
 }
 
 std::map<std::string, std::size_t> flag_counts(const study::Imputation& result) {
@@ -103,7 +113,9 @@ std::map<std::string, std::size_t> flag_counts(const study::Imputation& result) 
   return counts;
 }
 
-void print_json(const ImputeArguments& arguments, const study::Imputation& result) {
+void print_json(const ImputeArguments& arguments,
+                const ReadTable& read,
+                const study::Imputation& result) {
   using study::ImputeLevel;
   using study::ImputeSource;
   ordered_json models = ordered_json::array();
@@ -124,6 +136,7 @@ void print_json(const ImputeArguments& arguments, const study::Imputation& resul
                              {"flags", flag_counts(result)},
                              {"residual_added", arguments.impute.add_residual},
                              {"models", std::move(models)},
+                             {"recognized", read.recognized},
                              {"notes", result.notes}};
   print_json_value(summary);
 }
@@ -179,14 +192,15 @@ void say_summary(const ImputeArguments& arguments, const study::Imputation& resu
 
 void run(ImputeArguments& arguments) {
   refuse_same_files({{"INVENTORY.csv", arguments.data}}, {{"--out", arguments.out}});
-  const data::Table table = read_data(arguments);
+  const ReadTable read = read_data(arguments);
+  const data::Table& table = read.table;
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   arguments.impute.seed = arguments.common.seed;
   arguments.impute.threads = arguments.common.threads;
   const study::Imputation result = study::impute(table, catalogue, arguments.impute);
   write_out(arguments, result);
   say_summary(arguments, result);
-  if (arguments.common.json) print_json(arguments, result);
+  if (arguments.common.json) print_json(arguments, read, result);
 }
 
 void add_model_options(CLI::App& command, study::ImputeOptions& options) {
@@ -241,6 +255,8 @@ void add_impute_command(CLI::App& program) {
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
   add_digits_option(command, arguments->digits);
+  add_sheet_options(command, arguments->sheet);
+  add_trust_units_option(command, arguments->trust_units);
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
       ->type_name("FILE.csv");
   add_common_options(command, arguments->common);

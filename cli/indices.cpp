@@ -43,6 +43,7 @@ struct Seconds {
 struct Outcome {
   stand::UnitSummaries summaries{};
   std::vector<std::string> notes{};
+  std::vector<std::string> recognized{};  ///< of the notes, how the file was read
   std::vector<stand::ExcludedRow> excluded{};
   std::size_t excluded_trees = 0;
   double alpha0_deg = 0.0;
@@ -70,6 +71,7 @@ ordered_json result_json(const IndicesArguments& arguments, const Outcome& outco
           {"per", arguments.units.per},
           {"all", unit_summary_json(outcome.summaries.all(), outcome.further)},
           {"species", std::move(species)},
+          {"recognized", outcome.recognized},
           {"notes", outcome.notes},
           {"seconds", outcome.seconds.all},
           {"seconds_units", outcome.seconds.units}};
@@ -149,6 +151,7 @@ void take_batches(const IndicesArguments& arguments,
   std::erase(species, "");
   stand::check_species_of_angles(options, species, arguments.inventory.path);
   outcome.notes = batches.notes();
+  outcome.recognized = batches.recognized();
   for (const std::string& note : outcome.notes) say(arguments.common, "note: " + note);
   const std::string excluded = stand::describe_excluded(
       outcome.excluded, outcome.excluded_trees, trees, arguments.inventory.path);
@@ -184,6 +187,7 @@ void run(const IndicesArguments& arguments) {
     const stand::CheckedInventory checked =
         read_inventory(arguments.inventory, {.needs_coordinates = true}, arguments.common);
     outcome.notes = checked.notes;
+    outcome.recognized = checked.recognized;
     take(checked, options, table, outcome);
   }
   say_findings(arguments, options, outcome);

@@ -94,8 +94,9 @@ void add_inventory_options(CLI::App& command, InventoryArguments& arguments) {
                   "Names or formulas of the columns, such as dbh=DBH_cm,h=Height,x=xk/10")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
-  command.add_flag(
-      "--trust-units", arguments.trust_units, "Accept the units of the columns without a check");
+  add_trust_units_option(command, arguments.trust_units);
+  add_sheet_options(command, arguments.sheet);
+  add_dead_option(command, arguments.sheet);
 }
 
 void add_unit_options(CLI::App& command, UnitArguments& arguments) {
@@ -179,6 +180,10 @@ stand::InventoryOptions reading_options(const InventoryArguments& arguments,
   options.columns =
       stand::parse_column_mappings(fmt::format("{}", fmt::join(arguments.columns, ",")));
   options.trust_units = arguments.trust_units;
+  options.missing = arguments.sheet.missing;
+  options.fill_down = arguments.sheet.fill_down;
+  options.dead = dead_trees(arguments.sheet);
+  options.case_sensitive = arguments.sheet.case_sensitive;
   return options;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "sheet_options.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/unit_settings.hpp"
@@ -18,6 +19,7 @@ struct InventoryArguments {
   std::string path{};
   std::vector<std::string> columns{};
   bool trust_units = false;
+  SheetArguments sheet{};
 };
 
 /// How structural units are made.
@@ -36,7 +38,7 @@ struct UnitArguments {
   std::string open_grown{};
 };
 
-/// Adds INVENTORY.csv, --columns and --trust-units.
+/// Adds INVENTORY.csv, --columns, --trust-units and those of spreadsheets.
 void add_inventory_options(CLI::App& command, InventoryArguments& arguments);
 
 /// Adds --neighbors, --alpha, --edge, --buffer, --window, --circle, --per, --dominance, --crowding,
@@ -54,12 +56,12 @@ void refuse_idle_unit_options(const CLI::App& command,
                               const UnitArguments& arguments,
                               const std::vector<stand::FurtherIndex>& further);
 
-/// What the command needs of an inventory, with --columns and --trust-units filled in.
+/// What the command needs of an inventory, with the options of add_inventory_options filled in.
 stand::InventoryOptions reading_options(const InventoryArguments& arguments,
                                         stand::InventoryOptions options);
 
 /// Reads the inventory; notes and rows left out are said on stderr.
-/// \param options  what the command needs; --columns and --trust-units are filled in here
+/// \param options  what the command needs; the options of add_inventory_options are filled in here
 stand::CheckedInventory read_inventory(const InventoryArguments& arguments,
                                        stand::InventoryOptions options,
                                        const CommonOptions& common);

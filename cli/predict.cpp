@@ -47,6 +47,8 @@ struct PredictArguments {
   int digits = kPredictedDigits;
   std::string out{};
   std::vector<std::string> columns{};
+  SheetArguments sheet{};
+  bool trust_units = false;
 };
 
 const std::map<std::string, fit::Level> kLevels{{"population", fit::Level::kPopulation},
@@ -110,7 +112,10 @@ void write_out(const PredictArguments& arguments, const study::PredictedResponse
   };
   write_with_columns(arguments.data,
                      arguments.out,
-                     {.names = names_of(arguments, predictions), .fields = fields},
+                     {.names = names_of(arguments, predictions),
+                      .fields = fields,
+                      .fill_down = arguments.sheet.fill_down,
+                      .mapped = arguments.columns},
                      arguments.common);
 }
 
@@ -127,6 +132,7 @@ ordered_json unused_json(const std::vector<study::UnusedModel>& models) {
 }
 
 void print_summary(const PredictArguments& arguments,
+                   const ReadTable& read,
                    const study::PredictedResponses& predictions) {
   ordered_json predicted = ordered_json::object();
   for (const auto& prediction : predictions.responses) {
@@ -150,6 +156,7 @@ void print_summary(const PredictArguments& arguments,
       {"predicted", std::move(predicted)},
       {"flags", flags},
       {"unused_models", unused_json(predictions.unused)},
+      {"recognized", read.recognized},
       {"notes", predictions.notes}};
   print_json_value(result);
 }
@@ -199,7 +206,7 @@ void add_note_on_species(const study::ModelLibrary& library,
       fmt::format("{} of species without a model in the library: {}; it has models for {}",
                   counted(trees, "tree is", "trees are"),
                   data::list_of(names),
-                  fmt::join(known, ", ")));
+                  data::list_of(std::vector(known.begin(), known.end()))));
 }
 
 /// How indices are computed: as in the study that the library is from.
@@ -228,12 +235,15 @@ void run(const CLI::App& command, PredictArguments arguments) {
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
                     {{"--out", arguments.out}});
   const study::ModelLibrary library = library_named(arguments.library);
-  const data::Table table = read_model_table(arguments.data,
-                                             {.entries = arguments.columns,
-                                              .names = study::text_columns(library),
-                                              .wanted = study::columns_read(library),
-                                              .units = units_of(library, arguments.common)},
-                                             arguments.common);
+  const ReadTable read = read_model_table(arguments.data,
+                                          {.entries = arguments.columns,
+                                           .names = study::text_columns(library),
+                                           .wanted = study::columns_read(library),
+                                           .units = units_of(library, arguments.common),
+                                           .sheet = arguments.sheet,
+                                           .trust_units = arguments.trust_units},
+                                          arguments.common);
+  const data::Table& table = read.table;
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   study::PredictedResponses predictions = study::predict_responses(
       library,
@@ -253,7 +263,7 @@ void run(const CLI::App& command, PredictArguments arguments) {
   for (const std::string& note : predictions.notes) say(arguments.common, "note: " + note);
   refuse_known_columns(arguments, table, predictions);
   write_out(arguments, predictions);
-  if (arguments.common.json) print_summary(arguments, predictions);
+  if (arguments.common.json) print_summary(arguments, read, predictions);
 }
 
 void add_file_options(CLI::App& command, PredictArguments& arguments) {
@@ -336,6 +346,8 @@ void add_predict_command(CLI::App& program) {
           "--columns", arguments->columns, "Names or formulas of the columns, such as dbh=DBH_cm")
       ->type_name("NAME=COLUMN,...")
       ->allow_extra_args(false);
+  add_sheet_options(command, arguments->sheet);
+  add_trust_units_option(command, arguments->trust_units);
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
       ->type_name("FILE.csv");
   add_common_options(command, arguments->common);

@@ -59,6 +59,7 @@ void print_json(const StandArguments& arguments,
                       {"edge", arguments.units.edge},
                       {"per", arguments.units.per}};
   result.update(stand_json(report));
+  result["recognized"] = checked.recognized;
   result["notes"] = std::move(notes);
   result["seconds"] = seconds;
   print_json_value(result);

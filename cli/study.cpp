@@ -222,6 +222,7 @@ void print_json(const study::StudyRecord& record, const std::filesystem::path& f
                        {"out", folder.string()},
                        {"report", (folder / "report.html").string()},
                        {"fits", record.study.fit_count()},
+                       {"recognized", record.inventory.recognized},
                        {"notes", record.study.notes},
                        {"results", ordered_json::array()}};
   for (const study::ResponseStudy& result : record.study.results) {

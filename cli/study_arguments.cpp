@@ -60,6 +60,11 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
   InventoryArguments& inventory = arguments.inventory;
   if (!is_given("--columns")) inventory.columns = file.columns;
   if (!is_given("--trust-units")) inventory.trust_units = file.trust_units.value_or(false);
+  SheetArguments& sheet = inventory.sheet;
+  if (!is_given("--missing")) sheet.missing = file.missing;
+  if (!is_given("--fill-down")) sheet.fill_down = file.fill_down;
+  if (!is_given("--dead")) sheet.dead = file.dead.value_or(sheet.dead);
+  if (!is_given("--case-sensitive")) sheet.case_sensitive = file.case_sensitive.value_or(false);
   apply_units(command, file, arguments.units);
 }
 
@@ -85,6 +90,10 @@ study::StudyConfiguration settings_of(const StudyArguments& arguments,
                                      .edge = units.edge,
                                      .buffer_m = units.buffer_m,
                                      .trust_units = arguments.inventory.trust_units,
+                                     .missing = arguments.inventory.sheet.missing,
+                                     .fill_down = arguments.inventory.sheet.fill_down,
+                                     .dead = arguments.inventory.sheet.dead,
+                                     .case_sensitive = arguments.inventory.sheet.case_sensitive,
                                      .circle = units.circle,
                                      .further = units.further,
                                      .units = {.per = units.per,

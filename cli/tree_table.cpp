@@ -6,10 +6,18 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <utility>
 
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/mixed_units.hpp"
+#include "silvafit/stand/species_spellings.hpp"
+#include "silvafit/stand/tree_status.hpp"
 #include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::cli {
@@ -24,9 +32,125 @@ bool contains(const Names& names, const std::string& name) {
 
 std::string joined(const Names& entries) { return fmt::format("{}", fmt::join(entries, ",")); }
 
-/// Adds a column with our name; the table also keeps its own.
-void add_column(const stand::ColumnMapping& column, data::Table& table) {
-  if (table.is_numeric(column.source)) {
+const stand::ColumnMapping* mapping_to(const Mappings& mappings, const std::string& name) {
+  const auto found = std::ranges::find(mappings, name, &stand::ColumnMapping::name);
+  return found == mappings.end() ? nullptr : &*found;
+}
+
+/// What is done to a file on its way to a table.
+struct Wishes {
+  Names names{};      ///< columns that stay text, in our words
+  Mappings mapped{};  ///< where other columns of ours come from; they are not added
+  std::function<bool(const std::string&)> is_wanted{};
+  const SheetArguments& sheet;
+  bool unifies_spellings = false;
+  bool leaves_out_dead = false;
+};
+
+/// Reads one file; an object so that its parts need not be handed around.
+class TableReader {
+ public:
+  TableReader(const std::filesystem::path& file, const Wishes& wishes)
+      : wishes_(wishes), reader_(file, wishes.sheet.missing) {
+    result_.mapped = wishes.mapped;
+  }
+
+  struct Result {
+    data::Table table{};
+    Mappings mapped{};  ///< columns in other units are expressions
+    Names recognized{};
+  };
+  Result read();
+
+ private:
+  void find_columns();
+  void read_table();
+  void find_missing_values(const std::string& name, const std::string& source, bool is_own);
+  void add_column(const stand::ColumnMapping& column);
+  void unify_spellings();
+  void read_status();
+  void note(std::string text) {
+    if (!text.empty()) result_.recognized.push_back(std::move(text));
+  }
+
+  const Wishes& wishes_;
+  data::CsvReader reader_;
+  Mappings usual_{};
+  Mappings converted_{};  ///< mapped columns that have another unit than ours
+  data::MissingCodes codes_{};
+  Result result_{};
+};
+
+void TableReader::find_columns() {
+  const auto& header = reader_.header();
+  const auto& units = reader_.layout().units;
+  for (stand::ColumnMapping& mapping : result_.mapped) {
+    stand::ColumnMapping ours = stand::in_our_unit(mapping, header, units);
+    if (ours.source == mapping.source) continue;
+    converted_.push_back(ours);
+    mapping = std::move(ours);
+  }
+  const auto is_looked_for = [this](const std::string& name) {
+    return wishes_.is_wanted(name) && mapping_to(result_.mapped, name) == nullptr;
+  };
+  usual_ = stand::usual_columns(header, is_looked_for, reader_.file(), units);
+}
+
+void TableReader::read_table() {
+  // Plot 07 is not plot 7, whatever its column is called.
+  Names texts = wishes_.names;
+  for (const Mappings* const mappings : {&result_.mapped, &usual_}) {
+    for (const stand::ColumnMapping& mapping : *mappings) {
+      if (contains(wishes_.names, mapping.name)) texts.push_back(mapping.source);
+    }
+  }
+  Names entries;
+  for (const stand::ColumnMapping& mapping : wishes_.mapped) {
+    entries.push_back(mapping.name + "=" + mapping.source);
+  }
+  const std::vector<std::size_t> fields =
+      filled_fields(reader_.header(), wishes_.sheet.fill_down, entries, reader_.file());
+  for (const std::size_t field : fields) reader_.fill_down(field);
+  result_.table = data::read_csv_table(
+      reader_,
+      {.text_columns = std::move(texts), .missing = wishes_.sheet.missing, .fill_down = fields},
+      &codes_);
+}
+
+/// Takes numbers such as -999, and 0 where it cannot be, for missing values in what one of our
+/// columns is made from.
+/// \param is_own  the source is the column itself, not an expression of the user
+void TableReader::find_missing_values(const std::string& name,
+                                      const std::string& source,
+                                      bool is_own) {
+  const data::ColumnReference reference =
+      data::column_reference(name, source, result_.table.names(), reader_.file());
+  Names columns{source};
+  if (reference.expression) columns = reference.expression->variables();
+  for (const std::string& column : columns) {
+    if (!result_.table.has(column) || !result_.table.is_numeric(column)) continue;
+    const auto old = result_.table.numbers(column);
+    std::vector<double> values(old.begin(), old.end());
+    for (double& value : values) {
+      const bool is_zero = value == 0.0 && is_own && stand::is_zero_missing(name);
+      if (!is_zero && !stand::is_missing_number_of(name, value)) continue;
+      codes_.add(column, data::shortest(value));
+      value = data::kMissing;
+    }
+    result_.table.set(column, std::move(values));
+  }
+}
+
+/// Adds a column under our name; the table keeps its own besides.
+void TableReader::add_column(const stand::ColumnMapping& column) {
+  data::Table& table = result_.table;
+  if (!table.has(column.source)) {
+    std::vector<data::TextCell> cells;
+    const auto reference =
+        data::column_reference(column.name, column.source, table.names(), reader_.file());
+    study::require_numbers(table, reference.expression->variables());
+    table.set(column.name, data::numbers_of(table, reference, cells));
+  } else if (table.is_numeric(column.source)) {
     const auto values = table.numbers(column.source);
     table.set(column.name, std::vector<double>(values.begin(), values.end()));
   } else {
@@ -34,35 +158,91 @@ void add_column(const stand::ColumnMapping& column, data::Table& table) {
   }
 }
 
-/// Reads a file and adds standard columns that it has with another common spelling.
-/// \param names   columns that stay text, with our names
-/// \param mapped  columns with a given source; they are not added
-data::Table read_table(const std::filesystem::path& file,
-                       const Names& names,
-                       const Mappings& mapped,
-                       const std::function<bool(const std::string&)>& is_wanted,
-                       const CommonOptions& common) {
-  const auto is_mapped = [&mapped](const std::string& name) {
-    return std::ranges::find(mapped, name, &stand::ColumnMapping::name) != mapped.end();
-  };
-  data::CsvReader reader(file);
-  const Mappings usual = stand::usual_columns(
-      reader.header(),
-      [&](const std::string& name) { return is_wanted(name) && !is_mapped(name); },
-      file.string());
-  // Plot 07 is not plot 7, for any name of the column.
-  Names texts = names;
-  for (const Mappings* const mappings : {&mapped, &usual}) {
-    for (const stand::ColumnMapping& mapping : *mappings) {
-      if (contains(names, mapping.name)) texts.push_back(mapping.source);
+void TableReader::unify_spellings() {
+  const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, "species");
+  const std::string name = mapping == nullptr ? "species" : mapping->source;
+  data::Table& table = result_.table;
+  if (wishes_.sheet.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
+  stand::SpeciesSpellings spellings;
+  data::TextColumn species = table.text(name);
+  spellings.unify(species);
+  table.set(name, std::move(species));
+  note(spellings.note());
+}
+
+/// Leaves out the trees that are dead or gone, or says that they are used.
+void TableReader::read_status() {
+  const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, "status");
+  const auto column =
+      mapping == nullptr ? stand::usual_status_column(reader_.header()) : mapping->source;
+  if (!column || !result_.table.has(*column)) return;
+  stand::StatusColumn status(*column);
+  const data::TextColumn values = result_.table.labels(*column);
+  std::vector<std::size_t> alive;
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (status.read(values[row]) == stand::TreeStatus::kAlive) alive.push_back(row);
+  }
+  const std::size_t others = values.size() - alive.size();
+  if (others == 0) return;
+  const bool are_left_out = wishes_.leaves_out_dead && wishes_.sheet.dead != "include";
+  note(fmt::format(
+      "the status of trees is read from column {}: {} dead, {} cut or gone, {}",
+      *column,
+      status.dead(),
+      status.gone(),
+      are_left_out ? "left out; --dead include uses them" : "which are used as living trees"));
+  if (are_left_out) result_.table = result_.table.select(alive);
+}
+
+TableReader::Result TableReader::read() {
+  find_columns();
+  read_table();
+  note(data::describe_layout(reader_.layout()));
+  Mappings renamed = usual_;
+  renamed.insert(renamed.end(), converted_.begin(), converted_.end());
+  note(stand::describe_usual_columns(renamed));
+  for (const stand::ColumnMapping& column : renamed) {
+    find_missing_values(column.name, column.source, true);
+  }
+  for (const stand::ColumnMapping& mapping : result_.mapped) {
+    const bool is_known = mapping_to(converted_, mapping.name) != nullptr;
+    if (!is_known && wishes_.is_wanted(mapping.name)) {
+      find_missing_values(mapping.name, mapping.source, result_.table.has(mapping.source));
     }
   }
-  data::Table table = data::read_csv_table(reader, {.text_columns = texts});
-  for (const stand::ColumnMapping& column : usual) {
-    add_column(column, table);
-    say(common, "note: " + stand::describe_usual_column(column));
+  for (const std::string& name : reader_.header()) {
+    const bool is_elsewhere =
+        mapping_to(result_.mapped, name) != nullptr || mapping_to(usual_, name) != nullptr;
+    if (!name.empty() && !is_elsewhere && wishes_.is_wanted(name) && stand::is_measure(name)) {
+      find_missing_values(name, name, true);
+    }
   }
-  return table;
+  if (!codes_.empty()) note("codes read as missing values: " + codes_.text());
+  for (const stand::ColumnMapping& column : usual_) add_column(column);
+  if (wishes_.unifies_spellings) unify_spellings();
+  read_status();
+  return std::move(result_);
+}
+
+void say_all(const Names& notes, const CommonOptions& common) {
+  for (const std::string& note : notes) say(common, "note: " + note);
+}
+
+/// \throws InputError if some plots have other units than the others
+void check_mixed_units(const data::Table& table) {
+  for (const char* name : {"plot", "dbh", "h"}) {
+    if (!table.has(name)) return;
+  }
+  if (!table.is_numeric("dbh") || !table.is_numeric("h")) return;
+  const data::TextColumn plot = table.labels("plot");
+  std::optional<data::TextColumn> species;
+  if (table.has("species")) species = table.labels("species");
+  const std::string mixed =
+      stand::describe_mixed_units(stand::find_mixed_units({.plot = plot,
+                                                           .species = species ? &*species : nullptr,
+                                                           .dbh_cm = table.numbers("dbh"),
+                                                           .h_m = table.numbers("h")}));
+  if (!mixed.empty()) throw InputError(mixed, {.file = table.file(), .column = "dbh, h"});
 }
 
 }  // namespace
@@ -82,26 +262,67 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
   return map;
 }
 
-data::Table read_tree_table(const std::filesystem::path& file,
-                            const std::map<std::string, std::string>& columns,
-                            const CommonOptions& common) {
-  Mappings mapped;
-  for (const auto& [name, source] : columns) mapped.push_back({name, source});
-  const auto all = [](const std::string&) { return true; };
-  return read_table(file, {"plot", "tree", "species"}, mapped, all, common);
+std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
+                                       const std::vector<std::string>& names,
+                                       const std::vector<std::string>& mapped,
+                                       const std::string& file) {
+  std::vector<std::size_t> fields;
+  const auto add = [&](const std::string& column) {
+    const auto found = std::ranges::find(header, column);
+    if (found == header.end()) return false;
+    fields.push_back(static_cast<std::size_t>(found - header.begin()));
+    return true;
+  };
+  const std::map<std::string, std::string> sources = column_map(mapped);
+  for (const std::string& name : names) {
+    const auto source = sources.find(name);
+    if (add(source == sources.end() ? name : source->second)) continue;
+    const auto usual = stand::usual_columns(
+        header, [&](const std::string& known) { return known == name; }, file);
+    if (usual.size() == 1 && add(usual.front().source)) continue;
+    throw UsageError(data::no_such_column(name, header), {.column = "--fill-down"});
+  }
+  return fields;
 }
 
-data::Table read_model_table(const std::filesystem::path& file,
-                             const ModelColumns& columns,
-                             const CommonOptions& common) {
-  const std::string entries = joined(columns.entries);
-  const auto is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); };
-  data::Table table =
-      read_table(file, columns.names, stand::parse_column_mappings(entries), is_wanted, common);
-  for (const std::string& note : study::add_columns(entries, table, columns.units)) {
-    say(common, "note: " + note);
+ReadTable read_tree_table(const std::filesystem::path& file,
+                          std::map<std::string, std::string>& columns,
+                          const SheetArguments& sheet,
+                          const CommonOptions& common) {
+  Wishes wishes{.names = {"plot", "tree", "species"},
+                .is_wanted = [](const std::string&) { return true; },
+                .sheet = sheet,
+                .unifies_spellings = true,
+                .leaves_out_dead = true};
+  for (const auto& [name, source] : columns) wishes.mapped.push_back({name, source});
+  TableReader::Result result = TableReader(file, wishes).read();
+  for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
+  // The status is no measure of a tree's shape.
+  columns.erase("status");
+  say_all(result.recognized, common);
+  return {std::move(result.table), std::move(result.recognized)};
+}
+
+ReadTable read_model_table(const std::filesystem::path& file,
+                           const ModelColumns& columns,
+                           const CommonOptions& common) {
+  const Wishes wishes{
+      .names = columns.names,
+      .mapped = stand::parse_column_mappings(joined(columns.entries)),
+      .is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); },
+      .sheet = columns.sheet,
+      .unifies_spellings = !columns.keeps_spellings};
+  TableReader::Result result = TableReader(file, wishes).read();
+  Names entries;
+  for (const stand::ColumnMapping& mapping : result.mapped) {
+    entries.push_back(mapping.name + "=" + mapping.source);
   }
-  return table;
+  for (const std::string& note : study::add_columns(joined(entries), result.table, columns.units)) {
+    result.recognized.push_back(note);
+  }
+  say_all(result.recognized, common);
+  if (!columns.trust_units) check_mixed_units(result.table);
+  return {std::move(result.table), std::move(result.recognized)};
 }
 
 }  // namespace silvafit::cli

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command.hpp"
@@ -42,7 +43,9 @@ struct ViewArguments {
   std::vector<std::string> columns{};
   bool does_not_open = false;
   bool chooses_models = false;  ///< --models or --lod is given
+  SheetArguments sheet{};
   study::ViewOptions options{};
+  std::vector<std::string> recognized{};  ///< how the table was read
 };
 
 /// The folder or file name without its parent path.
@@ -63,10 +66,18 @@ bool is_called_table(const fs::path& file) {
   return ending.empty() || ending == ".csv" || ending == ".CSV" || ending == ".txt";
 }
 
+/// The table of some trees.
+data::Table read_trees(const fs::path& file, ViewArguments& arguments) {
+  ReadTable read =
+      read_tree_table(file, arguments.options.columns, arguments.sheet, arguments.common);
+  arguments.recognized = std::move(read.recognized);
+  return std::move(read.table);
+}
+
 /// The table of trees to show, or an error with the supported inputs.
-data::Table table_of(const fs::path& file, const ViewArguments& arguments) {
+data::Table table_of(const fs::path& file, ViewArguments& arguments) {
   try {
-    return read_tree_table(file, arguments.options.columns, arguments.common);
+    return read_trees(file, arguments);
   } catch (const InputError& error) {
     if (is_called_table(file) || !is_there(file)) throw;
     throw InputError(fmt::format("not a folder of `silvafit study`, a GLB scene or a CSV table of "
@@ -98,7 +109,7 @@ void check(const ViewArguments& arguments) {
   }
 }
 
-study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatalogue& catalogue) {
+study::View view_of_file(ViewArguments& arguments, const tree::PresetCatalogue& catalogue) {
   const fs::path source = arguments.source;
   if (kind_of(source) == PathKind::kFolder) {
     const fs::path predictions = source / "predictions.csv";
@@ -106,15 +117,13 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
       throw InputError("not a folder of `silvafit study`: it contains no predictions.csv",
                        {.file = source.string()});
     }
-    return study::view_of_trees(
-        read_tree_table(predictions, arguments.options.columns, arguments.common),
-        catalogue,
-        arguments.options);
+    const data::Table trees = read_trees(predictions, arguments);
+    return study::view_of_trees(trees, catalogue, arguments.options);
   }
   if (is_glb(source)) {
     std::optional<data::Table> table;
     if (!arguments.trees.empty()) {
-      table = read_tree_table(arguments.trees, arguments.options.columns, arguments.common);
+      table = read_trees(arguments.trees, arguments);
     }
     try {
       return study::view_of_scene(
@@ -128,7 +137,8 @@ study::View view_of_file(const ViewArguments& arguments, const tree::PresetCatal
     throw InputError("glTF with separate buffer files is not supported; use a .glb file",
                      {.file = source.string()});
   }
-  return study::view_of_trees(table_of(source, arguments), catalogue, arguments.options);
+  const data::Table trees = table_of(source, arguments);
+  return study::view_of_trees(trees, catalogue, arguments.options);
 }
 
 /// The page's path: in the folder, or next to the file.
@@ -195,6 +205,7 @@ void report(const ViewArguments& arguments,
                       {"variants", view.variants},
                       {"models", view.models},
                       {"left_out", view.left_out.size()},
+                      {"recognized", arguments.recognized},
                       {"notes", view.notes},
                       {"seconds", seconds}},
                      -1);
@@ -257,6 +268,8 @@ void add_view_command(CLI::App& program) {
   add_names_option(command, "--plot", arguments->options.plots, "Show these plots only");
   command.add_option("--title", arguments->options.title, "Headline (default: the name)");
   add_columns_option(command, arguments->columns);
+  add_sheet_options(command, arguments->sheet);
+  add_dead_option(command, arguments->sheet);
   const CLI::Option* models =
       command
           .add_option("--models",

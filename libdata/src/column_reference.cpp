@@ -119,6 +119,7 @@ std::vector<double> numbers_of(const Table& table,
   for (std::size_t row = 0; row < texts.size(); ++row) {
     if (texts.is_missing(row) || parse_number(texts[row], numbers[row])) continue;
     numbers[row] = kMissing;
+    if (is_missing_number(texts[row])) continue;
     text_cells.push_back({row, std::string(column), std::string(texts[row])});
   }
   return numbers;

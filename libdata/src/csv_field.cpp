@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Single fields of CSV: what is missing, what is a number, what needs quotes.
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <charconv>
 #include <cstdlib>
 #include <string>
@@ -11,17 +14,45 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
+/// Blanks beyond ASCII that spreadsheets and web pages leave: no-break and ideographic space.
+constexpr std::array<std::string_view, 2> kWideBlanks{"\xC2\xA0", "\xE3\x80\x80"};
+
+/// Texts for a value that was not measured, in capitals or not, and the errors of spreadsheets.
+constexpr std::array<std::string_view, 44> kMissingTexts{
+    "-",      "--",    "---",   "\u2013",  "\u2014", ".",       "..",       "?",     "??",
+    "na",     "n/a",   "n.a.",  "n.a",     "#n/a",   "#na",     "#nv",      "#nd",   "#value!",
+    "#wert!", "#ref!", "#num!", "#bezug!", "#zahl!", "#div/0!", "#valeur!", "nan",   "null",
+    "nil",    "none",  "nd",    "n.d.",    "n.d",    "n.b.",    "nb",       "k.a.",  "k. a.",
+    "k.a",    "ka",    "s/d",   "missing", "*",      "/",       "\u65e0",   "\u7f3a"};
+
 }  // namespace
 
 std::string_view trimmed(std::string_view field) {
-  while (!field.empty() && is_blank(field.front())) field.remove_prefix(1);
-  while (!field.empty() && is_blank(field.back())) field.remove_suffix(1);
+  for (std::size_t before = std::string_view::npos; before != field.size();) {
+    before = field.size();
+    while (!field.empty() && is_blank(field.front())) field.remove_prefix(1);
+    while (!field.empty() && is_blank(field.back())) field.remove_suffix(1);
+    for (const std::string_view blank : kWideBlanks) {
+      if (field.starts_with(blank)) field.remove_prefix(blank.size());
+      if (field.ends_with(blank)) field.remove_suffix(blank.size());
+    }
+  }
   return field;
 }
 
 bool is_missing_field(std::string_view field) {
   const std::string_view text = trimmed(field);
   return text.empty() || text == "NA";
+}
+
+bool is_missing_number(std::string_view field) {
+  if (is_missing_field(field)) return true;
+  constexpr std::size_t kLongest = 8;
+  std::string text(trimmed(field));
+  if (text.size() > kLongest) return false;
+  std::ranges::transform(
+      text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::find(kMissingTexts, text) != kMissingTexts.end();
 }
 
 bool parse_number(std::string_view field, double& value) {

@@ -13,6 +13,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "csv_layout.hpp"
+#include "encoding_advice.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "utf8.hpp"
@@ -32,38 +34,17 @@ struct FieldSpan {
   bool has_doubled_quotes = false;
 };
 
-bool is_line_end(char c) { return c == '\n' || c == '\r'; }
-
-std::size_t count_line_ends(std::string_view text) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\n' || (text[i] == '\r' && (i + 1 == text.size() || text[i + 1] != '\n'))) {
-      ++count;
-    }
-  }
-  return count;
-}
-
-/// What stands between the fields, by the header: a comma; or semicolons or tabs where there is no
-/// comma, as spreadsheets write them in languages with a decimal comma.
-char separator_of(std::string_view text) {
-  bool quoted = false;
-  char other = ',';
-  bool is_blank = true;
-  for (const char c : text) {
-    if (c == '"') quoted = !quoted;
-    if (quoted) continue;
-    if (c == ',') return ',';
-    if (is_line_end(c) && !is_blank) break;
-    if (c == ';' || (c == '\t' && other != ';')) other = c;
-    if (c != ' ' && c != '\t' && !is_line_end(c)) is_blank = false;
-  }
-  return other;
-}
-
 std::string_view trimmed_of_quotes(std::string_view text) {
   const bool is_quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
   return is_quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+/// The text with blanks for line ends.
+std::string in_one_line(std::string_view text) {
+  std::string line(text);
+  std::erase(line, '\r');
+  std::ranges::replace(line, '\n', ' ');
+  return line;
 }
 
 /// Turns doubled quotes into single ones in place; returns the new length.
@@ -94,6 +75,11 @@ struct CsvReader::State {
   std::size_t line = 0;                  // of the record found
   std::size_t next_line = 1;
   std::vector<std::string> header{};
+  CsvLayout layout{};
+  bool skips_next = false;  // a row of units comes
+  std::vector<std::string> missing{};
+  std::vector<double> missing_numbers{};
+  std::vector<std::pair<std::size_t, std::string>> filled_down{};  // column, last value
 
   [[noreturn]] void fail(std::size_t at_line, const std::string& message) const {
     throw InputError(message, {.file = file, .line = at_line});
@@ -118,7 +104,11 @@ struct CsvReader::State {
   void check_encoding() const;
   bool is_blank_record() const;
   void advance();
+  void find_start();
   void read_header();
+  bool is_passed_over();
+  void fit_to_header();
+  std::string_view field(std::size_t i);
 };
 
 void CsvReader::State::open() {
@@ -144,7 +134,7 @@ void CsvReader::State::refuse_other_formats() const {
     fail(1, "the file is a spreadsheet workbook or a ZIP archive; save it as CSV in UTF-8");
   }
   if (start.find('\0') != std::string_view::npos) {
-    fail(1, "there are zero bytes in it, as UTF-16 has; save it as CSV in UTF-8");
+    fail(1, "there are zero bytes in it: " + advice_on_utf16(start, file));
   }
 }
 
@@ -165,7 +155,7 @@ void CsvReader::State::skip_byte_order_mark() {
   const std::string_view start(buffer.data(), std::min<std::size_t>(end, 3));
   if (start == "\xEF\xBB\xBF") begin = 3;
   if (start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF")) {
-    fail(1, "the file is UTF-16; save it as CSV in UTF-8");
+    fail(1, advice_on_utf16(start, file));
   }
 }
 
@@ -255,18 +245,19 @@ bool CsvReader::State::scan_record() {
 
 void CsvReader::State::check_encoding() const {
   const std::size_t bad = first_invalid_utf8({buffer.data() + begin, record_length});
-  if (bad != std::string_view::npos) {
-    fail(
-        line_of(bad),
-        fmt::format("byte 0x{:02X} is not UTF-8; save the file as CSV in UTF-8 (\"CSV UTF-8\" of a "
-                    "spreadsheet, or iconv -f CP1252 -t UTF-8)",
-                    static_cast<unsigned char>(buffer[begin + bad])));
-  }
+  if (bad == std::string_view::npos) return;
+  const std::string_view bytes(buffer.data() + begin, end - begin);
+  fail(line_of(bad),
+       fmt::format("byte 0x{:02X} is not UTF-8; {}",
+                   static_cast<unsigned char>(buffer[begin + bad]),
+                   advice_on_encoding(bytes, file)));
 }
 
 bool CsvReader::State::is_blank_record() const {
-  if (spans.size() != 1 || spans[0].quoted) return false;
-  return trimmed({buffer.data() + begin, spans[0].end}).empty();
+  return std::ranges::all_of(spans, [this](const FieldSpan& span) {
+    if (span.quoted) return false;
+    return trimmed({buffer.data() + begin + span.begin, span.end - span.begin}).empty();
+  });
 }
 
 /// Steps over the record found.
@@ -292,16 +283,36 @@ bool CsvReader::State::find_record() {
   }
 }
 
+/// Steps over titles and comments, and finds what separates the fields.
+void CsvReader::State::find_start() {
+  const TableStart start =
+      start_of_table({buffer.data() + begin, end - begin}, at_end_of_file, separator_said);
+  separator = start.separator;
+  begin += start.bytes_above;
+  next_line += start.lines_above;
+  layout.titles = start.titles;
+  layout.units = start.units;
+  skips_next = !start.units.empty();
+}
+
+/// A field of the record found, whose bytes end at `begin`.
+std::string_view CsvReader::State::field(std::size_t i) {
+  const FieldSpan& span = spans[i];
+  char* const text = buffer.data() + begin - record_length + span.begin;
+  std::size_t length = span.end - span.begin;
+  if (span.has_doubled_quotes) length = undouble_quotes(text, length);
+  return {text, length};
+}
+
 void CsvReader::State::read_header() {
-  separator = separator_said ? *separator_said : separator_of({buffer.data() + begin, end - begin});
+  find_start();
   if (!find_record())
     throw InputError("the file is empty; a header line is needed", {.file = file});
+  layout.header_line = line;
   std::unordered_map<std::string, std::size_t> first_with_name;
-  char* const record = buffer.data() + begin - record_length;
-  for (const FieldSpan& span : spans) {
-    std::size_t length = span.end - span.begin;
-    if (span.has_doubled_quotes) length = undouble_quotes(record + span.begin, length);
-    header.emplace_back(trimmed({record + span.begin, length}));
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    header.emplace_back(trimmed(in_one_line(field(i))));
+    if (header.back().empty()) continue;
     const auto [first, is_new] = first_with_name.try_emplace(header.back(), header.size());
     if (!is_new) {
       fail(line,
@@ -313,8 +324,36 @@ void CsvReader::State::read_header() {
   }
 }
 
-CsvReader::CsvReader(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
+/// Whether the record found is the row of units or a comment.
+bool CsvReader::State::is_passed_over() {
+  if (std::exchange(skips_next, false)) return true;
+  const char first = buffer[begin - record_length];
+  if (first != '#' || spans.size() != 1 || header.size() == 1) return false;
+  ++layout.comments;
+  return true;
+}
+
+/// Drops blank fields beyond those of the header.
+void CsvReader::State::fit_to_header() {
+  const char* const record = buffer.data() + begin - record_length;
+  while (spans.size() > header.size()) {
+    const FieldSpan& last = spans.back();
+    if (!trimmed({record + last.begin, last.end - last.begin}).empty()) break;
+    spans.pop_back();
+  }
+  if (spans.size() == header.size()) return;
+  fail(line,
+       fmt::format("fields found: {}, columns in the header: {}", spans.size(), header.size()));
+}
+
+CsvReader::CsvReader(const std::filesystem::path& path, std::vector<std::string> missing)
+    : state_(std::make_unique<State>()) {
   state_->file = path.string();
+  state_->missing = std::move(missing);
+  for (const std::string& text : state_->missing) {
+    double value = 0.0;
+    if (data::parse_number(text, value)) state_->missing_numbers.push_back(value);
+  }
   state_->open();
   state_->read_header();
 }
@@ -326,6 +365,20 @@ CsvReader& CsvReader::operator=(CsvReader&&) noexcept = default;
 const std::string& CsvReader::file() const { return state_->file; }
 
 const std::vector<std::string>& CsvReader::header() const { return state_->header; }
+
+const CsvLayout& CsvReader::layout() const { return state_->layout; }
+
+void CsvReader::fill_down(std::size_t column) { state_->filled_down.emplace_back(column, ""); }
+
+bool CsvReader::is_missing(std::string_view field) const {
+  if (is_missing_field(field)) return true;
+  if (state_->missing.empty()) return false;
+  const std::string_view text = trimmed(field);
+  if (std::ranges::find(state_->missing, text) != state_->missing.end()) return true;
+  double value = 0.0;
+  if (state_->missing_numbers.empty() || !parse_number(text, value)) return false;
+  return std::ranges::find(state_->missing_numbers, value) != state_->missing_numbers.end();
+}
 
 std::size_t CsvReader::line() const { return state_->line; }
 
@@ -341,18 +394,14 @@ bool CsvReader::parse_number(std::string_view field, double& value) const {
 bool CsvReader::next(std::vector<std::string_view>& fields) {
   State& state = *state_;
   fields.clear();
-  if (!state.find_record()) return false;
-  if (state.spans.size() != state.header.size()) {
-    state.fail(state.line,
-               fmt::format("fields found: {}, columns in the header: {}",
-                           state.spans.size(),
-                           state.header.size()));
-  }
-  char* const record = state.buffer.data() + state.begin - state.record_length;
-  for (const FieldSpan& span : state.spans) {
-    std::size_t length = span.end - span.begin;
-    if (span.has_doubled_quotes) length = undouble_quotes(record + span.begin, length);
-    fields.emplace_back(record + span.begin, length);
+  do {
+    if (!state.find_record()) return false;
+  } while (state.is_passed_over());
+  state.fit_to_header();
+  for (std::size_t i = 0; i < state.spans.size(); ++i) fields.push_back(state.field(i));
+  for (auto& [column, last] : state.filled_down) {
+    const std::string_view own = trimmed(fields[column]);
+    own.empty() ? void(fields[column] = last) : void(last = own);
   }
   return true;
 }

@@ -12,12 +12,20 @@
 namespace silvafit::data {
 namespace {
 
+/// A code for a missing value, which is a text if the column turns out to be one.
+struct CodeCell {
+  std::size_t row = 0;
+  std::string code{};
+  bool is_missing_in_text = false;
+};
+
 /// A column as it grows. It holds numbers until the first value that is none.
 struct ColumnBuilder {
   std::string name{};
   std::size_t field = 0;
   bool is_text = false;
   bool has_numbers = false;
+  std::vector<CodeCell> codes{};
   /// Text that came after numbers: how those were spelled ("07") is lost, so a second pass over the
   /// file reads the column as text from the start.
   bool needs_second_pass = false;
@@ -26,11 +34,16 @@ struct ColumnBuilder {
 
   void append(std::string_view value, const CsvReader& reader);
   void become_text();
+  void finish(MissingCodes* counts);
 };
 
 void ColumnBuilder::append(std::string_view value, const CsvReader& reader) {
   if (needs_second_pass) return;
-  if (is_missing_field(value)) {
+  if (reader.is_missing(value)) {
+    // Those of --missing are counted, empty fields and NA are not.
+    if (!is_text && !is_missing_field(value)) {
+      codes.push_back({numbers.size(), std::string(trimmed(value)), true});
+    }
     is_text ? text.append_missing() : numbers.push_back(kMissing);
     return;
   }
@@ -40,6 +53,11 @@ void ColumnBuilder::append(std::string_view value, const CsvReader& reader) {
     numbers.push_back(number);
     return;
   }
+  if (!is_text && is_missing_number(value)) {
+    codes.push_back({numbers.size(), std::string(trimmed(value))});
+    numbers.push_back(kMissing);
+    return;
+  }
   if (!is_text) become_text();
   if (!needs_second_pass) text.append(trimmed(value));
 }
@@ -47,8 +65,25 @@ void ColumnBuilder::append(std::string_view value, const CsvReader& reader) {
 void ColumnBuilder::become_text() {
   is_text = true;
   needs_second_pass = has_numbers;
-  for (std::size_t i = 0; i < numbers.size() && !needs_second_pass; ++i) text.append_missing();
+  auto code = codes.begin();
+  for (std::size_t i = 0; i < numbers.size() && !needs_second_pass; ++i) {
+    const bool is_code = code != codes.end() && code->row == i;
+    const bool is_value = is_code && !code->is_missing_in_text;
+    is_value ? text.append(code->code) : text.append_missing();
+    if (is_code) ++code;
+  }
   numbers = {};
+  codes = {};
+}
+
+/// After the last row: a column of codes alone is text.
+void ColumnBuilder::finish(MissingCodes* counts) {
+  if (is_text) return;
+  const auto is_text_code = [](const CodeCell& cell) { return !cell.is_missing_in_text; };
+  if (!has_numbers && std::ranges::any_of(codes, is_text_code)) return become_text();
+  for (const CodeCell& cell : codes) {
+    if (counts != nullptr) counts->add(name, cell.code);
+  }
 }
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
@@ -62,6 +97,7 @@ std::vector<ColumnBuilder> wanted_columns(const std::vector<std::string>& header
   for (std::size_t i = 0; i < header.size(); ++i) field_of.emplace(header[i], i);
   std::vector<ColumnBuilder> columns;
   for (const std::string& name : options.columns.empty() ? header : options.columns) {
+    if (name.empty()) continue;
     const auto found = field_of.find(name);
     if (found == field_of.end()) throw InputError(no_such_column(name, header), {.file = file});
     columns.push_back(
@@ -80,7 +116,9 @@ std::vector<std::uint32_t> read_columns(CsvReader& reader, std::vector<ColumnBui
   return lines;
 }
 
-void read_again_as_text(const std::filesystem::path& path, std::vector<ColumnBuilder>& columns) {
+void read_again_as_text(const std::filesystem::path& path,
+                        const CsvTableOptions& options,
+                        std::vector<ColumnBuilder>& columns) {
   std::vector<ColumnBuilder*> again;
   for (ColumnBuilder& column : columns) {
     if (!std::exchange(column.needs_second_pass, false)) continue;
@@ -93,7 +131,8 @@ void read_again_as_text(const std::filesystem::path& path, std::vector<ColumnBui
         "contains numbers and then text; a stream cannot be read twice, so give a file",
         {.file = path.string(), .column = again.front()->name});
   }
-  CsvReader reader(path);
+  CsvReader reader(path, options.missing);
+  for (const std::size_t field : options.fill_down) reader.fill_down(field);
   std::vector<std::string_view> fields;
   while (reader.next(fields)) {
     for (ColumnBuilder* column : again) column->append(fields[column->field], reader);
@@ -102,19 +141,23 @@ void read_again_as_text(const std::filesystem::path& path, std::vector<ColumnBui
 
 }  // namespace
 
-Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options) {
-  CsvReader reader(path);
-  return read_csv_table(reader, options);
+Table read_csv_table(const std::filesystem::path& path,
+                     const CsvTableOptions& options,
+                     MissingCodes* codes) {
+  CsvReader reader(path, options.missing);
+  for (const std::size_t field : options.fill_down) reader.fill_down(field);
+  return read_csv_table(reader, options, codes);
 }
 
-Table read_csv_table(CsvReader& reader, const CsvTableOptions& options) {
+Table read_csv_table(CsvReader& reader, const CsvTableOptions& options, MissingCodes* codes) {
   const std::filesystem::path path = reader.file();
   std::vector<ColumnBuilder> columns = wanted_columns(reader.header(), options, path.string());
   std::vector<std::uint32_t> lines = read_columns(reader, columns);
-  read_again_as_text(path, columns);
+  read_again_as_text(path, options, columns);
 
   Table table(lines.size());
   for (ColumnBuilder& column : columns) {
+    column.finish(codes);
     if (column.is_text) {
       table.set(column.name, std::move(column.text));
     } else {

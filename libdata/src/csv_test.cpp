@@ -158,6 +158,69 @@ TEST_CASE("a line may say what separates, and other formats are named") {
   CHECK_THAT(error_of(std::string("p\0l\0o\0t\0", 8)), Contains("UTF-16"));
 }
 
+TEST_CASE("titles and comments above the header and units below it are passed over") {
+  const Records expected{{"plot", "dbh", "h"}, {"1", "20", "18"}, {"2", "30", ""}};
+  const std::string table = "plot,dbh,h\n1,20,18\n2,30,\n";
+  for (const char* above : {"",
+                            "Inventory 2019\n",
+                            "Inventory 2019,,\n\n",
+                            "# made by hand, twice, in haste\n# again\n",
+                            "\"Forest: X, Y\",,\r\nDate:,2019-05-01,\r\n"}) {
+    CHECK(read_text(above + table) == expected);
+  }
+  CHECK(read_text("Inventory\nBlack Forest\nplot;dbh;h\n1;20;18\n2;30;\n") == expected);
+  CHECK(read_text("plot,dbh,h\n,(cm),[m]\n1,20,18\n2,30,\n") == expected);
+  CHECK(read_text("plot,dbh,h\n1,20,18\n# windthrow\n,,\n2,30,,,\n") == expected);
+  const ScratchFile file("Inventory\nplot,dbh,h\n-,cm,m\n1,20,18\n");
+  const CsvReader reader(file.path());
+  CHECK(reader.layout().header_line == 2);
+  CHECK(reader.layout().units == std::vector<std::string>{"-", "cm", "m"});
+  CHECK(describe_layout(reader.layout()) ==
+        "the header is on line 2, below 1 title or comment; the row below the header has units");
+}
+
+TEST_CASE("a table that begins on the first line is taken as it is") {
+  // Row names of R, a column without values, text below the header, units that are values.
+  CHECK(read_text("\"\",dbh\n\"1\",20\n")[0] == std::vector<std::string>{"", "dbh"});
+  CHECK(read_text("a,b\n1,m\n2,m\n").size() == 3);
+  CHECK(read_text("a,b,c\nm,m,x\nf,m,y\n").size() == 3);
+  CHECK(read_text("#plot,dbh\n1,20\n")[0][0] == "#plot");
+  CHECK(read_text("name\nA\nB\n").size() == 3);
+  CHECK(read_text("a,,\n1,,\n")[0].size() == 3);
+  CHECK(read_text("\"Höhe\n[m]\",b\n1,2\n")[0][0] == "Höhe [m]");
+}
+
+TEST_CASE("codes are missing values in columns of numbers, and text elsewhere") {
+  const ScratchFile file("h,grade,all,d\n-,-,-,1\n18,A,-,NaN\nn/a,?,-,-9\n#N/A,B,-,3\n");
+  MissingCodes codes;
+  const Table table = read_csv_table(file.path(), {.missing = {"-9"}}, &codes);
+  REQUIRE(table.is_numeric("h"));
+  CHECK(table.numbers("h")[1] == 18.0);
+  CHECK(std::isnan(table.numbers("h")[3]));
+  CHECK(std::isnan(table.numbers("d")[2]));
+  CHECK(table.text("grade").levels() == std::vector<std::string>{"-", "A", "?", "B"});
+  CHECK(table.text("all")[0] == "-");
+  CHECK(codes.text() == "h 3 (-, n/a, #N/A), d 1 (-9)");
+}
+
+TEST_CASE("empty fields take the value above where that is asked for") {
+  const ScratchFile file("plot,dbh\nA,1\n,2\n ,3\nB,4\n,5\n");
+  const Table table = read_csv_table(file.path(), {.fill_down = {0}});
+  CHECK(table.text("plot")[2] == "A");
+  CHECK(table.text("plot")[4] == "B");
+}
+
+TEST_CASE("the likely encoding of a file is named with the command that converts it") {
+  // Chinese by GB18030, German by Latin-1, and UTF-16 with and without its mark.
+  CHECK_THAT(error_of("a,\xD0\xD8\xBE\xB6\n1,2\n"), Contains("iconv -f GB18030 -t UTF-8 "));
+  CHECK_THAT(error_of("a,H\xF6he\n1,2\n"), Contains("iconv -f CP1252 -t UTF-8 "));
+  CHECK_THAT(error_of("a,Gr\xF6\xDF"
+                      "e\n1,2\n"),
+             Contains("iconv -f CP1252 -t UTF-8 "));
+  CHECK_THAT(error_of("\xFF\xFE\x61"), Contains("iconv -f UTF-16 -t UTF-8 "));
+  CHECK_THAT(error_of(std::string("p\0l\0", 4)), Contains("iconv -f UTF-16LE -t UTF-8 "));
+}
+
 TEST_CASE("overlong forms, surrogates and cut sequences are not UTF-8") {
   for (const char* bytes :
        {"\xC0\xAF", "\xE0\x80\x80", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xE6\x9D"}) {

@@ -56,8 +56,8 @@ void append_row(std::string& out, const std::vector<ColumnView>& views, std::siz
       out += csv_field((*views[i].text)[row]);
     }
   }
-  // A row of one missing value must not look like a blank line, which readers pass over.
-  if (out.size() == start) out += "\"\"";
+  // A row of missing values must not look like a blank one, which readers pass over.
+  if (out.find_first_not_of(',', start) == std::string::npos) out.insert(start, "\"\"");
   out += '\n';
 }
 

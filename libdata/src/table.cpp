@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/name_list.hpp"
 
 namespace silvafit::data {
 
@@ -43,10 +44,15 @@ void TextColumn::append(std::string_view value) {
   codes_.push_back(code);
 }
 
+std::string in_list(std::string_view name) {
+  return name.find(',') == std::string_view::npos ? std::string(name) : fmt::format("'{}'", name);
+}
+
 std::string list_of(std::span<const std::string> names) {
   constexpr std::size_t kShown = 40;
   const auto shown = names.first(std::min(names.size(), kShown));
-  const std::string list = fmt::format("{}", fmt::join(shown, ", "));
+  std::string list;
+  for (const std::string& name : shown) list += (list.empty() ? "" : ", ") + in_list(name);
   return shown.size() == names.size()
              ? list
              : fmt::format("{} and {} more", list, names.size() - shown.size());

@@ -33,19 +33,24 @@ std::string describe_excluded(const std::vector<ExcludedRow>& excluded,
                               std::size_t kept,
                               const std::string& file,
                               std::size_t most_shown) {
-  if (excluded.empty()) return {};
+  std::vector<const ExcludedRow*> problems;
+  for (const ExcludedRow& row : excluded) {
+    if (row.is_problem) problems.push_back(&row);
+  }
+  if (problems.empty()) return {};
+  const std::size_t without_problem = excluded.size() - problems.size();
   std::string text = fmt::format("{} of {} rows left out, {}",
-                                 left_out,
+                                 left_out - without_problem,
                                  left_out + kept,
-                                 counted(excluded.size(), "problem", "problems"));
-  for (std::size_t i = 0; i < std::min(most_shown, excluded.size()); ++i) {
-    const ExcludedRow& row = excluded[i];
+                                 counted(problems.size(), "problem", "problems"));
+  for (std::size_t i = 0; i < std::min(most_shown, problems.size()); ++i) {
+    const ExcludedRow& row = *problems[i];
     const Place place{
         .file = file, .line = row.line, .column = row.column, .plot = row.plot, .tree = row.tree};
     text += "\n  " + describe(place, row.reason);
   }
-  if (excluded.size() > most_shown) {
-    text += fmt::format("\n  and {} more", excluded.size() - most_shown);
+  if (problems.size() > most_shown) {
+    text += fmt::format("\n  and {} more", problems.size() - most_shown);
   }
   return text;
 }

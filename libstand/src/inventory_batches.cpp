@@ -52,6 +52,7 @@ std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
   if (is_empty && result_.excluded.empty()) return std::nullopt;
   finish_plots();
   resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+  if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
   if (is_first_batch_ && !options_.trust_units) {
     check_units(result_.inventory, plan_, crown_base_above_top_);
   }
@@ -89,5 +90,9 @@ std::optional<CheckedInventory> InventoryBatches::next() {
 }
 
 std::vector<std::string> InventoryBatches::notes() const { return state_->reader.notes(); }
+
+std::vector<std::string> InventoryBatches::recognized() const {
+  return state_->reader.recognized();
+}
 
 }  // namespace silvafit::stand

@@ -40,7 +40,6 @@ void RowChecker::check_finite() {
   }
 }
 
-/// Measures below 0 are refused anyway; places may have negative coordinates, but not these.
 void RowChecker::check_position() {
   for (const Measure measure : {kX, kY, kZ}) {
     const double value = row_[measure];
@@ -48,9 +47,6 @@ void RowChecker::check_position() {
       add(measure,
           fmt::format("{} m is further than {} m from the origin", value, kFarthestMeters));
     }
-    if (value != -9999.0 && value != -99999.0) continue;
-    add(measure,
-        fmt::format("{} stands for a value that was not measured; leave the field empty", value));
   }
 }
 
@@ -85,6 +81,15 @@ void RowChecker::check_crown(bool is_cw_from_radii) {
 }
 
 }  // namespace
+
+bool is_missing_number_of(std::string_view name, double value) {
+  if (value == -9999.0 || value == -99999.0) return true;
+  // A tree may stand 999 m to the west of the origin.
+  if (name == "x" || name == "y" || name == "z") return false;
+  return value == -9.0 || value == -99.0 || value == -999.0;
+}
+
+bool is_zero_missing(std::string_view name) { return name == "dbh" || name == "h" || name == "cw"; }
 
 double crown_width_m(const Measures& row) {
   return ((row[kCrE] + row[kCrW]) + (row[kCrS] + row[kCrN])) / 2.0;

@@ -6,31 +6,33 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/column_reference.hpp"
+#include "usual_names.hpp"
 
 namespace silvafit::stand {
 namespace {
 
+constexpr std::string_view kStatus = "status";
+
 constexpr std::array<KnownColumn, kLabelCount> kLabels{
-    {{"plot", "plot", {"plot_id", "plotid"}},
-     {"tree", "tree number", {"tree_id", "treeid"}},
-     {"species", "species", {"species_code", "spp"}}}};
+    {{"plot", "plot"}, {"tree", "tree number"}, {"species", "species"}}};
 
 constexpr std::array<KnownColumn, kMeasureCount> kMeasures{
-    {{"x", "position to the east in m", {"x_m", ""}},
-     {"y", "position to the north in m", {"y_m", ""}},
-     {"z", "elevation in m", {"z_m", ""}},
-     {"dbh", "diameter at breast height in cm", {"dbh_cm", ""}},
-     {"h", "total height in m", {"h_m", "height"}},
-     {"hcb", "height to crown base in m", {"hcb_m", ""}},
-     {"cw", "crown width in m", {"cw_m", ""}},
-     {"cr_e", "crown radius to the east in m", {"cr_e_m", ""}},
-     {"cr_w", "crown radius to the west in m", {"cr_w_m", ""}},
-     {"cr_s", "crown radius to the south in m", {"cr_s_m", ""}},
-     {"cr_n", "crown radius to the north in m", {"cr_n_m", ""}}}};
+    {{"x", "position to the east in m"},
+     {"y", "position to the north in m"},
+     {"z", "elevation in m"},
+     {"dbh", "diameter at breast height in cm"},
+     {"h", "total height in m"},
+     {"hcb", "height to crown base in m"},
+     {"cw", "crown width in m"},
+     {"cr_e", "crown radius to the east in m"},
+     {"cr_w", "crown radius to the west in m"},
+     {"cr_s", "crown radius to the south in m"},
+     {"cr_n", "crown radius to the north in m"}}};
 
 constexpr std::array<std::vector<double> Inventory::*, kMeasureCount> kMembers{&Inventory::x,
                                                                                &Inventory::y,
@@ -52,38 +54,64 @@ std::string lower(std::string_view text) {
 }
 
 /// The field that holds one of our columns under another usual spelling.
-/// \throws UsageError if two fields could
-std::optional<std::size_t> usual_field(const KnownColumn& column,
+/// \throws UsageError if two fields could as well; of columns of a status the first is taken
+std::optional<std::size_t> usual_field(std::string_view name,
                                        const std::vector<std::string>& header,
                                        const std::string& file) {
   std::optional<std::size_t> found;
+  std::optional<std::size_t> other;
+  NameFit best = NameFit::kVague;
   for (std::size_t i = 0; i < header.size(); ++i) {
-    const std::string name = lower(header[i]);
-    if (name.empty()) continue;
-    const bool is_usual =
-        name == column.name || name == column.spellings[0] || name == column.spellings[1];
-    if (!is_usual) continue;
-    if (found) {
-      throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with --columns {}={}",
-                                   header[*found],
-                                   header[i],
-                                   column.name,
-                                   column.name,
-                                   header[*found]),
-                       {.file = file});
-    }
+    const std::optional<MeantName> meant = meant_name(header[i]);
+    if (!meant || meant->name != name) continue;
+    if (found && (meant->fit > best || (meant->fit == best && name == kStatus))) continue;
+    other = found && meant->fit == best ? found : std::nullopt;
     found = i;
+    best = meant->fit;
+  }
+  if (other) {
+    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with --columns {}={}",
+                                 header[*other],
+                                 header[*found],
+                                 name,
+                                 name,
+                                 header[*other]),
+                     {.file = file});
   }
   return found;
+}
+
+/// The unit of a column, by its header or by a row of units.
+std::optional<LengthUnit> unit_of(std::size_t field,
+                                  const std::vector<std::string>& header,
+                                  const std::vector<std::string>& units) {
+  if (const auto unit = unit_in_header(header[field])) return unit;
+  return field < units.size() ? unit_of_length(units[field]) : std::nullopt;
+}
+
+/// A column as it is, or divided or multiplied so that it has our unit.
+std::string in_our_unit(std::string_view name,
+                        const std::string& column,
+                        const std::optional<LengthUnit>& unit) {
+  constexpr double kCentimeter = 0.01;
+  if (!unit || !is_measure(name)) return column;
+  const double ours_m = name == kMeasures[kDbh].name ? kCentimeter : 1.0;
+  if (unit->meters == ours_m) return column;
+  const std::string text = data::Expression::variable(column).text();
+  const double divisor = std::round(ours_m / unit->meters);
+  const bool is_decimal_part = unit->name != "in" && unit->name != "ft" && divisor > 1.0;
+  if (is_decimal_part) return fmt::format("{}/{}", text, divisor);
+  return fmt::format("{}*{:.6g}", text, unit->meters / ours_m);
 }
 
 /// Builds the plan; one object so that header and file need not be handed around.
 class Planner {
  public:
   Planner(const std::vector<std::string>& header,
+          const std::vector<std::string>& units,
           const InventoryOptions& options,
           const std::string& file)
-      : header_(header), options_(options), file_(file) {}
+      : header_(header), units_(units), options_(options), file_(file) {}
 
   ColumnPlan plan();
 
@@ -93,8 +121,11 @@ class Planner {
   Source source_of(const KnownColumn& column);
   Source guessed(const KnownColumn& column);
   Source mapped(const ColumnMapping& mapping) const;
+  Source source_in_our_unit(std::string_view name, std::size_t field);
   std::optional<std::size_t> time_field() const;
   std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
+  std::optional<std::size_t> status_field();
+  std::vector<std::size_t> filled_down(const ColumnPlan& plan) const;
   void require(const Source& source, const KnownColumn& column) const;
   void require_needed(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
@@ -102,9 +133,10 @@ class Planner {
   bool is_used(const ColumnPlan& plan, std::string_view name) const;
 
   const std::vector<std::string>& header_;
+  const std::vector<std::string>& units_;
   const InventoryOptions& options_;
   const std::string& file_;
-  std::vector<std::string> notes_{};
+  std::vector<ColumnMapping> usual_{};
 };
 
 std::optional<std::size_t> Planner::field_named(std::string_view name) const {
@@ -126,19 +158,29 @@ Source Planner::mapped(const ColumnMapping& mapping) const {
   return source;
 }
 
+/// A field of the file, converted if its header or the row of units names another unit than ours.
+Source Planner::source_in_our_unit(std::string_view name, std::size_t field) {
+  const std::string text = in_our_unit(name, header_[field], unit_of(field, header_, units_));
+  const bool is_ours = text == name;
+  if (!is_ours) usual_.push_back({std::string(name), text});
+  if (text == header_[field]) return {.text = text, .field = field};
+  return {.text = text, .expression = data::Expression::parse(text)};
+}
+
 Source Planner::guessed(const KnownColumn& column) {
-  if (const auto field = field_named(column.name)) {
-    return {.text = std::string(column.name), .field = field};
-  }
-  const auto field = usual_field(column, header_, file_);
-  if (!field) return {};
-  notes_.push_back(describe_usual_column({std::string(column.name), header_[*field]}));
-  return {.text = header_[*field], .field = field};
+  std::optional<std::size_t> field = field_named(column.name);
+  if (!field) field = usual_field(column.name, header_, file_);
+  return field ? source_in_our_unit(column.name, *field) : Source{};
 }
 
 Source Planner::source_of(const KnownColumn& column) {
-  if (const ColumnMapping* const mapping = mapping_to(column.name)) return mapped(*mapping);
-  return guessed(column);
+  const ColumnMapping* const mapping = mapping_to(column.name);
+  if (mapping == nullptr) return guessed(column);
+  const auto field = field_named(mapping->source);
+  const bool is_converted =
+      field && in_our_unit(column.name, header_[*field], unit_of(*field, header_, units_)) !=
+                   header_[*field];
+  return is_converted ? source_in_our_unit(column.name, *field) : mapped(*mapping);
 }
 
 /// Of the column year, else date, or of what is mapped to such a name.
@@ -159,6 +201,29 @@ std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
     if (lower(header_[i]) == "stand" && std::ranges::none_of(plan.labels, holds)) return i;
   }
   return std::nullopt;
+}
+
+/// Of the column that says whether a tree is alive.
+std::optional<std::size_t> Planner::status_field() {
+  if (const ColumnMapping* const mapping = mapping_to(kStatus)) {
+    return field_named(mapping->source);
+  }
+  return usual_field(kStatus, header_, file_);
+}
+
+/// The fields of --fill-down, whose names are ours or the file's.
+std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
+  std::vector<std::size_t> fields;
+  for (const std::string& name : options_.fill_down) {
+    const auto label = std::ranges::find(kLabels, name, &KnownColumn::name);
+    std::optional<std::size_t> field = field_named(name);
+    if (!field && label != kLabels.end()) {
+      field = plan.labels[static_cast<std::size_t>(label - kLabels.begin())].field;
+    }
+    if (!field) throw UsageError(data::no_such_column(name, header_), {.column = "--fill-down"});
+    fields.push_back(*field);
+  }
+  return fields;
 }
 
 void Planner::require(const Source& source, const KnownColumn& column) const {
@@ -192,8 +257,10 @@ void Planner::require_needed(const ColumnPlan& plan) const {
 }
 
 void Planner::collect_expression_fields(ColumnPlan& plan) const {
-  for (const Source& source : plan.measures) {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const Source& source = plan.measures[i];
     if (!source.expression) continue;
+    const bool is_position = i == kX || i == kY || i == kZ;
     for (const std::string& variable : source.expression->variables()) {
       data::TextMatch match;
       const bool is_text = data::is_text_match(variable, match);
@@ -201,8 +268,10 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
       const auto same = [&](const ExpressionField& field) { return field.name == name; };
       const auto found = std::ranges::find_if(plan.expression_fields, same);
       if (found == plan.expression_fields.end()) {
-        plan.expression_fields.push_back(
-            {.name = name, .field = *field_named(name), .is_text = is_text});
+        plan.expression_fields.push_back({.name = name,
+                                          .field = *field_named(name),
+                                          .is_text = is_text,
+                                          .is_position = is_position});
       } else if (found->is_text != is_text) {
         throw UsageError(fmt::format("'{}' is used as a number and as text", name),
                          {.file = file_, .column = "--columns"});
@@ -230,7 +299,8 @@ void Planner::collect_others(ColumnPlan& plan) const {
   for (const std::string& name : options_.keep_all ? header_ : options_.keep) {
     const bool is_taken =
         std::ranges::find(plan.others, name, &ColumnMapping::name) != plan.others.end();
-    if (is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name))) continue;
+    if (name.empty() || is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name)))
+      continue;
     if (!field_named(name)) {
       throw InputError(data::no_such_column(name, header_), {.file = file_});
     }
@@ -253,10 +323,12 @@ ColumnPlan Planner::plan() {
   for (std::size_t i = 0; i < kMeasureCount; ++i) plan.measures[i] = source_of(kMeasures[i]);
   plan.time_field = time_field();
   plan.stand_field = stand_field(plan);
+  plan.status_field = status_field();
+  plan.filled_down = filled_down(plan);
   require_needed(plan);
   collect_expression_fields(plan);
   collect_others(plan);
-  plan.notes = std::move(notes_);
+  plan.usual = std::move(usual_);
   return plan;
 }
 
@@ -264,21 +336,56 @@ ColumnPlan Planner::plan() {
 
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
-                                         const std::string& file) {
+                                         const std::string& file,
+                                         const std::vector<std::string>& units) {
   std::vector<ColumnMapping> found;
   const auto look = [&](const KnownColumn& column) {
-    const std::string name(column.name);
-    if (!is_wanted(name) || std::ranges::find(header, name) != header.end()) return;
-    const auto field = usual_field(column, header, file);
-    if (field) found.push_back({name, header[*field]});
+    std::string name(column.name);
+    if (!is_wanted(name)) return;
+    const auto own = std::ranges::find(header, name);
+    const auto field = own == header.end() ? usual_field(name, header, file)
+                                           : static_cast<std::size_t>(own - header.begin());
+    if (!field) return;
+    std::string source = in_our_unit(name, header[*field], unit_of(*field, header, units));
+    if (source != name) found.push_back({std::move(name), std::move(source)});
   };
   std::ranges::for_each(kLabels, look);
   std::ranges::for_each(kMeasures, look);
   return found;
 }
 
-std::string describe_usual_column(const ColumnMapping& column) {
-  return fmt::format("{} is read from column {}", column.name, column.source);
+ColumnMapping in_our_unit(ColumnMapping mapping,
+                          const std::vector<std::string>& header,
+                          const std::vector<std::string>& units) {
+  const auto field = std::ranges::find(header, mapping.source);
+  if (field == header.end()) return mapping;
+  const auto index = static_cast<std::size_t>(field - header.begin());
+  mapping.source = in_our_unit(mapping.name, mapping.source, unit_of(index, header, units));
+  return mapping;
+}
+
+std::optional<std::string> usual_status_column(const std::vector<std::string>& header) {
+  const auto field = usual_field(kStatus, header, {});
+  return field ? std::optional(header[*field]) : std::nullopt;
+}
+
+bool is_measure(std::string_view name) {
+  return std::ranges::find(kMeasures, name, &KnownColumn::name) != kMeasures.end();
+}
+
+std::string describe_usual_columns(const std::vector<ColumnMapping>& columns) {
+  std::string text;
+  for (const ColumnMapping& column : columns) {
+    const bool has_comma = column.source.find(',') != std::string::npos;
+    text += fmt::format("{}{}{}{}{}{}",
+                        text.empty() ? "" : ", ",
+                        column.name,
+                        text.empty() ? " is read from column " : " from ",
+                        has_comma ? "'" : "",
+                        column.source,
+                        has_comma ? "'" : "");
+  }
+  return text;
 }
 
 const KnownColumn& known_label(std::size_t label) { return kLabels[label]; }
@@ -293,9 +400,10 @@ const std::vector<double>& values_of(const Inventory& inventory, std::size_t mea
 }
 
 ColumnPlan plan_columns(const std::vector<std::string>& header,
+                        const std::vector<std::string>& units,
                         const InventoryOptions& options,
                         const std::string& file) {
-  return Planner(header, options, file).plan();
+  return Planner(header, units, options, file).plan();
 }
 
 }  // namespace silvafit::stand

@@ -33,11 +33,10 @@ enum Measure : std::size_t {
 
 inline constexpr std::array<Measure, 4> kRadii{kCrE, kCrW, kCrS, kCrN};
 
-/// A name of ours, its meaning in messages, and other usual spellings (lower case).
+/// A name of ours and its meaning in messages.
 struct KnownColumn {
   std::string_view name;
   std::string_view meaning;
-  std::array<std::string_view, 2> spellings;
 };
 
 const KnownColumn& known_label(std::size_t label);
@@ -61,6 +60,7 @@ struct ExpressionField {
   std::string name{};
   std::size_t field = 0;
   bool is_text = false;
+  bool is_position = false;  ///< it becomes x, y or z
 };
 
 /// Everything about columns that is decided before the first row.
@@ -70,13 +70,18 @@ struct ColumnPlan {
   std::optional<std::size_t> time_field{};  ///< of the column that says when a row was measured
   /// Of a column of stands, which plots may be numbered within.
   std::optional<std::size_t> stand_field{};
+  std::optional<std::size_t> status_field{};         ///< alive, dead, cut
+  std::vector<std::size_t> filled_down{};            ///< fields of --fill-down
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions
   std::vector<ColumnMapping> others{};               ///< kept beside ours
-  std::vector<std::string> notes{};
+  /// Columns of ours under other names, and those in other units.
+  std::vector<ColumnMapping> usual{};
 };
 
+/// \param units  of each column, from a row below the header; none if there is no such row
 /// \throws UsageError, FormulaError or InputError as read_inventory does
 ColumnPlan plan_columns(const std::vector<std::string>& header,
+                        const std::vector<std::string>& units,
                         const InventoryOptions& options,
                         const std::string& file);
 

@@ -21,24 +21,55 @@ bool is_missing(std::string_view field) {
   return data::is_missing_field(field) || field == "NaN" || field == "nan";
 }
 
+std::string_view name_of(TreeStatus status) {
+  return status == TreeStatus::kDead ? "dead" : "cut, fallen or a stump";
+}
+
 }  // namespace
 
 double InventoryReader::number_in(std::string_view field,
                                   const std::string& column,
-                                  InventoryRow& row) const {
+                                  bool is_position,
+                                  InventoryRow& row) {
   const std::string_view text = data::trimmed(field);
   double value = 0.0;
-  if (csv_.parse_number(text, value)) return value;
-  if (is_missing(text)) return data::kMissing;
+  const bool is_number = csv_.parse_number(text, value) && !std::isnan(value);
+  const bool is_code = is_number
+                           ? value < 0.0 && is_missing_number_of(is_position ? "x" : "h", value)
+                           : data::is_missing_number(text);
+  const bool is_further_code = !options_.missing.empty() && csv_.is_missing(text);
+  if (is_number && !is_code && !is_further_code) return value;
+  if (is_code || is_further_code) {
+    if (!is_missing(text)) codes_.add(column, text);
+    return data::kMissing;
+  }
   const bool has_comma = text.find(',') != std::string_view::npos;
   const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
-  const char* const advice = has_thousands ? "thousands are written without a separator"
-                             : has_comma   ? "decimals need a point"
-                                           : "a missing value is an empty field or NA";
+  const char* const advice =
+      has_thousands ? "thousands are written without a separator"
+      : has_comma   ? "decimals need a point"
+                    : "a missing value is an empty field or NA; --missing names other texts for it";
   row.unreadable.push_back({.column = column,
                             .value = std::string(text),
                             .reason = fmt::format("'{}' is no number; {}", text, advice)});
   return data::kMissing;
+}
+
+/// 0 where it cannot be stands for a missing value.
+void InventoryReader::find_missing_zeros(Measures& measures) {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    if (measures[i] != 0.0 || !is_zero_missing(known_measure(i).name)) continue;
+    codes_.add(plan_.measures[i].text, "0");
+    measures[i] = data::kMissing;
+  }
+  const bool has_no_crown =
+      std::isnan(measures[kCw]) &&
+      std::ranges::all_of(kRadii, [&](Measure radius) { return measures[radius] == 0.0; });
+  if (!has_no_crown) return;
+  for (const Measure radius : kRadii) {
+    codes_.add(plan_.measures[radius].text, "0");
+    measures[radius] = data::kMissing;
+  }
 }
 
 void InventoryReader::read_row(const std::vector<std::string_view>& fields,
@@ -52,15 +83,18 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   }
   if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
   if (plan_.stand_field) row.stand = data::trimmed(fields[*plan_.stand_field]);
+  if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
-    row.measures[i] =
-        source.field ? number_in(fields[*source.field], source.text, row) : data::kMissing;
+    const bool is_position = i == kX || i == kY || i == kZ;
+    row.measures[i] = source.field ? number_in(fields[*source.field], source.text, is_position, row)
+                                   : data::kMissing;
   }
   for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
     const ExpressionField& source = plan_.expression_fields[i];
     if (!source.is_text) {
-      expression_numbers_[i][position] = number_in(fields[source.field], source.name, row);
+      expression_numbers_[i][position] =
+          number_in(fields[source.field], source.name, source.is_position, row);
     } else if (is_missing(data::trimmed(fields[source.field]))) {
       expression_texts_[i].append_missing();
     } else {
@@ -134,9 +168,31 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
   return excluded;
 }
 
+/// Rows of trees that are dead or gone, unless they are to be used.
+bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus status) {
+  if (status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude) return false;
+  if (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors) return false;
+  exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
+  result_.excluded.back().is_problem = false;
+  ++result_.excluded_tree_count;
+  return true;
+}
+
+/// Merged cells of a spreadsheet come as one value and empty fields below it.
+void InventoryReader::count_empty_plots(const InventoryRow& row) {
+  const bool is_empty = row.labels[kPlot].empty() && row_count_ > 1;
+  empty_plots_run_ = is_empty ? empty_plots_run_ + 1 : 0;
+  if (is_empty) ++empty_plots_;
+  has_run_of_empty_plots_ = has_run_of_empty_plots_ || empty_plots_run_ > 1;
+}
+
 void InventoryReader::accept_or_exclude(InventoryRow& row) {
   ++row_count_;
   complete(row);
+  count_empty_plots(row);
+  const TreeStatus status = plan_.status_field ? status_.read(row.status) : TreeStatus::kAlive;
+  if (set_aside_if_dead(row, status)) return;
+  find_missing_zeros(row.measures);
   bool is_cw_from_radii = false;
   if (std::isnan(row.measures[kCw])) {
     row.measures[kCw] = crown_width_m(row.measures);
@@ -161,16 +217,22 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
     return;
   }
   has_cw_from_radii_ = has_cw_from_radii_ || is_cw_from_radii;
-  append(row);
+  append(row, status);
 }
 
-void InventoryReader::append(const InventoryRow& row) {
+void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   Inventory& inventory = result_.inventory;
+  if (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors) {
+    inventory.neighbor_only.resize(inventory.size(), 0);
+    inventory.neighbor_only.push_back(1);
+  } else if (!inventory.neighbor_only.empty()) {
+    inventory.neighbor_only.push_back(0);
+  }
   inventory.lines.push_back(static_cast<std::uint32_t>(row.line));
   kept_rows_.push_back(row_count_ - 1);
   inventory.plot.append(row.labels[kPlot]);
   inventory.tree.append(row.labels[kTree]);
-  if (is_missing(row.labels[kSpecies])) {
+  if (data::is_missing_number(row.labels[kSpecies])) {
     inventory.species.append_missing();
   } else {
     inventory.species.append(row.labels[kSpecies]);
@@ -211,7 +273,8 @@ void InventoryReader::read_other_columns() {
       want(data::is_text_match(variable, match) ? match.column : variable);
     }
   }
-  data::CsvTableOptions options{.columns = columns};
+  data::CsvTableOptions options{
+      .columns = columns, .missing = options_.missing, .fill_down = plan_.filled_down};
   // An expression without columns still needs the rows.
   if (columns.empty()) options.columns = {csv_.header().front()};
   const data::Table source = data::read_csv_table(inventory.file, options).select(kept_rows_);
@@ -241,14 +304,53 @@ void InventoryReader::find_plots_left_out() {
   Inventory& inventory = result_.inventory;
   std::unordered_set<std::string_view> seen;
   for (const ExcludedRow& row : result_.excluded) {
-    if (is_missing(row.plot) || !seen.insert(row.plot).second) continue;
+    if (!row.is_problem || is_missing(row.plot) || !seen.insert(row.plot).second) continue;
     if (inventory.plot.code_of(row.plot) != data::TextColumn::kMissingCode) continue;
     inventory.plots_left_out.push_back(row.plot);
   }
 }
 
+std::string InventoryReader::note_on_dead() const {
+  if (!plan_.status_field) return {};
+  std::string text =
+      fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone",
+                  status_.header(),
+                  status_.dead(),
+                  status_.gone());
+  const bool has_dead = status_.dead() > 0;
+  if (options_.dead == DeadTrees::kInclude) {
+    text += ", all used as living trees";
+  } else if (options_.dead == DeadTrees::kNeighbors && has_dead) {
+    text += "; the dead ones are neighbors only, the others are left out";
+  } else if (has_dead || status_.gone() > 0) {
+    text += ", left out";
+    if (has_dead) text += "; --dead neighbors keeps dead trees as neighbors";
+  }
+  const std::string unknown = status_.unknown_values();
+  return unknown.empty() ? text
+                         : fmt::format("{}; not known and taken as alive: {}", text, unknown);
+}
+
+std::string InventoryReader::note_on_empty_plots() const {
+  if (!has_run_of_empty_plots_) return {};
+  return fmt::format("{} empty, as merged cells are saved: --fill-down plot takes the value above",
+                     counted(empty_plots_, "row has a plot that is", "rows have a plot that is"));
+}
+
+std::vector<std::string> InventoryReader::recognized() const {
+  std::vector<std::string> texts{data::describe_layout(csv_.layout()),
+                                 describe_usual_columns(plan_.usual)};
+  if (!codes_.empty()) texts.push_back("codes read as missing values: " + codes_.text());
+  texts.push_back(spellings_.note());
+  texts.push_back(note_on_dead());
+  std::erase(texts, "");
+  return texts;
+}
+
 std::vector<std::string> InventoryReader::notes() const {
-  std::vector<std::string> notes = plan_.notes;
+  std::vector<std::string> notes = recognized();
+  std::string empty_plots = note_on_empty_plots();
+  if (!empty_plots.empty()) notes.push_back(std::move(empty_plots));
   for (std::string& note : repeated_numbers_.notes()) notes.push_back(std::move(note));
   if (!plan_.labels[kPlot].exists()) {
     notes.push_back(
@@ -285,12 +387,14 @@ CheckedInventory InventoryReader::read() {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
   resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+  if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty();
   find_plots_left_out();
   read_other_columns();
   count_findings();
   result_.notes = notes();
+  result_.recognized = recognized();
   return std::move(result_);
 }
 

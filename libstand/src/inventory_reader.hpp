@@ -18,8 +18,11 @@
 #include "inventory_repeats.hpp"
 #include "inventory_shared_labels.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/missing_codes.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/species_spellings.hpp"
+#include "silvafit/stand/tree_status.hpp"
 
 namespace silvafit::stand {
 
@@ -27,8 +30,9 @@ namespace silvafit::stand {
 struct InventoryRow {
   std::size_t line = 0;
   std::array<std::string, kLabelCount> labels{};
-  std::string time{};   ///< as written; empty if there is no such column
-  std::string stand{};  ///< likewise
+  std::string time{};    ///< as written; empty if there is no such column
+  std::string stand{};   ///< likewise
+  std::string status{};  ///< likewise
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers and are none
 };
@@ -37,10 +41,12 @@ struct InventoryRow {
 class InventoryReader {
  public:
   InventoryReader(const std::filesystem::path& path, InventoryOptions options)
-      : csv_(path),
+      : csv_(path, options.missing),
         options_(std::move(options)),
-        plan_(plan_columns(csv_.header(), options_, path.string())) {
+        plan_(plan_columns(csv_.header(), csv_.layout().units, options_, path.string())) {
     result_.inventory.file = path.string();
+    for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
+    if (plan_.status_field) status_ = StatusColumn(csv_.header()[*plan_.status_field]);
   }
 
   /// The whole file.
@@ -51,6 +57,8 @@ class InventoryReader {
   bool wants_other_columns() const { return !plan_.others.empty(); }
   /// What there is to say of all that was read so far.
   std::vector<std::string> notes() const;
+  /// Of it, how the file was read.
+  std::vector<std::string> recognized() const;
 
  private:
   static constexpr std::size_t kBlockRows = 4096;
@@ -63,12 +71,20 @@ class InventoryReader {
   void read_row(const std::vector<std::string_view>& fields,
                 InventoryRow& row,
                 std::size_t position);
-  double number_in(std::string_view field, const std::string& column, InventoryRow& row) const;
+  double number_in(std::string_view field,
+                   const std::string& column,
+                   bool is_position,
+                   InventoryRow& row);
+  void find_missing_zeros(Measures& measures);
+  bool set_aside_if_dead(const InventoryRow& row, TreeStatus status);
+  void count_empty_plots(const InventoryRow& row);
+  std::string note_on_dead() const;
+  std::string note_on_empty_plots() const;
   void evaluate_expressions();
   void accept_or_exclude(InventoryRow& row);
   void complete(InventoryRow& row) const;
   bool exclude_if_unlabeled(const InventoryRow& row);
-  void append(const InventoryRow& row);
+  void append(const InventoryRow& row, TreeStatus status);
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
   void read_other_columns();
   void count_findings();
@@ -95,6 +111,12 @@ class InventoryReader {
   std::size_t without_species_ = 0;
   std::size_t crown_base_above_top_ = 0;
   bool has_cw_from_radii_ = false;
+  data::MissingCodes codes_{};
+  StatusColumn status_{};
+  SpeciesSpellings spellings_{};
+  std::size_t empty_plots_ = 0;      ///< rows with an empty plot below a filled one
+  std::size_t empty_plots_run_ = 0;  ///< the last such rows
+  bool has_run_of_empty_plots_ = false;
 };
 
 }  // namespace silvafit::stand

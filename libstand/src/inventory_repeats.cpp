@@ -209,6 +209,7 @@ void keep_rows(const std::vector<std::size_t>& rows,
   };
   for (std::size_t i = 0; i < kMeasureCount; ++i) select(values_of(inventory, i));
   select(inventory.lines);
+  select(inventory.neighbor_only);
   select(positions);
   select_text(inventory.plot);
   select_text(inventory.tree);

@@ -98,11 +98,12 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
       {.needs_coordinates = true});
   CHECK(problems(checked) ==
         std::vector<std::string>{
-            "3 dbh: 'twenty' is not a number; a missing value is an empty field or NA",
+            "3 dbh: 'twenty' is not a number; a missing value is an empty field or NA; --missing "
+            "names "
+            "other texts for it",
             "4 dbh: -3 cm is not above 0",
             "4 h: 1.3 m is not above breast height, 1.3 m",
             "4 hcb: -1 m is below the ground",
-            "4 cw: 0 m is not above 0",
             "5 hcb: 15 m is not below h 15 m",
             "6 dbh: is missing, and no tree can be used without it",
             "7 x: the value is not finite",
@@ -118,11 +119,12 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
   CHECK(has_note(checked, "1 tree has no species"));
 
   const std::string text = describe_excluded(checked, 2);
-  CHECK_THAT(text, Contains("9 of 11 rows left out, 13 problems"));
+  CHECK_THAT(text, Contains("9 of 11 rows left out, 12 problems"));
   CHECK_THAT(text,
              Contains(".csv:3: dbh: 'twenty' is not a number; a missing value is an empty field or "
-                      "NA (plot 1, tree 2)"));
-  CHECK_THAT(text, Contains("and 11 more"));
+                      "NA; --missing names other texts for it (plot 1, tree 2)"));
+  CHECK_THAT(text, Contains("and 10 more"));
+  CHECK(has_note(checked, "codes read as missing values: cw 1 (0)"));
 
   std::ostringstream csv;
   write_excluded(checked.excluded, csv);
@@ -264,12 +266,16 @@ TEST_CASE("labels of a file with decimal commas keep their commas") {
 }
 
 TEST_CASE("places that stand for missing ones are none") {
-  const CheckedInventory checked = read_text(
-      "plot,tree,species,x,y,z,dbh\n1,1,A,-9999,1,5,10\n1,2,A,-998,-10000,5,10\n"
-      "1,3,A,1,-99999,5,10\n1,4,A,1,1,-9999,10\n");
-  CHECK(checked.inventory.x == std::vector<double>{-998});
-  CHECK(checked.excluded_tree_count == 3);
-  CHECK_THAT(problems(checked).at(0), Contains("2 x: -9999 stands for a value that was not"));
+  const std::string text =
+      "plot,tree,species,x,y,z,dbh\n1,1,A,-9999,1,5,10\n1,2,A,-999,-10000,5,10\n"
+      "1,3,A,1,-99999,5,10\n1,4,A,1,1,-9999,10\n";
+  const CheckedInventory checked = read_text(text, {.needs_coordinates = true});
+  CHECK(checked.inventory.x == std::vector<double>{-999, 1});
+  CHECK(std::isnan(checked.inventory.z[1]));
+  CHECK(problems(checked) == std::vector<std::string>{"2 x: is missing, so the tree has no place",
+                                                      "4 y: is missing, so the tree has no place"});
+  CHECK(has_note(checked, "codes read as missing values: x 1 (-9999), y 1 (-99999), z 1 (-9999)"));
+  CHECK(read_text(text).inventory.size() == 4);
 }
 
 TEST_CASE("places beyond all maps are refused") {
@@ -334,14 +340,14 @@ TEST_CASE("crown width comes from four radii where it is missing") {
       "1,3,SM,20,NA,1,2,1.5,NA\n"
       "1,4,SM,20,NA,0,0,0,0\n"
       "1,5,SM,20,NA,1,-2,1,1\n");
-  REQUIRE(checked.inventory.size() == 3);
+  REQUIRE(checked.inventory.size() == 4);
   CHECK(checked.inventory.cw_m[0] == 2.25);
   CHECK(checked.inventory.cw_m[1] == 5.0);
   CHECK(std::isnan(checked.inventory.cw_m[2]));
-  CHECK(problems(checked) ==
-        std::vector<std::string>{"5 cr_e: the four crown radii make a width of 0 m",
-                                 "6 cr_w: -2 m is below 0"});
+  CHECK(std::isnan(checked.inventory.cw_m[3]));
+  CHECK(problems(checked) == std::vector<std::string>{"6 cr_w: -2 m is below 0"});
   CHECK(has_note(checked, "four crown radii"));
+  CHECK(has_note(checked, "cr_e 1 (0), cr_w 1 (0), cr_s 1 (0), cr_n 1 (0)"));
 }
 
 TEST_CASE("a whole column in another unit is an error with its remedy") {
@@ -364,8 +370,8 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
                     Contains("swapped, or in different units"));
   CHECK_THROWS_WITH(read_text(stand_with("h", 1000.0), with_columns("h=h/10")),
                     Contains("use --columns h=(h/10)/100"));
-  CHECK_THROWS_WITH(read_text("dbh,H [cm]\n20,1500\n21,1600\n", with_columns("h=H [cm]")),
-                    Contains("use --columns h=`H [cm]`/100"));
+  CHECK_THROWS_WITH(read_text("dbh,H [old]\n20,1500\n21,1600\n", with_columns("h=H [old]")),
+                    Contains("use --columns h=`H [old]`/100"));
 }
 
 TEST_CASE("saplings, giants and sparse woods pass the question for units") {
@@ -381,9 +387,9 @@ TEST_CASE("a single odd value is a note") {
 }
 
 TEST_CASE("a file without what is needed is refused with the remedy") {
-  CHECK_THROWS_WITH(read_text("plot,d\n1,20\n"),
+  CHECK_THROWS_WITH(read_text("plot,girth\n1,20\n"),
                     Contains("no column dbh (diameter at breast height in cm); name yours with "
-                             "--columns dbh=COLUMN; available: plot, d"));
+                             "--columns dbh=COLUMN; available: plot, girth"));
   CHECK_THROWS_WITH(read_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
                     Contains("no column y"));
   CHECK_THROWS_WITH(read_text("dbh\n20\n", {.needs = {"hcb"}}), Contains("no column hcb"));
@@ -402,11 +408,123 @@ TEST_CASE("columns of usual spelling are found where a file has no column of our
   };
   const auto found = usual_columns(header, all_but("x"), "trees.csv");
   REQUIRE(found.size() == 2);
-  CHECK(describe_usual_column(found[0]) == "plot is read from column Plot_ID");
-  CHECK(describe_usual_column(found[1]) == "h is read from column Height");
-  CHECK_THROWS_WITH(usual_columns({"h_m", "height"}, all_but("x"), "trees.csv"),
-                    Contains("trees.csv: 'h_m' and 'height' could both be h"));
-  CHECK(usual_columns({"h_m", "height"}, all_but("h"), "trees.csv").empty());
+  CHECK(describe_usual_columns(found) == "plot is read from column Plot_ID, h from Height");
+  CHECK_THROWS_WITH(usual_columns({"height", "hauteur"}, all_but("x"), "trees.csv"),
+                    Contains("trees.csv: 'height' and 'hauteur' could both be h"));
+  CHECK(usual_columns({"height", "hauteur"}, all_but("h"), "trees.csv").empty());
+  // Our own name goes before a usual one, and that before one that may mean something else.
+  CHECK(usual_columns({"height", "h_m"}, all_but("x"), "trees.csv").at(0).source == "h_m");
+  CHECK(usual_columns({"d", "BHD"}, all_but("x"), "trees.csv").at(0).source == "BHD");
+}
+
+TEST_CASE("units in headers and in a row below them are converted to ours") {
+  for (const char* text : {"plot,DBH_mm,h [dm],CW (ft)\n1,203,185,10\n",
+                           "plot,dbh,h,cw\n,[mm],dm,ft\n1,203,185,10\n",
+                           "plot,BHD in mm,Höhe/dm,\"Kronenbreite, ft\"\n1,203,185,10\n"}) {
+    const Inventory inventory = read_text(text).inventory;
+    REQUIRE(inventory.size() == 1);
+    CHECK(inventory.dbh_cm[0] == 20.3);
+    CHECK(inventory.h_m[0] == 18.5);
+    CHECK(inventory.cw_m[0] == Approx(3.048).epsilon(1e-15));
+  }
+  const CheckedInventory mapped =
+      read_text("a,b (mm),d1.3 (cm),DBH (1.3 m)\n1,203,4,5\n", with_columns("dbh=b (mm)"));
+  CHECK(mapped.inventory.dbh_cm[0] == 20.3);
+  CHECK(has_note(mapped, "dbh is read from column `b (mm)`/10"));
+  // The breast height in a header is no unit.
+  CHECK(read_text("DBH (1.3 m)\n20\n").inventory.dbh_cm[0] == 20.0);
+  CHECK(read_text("d1.3 (mm)\n203\n").inventory.dbh_cm[0] == 20.3);
+  // An expression is what it says.
+  CHECK(read_text("DBH_mm\n20\n", with_columns("dbh=DBH_mm*1")).inventory.dbh_cm[0] == 20.0);
+}
+
+TEST_CASE("columns are found under the usual names of several languages") {
+  const auto names = [](const std::string& header) {
+    return describe_usual_columns(usual_columns(
+        {header}, [](const std::string&) { return true; }, "trees.csv"));
+  };
+  const std::vector<std::pair<std::string, std::string>> known{
+      {"plot", "Probefläche"}, {"plot", "PLACETTE"},  {"plot", "Parcela"},
+      {"plot", "Koeala"},      {"plot", "样地"},      {"tree", "Baum-Nr."},
+      {"tree", "N° arbre"},    {"tree", "Puu nro"},   {"tree", "树号"},
+      {"species", "Baumart"},  {"species", "Espèce"}, {"species", "especie"},
+      {"species", "Puulaji"},  {"species", "树种"},   {"dbh", "BHD"},
+      {"dbh", "DAP (cm)"},     {"dbh", "Läpimitta"},  {"dbh", "胸径（cm）"},
+      {"h", "HÖHE"},           {"h", "Hoehe [m]"},    {"h", "Hauteur_totale"},
+      {"h", "altura"},         {"h", "Pituus"},       {"h", "树高"},
+      {"hcb", "Kronenansatz"}, {"hcb", "枝下高"},     {"cw", "冠幅"},
+      {"cw", "Kronenbreite"},  {"h", "Ho\xCC\x88he"}};  // the accent as a character of its own
+  for (const auto& [name, header] : known) {
+    CHECK(names(header) == name + " is read from column " + header);
+  }
+  for (const char* header : {"Altitude", "BA", "Umfang", "h (°)", "Pflanzjahr", "hcb_note", ""}) {
+    CHECK(names(header).empty());
+  }
+}
+
+TEST_CASE("dead trees are left out, neighbors only, or like others") {
+  const std::string text =
+      "plot,tree,species,x,y,dbh,Zustand\n1,1,SM,0,0,20,lebend\n1,2,SM,1,0,20,tot\n"
+      "1,3,SM,0,1,,gefällt\n1,4,SM,1,1,20,?\n1,5,SM,1,2,20,krank\n";
+  const CheckedInventory checked = read_text(text);
+  CHECK(checked.inventory.size() == 3);
+  CHECK(checked.inventory.neighbor_only.empty());
+  CHECK(checked.excluded_tree_count == 2);
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"3 Zustand: the tree is dead",
+                                 "4 Zustand: the tree is cut, fallen or a stump"});
+  CHECK(describe_excluded(checked).empty());
+  CHECK(
+      has_note(checked,
+               "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, left out; "
+               "--dead neighbors keeps dead trees as neighbors; not known and taken as alive: "
+               "'krank' (1)"));
+  const CheckedInventory neighbors = read_text(text, {.dead = DeadTrees::kNeighbors});
+  CHECK(neighbors.inventory.neighbor_only == std::vector<char>{0, 1, 0, 0});
+  const CheckedInventory all = read_text(text, {.dead = DeadTrees::kInclude});
+  CHECK(all.inventory.size() == 4);
+  CHECK(problems(all) ==
+        std::vector<std::string>{"4 dbh: is missing, and no tree can be used without it"});
+}
+
+TEST_CASE("spellings of a species that differ in capitals and blanks are one") {
+  const std::string text =
+      "plot,tree,species,dbh\n1,1,sm,20\n1,2,SM ,20\n1,3,SM,20\n1,4,Sm,20\n1,5,-,20\n";
+  const CheckedInventory checked = read_text(text);
+  CHECK(checked.inventory.species.levels() == std::vector<std::string>{"SM"});
+  CHECK(checked.inventory.species.is_missing(4));
+  CHECK(has_note(checked, "'Sm' as 'SM' (1 tree), 'sm' as 'SM' (1 tree)"));
+  CHECK(read_text(text, {.case_sensitive = true}).inventory.species.levels().size() == 3);
+}
+
+TEST_CASE("empty fields below a plot are filled down, or the option is named") {
+  const std::string text =
+      "plot,tree,species,dbh\nA,1,SM,20\n,2,SM,20\n,3,,20\nB,1,SM,20\n,2,SM,20\n";
+  const CheckedInventory empty = read_text(text);
+  CHECK(empty.inventory.size() == 2);
+  CHECK(has_note(empty,
+                 "3 rows have a plot that is empty, as merged cells are saved: --fill-down "
+                 "plot takes the value above"));
+  const CheckedInventory filled = read_text(text, {.fill_down = {"plot", "species"}});
+  CHECK(filled.inventory.size() == 5);
+  CHECK(filled.inventory.plot[2] == "A");
+  CHECK(filled.inventory.species[2] == "SM");
+  CHECK_FALSE(has_note(filled, "empty"));
+  CHECK_THROWS_WITH(read_text(text, {.fill_down = {"stand"}}), Contains("no column 'stand'"));
+}
+
+TEST_CASE("codes stand for missing values where a number belongs") {
+  const CheckedInventory checked = read_text(
+      "plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,-,n/a,-999\n1,2,SM,20,#N/A,0,0\n"
+      "1,3,SM,20,?,.,k.A.\n1,4,SM,20,-88,-9999,99\n",
+      {.missing = {"-88", "99.0"}});
+  CHECK(checked.inventory.size() == 4);
+  CHECK(checked.excluded.empty());
+  for (const double h : checked.inventory.h_m) CHECK(std::isnan(h));
+  for (const double cw : checked.inventory.cw_m) CHECK(std::isnan(cw));
+  CHECK(checked.inventory.hcb_m[1] == 0.0);
+  CHECK(
+      has_note(checked, "h 4 (-, #N/A, ?, -88), hcb 3 (n/a, ., -9999), cw 4 (-999, k.A., 99, 0)"));
 }
 
 TEST_CASE("mappings are read, and refused where they make no sense") {

@@ -12,6 +12,7 @@
 #include "inventory_checks.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
+#include "silvafit/stand/mixed_units.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -208,6 +209,12 @@ constexpr std::array<Limit, 3> kLimits{{{kDbh, 1000.0, "cm"}, {kH, 120.0, "m"}, 
 void check_units(const Inventory& inventory,
                  const ColumnPlan& plan,
                  std::size_t crown_base_above_top) {
+  // First: what is said of whole columns would be wrong of a part of the plots.
+  const std::string mixed = describe_mixed_units(find_mixed_units({.plot = inventory.plot,
+                                                                   .species = &inventory.species,
+                                                                   .dbh_cm = inventory.dbh_cm,
+                                                                   .h_m = inventory.h_m}));
+  if (!mixed.empty()) throw InputError(mixed, {.file = inventory.file, .column = "dbh, h"});
   check_heights(inventory, plan, crown_base_above_top);
   check_dbh(inventory, plan);
   check_crowns(inventory, plan);

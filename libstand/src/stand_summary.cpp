@@ -161,7 +161,7 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory,
   }
   const std::vector<char> inside = trees_inside(inventory, windows);
   for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
-    if (inside[tree] == 0) continue;
+    if (inside[tree] == 0 || inventory.is_neighbor_only(tree)) continue;
     areas[*windows.domain_of_plot[inventory.plot.code(tree)]].trees.push_back(tree);
   }
   for (const NamedWindow& window : given) {
@@ -191,6 +191,7 @@ std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory) {
     areas.push_back({.name = plot, .area_m2 = data::kMissing});
   }
   for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    if (inventory.is_neighbor_only(tree)) continue;
     areas[inventory.plot.code(tree)].trees.push_back(tree);
   }
   std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });

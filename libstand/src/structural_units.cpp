@@ -410,6 +410,9 @@ StructuralUnits Calculator::run() {
   compute_density();
   compute_all();
   correct_edge(inventory_, windows_, inside_, options_, units_);
+  for (std::size_t i = 0; i < inventory_.size(); ++i) {
+    if (inventory_.is_neighbor_only(i)) units_.core[i] = 0;
+  }
   find_cut_competitors();
   count_trees();
   if (!options_.is_part) {

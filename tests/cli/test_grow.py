@@ -211,9 +211,9 @@ class Grow(ProgramTest):
         tree, = json.loads(done.stdout)["trees"]
         self.assertEqual((tree["plot"], tree["species"], round(tree["h"], 2)), ("07", "SM", 15))
         self.assertEqual(self.run_program("grow", "in.csv", "--scene", "s.glb", "--quiet").stderr, "")
-        self.write("two.csv", "plot,tree,dbh,h_m,height,hcb,cw\n1,1,20,15,16,5,3\n")
+        self.write("two.csv", "plot,tree,dbh,hauteur,height,hcb,cw\n1,1,20,15,16,5,3\n")
         refused = self.run_program("grow", "two.csv", "--out", "d", status=2).stderr
-        self.assertIn("'h_m' and 'height' could both be h", refused)
+        self.assertIn("'hauteur' and 'height' could both be h", refused)
         self.run_program("grow", "two.csv", "--columns", "h=height", "--out", "d")
 
     def test_names_of_our_own_go_before_usual_ones(self):

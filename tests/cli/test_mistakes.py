@@ -226,8 +226,9 @@ class Notes(ProgramTest):
     def test_missing_values_are_explained(self):
         self.write("trees.csv", "plot,tree,species,x,y,dbh\n1,1,SM,0,0,n.v.\n1,2,SM,1,1,20\n1,3,SM,2,0,-\n1,4,SM,3,1,22\n")
         error = self.run_program("indices", "trees.csv", "--out", "i.csv", "--neighbors", "1").stderr
-        for text in ("n.v.", "-"):
-            self.assertIn(f"'{text}' is not a number; a missing value is an empty field or NA", error)
+        self.assertIn("'n.v.' is not a number; a missing value is an empty field or NA", error)
+        self.assertIn("dbh: is missing, and no tree can be used without it", error)
+        self.assertIn("note: codes read as missing values: dbh 1 (-)", error)
 
 
 class IdleOptions(ProgramTest):

@@ -28,8 +28,8 @@ class UsualColumns(ProgramTest):
         self.assertEqual(ours["fixed"], usual["fixed"])
         self.assertEqual(sorted(usual["random"]["eblup"]), ["01", "02", "03", "04", "05", "06"])
         said = self.run_program("fit", "usual.csv", "--model", "M4").stderr
-        self.assertIn("note: dbh is read from column DBH_cm", said)
-        self.assertIn("note: h is read from column Height", said)
+        self.assertIn("note: plot is read from column Plot_ID, tree from Tree, species from Species, dbh from DBH_cm, "
+                      "h from Height\n", said)
 
     def test_names_in_a_formula_are_those_of_the_file(self):
         self.run_program("fit", "usual.csv", "--formula", "Height ~ a + b*DBH_cm")

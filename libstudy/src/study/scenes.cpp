@@ -232,10 +232,11 @@ class SceneMaker {
 
   void check_species(const std::string& species) const {
     if (std::ranges::find(all_species_, species) != all_species_.end()) return;
-    throw UsageError(fmt::format("the library has no models for {} with the role {}; available: {}",
-                                 species,
-                                 options_.role,
-                                 fmt::join(all_species_, ", ")));
+    throw UsageError(
+        fmt::format("the library has no models for {} with the role {}; available: {}",
+                    species,
+                    options_.role,
+                    data::list_of(std::vector(all_species_.begin(), all_species_.end()))));
   }
 
   double dbh_of(const std::string& species) const {

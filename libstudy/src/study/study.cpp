@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/name_list.hpp"
 #include "study/study_stages.hpp"
 #include "study/study_work.hpp"
 
@@ -113,8 +114,8 @@ class SmallParts {
     if (parts_.empty()) return;
     std::vector<std::string> texts;
     for (const Part& part : parts_) {
-      texts.push_back(
-          fmt::format("{} {} ({})", part.species, fmt::join(part.responses, ", "), part.counts));
+      texts.push_back(fmt::format(
+          "{} {} ({})", data::in_list(part.species), fmt::join(part.responses, ", "), part.counts));
     }
     study.notes.push_back(fmt::format(
         "Too few trees for models (fewer than {}): {}.{}",

@@ -114,6 +114,15 @@ void read_inventory_keys(const JsonReader& json,
   }
   if (const auto value = json.find("buffer")) configuration.buffer_m = value->not_negative();
   if (const auto value = json.find("trust_units")) configuration.trust_units = value->boolean();
+  if (const auto list = json.find("missing")) configuration.missing = list->texts();
+  if (const auto list = json.find("fill_down")) configuration.fill_down = list->texts();
+  if (const auto value = json.find("dead")) {
+    value->one_of({"leave-out", "neighbors", "include"});
+    configuration.dead = value->text();
+  }
+  if (const auto value = json.find("case_sensitive")) {
+    configuration.case_sensitive = value->boolean();
+  }
   if (const auto value = json.find("circle"); value && !value->is_null()) {
     configuration.circle = value->text();
     if (configuration.window) value->fail("give either a circle or a window");
@@ -156,6 +165,10 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                    "per",
                    "neighbors",
                    "trust_units",
+                   "missing",
+                   "fill_down",
+                   "dead",
+                   "case_sensitive",
                    "circle",
                    "alpha",
                    "dominance",

@@ -218,6 +218,10 @@ std::string describe_inventory(const ordered_json& values, CommentedJson& json) 
   const auto add = [&](const char* key, const char* note) { json.add(key, values.at(key), note); };
   add("columns", "where columns come from, such as {\"dbh\": \"DBH_cm\", \"x\": \"xk/10\"}");
   add("trust_units", "accept the units of the columns without a check");
+  add("missing", "further texts and numbers for missing values, such as [\"-88\"]");
+  add("fill_down", "columns whose empty fields have the value above, such as [\"plot\"]");
+  add("dead", "dead trees: leave-out, neighbors or include");
+  add("case_sensitive", "species that differ only in capitals are different");
   add("window", "boundary of the plots: a GeoJSON, WKT or CSV file");
   add("circle", "circle that is the boundary of every plot, instead of a window: \"0,0,12.62\"");
   add("edge", "buffer, hanisch, torus or none");

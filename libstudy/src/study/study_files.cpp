@@ -79,6 +79,7 @@ std::string run_json(const StudyRecord& record, const ModelLibrary& library) {
       {"input",
        {{"file", record.inventory.inventory.file}, {"fingerprint", library.inventory.fingerprint}}},
       {"options", settings_json(settings)},
+      {"recognized", record.inventory.recognized},
       {"decisions", ordered_json::object()},
       {"fits", record.study.fit_count()},
       {"stages", ordered_json::array()}};
@@ -116,7 +117,14 @@ void remove_earlier_indices(const std::filesystem::path& path) {
 data::Table inventory_table(const stand::Inventory& inventory,
                             const std::optional<stand::StructuralUnits>& units) {
   data::Table table = stand::to_table(inventory);
-  if (!units) return table;
+  if (!units) {
+    // Dead trees that are neighbors have no part in models.
+    if (inventory.neighbor_only.empty()) return table;
+    std::vector<double> core(inventory.size(), 1.0);
+    for (std::size_t i = 0; i < core.size(); ++i) core[i] = inventory.is_neighbor_only(i) ? 0 : 1;
+    table.set("core", std::move(core));
+    return table;
+  }
   table.set("core", std::vector<double>(units->core.begin(), units->core.end()));
   table.set("W", units->W);
   table.set("M", units->M);

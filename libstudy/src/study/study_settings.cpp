@@ -49,6 +49,10 @@ ordered_json settings_json(const StudyConfiguration& settings) {
   ordered_json json = search_json(settings.study);
   json["columns"] = columns_json(settings.columns);
   json["trust_units"] = settings.trust_units.value_or(false);
+  json["missing"] = settings.missing;
+  json["fill_down"] = settings.fill_down;
+  json["dead"] = settings.dead.value_or("leave-out");
+  json["case_sensitive"] = settings.case_sensitive.value_or(false);
   json["window"] = text_or_null(settings.window);
   json["circle"] = text_or_null(settings.circle);
   json["edge"] = settings.edge.value_or("buffer");

@@ -228,7 +228,7 @@ std::vector<std::string> species_of(const data::Table& table, const StudyOptions
     if (column.code_of(species) == data::TextColumn::kMissingCode) {
       throw UsageError(
           fmt::format(
-              "unknown species '{}'; available: {}", species, fmt::join(column.levels(), ", ")),
+              "unknown species '{}'; available: {}", species, data::list_of(column.levels())),
           {.file = table.file()});
     }
   }

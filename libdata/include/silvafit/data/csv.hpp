@@ -11,9 +11,22 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/data/missing_codes.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::data {
+
+/// What a file has around its table, as spreadsheets write it.
+struct CsvLayout {
+  std::size_t titles = 0;            ///< records with titles or comments above the header
+  std::size_t header_line = 0;       ///< from 1
+  std::size_t comments = 0;          ///< lines with a # below the header, as far as it was read
+  std::vector<std::string> units{};  ///< of each column, if a row of units is below the header
+};
+
+/// "the header is on line 4, below 3 lines of titles or comments; the row below it has units";
+/// empty if there is nothing to say.
+std::string describe_layout(const CsvLayout& layout);
 
 /// Reads a CSV file record by record in blocks, so that memory does not grow with the file.
 class CsvReader {
@@ -21,23 +34,39 @@ class CsvReader {
   /// Opens the file and reads its header.
   ///
   /// Fields are separated as the header's are: by commas, or by semicolons or tabs if there is no
-  /// comma; or by what a line `sep=;` before the header says.
+  /// comma; or by what a line `sep=;` before the header says. Titles and comments above the header
+  /// and a row of units below it are passed over; docs/inventory.md has the rules.
+  /// \param missing  texts that stand for missing values besides those of is_missing_field;
+  ///                 numbers among them match any spelling of the number
   /// \throws InputError if the file cannot be read, is empty, or names a column twice
-  explicit CsvReader(const std::filesystem::path& path);
+  explicit CsvReader(const std::filesystem::path& path, std::vector<std::string> missing = {});
   ~CsvReader();
   CsvReader(CsvReader&&) noexcept;
   CsvReader& operator=(CsvReader&&) noexcept;
 
   const std::string& file() const;
 
-  /// Column names of the header, as written, without surrounding blanks.
+  /// Column names of the header, as written, without surrounding blanks; a line end within a name
+  /// is a blank. Columns without a name are empty.
   const std::vector<std::string>& header() const;
 
-  /// The next record's fields, unquoted; false at the end. Blank lines are passed over.
+  /// What is around the table.
+  const CsvLayout& layout() const;
+
+  /// From now on an empty field of this column has the value of the last one above that has some,
+  /// as merged cells of a spreadsheet mean it.
+  void fill_down(std::size_t column);
+
+  /// The next record's fields, unquoted; false at the end. Blank lines, records of blank fields and
+  /// lines with a comment (#) are passed over, empty fields beyond the header's are dropped.
   /// The views hold until the next call.
   /// \throws InputError if a quote does not end, bytes are not UTF-8, a record is longer than 64
   /// MiB, or has another number of fields than the header
   bool next(std::vector<std::string_view>& fields);
+
+  /// Whether a field is missing wherever it stands: is_missing_field, or a text given when the file
+  /// was opened.
+  bool is_missing(std::string_view field) const;
 
   /// Whether semicolons or tabs separate, so that 12,5 is the number 12.5 where a number is looked
   /// for. Text keeps its spelling: plots 1,2 and 1.2 are two.
@@ -57,23 +86,36 @@ class CsvReader {
 struct CsvTableOptions {
   std::vector<std::string> columns{};  ///< columns to keep; empty means all
   std::vector<std::string>
-      text_columns{};  ///< columns that stay text even if all values are numbers
+      text_columns{};                    ///< columns that stay text even if all values are numbers
+  std::vector<std::string> missing{};    ///< as CsvReader has it
+  std::vector<std::size_t> fill_down{};  ///< fields to fill down, by position in the header
 };
 
-/// A CSV file as a table. A column is numeric if each value is a number or missing (empty or `NA`),
-/// else text, as it is written but for the blanks around each value. Numbers may have decimal
-/// commas as CsvReader says.
+/// A CSV file as a table. A column is numeric if it has a number, and each value is a number or
+/// missing: empty, `NA`, or a code of is_missing_number. Else it is text, as it is written but for
+/// the blanks around each value. Numbers may have decimal commas as CsvReader says. Columns without
+/// a name are left out.
+/// \param codes  gets the codes that stood for missing values in columns of numbers
 /// \throws InputError if the file cannot be read as CSV, or if a wanted column is not there
-Table read_csv_table(const std::filesystem::path& path, const CsvTableOptions& options = {});
+Table read_csv_table(const std::filesystem::path& path,
+                     const CsvTableOptions& options = {},
+                     MissingCodes* codes = nullptr);
 
-/// The same for a file of which the header was looked at, and no record: it may be a pipe.
-Table read_csv_table(CsvReader& reader, const CsvTableOptions& options);
+/// The same for a file of which the header was looked at, and no record: it may be a pipe. The
+/// options on missing values and on filling down are those of the reader.
+Table read_csv_table(CsvReader& reader,
+                     const CsvTableOptions& options,
+                     MissingCodes* codes = nullptr);
 
-/// A field without the blanks and tabs around it.
+/// A field without the blanks, tabs, no-break and ideographic spaces around it.
 std::string_view trimmed(std::string_view field);
 
 /// True for what counts as missing in a CSV field: nothing, blanks, or NA.
 bool is_missing_field(std::string_view field);
+
+/// True for what counts as missing where a number belongs: also -, ., ?, n/a, #N/A, k.A., NaN and
+/// the like; docs/inventory.md lists them.
+bool is_missing_number(std::string_view field);
 
 /// Reads a whole field as a number, blanks around it allowed; false if it is none. `inf` and `nan`
 /// are numbers here: whoever needs finite ones says so with a message of their own.

@@ -41,6 +41,10 @@ struct Inventory {
   std::vector<double> cr_s_m{};
   std::vector<double> cr_n_m{};
 
+  /// (N) 1 for standing dead trees that are kept as neighbors (DeadTrees::kNeighbors); none if
+  /// there are no such trees.
+  std::vector<char> neighbor_only{};
+
   /// Plots of the file none of whose rows could be used, so that what stands there is not known.
   std::vector<std::string> plots_left_out{};
 
@@ -48,6 +52,9 @@ struct Inventory {
   data::Table other{};
 
   std::size_t size() const { return dbh_cm.size(); }
+  bool is_neighbor_only(std::size_t row) const {
+    return !neighbor_only.empty() && neighbor_only[row] != 0;
+  }
   bool has_coordinates() const { return !x.empty() && !y.empty(); }
   /// Where a tree stands in the file, for messages.
   Place place(std::size_t row) const;
@@ -64,28 +71,61 @@ struct ColumnMapping {
 /// \throws UsageError if a part is not `name=source` or a name comes twice
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
 
-/// Columns of ours that a file has under another usual spelling only, such as dbh as DBH_cm:
-/// docs/inventory.md lists them.
+/// Columns of ours that a file has under another usual name, such as dbh as BHD, or in another
+/// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
 /// \param header     of the file
 /// \param is_wanted  whether one of our names is to be looked for
 /// \param file       for messages
+/// \param units      of each column, from a row below the header; none if there is no such row
 /// \throws UsageError if two columns of the file could be one of ours
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
-                                         const std::string& file);
+                                         const std::string& file,
+                                         const std::vector<std::string>& units = {});
 
-/// How such a column is told: "dbh is read from column DBH_cm".
-std::string describe_usual_column(const ColumnMapping& column);
+/// The column that says whether trees are alive, if the file has one.
+std::optional<std::string> usual_status_column(const std::vector<std::string>& header);
+
+/// A mapping of a whole column to one of our measures, converted if the column's header or the row
+/// of units names another unit; any other mapping as it is.
+ColumnMapping in_our_unit(ColumnMapping mapping,
+                          const std::vector<std::string>& header,
+                          const std::vector<std::string>& units);
+
+/// How such columns are told: "dbh is read from column DBH_cm, h from Height".
+std::string describe_usual_columns(const std::vector<ColumnMapping>& columns);
+
+/// Whether a name is that of one of our measures: x, y, z, dbh, h, hcb, cw or a crown radius.
+bool is_measure(std::string_view name);
+
+/// Whether a number in a column of ours stands for a missing value: -9, -99, -999, -9999 or -99999;
+/// in positions the last two only.
+bool is_missing_number_of(std::string_view name, double value);
+
+/// Whether a measure of ours cannot be 0, so that 0 stands for a missing value: dbh, h and cw.
+bool is_zero_missing(std::string_view name);
+
+/// What becomes of trees that the column of a status calls dead and standing.
+enum class DeadTrees {
+  kLeaveOut,   ///< they are not used at all
+  kNeighbors,  ///< they are neighbors of living trees, and nothing else
+  kInclude,    ///< they are used as living ones
+};
 
 struct InventoryOptions {
   std::vector<ColumnMapping> columns{};
   /// Columns of the file to keep in Inventory::other, where they are not among ours. Mappings to
   /// names that are not ours are kept there too.
   std::vector<std::string> keep{};
-  bool keep_all = false;             ///< keep every other column of the file
-  bool needs_coordinates = false;    ///< rows without x or y cannot be used
-  bool trust_units = false;          ///< do not ask whether a column has another unit
-  std::vector<std::string> needs{};  ///< measures the file must have, such as "h"
+  bool keep_all = false;                  ///< keep every other column of the file
+  bool needs_coordinates = false;         ///< rows without x or y cannot be used
+  bool trust_units = false;               ///< do not ask whether a column has another unit
+  std::vector<std::string> missing{};     ///< further texts and numbers for missing values
+  std::vector<std::string> fill_down{};   ///< columns whose empty fields have the value above
+  DeadTrees dead = DeadTrees::kLeaveOut;  ///< cut, fallen and stumps are left out always but with
+                                          ///< kInclude
+  bool case_sensitive = false;            ///< species that differ only in capitals are different
+  std::vector<std::string> needs{};       ///< measures the file must have, such as "h"
 };
 
 /// Why a row cannot be used. A row with several problems has as many entries.
@@ -96,13 +136,16 @@ struct ExcludedRow {
   std::string column{};  ///< the file's name of the column
   std::string value{};   ///< as written, or the number that was tested
   std::string reason{};
+  bool is_problem = true;  ///< else the row is right, and of a tree that is dead or gone
 };
 
 struct CheckedInventory {
   Inventory inventory{};
   std::vector<ExcludedRow> excluded{};  ///< by line
   std::size_t excluded_tree_count = 0;  ///< rows left out
-  std::vector<std::string> notes{};     ///< what was assumed, and single odd values
+  std::vector<std::string> notes{};     ///< what was recognized and assumed, and single odd values
+  /// Of these, how the file was read: titles, columns, units, codes, spellings, dead trees.
+  std::vector<std::string> recognized{};
 };
 
 /// Reads an inventory and checks every value; docs/inventory.md lists the columns and the rules.
@@ -136,13 +179,16 @@ class InventoryBatches {
   std::optional<CheckedInventory> next();
   /// The notes on all batches read so far: after the last, those of read_inventory.
   std::vector<std::string> notes() const;
+  /// Of these, how the file was read, as CheckedInventory::recognized.
+  std::vector<std::string> recognized() const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-/// Says how many rows were left out and why the first of them; empty if none was.
+/// Says how many rows were left out and why the first of them; empty if none was. Dead trees are
+/// not among them.
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5);
 
 /// The same of several batches of a file.

@@ -24,6 +24,10 @@ struct StudyConfiguration {
   std::optional<std::string> edge{};     ///< buffer, hanisch, torus or none
   std::optional<double> buffer_m{};
   std::optional<bool> trust_units{};
+  std::vector<std::string> missing{};    ///< further texts and numbers for missing values
+  std::vector<std::string> fill_down{};  ///< columns whose empty fields have the value above
+  std::optional<std::string> dead{};     ///< leave-out, neighbors or include
+  std::optional<bool> case_sensitive{};
   std::optional<std::string> circle{};  ///< `x,y,radius` of every plot
   std::optional<std::vector<std::string>> further{};
   UnitSettings units{};

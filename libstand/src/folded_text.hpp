@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Texts as they are compared: without capitals and accents.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace silvafit::stand {
+
+/// A text in lower case and without accents: `Höhe` is `hohe`. Blanks and signs stay.
+/// \param text  UTF-8
+std::string folded(std::string_view text);
+
+/// The same with letters, digits and characters beyond Latin only: `Plot_ID (new)` is `plotidnew`.
+std::string folded_letters(std::string_view text);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/mixed_units.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "silvafit/base/random.hpp"
+
+using namespace silvafit::stand;
+using silvafit::Random;
+using silvafit::data::TextColumn;
+
+namespace {
+
+/// Plots of one species of different ages and sites, of which h/dbh is what stands have.
+struct Stands {
+  TextColumn plot{};
+  std::vector<double> dbh{};
+  std::vector<double> h{};
+
+  /// \param mean_dbh  of the plot [cm]
+  /// \param limit     of the heights [m]
+  void add(const std::string& name,
+           double mean_dbh,
+           double limit,
+           Random& random,
+           double dbh_factor = 1.0,
+           double h_factor = 1.0) {
+    for (int i = 0; i < 25; ++i) {
+      const double d = mean_dbh * std::exp(0.25 * random.normal());
+      const double height =
+          1.3 + limit * (1.0 - std::exp(-0.045 * d)) * std::exp(0.06 * random.normal());
+      plot.append(name);
+      dbh.push_back(d * dbh_factor);
+      h.push_back(height * h_factor);
+    }
+  }
+
+  std::vector<MixedUnits> mixed() const {
+    return find_mixed_units({.plot = plot, .dbh_cm = dbh, .h_m = h});
+  }
+};
+
+/// Nine plots, some in other units.
+Stands stands(Random& random, double dbh_factor, double h_factor) {
+  Stands all;
+  for (int i = 0; i < 9; ++i) {
+    const bool is_other = i == 2 || i == 5;
+    const double mean = 14.0 + 1.5 * i;
+    const double limit = 27.0 + 1.5 * random.normal();
+    all.add("P" + std::to_string(i),
+            mean,
+            limit,
+            random,
+            is_other ? dbh_factor : 1.0,
+            is_other ? h_factor : 1.0);
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("plots in millimeters, inches, feet and decimeters are found by name") {
+  struct Case {
+    double dbh_factor;
+    double h_factor;
+    std::string dbh_unit;
+    std::string h_unit;
+  };
+  const std::vector<Case> cases{{10.0, 1.0, "mm", ""},
+                                {1.0 / 2.54, 1.0, "in", ""},
+                                {1.0, 1.0 / 0.3048, "", "ft"},
+                                {1.0 / 2.54, 1.0 / 0.3048, "in", "ft"},
+                                {1.0, 10.0, "", "dm"},
+                                {1.0, 100.0, "", "cm"}};
+  Random random(4);
+  for (const Case& one : cases) {
+    const auto mixed = stands(random, one.dbh_factor, one.h_factor).mixed();
+    REQUIRE(mixed.size() == 1);
+    CHECK(mixed[0].dbh_unit == one.dbh_unit);
+    CHECK(mixed[0].h_unit == one.h_unit);
+    CHECK(mixed[0].plots == std::vector<std::string>{"P2", "P5"});
+  }
+  CHECK(stands(random, 1.0, 1.0).mixed().empty());
+  CHECK(describe_mixed_units({}).empty());
+}
+
+TEST_CASE("stands of any age, site and density are no mixture of units") {
+  Random random(9);
+  for (int round = 0; round < 50; ++round) {
+    Stands all;
+    all.add("saplings", 2.0 + 2.0 * random.uniform(), 18.0 + 8.0 * random.uniform(), random);
+    all.add("pole", 8.0 + 8.0 * random.uniform(), 22.0 + 10.0 * random.uniform(), random);
+    all.add("mature", 25.0 + 15.0 * random.uniform(), 22.0 + 12.0 * random.uniform(), random);
+    all.add("old", 60.0 + 40.0 * random.uniform(), 30.0 + 10.0 * random.uniform(), random);
+    all.add("dry site", 12.0 + 10.0 * random.uniform(), 9.0 + 4.0 * random.uniform(), random);
+    CHECK(all.mixed().empty());
+  }
+}
+
+TEST_CASE("other species, single trees and files of one unit are not judged") {
+  Random random(2);
+  Stands all;
+  all.add("millimeters", 25.0, 27.0, random, 10.0);
+  CHECK(all.mixed().empty());  // nothing to compare with
+  all.add("trees", 25.0, 27.0, random);
+  CHECK(all.mixed().size() == 1);
+  TextColumn species;
+  for (std::size_t i = 0; i < all.dbh.size(); ++i) species.append(i < 25 ? "bamboo" : "fir");
+  CHECK(find_mixed_units({.plot = all.plot, .species = &species, .dbh_cm = all.dbh, .h_m = all.h})
+            .empty());
+}

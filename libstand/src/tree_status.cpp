@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/tree_status.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "folded_text.hpp"
+#include "silvafit/data/csv.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// Words as folded_letters gives them, with blanks around each.
+constexpr std::string_view kAliveWords =
+    " a l v alive live living healthy sound lebend lebendig vital gesund vivant vif sain viv vivo "
+    "viva sano elava elossa terve levande frisk zywe 活 活立木 活木 存活 正常 健康 健在 ";
+constexpr std::string_view kDeadWords =
+    " d dead standingdead deadstanding snag tot abgestorben durr duerr stehendtot totstehend "
+    "stehendestotholz totholz durrstander mort morte mortsurpied muerto muerta muertoenpie "
+    "seco morto morta kuollut kelo pystykuollut dod martwe 死 死亡 枯死 枯死木 枯立木 死木 立枯 ";
+constexpr std::string_view kGoneWords =
+    " cut cutdown felled harvested removed logged fallen down deaddown downdead lying windthrow "
+    "windthrown stump gefallt gefaellt entnommen geerntet genutzt eingeschlagen ausgeschieden "
+    "umgefallen liegend liegendtot baumstumpf stumpf stubben stock windwurf coupe coupee abattu "
+    "abattue exploite recolte chablis souche mortausol cortado cortada talado talada cosechado "
+    "caido caida tocon cortada hakattu kaadettu poistettu kaatunut maapuu kanto avverkad stubbe "
+    "采伐 砍伐 伐倒 伐倒木 间伐 倒木 枯倒木 伐桩 树桩 伐根 已采伐 ";
+constexpr std::string_view kYes = " 1 true t yes y ja j oui o si kylla 是 ";
+constexpr std::string_view kNo = " 0 false f no n nein non ei 否 ";
+
+bool is_among_words(std::string_view list, const std::string& word) {
+  return list.find(" " + word + " ") != std::string_view::npos;
+}
+
+}  // namespace
+
+StatusColumn::StatusColumn(std::string header) : header_(std::move(header)) {
+  constexpr std::string_view kAliveHeaders = " alive living live lebend vivant vivo elossa 存活 ";
+  constexpr std::string_view kDeadHeaders = " dead tot mort muerto kuollut ";
+  const std::string name = folded_letters(header_);
+  if (is_among_words(kAliveHeaders, name)) kind_ = Kind::kAlive;
+  if (is_among_words(kDeadHeaders, name)) kind_ = Kind::kDead;
+  if (name == "statuscd") kind_ = Kind::kForestInventoryAnalysis;
+}
+
+std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const {
+  const std::string word = folded_letters(value);
+  if (word.empty() || data::is_missing_number(value)) return TreeStatus::kAlive;
+  if (kind_ == Kind::kForestInventoryAnalysis) {
+    // 0 no status, 1 live, 2 dead, 3 removed.
+    if (word == "2") return TreeStatus::kDead;
+    return word == "3" ? TreeStatus::kGone : TreeStatus::kAlive;
+  }
+  if (kind_ != Kind::kStatus) {
+    const TreeStatus if_yes = kind_ == Kind::kAlive ? TreeStatus::kAlive : TreeStatus::kDead;
+    const TreeStatus if_no = kind_ == Kind::kAlive ? TreeStatus::kDead : TreeStatus::kAlive;
+    if (is_among_words(kYes, word)) return if_yes;
+    if (is_among_words(kNo, word)) return if_no;
+  }
+  if (is_among_words(kAliveWords, word)) return TreeStatus::kAlive;
+  if (is_among_words(kDeadWords, word)) return TreeStatus::kDead;
+  if (is_among_words(kGoneWords, word)) return TreeStatus::kGone;
+  return std::nullopt;
+}
+
+TreeStatus StatusColumn::read(std::string_view value) {
+  auto known = known_.find(value);
+  if (known == known_.end()) {
+    known = known_.emplace(std::string(value), meaning_of(value)).first;
+  }
+  if (!known->second) {
+    ++unknown_[known->first];
+    return TreeStatus::kAlive;
+  }
+  if (*known->second == TreeStatus::kDead) ++dead_;
+  if (*known->second == TreeStatus::kGone) ++gone_;
+  return *known->second;
+}
+
+std::string StatusColumn::unknown_values() const {
+  constexpr std::size_t kShown = 5;
+  std::string text;
+  std::size_t shown = 0;
+  for (const auto& [value, count] : unknown_) {
+    if (shown++ == kShown) return text + fmt::format(" and {} more", unknown_.size() - kShown);
+    text += fmt::format("{}'{}' ({})", text.empty() ? "" : ", ", value, count);
+  }
+  return text;
+}
+
+}  // namespace silvafit::stand
