@@ -39,7 +39,7 @@ std::string describe_excluded(const std::vector<ExcludedRow>& excluded,
   }
   if (problems.empty()) return {};
   const std::size_t without_problem = excluded.size() - problems.size();
-  std::string text = fmt::format("{} of {} rows left out, {}",
+  std::string text = fmt::format("{} of {} rows skipped, {}",
                                  left_out - without_problem,
                                  left_out + kept,
                                  counted(problems.size(), "problem", "problems"));

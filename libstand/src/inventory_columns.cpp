@@ -229,8 +229,7 @@ std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
 void Planner::require(const Source& source, const KnownColumn& column) const {
   if (source.exists()) return;
   throw InputError(
-      fmt::format("there is no column {} ({}); name yours with --columns {}=COLUMN; the columns "
-                  "are {}",
+      fmt::format("no column {} ({}) was found; name it with --columns {}=COLUMN; available: {}",
                   column.name,
                   column.meaning,
                   column.name,
@@ -247,7 +246,7 @@ void Planner::require_needed(const ColumnPlan& plan) const {
   for (const std::string& name : options_.needs) {
     const auto measure = std::ranges::find(kMeasures, name, &KnownColumn::name);
     if (measure == kMeasures.end()) {
-      throw UsageError(fmt::format("'{}' is no measure of an inventory", name));
+      throw UsageError(fmt::format("'{}' is not a column of an inventory", name));
     }
     const bool has_radii = std::ranges::all_of(
         kRadii, [&plan](Measure radius) { return plan.measures[radius].exists(); });
@@ -313,7 +312,7 @@ ColumnPlan Planner::plan() {
   for (std::size_t i = 0; i < kLabelCount; ++i) {
     plan.labels[i] = source_of(kLabels[i]);
     if (plan.labels[i].expression) {
-      throw UsageError(fmt::format("{} must be a column, and '{}' is none; the columns are {}",
+      throw UsageError(fmt::format("{} must be a column, not '{}'; available: {}",
                                    kLabels[i].name,
                                    plan.labels[i].text,
                                    data::list_of(header_)),

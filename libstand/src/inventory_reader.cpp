@@ -48,7 +48,7 @@ double InventoryReader::number_in(std::string_view field,
   const char* const advice =
       has_thousands ? "thousands are written without a separator"
       : has_comma   ? "decimals need a point"
-                    : "a missing value is an empty field or NA; --missing names other texts for it";
+                    : "leave missing values empty or write NA; --missing names other codes";
   row.unreadable.push_back({.column = column,
                             .value = std::string(text),
                             .reason = fmt::format("'{}' is no number; {}", text, advice)});
@@ -321,19 +321,19 @@ std::string InventoryReader::note_on_dead() const {
   if (options_.dead == DeadTrees::kInclude) {
     text += ", all used as living trees";
   } else if (options_.dead == DeadTrees::kNeighbors && has_dead) {
-    text += "; the dead ones are neighbors only, the others are left out";
+    text += "; dead trees are neighbors only, the others are skipped";
   } else if (has_dead || status_.gone() > 0) {
-    text += ", left out";
-    if (has_dead) text += "; --dead neighbors keeps dead trees as neighbors";
+    text += ", skipped";
+    if (has_dead) text += "; with --dead neighbors, dead trees count as neighbors";
   }
   const std::string unknown = status_.unknown_values();
   return unknown.empty() ? text
-                         : fmt::format("{}; not known and taken as alive: {}", text, unknown);
+                         : fmt::format("{}; unknown status, used as alive: {}", text, unknown);
 }
 
 std::string InventoryReader::note_on_empty_plots() const {
   if (!has_run_of_empty_plots_) return {};
-  return fmt::format("{} empty, as merged cells are saved: --fill-down plot takes the value above",
+  return fmt::format("{} empty, as in merged cells; with --fill-down plot, the value above is used",
                      counted(empty_plots_, "row has a plot that is", "rows have a plot that is"));
 }
 
@@ -353,22 +353,21 @@ std::vector<std::string> InventoryReader::notes() const {
   if (!empty_plots.empty()) notes.push_back(std::move(empty_plots));
   for (std::string& note : repeated_numbers_.notes()) notes.push_back(std::move(note));
   if (!plan_.labels[kPlot].exists()) {
-    notes.push_back(
-        fmt::format("there is no column plot: all trees are of one plot, '{}'", kOnlyPlot));
+    notes.push_back(fmt::format("no column plot: all trees are in one plot, '{}'", kOnlyPlot));
   }
   if (!plan_.labels[kTree].exists()) {
-    notes.emplace_back("there is no column tree: trees are numbered by row");
+    notes.emplace_back("no column tree: trees are numbered by row");
   }
   if (!plan_.labels[kSpecies].exists()) {
-    notes.push_back(fmt::format("there is no column species: all trees are of one species, '{}'",
-                                kOnlySpecies));
+    notes.push_back(
+        fmt::format("no column species: all trees have one species, '{}'", kOnlySpecies));
   }
   if (plan_.stand_field && plan_.labels[kPlot].exists()) {
     std::string note = shared_labels_.note(csv_.header()[*plan_.stand_field]);
     if (!note.empty()) notes.push_back(std::move(note));
   }
   if (has_cw_from_radii_) {
-    notes.emplace_back("cw is taken from the four crown radii where it is not given");
+    notes.emplace_back("cw is computed from the four crown radii where it is missing");
   }
   if (without_species_ > 0)
     notes.push_back(counted(without_species_, "tree has no species", "trees have no species"));
@@ -378,8 +377,8 @@ std::vector<std::string> InventoryReader::notes() const {
 
 void InventoryReader::refuse_empty() const {
   const std::string& file = result_.inventory.file;
-  if (row_count_ == 0) throw InputError("there is a header but no tree", {.file = file});
-  throw InputError("no row can be used: " + describe_excluded(result_), {.file = file});
+  if (row_count_ == 0) throw InputError("the file has a header but no trees", {.file = file});
+  throw InputError("no usable row: " + describe_excluded(result_), {.file = file});
 }
 
 CheckedInventory InventoryReader::read() {

@@ -98,9 +98,8 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
       {.needs_coordinates = true});
   CHECK(problems(checked) ==
         std::vector<std::string>{
-            "3 dbh: 'twenty' is not a number; a missing value is an empty field or NA; --missing "
-            "names "
-            "other texts for it",
+            "3 dbh: 'twenty' is not a number; leave missing values empty or write NA; --missing "
+            "names other codes",
             "4 dbh: -3 cm is not above 0",
             "4 h: 1.3 m is not above breast height, 1.3 m",
             "4 hcb: -1 m is below the ground",
@@ -119,10 +118,10 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
   CHECK(has_note(checked, "1 tree has no species"));
 
   const std::string text = describe_excluded(checked, 2);
-  CHECK_THAT(text, Contains("9 of 11 rows left out, 12 problems"));
+  CHECK_THAT(text, Contains("9 of 11 rows skipped, 12 problems"));
   CHECK_THAT(text,
-             Contains(".csv:3: dbh: 'twenty' is not a number; a missing value is an empty field or "
-                      "NA; --missing names other texts for it (plot 1, tree 2)"));
+             Contains(".csv:3: dbh: 'twenty' is not a number; leave missing values empty or write "
+                      "NA; --missing names other codes (plot 1, tree 2)"));
   CHECK_THAT(text, Contains("and 10 more"));
   CHECK(has_note(checked, "codes read as missing values: cw 1 (0)"));
 
@@ -394,9 +393,9 @@ TEST_CASE("a file without what is needed is refused with the remedy") {
                     Contains("no column y"));
   CHECK_THROWS_WITH(read_text("dbh\n20\n", {.needs = {"hcb"}}), Contains("no column hcb"));
   CHECK_NOTHROW(read_text("dbh,cr_e,cr_w,cr_s,cr_n\n20,1,1,1,1\n", {.needs = {"cw"}}));
-  CHECK_THROWS_WITH(read_text("dbh,h\n"), Contains("there is a header but no tree"));
+  CHECK_THROWS_WITH(read_text("dbh,h\n"), Contains("the file has a header but no trees"));
   CHECK_THROWS_WITH(read_text("dbh,h\n-1,5\nx,5\n"),
-                    Contains("no row can be used: 2 of 2 rows left out, 2 problems") &&
+                    Contains("no usable row: 2 of 2 rows skipped, 2 problems") &&
                         Contains("'x' is not a number"));
   CHECK_THROWS_WITH(read_text("DBH,Dbh\n1,2\n"), Contains("'DBH' and 'Dbh' could both be dbh"));
 }
@@ -474,11 +473,10 @@ TEST_CASE("dead trees are left out, neighbors only, or like others") {
         std::vector<std::string>{"3 Zustand: the tree is dead",
                                  "4 Zustand: the tree is cut, fallen or a stump"});
   CHECK(describe_excluded(checked).empty());
-  CHECK(
-      has_note(checked,
-               "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, left out; "
-               "--dead neighbors keeps dead trees as neighbors; not known and taken as alive: "
-               "'krank' (1)"));
+  CHECK(has_note(checked,
+                 "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, skipped; "
+                 "with --dead neighbors, dead trees count as neighbors; unknown status, used as "
+                 "alive: 'krank' (1)"));
   const CheckedInventory neighbors = read_text(text, {.dead = DeadTrees::kNeighbors});
   CHECK(neighbors.inventory.neighbor_only == std::vector<char>{0, 1, 0, 0});
   const CheckedInventory all = read_text(text, {.dead = DeadTrees::kInclude});
@@ -503,8 +501,8 @@ TEST_CASE("empty fields below a plot are filled down, or the option is named") {
   const CheckedInventory empty = read_text(text);
   CHECK(empty.inventory.size() == 2);
   CHECK(has_note(empty,
-                 "3 rows have a plot that is empty, as merged cells are saved: --fill-down "
-                 "plot takes the value above"));
+                 "3 rows have a plot that is empty, as in merged cells; with --fill-down plot, the "
+                 "value above is used"));
   const CheckedInventory filled = read_text(text, {.fill_down = {"plot", "species"}});
   CHECK(filled.inventory.size() == 5);
   CHECK(filled.inventory.plot[2] == "A");

@@ -55,16 +55,15 @@ std::string converted(const Source& source, int divisor, int factor) {
                           int factor = 1) {
   const Source& source = plan.measures[measure];
   const std::string_view name = known_measure(measure).name;
-  throw InputError(
-      fmt::format("{} has the median {:.4g}, which is no {}; if it is in {}, use --columns {}={}; "
-                  "if it is right, --trust-units",
-                  source.exists() ? source.text : std::string(name),
-                  median,
-                  known_measure(measure).meaning,
-                  unit,
-                  name,
-                  converted(source, divisor, factor)),
-      {.file = inventory.file, .column = std::string(name)});
+  throw InputError(fmt::format("{} has the median {:.4g}, which is not a plausible {}; if it is in "
+                               "{}, use --columns {}={}; if it is correct, use --trust-units",
+                               source.exists() ? source.text : std::string(name),
+                               median,
+                               known_measure(measure).meaning,
+                               unit,
+                               name,
+                               converted(source, divisor, factor)),
+                   {.file = inventory.file, .column = std::string(name)});
 }
 
 void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {

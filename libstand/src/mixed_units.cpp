@@ -241,7 +241,7 @@ std::string describe_mixed_units(const std::vector<MixedUnits>& mixed) {
                         one.slenderness,
                         one.slenderness_of_others);
   }
-  return text + "; correct the file; if the values are right, --trust-units";
+  return text + "; correct the file; if the values are correct, use --trust-units";
 }
 
 }  // namespace silvafit::stand

@@ -77,9 +77,10 @@ std::string SpeciesSpellings::note() const {
                         change.to,
                         counted(change.trees, "tree", "trees"));
   }
-  return text.empty() ? text
-                      : "species that differ only in capitals or blanks are read as one: " + text +
-                            "; --case-sensitive keeps them apart";
+  return text.empty()
+             ? text
+             : "species that differ only in capitals or spaces are treated as one: " + text +
+                   "; --case-sensitive keeps them separate";
 }
 
 }  // namespace silvafit::stand

@@ -138,8 +138,7 @@ class Sheets(ProgramTest):
     def test_merged_cells_are_filled_down_on_request(self):
         rows, said = self.indices("merged.csv")
         self.assertEqual(len(rows), 4)
-        self.assertIn("44 rows have a plot that is empty, as merged cells are saved: --fill-down plot takes the value "
-                      "above", said)
+        self.assertIn("44 rows have a plot that is empty, as in merged cells; with --fill-down plot, the value above is used", said)
         self.assert_same_units("merged.csv", "--fill-down", "plot")
         heights = "plot,dbh,h\n" + "".join(f"{'A' if i == 0 else ''},{8 + i},{6 + i / 2}\n" for i in range(20))
         self.write("heights.csv", heights)
@@ -172,7 +171,7 @@ class Sheets(ProgramTest):
 
     def test_spellings_of_a_species_are_one(self):
         said = self.assert_same_units("spellings.csv")
-        self.assertIn("species that differ only in capitals or blanks are read as one: 'of' as 'OF' (", said)
+        self.assertIn("species that differ only in capitals or spaces are treated as one: 'of' as 'OF' (", said)
         self.assertIn("'sm' as 'SM' (", said)
         rows, _ = self.indices("spellings.csv", "--case-sensitive")
         self.assertEqual({row["species"] for row in rows}, {"SM", "OF", "sm", "of"})
@@ -186,8 +185,7 @@ class Sheets(ProgramTest):
     def test_dead_trees_are_no_neighbors_unless_asked_for(self):
         rows, said = self.indices("status.csv")
         self.assertEqual(len(rows), 32)
-        self.assertIn("the status of trees is read from column status: 8 dead, 8 cut or gone, left out; --dead "
-                      "neighbors keeps dead trees as neighbors", said)
+        self.assertIn("the status of trees is read from column status: 8 dead, 8 cut or gone, skipped; with --dead neighbors, dead trees count as neighbors", said)
         rows, said = self.indices("status.csv", "--dead", "neighbors")
         self.assertEqual(len(rows), 40)
         dead = {(row["plot"], row["tree"]) for row in rows if int(row["tree"]) in (7, 9)}
