@@ -21,7 +21,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-bool contains(const Names& names, const std::string& name) {
+bool is_listed(const std::string& name, const Names& names) {
   return std::ranges::find(names, name) != names.end();
 }
 
@@ -135,7 +135,7 @@ Names missing_columns(const LibraryModel& model,
     data::TextMatch match;
     const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
     const bool is_known = table.has(column) || predicted.contains(column);
-    if (!is_known && !contains(missing, column)) missing.push_back(column);
+    if (!is_known && !is_listed(column, missing)) missing.push_back(column);
   }
   return missing;
 }
@@ -173,7 +173,7 @@ void choose(const data::Table& table, std::vector<Candidates>& all) {
     for (const std::string& name : each.missing) {
       const bool is_response = std::ranges::find(all, name, &Candidates::response) != all.end();
       Names& names = is_structure_name(name) ? indices : is_response ? responses : others;
-      if (!contains(names, name)) names.push_back(name);
+      if (!is_listed(name, names)) names.push_back(name);
     }
   }
   try {
@@ -242,7 +242,7 @@ const LibraryModel* ResponseModels::model_for(const std::string& species) const 
 
 bool ResponseModels::needs(const std::string& column) const {
   return std::ranges::any_of(by_species, [&column](const auto& entry) {
-    return contains(entry.second->fit.specification.predictors(), column);
+    return is_listed(column, entry.second->fit.specification.predictors());
   });
 }
 
