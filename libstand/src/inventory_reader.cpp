@@ -51,7 +51,7 @@ double InventoryReader::number_in(std::string_view field,
                     : "a missing value is an empty field or NA; --missing names other texts for it";
   row.unreadable.push_back({.column = column,
                             .value = std::string(text),
-                            .reason = fmt::format("'{}' is no number; {}", text, advice)});
+                            .reason = fmt::format("'{}' is not a number; {}", text, advice)});
   return data::kMissing;
 }
 
