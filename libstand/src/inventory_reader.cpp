@@ -51,7 +51,7 @@ double InventoryReader::number_in(std::string_view field,
                     : "leave missing values empty or write NA; --missing names other codes";
   row.unreadable.push_back({.column = column,
                             .value = std::string(text),
-                            .reason = fmt::format("'{}' is no number; {}", text, advice)});
+                            .reason = fmt::format("'{}' is not a number; {}", text, advice)});
   return data::kMissing;
 }
 
