@@ -18,7 +18,7 @@ namespace {
 using Names = std::vector<std::string>;
 
 /// A number that is not there: an empty cell.
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 void add_once(const std::string& name, Names& names) {
   if (std::ranges::find(names, name) == names.end()) names.push_back(name);
@@ -67,11 +67,11 @@ const std::map<std::string, std::string>& level_titles() {
   return titles;
 }
 
-TableRow subject(const ResponseStudy& result, const ChosenFit& chosen) {
+TableRow model_cells(const ResponseStudy& result, const ChosenFit& chosen) {
   return {result.species, result.response, level_titles().at(chosen.level)};
 }
 
-const std::vector<TableColumn> kSubject{
+const std::vector<TableColumn> kModelColumns{
     {"species", "Species"}, {"response", "Response"}, {"model", "Model"}};
 
 TableCell estimate_cell(const fit::FittedModel& fit, const std::string& column) {
@@ -122,11 +122,11 @@ void add_components(const fit::FittedModel& fit, std::size_t effects, TableRow& 
   const auto own = static_cast<Eigen::Index>(fit.random_names.size());
   const auto all = static_cast<Eigen::Index>(effects);
   for (Eigen::Index i = 0; i < all; ++i) {
-    row.emplace_back(i < own ? variance_of(fit, i) : kNothing);
+    row.emplace_back(i < own ? variance_of(fit, i) : kNoValue);
   }
   for (Eigen::Index i = 1; i < all; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
-      row.emplace_back(i < own ? correlation(i, j) : kNothing);
+      row.emplace_back(i < own ? correlation(i, j) : kNoValue);
     }
   }
 }
@@ -148,7 +148,7 @@ std::string variance_text(const fit::FittedModel& fit) {
 
 /// R2 and RMSE of a level for plots left out.
 TableRow left_out_cells(const ResponseStudy& result, const std::string& level) {
-  if (!result.left_out) return {kNothing, kNothing};
+  if (!result.left_out) return {kNoValue, kNoValue};
   const LeftOutPlots& left_out = *result.left_out;
   if (level == "ols") return {left_out.r2_ols, left_out.rmse_ols};
   if (level == "covariates") return {left_out.r2_covariates, left_out.rmse_covariates};
@@ -178,7 +178,7 @@ void add_plot_effects(const ResponseStudy& result, FormattedTable& table) {
                             fit.group_labels[plot],
                             fit.random_names[static_cast<std::size_t>(effect)],
                             fit.random_effects(effect, column),
-                            is_known ? errors(effect, column) : kNothing,
+                            is_known ? errors(effect, column) : kNoValue,
                             distances[plot].distance,
                             distances[plot].p});
     }
@@ -195,7 +195,7 @@ FormattedTable coefficients_table(const Study& study) {
           "Coefficients of the chosen models. *, ** and ***: p below 0.05, 0.01 and 0.001. "
           "Models of one species and response that share a letter do not differ; stars "
           "after the letters are those of the likelihood-ratio test against the model above",
-      .columns = kSubject};
+      .columns = kModelColumns};
   for (const Names& columns : {names.parameters, names.covariates}) {
     for (const std::string& name : columns) {
       table.columns.push_back({name, name, ColumnKind::kEstimate});
@@ -208,7 +208,7 @@ FormattedTable coefficients_table(const Study& study) {
     const std::vector<ChosenFit> fits = distinct_fits(result);
     const std::vector<std::string> letters = letters_of(fits, study.options);
     for (std::size_t i = 0; i < fits.size(); ++i) {
-      TableRow row = subject(result, fits[i]);
+      TableRow row = model_cells(result, fits[i]);
       for (const Names& columns : {names.parameters, names.covariates}) {
         for (const std::string& name : columns) row.push_back(estimate_cell(*fits[i].fit, name));
       }
@@ -233,7 +233,7 @@ FormattedTable variance_and_fit_table(const Study& study) {
           "coefficients named, in that order; accuracy is that of the conditional "
           "prediction for NLME; left out: predictions for plots left out of the fit, with "
           "random effects zero",
-      .columns = kSubject};
+      .columns = kModelColumns};
   table.columns.push_back({"random_effects", "Random effects"});
   table.columns.push_back({"sigma2", "\u03C3\u00B2", ColumnKind::kEstimate});
   add_component_columns(effects, table);
@@ -247,7 +247,7 @@ FormattedTable variance_and_fit_table(const Study& study) {
   for (const ResponseStudy& result : study.results) {
     for (const ChosenFit& chosen : distinct_fits(result)) {
       const fit::FittedModel& fit = *chosen.fit;
-      TableRow row = subject(result, chosen);
+      TableRow row = model_cells(result, chosen);
       row.emplace_back(fmt::format("{}", fmt::join(fit.random_names, ", ")));
       row.emplace_back(fit.sigma * fit.sigma);
       add_components(fit, effects, row);

@@ -11,7 +11,7 @@
 namespace silvafit::study {
 namespace {
 
-constexpr double kSignificance = 0.05;
+constexpr double kOutlierSignificance = 0.05;
 /// Eigenvalues of a correlation matrix, or of a share of it, that count as zero.
 constexpr double kZero = 1e-6;
 
@@ -81,7 +81,7 @@ std::vector<PlotDistance> plot_distances(const fit::FittedModel& fit) {
 
 std::vector<PlotDistance> outlying_plots(const fit::FittedModel& fit) {
   std::vector<PlotDistance> plots = plot_distances(fit);
-  std::erase_if(plots, [](const PlotDistance& plot) { return !(plot.p < kSignificance); });
+  std::erase_if(plots, [](const PlotDistance& plot) { return !(plot.p < kOutlierSignificance); });
   std::ranges::stable_sort(plots, {}, &PlotDistance::p);
   return plots;
 }

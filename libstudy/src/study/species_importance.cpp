@@ -14,7 +14,7 @@ namespace silvafit::study {
 namespace {
 
 /// A number that is not there: an empty cell.
-constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Each layer has two columns, from the highest layer down: the importance value and its standard
 /// deviation between plots.
@@ -45,8 +45,8 @@ TableRow row_of(const stand::SpeciesRow& row, const stand::Layers& layers) {
                  row.all.relative_dominance};
   for (std::size_t layer = layers.count(); layer-- > 0;) {
     const bool is_known = layer < row.layers.size();
-    cells.emplace_back(is_known ? row.layers[layer].value : kNothing);
-    cells.emplace_back(is_known ? row.layers[layer].plot_sd : kNothing);
+    cells.emplace_back(is_known ? row.layers[layer].value : kUnknown);
+    cells.emplace_back(is_known ? row.layers[layer].plot_sd : kUnknown);
   }
   const TableRow sizes{row.all.value,
                        row.all.plot_sd,
