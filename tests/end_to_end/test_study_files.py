@@ -4,6 +4,7 @@
 import csv
 import json
 import math
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -95,6 +96,66 @@ class StudyFiles(unittest.TestCase):
                        "importance"):
             total = sum(float(row[column]) for row in self.folder.tables["species"])
             self.assert_close(total, 100.0)
+
+    def test_coefficients_stand_in_one_row_a_model(self):
+        fits = self.folder.fits()
+        titles = {"ols": "OLS", "covariates": "OLS, covariates", "nlme": "NLME"}
+        rows = {(row["response"], row["model"]): row for row in self.folder.tables["coefficients"]}
+        for (_, response, role), fit in fits.items():
+            if role == "covariates" and fit["fixed"].keys() == fits["SM", response, "ols"]["fixed"].keys():
+                self.assertNotIn((response, titles[role]), rows)
+                continue
+            row = rows[response, titles[role]]
+            self.assert_close(row["aic"], fit["aic"])
+            for name, value in fit["fixed"].items():
+                parameter, _, covariate = name.partition(":")
+                cell = row[covariate or parameter]
+                if covariate:
+                    before, cell = cell.split(": ")
+                    self.assertEqual(before, parameter)
+                stars = (value["p"] < 0.05) + (value["p"] < 0.01) + (value["p"] < 0.001)
+                self.assertEqual(cell.count("*"), stars)
+                # Five significant digits are written.
+                self.assert_close(cell.rstrip("*"), value["estimate"], 1e-4)
+
+    def test_variances_and_accuracy_stand_in_one_row_a_model(self):
+        for row in self.folder.tables["variance_and_fit"]:
+            role = {"OLS": "ols", "OLS, covariates": "covariates", "NLME": "nlme"}[row["model"]]
+            fit = self.folder.fits()["SM", row["response"], role]
+            self.assert_close(row["sigma2"], fit["sigma"] ** 2)
+            statistics = fit["statistics"]
+            self.assert_close(row["r2"], (statistics["conditional"] or statistics["population"])["r2"])
+            left_out = self.folder.table("plots_left_out", "SM", row["response"])[0]
+            self.assert_close(row["r2_left_out"], float(left_out[f"r2_{role}"]))
+            if role == "nlme":
+                effects = row["random_effects"].split(", ")
+                self.assertEqual(effects, fit["random"]["effects"])
+                for place, sd in enumerate(fit["random"]["sd"], 1):
+                    self.assert_close(row[f"psi2_{place}"], sd ** 2)
+
+    def test_random_effects_of_each_plot_are_a_table(self):
+        for row in self.folder.tables["plot_effects"]:
+            random = self.folder.fits()["SM", row["response"], "nlme"]["random"]
+            self.assert_close(row["eblup"], random["eblup"][row["plot"]][row["effect"]])
+        names = {(row["response"], row["plot"]) for row in self.folder.tables["plot_effects"]
+                 if float(row["p"] or 1) < 0.05}
+        reported = {(result["response"], plot["plot"]) for result in self.folder.report["results"]
+                    for plot in result["outlying"]}
+        self.assertEqual(names, reported)
+        # Trees of plot 2 of the example are lower than others of their DBH.
+        self.assertIn(("h", "2"), names)
+
+    @unittest.skipUnless(shutil.which("pdflatex"), "no pdflatex (Debian: texlive-latex-base)")
+    def test_latex_tables_compile_and_fit_the_page(self):
+        for name in TABLES:
+            text = ("\\documentclass{article}\\usepackage[a4paper,margin=2cm]{geometry}\\usepackage{graphicx}"
+                    f"\\begin{{document}}\\input{{{self.place}/study/tables/{name}.tex}}\\end{{document}}")
+            done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error",
+                                   f"-jobname={name}", f"-output-directory={self.place}", text],
+                                  cwd=self.place, capture_output=True, text=True, timeout=60,
+                                  check=False)
+            self.assertEqual(done.returncode, 0, f"{name}: {done.stdout[-2000:]}")
+            self.assertNotIn("Overfull \\hbox", done.stdout, name)
 
     def test_stdout_names_the_report_and_stderr_is_for_messages(self):
         self.assertIn("study/report.html", self.done.stdout)

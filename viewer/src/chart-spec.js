@@ -52,7 +52,7 @@ function points(layer, encoding, palette) {
   return [{ mark, encoding: { ...encoding, ...colored(layer, palette), ...tooltip(layer.values) } }];
 }
 
-function line(layer, encoding, palette) {
+function line(layer, encoding, palette, chart, { isPaper }) {
   const mark = {
     type: "line",
     clip: true,
@@ -61,7 +61,13 @@ function line(layer, encoding, palette) {
     strokeDash: layer.dash ? DASH.ols : DASH[layer.kind] ?? [1, 0],
     opacity: OPACITY[layer.kind] ?? 1,
   };
-  return [{ mark, encoding }];
+  return [{ mark, encoding }, ...(isPaper ? [] : lineTips(layer, encoding))];
+}
+
+/** Places along a line that tell their values; they are not seen. */
+function lineTips(layer, encoding) {
+  if (!layer.values.some(({ tip }) => tip)) return [];
+  return [{ mark: { type: "circle", size: 90, opacity: 0, clip: true }, encoding: { ...encoding, ...tooltip(layer.values) } }];
 }
 
 function band(layer, encoding, palette) {
@@ -69,7 +75,7 @@ function band(layer, encoding, palette) {
   return [{ mark: { type: "area", clip: true, color: palette[layer.kind], opacity: 0.16 }, encoding: { ...encoding, y: { ...y, field: "low" }, y2: { field: "high" } } }];
 }
 
-/** Boxes from the first to the third quartile, a line at the median, whiskers to `low` and `high`. */
+/** Boxes from the first to the third quartile, a line at the median, a cross at the mean, whiskers to `low` and `high`. */
 function boxes(layer, encoding, palette) {
   const { x, y } = encoding;
   const color = palette[layer.kind];
@@ -79,6 +85,7 @@ function boxes(layer, encoding, palette) {
     { mark: { type: "rule", color, strokeWidth: 1.2 }, encoding: upright("low", "high") },
     { mark: { type: "rect", color, fillOpacity: 0.22, stroke: color, strokeWidth: 1.2 }, encoding: { ...upright("q1", "q3"), ...across, ...tooltip(layer.values) } },
     { mark: { type: "rule", color, strokeWidth: 3 }, encoding: { ...across, y: { ...y, field: "median" } } },
+    { mark: { type: "point", shape: "cross", filled: true, color, stroke: palette.paper, strokeWidth: 1, size: 70 }, encoding: { x, y: { ...y, field: "mean" }, ...tooltip(layer.values) } },
   ];
 }
 
@@ -104,7 +111,7 @@ function labels(layer, encoding, palette, chart, size) {
   const { domain } = chart.y;
   const distance = (LABEL_DISTANCE * (domain[1] - domain[0])) / Math.max(1, size.height - AXIS_HEIGHT);
   const values = isText(chart.y) ? layer.values : apart(layer.values, distance, domain[1]);
-  const mark = { type: "text", align: "left", baseline: "middle", dx: 7, fontSize: 12, fontWeight: 600 };
+  const mark = { type: "text", align: "left", baseline: "middle", dx: 7, fontSize: 12 * (size.letters ?? 1), fontWeight: 600 };
   return [{ data: { values }, mark, encoding: { ...encoding, text: { field: "text", type: "nominal" }, ...colored(layer, palette) } }];
 }
 
@@ -114,7 +121,7 @@ const DRAW = { points, line, band, boxes, intervals, labels };
 const LABEL_SHARE = 0.34;
 const GREATEST_LABEL = 200;
 
-function configuration(palette, { width }) {
+function configuration(palette, { width, letters = 1 }) {
   return {
     font: palette.font,
     view: { stroke: null },
@@ -126,8 +133,8 @@ function configuration(palette, { width }) {
       labelColor: palette.text,
       titleColor: palette.text,
       gridColor: palette.grid,
-      labelFontSize: 12,
-      titleFontSize: 13,
+      labelFontSize: 12 * letters,
+      titleFontSize: 12.5 * letters,
       titleFontWeight: 600,
       titlePadding: 8,
       labelLimit: Math.min(GREATEST_LABEL, LABEL_SHARE * width),
@@ -140,15 +147,16 @@ function configuration(palette, { width }) {
 /**
  * @param {Chart} chart
  * @param {Palette} palette
- * @param {{width: number, height: number}} size  of the whole chart, axes and all, in CSS pixels
+ * @param {{width: number, height: number, letters?: number, isPaper?: boolean}} size  of the whole chart, axes and all, in CSS pixels, with `letters`, their size relative to that of the screen
  */
 export function specification(chart, palette, size) {
   const encoding = positions(chart);
   return {
-    ...size,
+    width: size.width,
+    height: size.height,
     padding: { left: 2, top: 6, bottom: 2, right: 8 + (chart.labelSpace ?? 0) },
     autosize: { type: "fit", contains: "padding" },
-    background: null,
+    background: size.isPaper ? "#ffffff" : null,
     config: configuration(palette, size),
     layer: chart.layers
       .filter(({ values }) => values.length > 0)

@@ -3,7 +3,8 @@
 import { compile, parse, View } from "./vega-parts.js";
 import { specification } from "./chart-spec.js";
 import { element } from "./dom.js";
-import { onThemeChange } from "./theme.js";
+import { inLight, onThemeChange } from "./theme.js";
+import { hideTip, showTip } from "./tip.js";
 
 /** @type {WeakMap<Element, import("./chart-spec.js").Chart>} */
 const descriptions = new WeakMap();
@@ -15,9 +16,18 @@ const SHAPE = 1.5;
 const GREATEST_HEIGHT = 430;
 /** So that "Height to crown base (m)" has room beside the axis. */
 const LEAST_HEIGHT = 260;
-/** The width of a chart on paper of A4, in CSS pixels, and the marks up to which it is printed as a drawing instead of a picture. */
-const PAPER_WIDTH = 660;
-const MOST_DRAWN_MARKS = 1500;
+/** On paper a figure's charts stand beside its caption: their width together in CSS pixels on A4, and the room between two. */
+const PAPER_WIDTH = 480;
+const PAPER_GAP = 12;
+/** Least and greatest height of a chart on paper. */
+const PAPER_HEIGHT = [160, 200];
+const LEAST_PAPER_HEIGHT = 110;
+/** The marks up to which a chart is printed as a drawing instead of a picture. */
+const MOST_DRAWN_MARKS = 300;
+/** Pixels of such a picture for each of the page. */
+const PICTURE_SCALE = 2;
+/** Size of the letters on paper, of those on the screen. */
+const PAPER_LETTERS = 0.8;
 
 const KINDS = ["text", "grid", "paper", "point", "ols", "nlme", "guide", "first", "second", "third", "fourth", "fifth"];
 
@@ -37,32 +47,70 @@ function palette() {
 
 const isPrinting = () => document.documentElement.classList.contains("print");
 
+const limited = (value, [least, greatest]) => Math.round(Math.min(greatest, Math.max(least, value)));
+
+function paperSize(node) {
+  const panels = Number(node.closest("figure").dataset.panels);
+  const columns = panels % 3 === 0 ? 3 : Math.min(2, panels);
+  const width = (PAPER_WIDTH - (columns - 1) * PAPER_GAP) / columns;
+  const { height } = descriptions.get(node);
+  return { width, height: height ? limited(height * PAPER_LETTERS, [LEAST_PAPER_HEIGHT, height]) : limited(width / SHAPE, PAPER_HEIGHT), letters: PAPER_LETTERS, isPaper: true };
+}
+
 function size(node) {
-  const own = Math.max(200, Math.floor(node.clientWidth));
-  const paper = node.closest(".pair") ? PAPER_WIDTH / 2 : PAPER_WIDTH;
-  const width = isPrinting() ? Math.min(own, paper) : own;
-  const height = descriptions.get(node).height ?? Math.round(Math.min(GREATEST_HEIGHT, Math.max(LEAST_HEIGHT, width / SHAPE)));
-  return { width, height };
+  if (isPrinting()) return paperSize(node);
+  const width = Math.max(200, Math.floor(node.clientWidth));
+  return { width, height: descriptions.get(node).height ?? limited(width / SHAPE, [LEAST_HEIGHT, GREATEST_HEIGHT]), letters: 1 };
 }
 
 /** On paper lines stay sharp if they are drawn, but thousands of points would make a file that nobody can open. */
-function renderer({ layers }) {
-  const marks = layers.reduce((sum, { values }) => sum + values.length, 0);
-  return isPrinting() && marks <= MOST_DRAWN_MARKS ? "svg" : "canvas";
+function isDrawnOnPaper({ layers }) {
+  return layers.reduce((sum, { values }) => sum + values.length, 0) <= MOST_DRAWN_MARKS;
+}
+
+/** Browsers print a canvas point by point; a picture stays a picture. */
+async function paintPicture(view, container, { width, height }) {
+  await view.initialize(container).runAsync();
+  const source = container.querySelector("canvas").toDataURL("image/jpeg", 0.9);
+  container.replaceChildren(element("img", { src: source, width, height, alt: "" }));
+}
+
+/** Vega asks the window how many pixels a canvas has for each of the page. */
+function setPixels(scale) {
+  if (scale === null) delete window.devicePixelRatio;
+  else Object.defineProperty(window, "devicePixelRatio", { value: scale, configurable: true });
+}
+
+const parsed = (chart, size) => parse(compile(specification(chart, palette(), size)).spec);
+
+function tooltip(_, event, __, value) {
+  if (value) showTip(value, event);
+  else hideTip();
 }
 
 function draw(node) {
   drawn.get(node)?.view.finalize();
   const chart = descriptions.get(node);
-  const { width, height } = size(node);
-  const { spec } = compile(specification(chart, palette(), { width, height }));
-  const view = new View(parse(spec), { renderer: renderer(chart) });
+  const dimensions = size(node);
+  const isPicture = isPrinting() && !isDrawnOnPaper(chart);
+  const view = new View(parsed(chart, dimensions), { renderer: isPrinting() && !isPicture ? "svg" : "canvas", tooltip });
   // Vega gives its container a role and a label of its own; ours are those of the element around it.
   const container = element("div", { "aria-hidden": "true" });
   node.replaceChildren(container);
-  view.initialize(container).run();
+  if (isPicture) paintPicture(view, container, dimensions);
+  else view.initialize(container).run();
   node.dataset.drawn = "true";
-  drawn.set(node, { view, width });
+  drawn.set(node, { view, width: dimensions.width });
+}
+
+/** A chart as the text of an SVG file in light colors, with its height. */
+export async function chartSvg(node, { width, height: usual }) {
+  const chart = descriptions.get(node);
+  const height = chart.height ?? usual;
+  const view = new View(inLight(() => parsed(chart, { width, height, letters: 1 })), { renderer: "none" });
+  const svg = await view.toSVG();
+  view.finalize();
+  return { svg, height };
 }
 
 function drawIfResized(node) {
@@ -75,10 +123,12 @@ function followPrint(nodes) {
   const root = document.documentElement;
   addEventListener("beforeprint", () => {
     root.classList.add("print");
+    setPixels(PICTURE_SCALE);
     nodes.forEach(draw);
   });
   addEventListener("afterprint", () => {
     root.classList.remove("print");
+    setPixels(null);
     redraw();
   });
 }

@@ -74,7 +74,7 @@ const WHISKER = 1.5;
  * Box plots of y in classes of x of one width.
  * @param {(number|null)[]} x
  * @param {(number|null)[]} y
- * @returns {{from: number, to: number, number: number, low: number, q1: number, median: number, q3: number, high: number, outliers: number[], values: number[]}[]}  `values` sorted
+ * @returns {{from: number, to: number, number: number, mean: number, low: number, q1: number, median: number, q3: number, high: number, outliers: number[], values: number[]}[]}  `values` sorted
  */
 export function boxClasses(x, y, width) {
   const groups = new Map();
@@ -95,5 +95,5 @@ function box(values) {
   const reach = WHISKER * (q3 - q1);
   const inside = sorted.filter((value) => value >= q1 - reach && value <= q3 + reach);
   const outliers = sorted.filter((value) => value < q1 - reach || value > q3 + reach);
-  return { number: sorted.length, low: inside[0], q1, median, q3, high: inside.at(-1), outliers, values: sorted };
+  return { number: sorted.length, mean: mean(sorted), low: inside[0], q1, median, q3, high: inside.at(-1), outliers, values: sorted };
 }

@@ -4,7 +4,7 @@ import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { element, verdictMark } from "./dom.js";
 import { figure } from "./figure.js";
-import { capital, columnName, count, criterion, decimals, inUnit, listing, MISSING, r2, responseInText, responseName, significant } from "./format.js";
+import { capital, columnName, count, criterion, decimals, inUnit, listing, MISSING, r2, responseInText, responseName, significant, withMinusSigns } from "./format.js";
 import { randomTexts, varianceText } from "./head.js";
 import { hasValues, lineLayer } from "./observations.js";
 import { numeric, table } from "./table.js";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The evidence on the final models: did they converge, and why we think so.
 import { element, verdictMark } from "./dom.js";
-import { count, listing, MISSING, responseName, significant } from "./format.js";
+import { count, listing, MISSING, responseName, significant, withMinusSigns } from "./format.js";
 import { resultId } from "./navigation.js";
 import { numeric, table } from "./table.js";
 
@@ -28,7 +28,7 @@ export function convergence({ results }) {
     ...(hasEvidence ? evidence : []),
     numeric("Fits tried", (result) => tried(result).length, count),
     numeric("Not converged", (result) => tried(result).filter(({ converged }) => !converged).length, count),
-    { title: "Verdict", text: true, value: ({ verdict }) => element("span", { class: "sentence" }, verdict) },
+    { title: "Verdict", text: true, value: ({ verdict }) => element("span", { class: "sentence" }, withMinusSigns(verdict)) },
   ];
   return element(
     "section",

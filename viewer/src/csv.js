@@ -14,8 +14,9 @@ function field(value) {
 /** @param {string[]} header  @param {(string|number|boolean|null)[][]} rows */
 export const csvText = (header, rows) => [header, ...rows].map((row) => `${row.map(field).join(",")}\n`).join("");
 
-function save(name, text) {
-  const link = element("a", { href: URL.createObjectURL(new Blob([text], { type: "text/csv" })), download: name });
+/** Hands a file to the reader's browser. */
+export function save(name, blob) {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   // The browser reads it after the click.
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
@@ -29,6 +30,6 @@ function save(name, text) {
  */
 export function downloadButton(name, text, content) {
   const button = element("button", { type: "button", class: "download", "data-file": name }, text);
-  button.addEventListener("click", () => save(name, content()));
+  button.addEventListener("click", () => save(name, new Blob([content()], { type: "text/csv" })));
   return button;
 }

@@ -25,21 +25,17 @@ function make(details) {
   if (!content) return;
   unmade.delete(details);
   details.append(...content());
-}
-
-/** Opens a disclosure with all that is in it. */
-export function open(details) {
-  make(details);
-  details.open = true;
+  details.dispatchEvent(new Event("made", { bubbles: true }));
 }
 
 /**
  * A heading with a closed part below it; what it says must be enough without opening it.
  * @param {string | (Node | string)[]} summary
  * @param {() => Node[]} content  made when it is opened, since a report has some hundred of these
+ * @param {number | null} tables  how many numbered tables it has
  */
-export function disclosure(summary, content) {
-  const details = element("details", {}, element("summary", {}, ...[summary].flat()));
+export function disclosure(summary, content, tables = null) {
+  const details = element("details", { "data-tables": tables }, element("summary", {}, ...[summary].flat()));
   unmade.set(details, content);
   details.addEventListener("toggle", () => make(details));
   return details;

@@ -38,14 +38,15 @@ function lastLabel(layer, text) {
 /** @param {Result} result */
 export function curveFigure(result) {
   const { observations, curves } = result;
-  const lines = curves === null ? [] : curveLines(curves);
+  const lines = curves === null ? [] : curveLines(result);
+  const bands = curves === null ? [] : curveBands(curves);
   const named = lines.filter(({ kind }) => kind !== "plot");
   const labels = named.map((layer) => lastLabel(layer, layer.kind.toUpperCase()));
   const trees = pointLayer("point", points(observations, observations.dbh, observations.observed, tipOf(result)));
   const chart = {
     label: curveLabel(result),
     ...axes(result, lines),
-    layers: [trees, ...lines, { mark: "labels", kind: "nlme", values: labels }],
+    layers: [trees, ...bands, ...lines, { mark: "labels", kind: "nlme", values: labels }],
     labelSpace: labels.length > 0 ? 42 : 0,
   };
   const drawn = (kind) => lines.some((one) => one.kind === kind);
@@ -54,6 +55,7 @@ export function curveFigure(result) {
     drawn("ols") ? ["ols", "OLS"] : null,
     drawn("nlme") ? ["nlme", "NLME, population (b = 0)"] : null,
     drawn("plot") ? ["plot", "NLME, each plot (conditional)"] : null,
+    ...bands.map(({ kind }) => [`shade ${kind}`, `95 % confidence band, ${kind.toUpperCase()}`]),
   ].filter((entry) => entry !== null);
   return figure({
     title: `${responseName(result.response)} against DBH`,
@@ -64,12 +66,19 @@ export function curveFigure(result) {
   });
 }
 
-function curveLines(curves) {
+function curveLines({ curves, unit }) {
+  const told = (layer, name) => ({ ...layer, values: layer.values.map((datum) => (isNumber(datum.y) ? { ...datum, tip: `${name}: ${decimals(datum.y, 2)} ${unit} at DBH ${decimals(datum.x, 1)} cm` } : datum)) });
   return [
-    ...Object.values(curves.plots).map((values) => lineLayer("plot", curves.dbh, values)),
-    lineLayer("nlme", curves.dbh, curves.population),
-    lineLayer("ols", curves.dbh, curves.ols),
+    ...Object.entries(curves.plots).map(([plot, values]) => told(lineLayer("plot", curves.dbh, values), `Plot ${plot}`)),
+    told(lineLayer("nlme", curves.dbh, curves.population), "NLME, population"),
+    told(lineLayer("ols", curves.dbh, curves.ols), "OLS"),
   ].filter(hasValues);
+}
+
+/** Confidence bands of the mean; data of earlier versions have none. */
+function curveBands({ dbh, ols_band: ols, population_band: population }) {
+  const band = (kind, ends) => ({ mark: "band", kind, values: dbh.map((x, index) => ({ x, low: ends?.low[index], high: ends?.high[index] })).filter(({ low, high }) => isNumber(low) && isNumber(high)) });
+  return [band("ols", ols), band("nlme", population)].filter(({ values }) => values.length > 0);
 }
 
 function curveLabel({ observations, response, unit, fits }) {
@@ -91,12 +100,17 @@ const short = (value) => decimals(value, 2);
 const DBH = numeric("DBH, cm", ({ dbh }) => dbh, (value) => decimals(value, 1));
 const along = (title, values) => numeric(title, ({ index }) => values[index], short);
 
+/** Columns of the ends of a confidence band, if there is one. */
+const ends = (name, band) => (band?.low.length > 0 ? [along(`${name}, 95 % from`, band.low), along(`${name}, 95 % to`, band.high)] : []);
+
 function curveTable({ curves, unit }) {
   const columns = [
     DBH,
     ...(curves.h ? [along("Height, m", curves.h)] : []),
     along(`OLS, ${unit}`, curves.ols),
+    ...ends("OLS", curves.ols_band),
     along(`NLME population, ${unit}`, curves.population),
+    ...ends("NLME", curves.population_band),
     ...Object.entries(curves.plots).map(([plot, values]) => along(`Plot ${plot}, ${unit}`, values)),
   ];
   return table("Curves", columns, gridRows(curves.dbh));

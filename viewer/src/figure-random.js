@@ -15,15 +15,15 @@ const GREATEST_HEIGHT = 900;
 const AXIS_HEIGHT = 62;
 
 /** @param {import("./types.js").Result} result  null without random effects */
-export function randomFigure({ fits: { nlme } }) {
+export function randomFigure({ fits: { nlme }, outlying = [] }) {
   const random = nlme?.random ?? null;
   const groups = Object.keys(random?.eblup ?? {});
   if (random === null || groups.length === 0) return null;
   const hasErrors = random.eblup_se !== undefined;
-  const panels = random.effects.map((effect, index) => panel(random, effect, random.sd[index]));
+  const panels = random.effects.map((effect, index) => panel(random, effect, random.sd[index], new Set(outlying.map(({ plot }) => plot))));
   return figure({
     title: `Random effects by ${random.group}`,
-    legend: [["dot-nlme", `EBLUP of each ${random.group}`], ...(hasErrors ? [["nlme", "95 % interval"]] : []), ["limit", "two standard deviations of the random effect"]],
+    legend: [["dot-nlme", `EBLUP of each ${random.group}`], ...(hasErrors ? [["nlme", "95 % interval"]] : []), ["limit", "two standard deviations of the random effect"], ...(outlying.length > 0 ? [["dot-ols", `outlying ${random.group}`]] : [])],
     note: hasErrors
       ? `What each ${random.group} adds to the coefficient. The intervals are conditional: given the estimates.`
       : `What each ${random.group} adds to the coefficient. Intervals need standard errors of the random effects, which this fit does not have.`,
@@ -32,12 +32,12 @@ export function randomFigure({ fits: { nlme } }) {
   });
 }
 
-function panel(random, effect, sd) {
+function panel(random, effect, sd, outlying) {
   const rows = Object.entries(random.eblup)
     .map(([group, values]) => ({ y: group, x: values[effect], se: random.eblup_se?.[group]?.[effect] ?? null }))
     .filter(({ x }) => x !== null && x !== undefined)
     .sort((a, b) => b.x - a.x)
-    .map((row) => ({ ...row, low: row.x - INTERVAL * (row.se ?? 0), high: row.x + INTERVAL * (row.se ?? 0), tip: `${random.group} ${row.y}: ${significant(row.x, 4)}` }));
+    .map((row) => ({ ...row, low: row.x - INTERVAL * (row.se ?? 0), high: row.x + INTERVAL * (row.se ?? 0), tip: `${random.group} ${row.y}: ${significant(row.x, 4)}`, kind: outlying.has(row.y) ? "ols" : "nlme" }));
   const names = rows.map(({ y }) => y);
   const domain = extent([-2 * sd, 2 * sd], rows.map(({ low }) => low), rows.map(({ high }) => high));
   const rule = (kind, x) => ({ mark: "line", kind, values: [{ x, y: names[0] }, { x, y: names.at(-1) }] });

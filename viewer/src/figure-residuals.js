@@ -2,7 +2,7 @@
 // Residuals: in classes as box plots, against fitted values, and against the normal distribution.
 import { boxClasses, classWidth, drawnAlone, equalClasses, extent, FEWEST_TREES } from "./classes.js";
 import { figure, titled } from "./figure.js";
-import { capital, count, decimals, plural, responseName, significant } from "./format.js";
+import { capital, count, decimals, plural, responseInText, significant } from "./format.js";
 import { isNumber, lineLayer, pointLayer, points, shownTrees, sides } from "./observations.js";
 import { numeric, table } from "./table.js";
 import { quantileNormal } from "./vega-parts.js";
@@ -15,27 +15,25 @@ const three = (value) => decimals(value, 3);
 const PLACE = { ols: 0.28, nlme: 0.72 };
 const BOX_WIDTH = 0.34;
 
-const difference = (observed, fitted) => observed.map((value, index) => (isNumber(value) && isNumber(fitted[index]) ? value - fitted[index] : null));
-
 /** @param {Result} result */
 export function boxFigure(result) {
   const { observations, unit, response } = result;
-  const shown = sides(result).map((side) => ({ ...side, error: difference(observations.observed, side.fitted) }));
+  const shown = sides(result);
   const width = classWidth(extent(observations.observed));
   const by = [
     { name: "predicted", of: ({ fitted }) => fitted },
     { name: "observed", of: () => observations.observed },
-  ].map(({ name, of }) => ({ name, groups: shown.map((side) => ({ side, classes: boxClasses(of(side), side.error, width) })) }));
-  const reach = extent(...shown.map(({ error }) => error));
-  const subject = responseName(response).toLowerCase();
+  ].map(({ name, of }) => ({ name, groups: shown.map((side) => ({ side, classes: boxClasses(of(side), side.residual, width) })) }));
+  const reach = extent(...shown.map(({ residual }) => residual));
+  const subject = responseInText(response);
   return figure({
-    title: `Residuals by class of ${subject}`,
+    title: `Standardised residuals by class of ${subject}`,
     legend: shown.map(({ kind, name }) => [`box ${kind}`, name]),
     note:
-      `Observed − predicted, in classes of ${width} ${unit}; box: middle half of the trees, line: median, whiskers: up to 1.5 box lengths, points: trees beyond, and classes with fewer than ${FEWEST_TREES} trees. ` +
-      `In classes of the observed ${subject}, residuals rise with it for every model: that is no fault of the fit. ${shownTrees(result)}`,
+      `Classes of ${width} ${unit}. Box: middle half of the trees; line: median; cross: mean; whiskers: up to 1.5 box lengths; points: trees beyond, and classes with fewer than ${FEWEST_TREES} trees. ` +
+      `By observed ${subject} the residuals of every model rise. ${shownTrees(result)}`,
     charts: by.map(({ name, groups }) => titled(`By ${name} ${subject}`, boxChart({ name, groups, width, reach, result }))),
-    behind: () => by.flatMap(({ name, groups }) => groups.map(({ side, classes }) => boxTable(`Residuals of ${side.name} by ${name} ${subject}`, name, unit, classes))),
+    behind: () => by.flatMap(({ name, groups }) => groups.map(({ side, classes }) => boxTable(`Standardised residuals of ${side.name} by ${name} ${subject}`, name, unit, classes))),
   });
 }
 
@@ -52,7 +50,7 @@ function boxChart({ name, groups, width, reach, result }) {
         x: middle(one),
         left: middle(one) - (BOX_WIDTH * width) / 2,
         right: middle(one) + (BOX_WIDTH * width) / 2,
-        tip: `${side.name}, ${decimals(one.from, 2)} to ${decimals(one.to, 2)} ${unit}: median ${three(one.median)} ${unit}, ${plural(one.number, "tree")}`,
+        tip: `${side.name}, ${decimals(one.from, 2)} to ${decimals(one.to, 2)} ${unit}: median ${three(one.median)}, mean ${three(one.mean)}, ${plural(one.number, "tree")}`,
       }));
     const beyond = classes.flatMap((one) => drawnAlone(one).map((y) => ({ x: middle(one), y })));
     return [
@@ -61,9 +59,9 @@ function boxChart({ name, groups, width, reach, result }) {
     ];
   });
   return {
-    label: `Box plots of residuals by classes of ${name} ${responseName(response).toLowerCase()}, ${groups.map(({ side }) => side.name).join(" beside ")}. The tables behind the chart have the quartiles.`,
+    label: `Box plots of standardised residuals by classes of ${name} ${responseInText(response)}, ${groups.map(({ side }) => side.name).join(" beside ")}. The tables behind the chart have the quartiles.`,
     x: { title: `${capital(name)} (${unit})`, domain, ticks: edges(domain, width) },
-    y: { title: `Residual (${unit})`, domain: reach },
+    y: { title: "Standardised residual", domain: reach },
     layers: [lineLayer("guide", domain, [0, 0]), ...layers],
   };
 }
@@ -78,6 +76,7 @@ function boxTable(caption, name, unit, classes) {
     numeric("Lower whisker", ({ low }) => low, three),
     numeric("First quartile", ({ q1 }) => q1, three),
     numeric("Median", ({ median }) => median, three),
+    numeric("Mean", (one) => one.mean, three),
     numeric("Third quartile", ({ q3 }) => q3, three),
     numeric("Upper whisker", ({ high }) => high, three),
     numeric("Trees beyond", ({ outliers }) => outliers.length, count),
@@ -93,9 +92,9 @@ export function residualFigure(result) {
   const reach = Math.max(3, ...extent(...shown.map(({ residual }) => residual)).map(Math.abs));
   const guide = (kind, y) => lineLayer(kind, xDomain, [y, y]);
   const chart = (side) => ({
-    label: `Standardized residuals of ${side.name} against fitted values; the table behind the chart gives them in classes.`,
+    label: `Standardised residuals of ${side.name} against fitted values; the table behind the chart gives them in classes.`,
     x: { title: `Fitted (${unit})`, domain: xDomain },
-    y: { title: "Standardized residual", domain: [-reach, reach] },
+    y: { title: "Standardised residual", domain: [-reach, reach] },
     layers: [
       guide("guide", 0),
       guide("limit", -2),
@@ -105,7 +104,7 @@ export function residualFigure(result) {
     ],
   });
   return figure({
-    title: "Standardized residuals against fitted values",
+    title: "Standardised residuals against fitted values",
     legend: [["point", "trees"], ["limit", "two standard deviations"], ...shown.map(({ kind, name }) => [kind, `${name}: mean of trees in classes`])],
     note: "A good fit has no trend and the same spread everywhere.",
     charts: shown.map((side) => titled(side.name, chart(side))),
@@ -134,9 +133,9 @@ export function quantileFigure(result) {
   const xDomain = extent(...shown.map(({ quantiles }) => quantiles.map(({ x }) => x)));
   const yDomain = extent(xDomain, ...shown.map(({ quantiles }) => quantiles.map(({ y }) => y)));
   const chart = (side) => ({
-    label: `Normal Q-Q plot of the standardized residuals of ${side.name}: ${outside(side.quantiles)} The table behind the chart gives both at fixed shares of the trees.`,
+    label: `Normal Q-Q plot of the standardised residuals of ${side.name}: ${outside(side.quantiles)} The table behind the chart gives both at fixed shares of the trees.`,
     x: { title: "Normal quantile", domain: xDomain },
-    y: { title: "Standardized residual", domain: yDomain },
+    y: { title: "Standardised residual", domain: yDomain },
     layers: [
       { mark: "band", kind: "guide", values: side.quantiles },
       lineLayer("guide", xDomain, xDomain),
@@ -144,7 +143,7 @@ export function quantileFigure(result) {
     ],
   });
   return figure({
-    title: "Q-Q plot of standardized residuals",
+    title: "Q-Q plot of standardised residuals",
     legend: [["guide", "normal distribution"], ["shade", "95 % of samples, at each point"]],
     note: "Where the points leave the band, the residuals are not normal: steep ends mean more extreme trees than a normal distribution has.",
     charts: shown.map((side) => titled(side.name, chart(side))),

@@ -5,11 +5,17 @@ export const MISSING = "\u2013";
 
 const missing = (value) => value === null || value === undefined || !Number.isFinite(value);
 
-/** A fixed number of decimals; never "-0.00". */
+/** The minus sign of the page, as that of the charts' axes; files and code have that of ASCII. */
+const MINUS = "\u2212";
+
+/** Sentences of the program with the page's minus sign: "-0.5" and "6e-07", but not "--seed" or "10-20". */
+export const withMinusSigns = (text) => text.replace(/(^|[\s(\[=,;])-(?=[\d.])/g, `$1${MINUS}`).replace(/(\de)-(?=\d)/g, `$1${MINUS}`);
+
+/** A fixed number of decimals; zero has no sign. */
 export function decimals(value, digits) {
   if (missing(value)) return MISSING;
   const text = value.toFixed(digits);
-  return Number(text) === 0 ? text.replace("-", "") : text;
+  return text.replace("-", Number(text) === 0 ? "" : MINUS);
 }
 
 /** A number of significant digits, with an exponent only for the very small and very large. */
@@ -17,8 +23,8 @@ export function significant(value, digits = 5) {
   if (missing(value)) return MISSING;
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size < 1e-4 || size >= 1e7) return value.toExponential(digits - 1).replace("e+", "e");
-  return value.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(size))));
+  if (size < 1e-4 || size >= 1e7) return value.toExponential(digits - 1).replace("e+", "e").replaceAll("-", MINUS);
+  return value.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(size)))).replace("-", MINUS);
 }
 
 /** A p-value; below 0.001 only that. */
@@ -27,7 +33,7 @@ export function probability(value) {
   return value < 0.001 ? "< 0.001" : value.toFixed(3);
 }
 
-export const count = (value) => (missing(value) ? MISSING : value.toLocaleString("en-US").replaceAll(",", "\u202f"));
+export const count = (value) => (missing(value) ? MISSING : value.toLocaleString("en-US").replaceAll(",", "\u202f").replace("-", MINUS));
 export const r2 = (value) => decimals(value, 4);
 export const criterion = (value) => decimals(value, 2);
 export const points = (value) => (missing(value) ? MISSING : (value > 0 ? "+" : "") + decimals(value, 2));

@@ -29,7 +29,7 @@ export function gainFigure({ results }) {
   const right = (row) => Math.max(row.ols, row.conditional, row.population ?? -Infinity);
   const best = rows.reduce((a, b) => (b.gain.conditional > a.gain.conditional ? b : a));
   const chart = {
-    label: `R² of least squares and of the mixed models, for ${plural(rows.length, "species and response", "pairs of species and response")}. The greatest gain is ${points(best.gain.conditional)} percent points, ${best.y}.`,
+    label: `R² of least squares and of the mixed models, for ${plural(rows.length, "species and response", "pairs of species and response")}. The greatest gain is ${points(best.gain.conditional)} percentage points, ${best.y}.`,
     x: { title: "R²", domain: extent(rows.flatMap(({ ols, population, conditional }) => [ols, population, conditional])) },
     y: { title: null, domain: rows.map(({ y }) => y) },
     layers: [
@@ -47,13 +47,13 @@ export function gainFigure({ results }) {
     numeric("R² OLS", ({ ols }) => ols, r2),
     numeric("R² NLME population", ({ population }) => population, r2),
     numeric("R² NLME conditional", ({ conditional }) => conditional, r2),
-    numeric("Gain population, percent points", ({ gain }) => gain.population, points),
-    numeric("Gain conditional, percent points", ({ gain }) => gain.conditional, points),
+    numeric("Gain population, percentage points", ({ gain }) => gain.population, points),
+    numeric("Gain conditional, percentage points", ({ gain }) => gain.conditional, points),
   ];
   return figure({
     title: "What the mixed models gain",
     legend: [["dot-ols", "OLS"], ["dot-guide", "NLME, population (b = 0)"], ["dot-nlme", "NLME, conditional (EBLUP)"]],
-    note: "Numbers at the lines: gain of the conditional prediction in percent points of R².",
+    note: "Numbers at the lines: gain of the conditional prediction in percentage points of R².",
     charts: [chartElement(chart)],
     behind: () => [table("Gains of the mixed models over least squares", columns, rows)],
   });

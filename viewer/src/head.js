@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The top of the report: verdict, summary, and what was done.
 import { element, verdictMark } from "./dom.js";
-import { count, decimals, listing, MISSING, plural, points, r2, responseName, significant } from "./format.js";
+import { count, decimals, listing, MISSING, plural, points, r2, responseName, significant, withMinusSigns } from "./format.js";
 import { gainFigure } from "./gain.js";
 import { resultId } from "./navigation.js";
+import { modelTables } from "./study-tables.js";
 import { numeric, table } from "./table.js";
 
 const LEVELS = [
@@ -26,6 +27,7 @@ export function head(report) {
     element("header", {}, element("h1", {}, report.title), element("p", { class: "lead" }, whatItIs(report))),
     verdict(report),
     summary(report),
+    modelTables(report),
   );
 }
 
@@ -52,8 +54,9 @@ function verdict(report) {
     soundList(report.results, doubtful),
     doubtful.length > 0 ? element("ul", {}, ...doubtful.map(doubt)) : null,
     gainSentence(report.results),
+    outlyingSentence(report.results),
     effort(report.results),
-    ...report.notes.map((note) => element("p", { class: "note" }, note)),
+    ...report.notes.map((note) => element("p", { class: "note" }, withMinusSigns(note))),
   );
 }
 
@@ -83,7 +86,7 @@ function soundList(results, doubtful) {
 }
 
 function doubt({ result, index }) {
-  const reasons = [...(result.converged ? [] : [result.verdict]), ...(result.doubts ?? [])];
+  const reasons = [...(result.converged ? [] : [result.verdict]), ...(result.doubts ?? [])].map(withMinusSigns);
   return element("li", {}, linkTo(result, index), `: ${reasons.join(" ")}`);
 }
 
@@ -104,9 +107,17 @@ function gainSentence(results) {
   return element(
     "p",
     {},
-    `Against OLS, the mixed models change R² by ${conditional} percent points where other trees of the plot ` +
+    `Against OLS, the mixed models change R² by ${conditional} percentage points where other trees of the plot ` +
       `were measured (conditional).${onNewPlots}`,
   );
+}
+
+/** The plots that a reader has to look at, by model. */
+function outlyingSentence(results) {
+  const named = results.map((result, index) => ({ result, index })).filter(({ result }) => (result.outlying ?? []).length > 0);
+  if (named.length === 0) return null;
+  const parts = named.flatMap(({ result, index }, place) => [place > 0 ? "; " : "", linkTo(result, index), `: plot ${listing(result.outlying.map(({ plot }) => plot))}`]);
+  return element("p", {}, "Outlying plots, whose random effects are far from those of the others: ", ...parts, ".");
 }
 
 function effort(results) {
@@ -155,10 +166,11 @@ function summary(report) {
         element("a", { href: `#${resultId(result.index)}` }, `${result.species} ${responseName(result.response).toLowerCase()}`),
     },
     { title: "Converged", text: true, value: (result) => verdictMark(result.converged, isSound(result)) },
-    numeric("Gain, percent points of R²", ({ gain }) => gain.conditional, points),
+    numeric("Gain, percentage points of R²", ({ gain }) => gain.conditional, points),
     numeric("R² OLS", ({ fits }) => stat(fits.ols, "population", "r2"), r2),
     numeric("R² NLME population", ({ fits }) => stat(fits.nlme, "population", "r2"), r2),
     numeric("R² NLME conditional", ({ fits }) => stat(fits.nlme, "conditional", "r2"), r2),
+    ...leftOutColumns(report.results),
     length("RMSE OLS", (result) => stat(result.fits.ols, "population", "rmse")),
     length("RMSE NLME conditional", (result) => stat(result.fits.nlme, "conditional", "rmse")),
     { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
@@ -178,9 +190,25 @@ function summary(report) {
       "p",
       { class: "small" },
       "Population: random effects zero. Conditional: with the plot's own random effects (EBLUP). " +
-        "Gain: 100 (R² NLME conditional − R² OLS).",
+        `Gain: 100 (R² NLME conditional − R² OLS).${leftOutText(report.results)}`,
     ),
   );
+}
+
+const foldsOf = (results) => results.find(({ left_out: leftOut }) => leftOut?.r2_ols !== undefined)?.left_out.folds ?? null;
+
+/** Cross-validated R², where the data have it. */
+function leftOutColumns(results) {
+  if (foldsOf(results) === null) return [];
+  return [
+    numeric("R² OLS, plots left out", ({ left_out: leftOut }) => leftOut?.r2_ols ?? null, r2),
+    numeric("R² NLME, plots left out", ({ left_out: leftOut }) => leftOut?.r2_nlme ?? null, r2),
+  ];
+}
+
+function leftOutText(results) {
+  const folds = foldsOf(results);
+  return folds === null ? "" : ` Plots left out: predictions (random effects zero) by fits without the plot, in ${folds} folds of plots.`;
 }
 
 const baseText = (row) => (row === null ? MISSING : `${row.id} ${row.name}`);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The candidates of each level, best first, behind a line that says what was chosen.
 import { disclosure, element } from "./dom.js";
-import { count, criterion, decimals, plural, probability, r2, significant } from "./format.js";
+import { count, criterion, decimals, plural, probability, r2, significant, withMinusSigns } from "./format.js";
 import { varianceText } from "./head.js";
 import { byRank, numeric, table } from "./table.js";
 
@@ -25,12 +25,12 @@ const RANK = numeric("Rank", ({ rank }) => rank, count);
 const OUTCOME = { title: "Outcome", text: true, value: outcome };
 
 function outcome(row) {
-  if (!row.converged) return element("span", { class: "bad" }, `\u26a0 ${row.verdict}`);
+  if (!row.converged) return element("span", { class: "bad" }, `\u26a0 ${withMinusSigns(row.verdict)}`);
   if (row.objection) {
     const what = row.chosen ? "chosen for want of another" : "passed over";
-    return element("span", { class: "bad" }, `\u26a0 ${what}: ${row.objection}`);
+    return element("span", { class: "bad" }, `\u26a0 ${what}: ${withMinusSigns(row.objection)}`);
   }
-  return row.chosen ? element("strong", { title: row.verdict }, "chosen") : element("span", { title: row.verdict }, "converged");
+  return row.chosen ? element("strong", { title: withMinusSigns(row.verdict) }, "chosen") : element("span", { title: withMinusSigns(row.verdict) }, "converged");
 }
 
 const rowClass = (row) => (row.chosen ? "chosen" : row.converged && !row.objection ? null : "failed");
@@ -51,7 +51,7 @@ function line(title, rows, name) {
 
 function level(title, rows, name, columns) {
   if (rows.length === 0) return element("p", { class: "skipped" }, `${title}: left out.`);
-  return disclosure(line(title, rows, name), () => [table(title, [...columns, OUTCOME], byRank(rows), rowClass)]);
+  return disclosure(line(title, rows, name), () => [table(title, [...columns, OUTCOME], byRank(rows), rowClass)], 1);
 }
 
 const parameters = ({ parameters }) => (parameters.length > 0 ? parameters.join("; ") : "base model");

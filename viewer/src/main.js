@@ -4,25 +4,17 @@ import "./style.css";
 import { drawChartsWhenSeen } from "./chart-view.js";
 import { comparisonPage } from "./comparison.js";
 import { convergence } from "./convergence.js";
-import { element, open } from "./dom.js";
+import { element } from "./dom.js";
 import { head, whatWasDone } from "./head.js";
 import { mapSection } from "./map.js";
 import { comparisonNavigation, reportNavigation, resultId } from "./navigation.js";
+import { numberCaptions } from "./numbering.js";
 import { repeat } from "./repeat.js";
 import { resultSection } from "./result.js";
 import { studyTables } from "./study-tables.js";
 import { startTheme } from "./theme.js";
 
 const readData = () => JSON.parse(document.getElementById("report-data").textContent);
-
-function openDetailsForPrint() {
-  let closed = [];
-  addEventListener("beforeprint", () => {
-    closed = [...document.querySelectorAll("details:not([open])")];
-    closed.forEach(open);
-  });
-  addEventListener("afterprint", () => closed.forEach((details) => (details.open = false)));
-}
 
 /** @param {import("./types.js").Report} report */
 function reportPage(report) {
@@ -46,5 +38,5 @@ function show(data) {
 
 startTheme();
 show(readData());
-openDetailsForPrint();
+numberCaptions(document.getElementById("main"));
 drawChartsWhenSeen(document.querySelectorAll(".chart"));

@@ -2,20 +2,18 @@
 // The plot map: stems by species and layer, crowns to scale, the buffer zone, and the structural unit of a tree.
 import { element } from "./dom.js";
 import { decimals, listing, plural } from "./format.js";
+import { drawingText, framed, svg } from "./map-frame.js";
+import { pictureButtons } from "./picture.js";
+import { inLight } from "./theme.js";
+import { hideTip, showTip } from "./tip.js";
 import { rectangleOf, wayAround } from "./torus.js";
 
 /** @typedef {import("./types.js").PlotMap} PlotMap */
 
-const SVG = "http://www.w3.org/2000/svg";
 const COLORS = 8;
 const MARGIN = 2;
-
-function svg(tag, attributes = {}, ...children) {
-  const node = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
-  node.append(...children);
-  return node;
-}
+/** A tree of unknown height stands in no layer. */
+const WITHOUT_HEIGHT = "without";
 
 /** Species by falling number of trees have colors of their own; those beyond the eighth share one. */
 function speciesClasses(map) {
@@ -65,7 +63,7 @@ function stemRadius(map, tree, unit) {
 
 function stem(map, tree, classes, unit) {
   const code = map.species[tree];
-  const kind = code === null ? "species-other" : classes.get(code);
+  const kind = code === null ? "species-unknown" : classes.get(code);
   const layer = map.layer[tree] === null ? "" : ` layer-${map.layer[tree]}`;
   const at = { cx: map.x[tree], cy: -map.y[tree] };
   const parts = [svg("circle", { ...at, r: stemRadius(map, tree, unit), class: `stem ${kind}${layer}${map.core[tree] ? "" : " neighbor-only"}`, "data-tree": tree })];
@@ -76,16 +74,23 @@ function stem(map, tree, classes, unit) {
 const name = (map, tree) => `plot ${map.plot[tree]}, tree ${map.tree[tree]}`;
 const measure = (label, value, digits, unit) => (value === null ? null : `${label} ${decimals(value, digits)}${unit}`);
 
+const speciesOf = (map, tree) => (map.species[tree] === null ? "species unknown" : map.species_names[map.species[tree]]);
+const known = (parts) => parts.filter((part) => part !== null).join(", ");
+
+/** The size of a tree; what was not measured is said to be unknown. */
+function sizes(map, tree) {
+  const size = (label, column, unit) => measure(label, map[column][tree], 1, unit) ?? `${label} unknown`;
+  return known([size("DBH", "dbh", " cm"), size("height", "h", " m"), size("crown width", "cw", " m")]);
+}
+
 /** What is said of a tree and its neighbors. */
 function sentence(map, tree) {
-  const species = map.species[tree] === null ? "no species" : map.species_names[map.species[tree]];
-  const sizes = [measure("DBH", map.dbh[tree], 1, " cm"), measure("height", map.h[tree], 1, " m"), measure("crown width", map.cw[tree], 1, " m")];
   const indices = ["W", "M", "U", "C"].map((index) => measure(index, map[index][tree], 2, ""));
-  const known = (parts) => parts.filter((part) => part !== null).join(", ");
   const neighbors = map.nearest[tree].map((other) => map.tree[other]);
   const place = map.core[tree] ? "" : " Near the edge: a neighbor only.";
-  const unit = neighbors.length === 0 ? "It has no neighbors." : `${known(indices)}. Neighbors: trees ${listing(neighbors)}.`;
-  return `${name(map, tree)}: ${species}, ${known(sizes)}.${place} ${unit}`.replace(/^p/, "P");
+  const values = known(indices) || "No structural indices";
+  const unit = neighbors.length === 0 ? "It has no neighbors." : `${values}. Neighbors: trees ${listing(neighbors)}.`;
+  return `${name(map, tree)}: ${speciesOf(map, tree)}, ${sizes(map, tree)}.${place} ${unit}`.replace(/^p/, "P");
 }
 
 /** The way to a neighbor in pieces: one, or more where the edge is a torus and its nearest image lies beyond it. */
@@ -105,69 +110,137 @@ function drawUnit(layer, map, tree, unit) {
 function legend(map, { order, classes }) {
   const shown = order.slice(0, COLORS).map((code) => [classes.get(code), map.species_names[code]]);
   if (order.length > COLORS) shown.push(["species-other", "other species"]);
+  if (map.species.includes(null)) shown.push(["species-unknown", "species unknown"]);
   const key = (kind, text) => element("li", {}, element("span", { class: `dot ${kind}`, "aria-hidden": "true" }), text);
   const layers = map.layer_names.map((layer, index) => key(`layer-${index}`, `${layer} layer`));
   const buffer = map.buffer > 0 ? [key("zone", `buffer of ${map.buffer} m`)] : [];
   return element("ul", { class: "legend" }, ...shown.map(([kind, text]) => key(kind, text)), ...layers, ...buffer);
 }
 
-function drawing(map, area, palette, tell) {
-  const trees = treesOf(map, area);
-  const box = bounds(map, area, trees);
+const isInLayer = (map, layer) => (tree) => layer === "" || String(map.layer[tree] ?? WITHOUT_HEIGHT) === layer;
+
+function drawing(map, area, layer, palette, room, tell) {
+  const all = treesOf(map, area);
+  const trees = all.filter(isInLayer(map, layer));
+  // The same frame for every layer.
+  const box = bounds(map, area, all);
   const unit = Math.max(box.width, box.height) / 500;
   const overlay = svg("g");
   const stems = [...trees].sort((a, b) => (map.cw[b] ?? 0) - (map.cw[a] ?? 0)).map((tree) => stem(map, tree, palette.classes, unit));
   const crowns = stems.flatMap((parts) => parts.slice(0, -1));
   const dots = stems.flatMap((parts) => parts.slice(-1));
-  const picture = svg(
-    "svg",
-    { viewBox: `${box.x} ${box.y} ${box.width} ${box.height}`, role: "img", "aria-label": `Map of ${plural(trees.length, "tree")} of ${areaName(map, area)}, north up; crowns to scale. The table indices.csv holds the same trees.` },
-    ...ground(map, area),
-    svg("g", {}, ...crowns),
-    svg("g", {}, ...dots),
-    overlay,
-  );
+  const label = `Map of ${plural(trees.length, "tree")} of ${areaName(map, area)}, north up, axes in meters; crowns to scale. The table indices.csv holds the same trees.`;
+  const picture = framed(box, room, { role: "img", "aria-label": label }, [...ground(map, area), svg("g", {}, ...crowns), svg("g", {}, ...dots), overlay]);
   const show = (tree) => {
     drawUnit(overlay, map, tree, unit);
     tell(sentence(map, tree));
   };
+  const treeAt = ({ target }) => (target.dataset?.tree === undefined ? null : Number(target.dataset.tree));
   const pointed = (event) => {
-    const tree = event.target.dataset?.tree;
-    if (tree !== undefined) show(Number(tree));
+    const tree = treeAt(event);
+    if (tree !== null) show(tree);
+  };
+  const tip = (event) => {
+    const tree = treeAt(event);
+    if (tree === null) hideTip();
+    else showTip(`Tree ${map.tree[tree]}: ${speciesOf(map, tree)}, ${sizes(map, tree)}`, event);
   };
   picture.addEventListener("pointerover", pointed);
   picture.addEventListener("click", pointed);
+  picture.addEventListener("pointermove", tip);
+  picture.addEventListener("pointerleave", hideTip);
   return { picture, trees, show };
 }
 
 const areaName = (map, area) => (map.areas[area].name === null ? "the stand" : `plot ${map.areas[area].name}`);
 
+/** "2 trees have no height and stand in no layer; 1 has no crown width and is drawn without a crown." */
+function unknownText(map, area) {
+  const trees = treesOf(map, area);
+  const lacking = (column) => trees.filter((tree) => map[column][tree] === null).length;
+  const unplaced = map.area.filter((own, tree) => own === area && (map.x[tree] === null || map.y[tree] === null)).length;
+  const parts = [
+    [lacking("species"), "of unknown species (gray)"],
+    [lacking("h"), "of unknown height (in no layer)"],
+    [lacking("cw"), "of unknown crown width (no crown drawn)"],
+    [unplaced, "without position (not drawn)"],
+  ].filter(([number]) => number > 0);
+  return parts.length === 0 ? "" : ` Among them: ${listing(parts.map(([number, what]) => `${plural(number, "tree")} ${what}`))}.`;
+}
+
+function layerChoice(map) {
+  const option = (value, text) => element("option", { value }, text);
+  const layers = map.layer_names.map((layer, index) => option(String(index), `${layer} layer`)).reverse();
+  const without = map.layer.includes(null) ? [option(WITHOUT_HEIGHT, "unknown height")] : [];
+  return element("select", {}, option("", "all layers"), ...layers, ...without);
+}
+
+/** The controls and the drawing that follows them. */
+class MapView {
+  constructor(map) {
+    this.map = map;
+    this.palette = speciesClasses(map);
+    this.told = element("p", { class: "small told", "aria-live": "polite" }, "Point at a tree, or type its number, to see its structural unit.");
+    this.frame = element("div", { class: "map" });
+    this.note = element("p", { class: "small" });
+    this.area = element("select", {}, ...map.areas.map((_, area) => element("option", { value: area }, areaName(map, area))));
+    this.layer = layerChoice(map);
+    this.input = element("input", { type: "text", size: 8, autocomplete: "off" });
+    [this.area, this.layer].forEach((select) => select.addEventListener("change", () => this.draw()));
+    this.input.addEventListener("input", () => this.find(this.input.value.trim()));
+    new ResizeObserver(() => this.drawIfResized()).observe(this.frame);
+    this.draw();
+  }
+
+  room() {
+    return { width: Math.min(900, this.frame.clientWidth || 700), height: Math.max(420, Math.min(760, 0.85 * innerHeight)) };
+  }
+
+  draw() {
+    const room = this.room();
+    this.width = room.width;
+    this.shown = drawing(this.map, Number(this.area.value), this.layer.value, this.palette, room, (text) => (this.told.textContent = text));
+    this.frame.replaceChildren(this.shown.picture);
+    const layer = this.layer.value === "" ? "" : `, ${this.layer.selectedOptions[0].textContent}`;
+    const what = areaName(this.map, Number(this.area.value)).replace(/^./, (first) => first.toUpperCase());
+    this.note.textContent = `${what}${layer}: ${plural(this.shown.trees.length, "tree")}. North is up; crowns are to scale.${unknownText(this.map, Number(this.area.value))}`;
+  }
+
+  drawIfResized() {
+    if (Math.abs(this.room().width - this.width) > 1) this.draw();
+  }
+
+  find(name) {
+    const tree = this.shown.trees.find((one) => this.map.tree[one] === name);
+    if (tree !== undefined) this.shown.show(tree);
+    else if (name !== "") this.told.textContent = `There is no tree ${name} on this map.`;
+  }
+
+  panels() {
+    const [, , width, height] = this.shown.picture.getAttribute("viewBox").split(" ").map(Number);
+    return [{ svg: inLight(() => drawingText(this.shown.picture)), title: null, width, height }];
+  }
+}
+
 /** @param {PlotMap|undefined} map */
 export function mapSection(map) {
   if (!map) return null;
-  const palette = speciesClasses(map);
-  const told = element("p", { class: "small told", "aria-live": "polite" }, "Point at a tree, or type its number, to see its structural unit.");
-  const frame = element("div", { class: "map" });
-  const select = element("select", {}, ...map.areas.map((_, area) => element("option", { value: area }, areaName(map, area))));
-  const input = element("input", { type: "text", size: 8, autocomplete: "off" });
-  let shown;
-  const draw = () => {
-    shown = drawing(map, Number(select.value), palette, (text) => (told.textContent = text));
-    frame.replaceChildren(shown.picture);
-  };
-  select.addEventListener("change", draw);
-  input.addEventListener("input", () => {
-    const tree = shown.trees.find((one) => map.tree[one] === input.value.trim());
-    if (tree !== undefined) shown.show(tree);
-  });
-  draw();
+  const view = new MapView(map);
+  const title = "Plot map: stems by species and layer, crowns, and structural units";
+  const figure = element(
+    "figure",
+    { "data-panels": 1 },
+    element("figcaption", {}, element("h3", {}, element("span", { class: "label" }), title), legend(map, view.palette), view.note),
+    element("div", { class: "charts" }, view.frame),
+    view.told,
+  );
+  figure.append(pictureButtons(figure, "Plot map", async () => view.panels()));
+  const control = (text, input) => element("label", {}, text, input);
   return element(
     "section",
     { id: "map", "aria-labelledby": "map-title" },
     element("h2", { id: "map-title" }, "Plot map"),
-    element("p", { class: "map-controls" }, element("label", {}, "Map of ", select), " ", element("label", {}, "Tree ", input)),
-    legend(map, palette),
-    frame,
-    told,
+    element("p", { class: "map-controls" }, control("Map of ", view.area), " ", control("Layer ", view.layer), " ", control("Tree ", view.input)),
+    figure,
   );
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The chosen models: formulas, accuracy, coefficients, variance components, random effects.
 import { element, verdictMark } from "./dom.js";
-import { columnName, count, criterion, decimals, inUnit, listing, probability, r2, significant } from "./format.js";
+import { columnName, count, criterion, decimals, inUnit, listing, probability, r2, significant, withMinusSigns } from "./format.js";
 import { randomTexts, varianceText } from "./head.js";
 import { numeric, table } from "./table.js";
 
@@ -17,9 +17,7 @@ export function chosenModels(result) {
   if (fits.length === 0) return [element("p", {}, "No model could be fitted.")];
   return [
     formulas(fits),
-    accuracy(fits, result.unit),
-    coefficients(fits),
-    ...components(result.fits.nlme, result.unit),
+    element("div", { class: "estimates" }, accuracy(fits, result), coefficients(fits), ...components(result.fits.nlme, result.unit)),
   ];
 }
 
@@ -29,7 +27,7 @@ function formulas(fits) {
     const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1");
     const random = randomTexts(fit.random);
     const parts = [fit.formula, ...submodels.map(([parameter, terms]) => `${parameter} ~ ${terms}`), ...random];
-    const warning = fit.converged ? [] : [" ", verdictMark(false), ` ${fit.verdict}`];
+    const warning = fit.converged ? [] : [" ", verdictMark(false), ` ${withMinusSigns(fit.verdict)}`];
     return [element("dt", {}, name), element("dd", {}, ...parts.flatMap((part) => [element("code", {}, part), " "]), ...warning)];
   };
   return element("dl", { class: "formulas" }, ...fits.flatMap(describe));
@@ -40,14 +38,14 @@ function views(fits) {
   return fits.flatMap(({ key, name, fit }) =>
     key === "nlme"
       ? [
-          { name: "NLME population", fit, statistics: fit.statistics.population },
-          { name: "NLME conditional", fit, statistics: fit.statistics.conditional },
+          { key, name: "NLME population", fit, statistics: fit.statistics.population },
+          { key, isConditional: true, name: "NLME conditional", fit, statistics: fit.statistics.conditional },
         ]
-      : [{ name, fit, statistics: fit.statistics.population }],
+      : [{ key, name, fit, statistics: fit.statistics.population }],
   );
 }
 
-function accuracy(fits, unit) {
+function accuracy(fits, { unit, left_out: leftOut }) {
   const rows = [
     { name: "R²", of: ({ statistics }) => r2(statistics?.r2) },
     { name: inUnit("Mean error", unit), of: ({ statistics }) => decimals(statistics?.mean_error, 4) },
@@ -58,6 +56,12 @@ function accuracy(fits, unit) {
     { name: "AIC", of: ({ fit }) => criterion(fit.aic) },
     { name: "BIC", of: ({ fit }) => criterion(fit.bic) },
   ];
+  if (leftOut?.r2_ols !== undefined) {
+    // Least squares and the population prediction have one; random effects of a plot left out are not known.
+    const of = (name) => ({ key, isConditional }) => (isConditional ? null : leftOut[`${name}_${key}`]);
+    rows.splice(1, 0, { name: `R², plots left out (${leftOut.folds} folds)`, of: (view) => r2(of("r2")(view)) });
+    rows.splice(4, 0, { name: inUnit("RMSE, plots left out", unit), of: (view) => decimals(of("rmse")(view), 4) });
+  }
   const columns = views(fits).map((view) => ({ title: view.name, value: (row) => row.of(view) }));
   return table("Accuracy and criteria", [{ title: "Statistic", text: true, value: ({ name }) => name }, ...columns], rows);
 }
@@ -114,5 +118,5 @@ function components(fit, unit) {
 }
 
 const NEARLY_ONE =
-  "A correlation is nearly 1 or -1: the data hardly tell these random effects apart, and fewer of them may do as well.";
+  "A correlation is nearly 1 or \u22121: the data hardly tell these random effects apart, and fewer of them may do as well.";
 const nearlyOne = (correlation) => correlation.some((row, index) => row.slice(0, index).some((value) => Math.abs(value) > 0.995));

@@ -24,7 +24,17 @@ function entry({ result, index }) {
 }
 
 const link = ([href, text]) => element("li", {}, element("a", { href }, text));
-const frame = (...entries) => element("nav", { "aria-label": "Report" }, element("ul", {}, ...entries), themeSwitch());
+/** Beside the report where there is room; else a menu above it. */
+const wide = matchMedia("(min-width: 76rem)");
+
+function frame(...entries) {
+  const menu = element("details", { class: "menu", open: wide.matches }, element("summary", {}, "Contents"), element("ul", {}, ...entries));
+  wide.addEventListener("change", () => (menu.open = wide.matches));
+  menu.addEventListener("click", ({ target }) => {
+    if (target.closest("a") && !wide.matches) menu.open = false;
+  });
+  return element("nav", { "aria-label": "Report" }, menu, themeSwitch());
+}
 
 /** @param {import("./types.js").Report} report */
 export function reportNavigation(report) {
@@ -34,6 +44,7 @@ export function reportNavigation(report) {
   const start = [
     ["#verdict", "Verdict"],
     ["#summary", "Summary"],
+    ...((report.tables ?? []).length > 0 ? [["#models", "Species and models"]] : []),
     ...(report.results.length > 0 ? [["#convergence", "Convergence"]] : []),
     ["#done", "What was done"],
     ...(report.map ? [["#map", "Plot map"]] : []),

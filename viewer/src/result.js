@@ -3,7 +3,7 @@
 import { figures } from "./figures.js";
 import { element, verdictMark } from "./dom.js";
 import { isSound } from "./head.js";
-import { plural, responseName } from "./format.js";
+import { plural, responseName, withMinusSigns } from "./format.js";
 import { levels } from "./levels.js";
 import { chosenModels } from "./models.js";
 
@@ -15,10 +15,10 @@ export function resultSection(result, id) {
     { id, class: isSound(result) ? "result" : "result failed", "aria-labelledby": `${id}-title` },
     element("h2", { id: `${id}-title` }, title),
     element("p", {}, verdictMark(result.converged, isSound(result)), ` ${plural(result.n, "tree")} on ${plural(result.plots, "plot")}`),
-    element("p", { class: result.converged ? "small" : "note bad" }, result.verdict),
-    ...(result.doubts ?? []).map((doubt) => element("p", { class: "note bad" }, doubt)),
-    ...result.notes.map((note) => element("p", { class: "note" }, note)),
-    ...figures(result),
+    element("p", { class: result.converged ? "small" : "note bad" }, withMinusSigns(result.verdict)),
+    ...(result.doubts ?? []).map((doubt) => element("p", { class: "note bad" }, withMinusSigns(doubt))),
+    ...result.notes.map((note) => element("p", { class: "note" }, withMinusSigns(note))),
+    element("div", { class: "figures" }, ...figures(result)),
     element("h3", {}, "Chosen models"),
     ...chosenModels(result),
     element("h3", {}, "How they were chosen"),

@@ -2,6 +2,8 @@
 // Tables from a description of their columns.
 import { csvText, downloadButton } from "./csv.js";
 import { element } from "./dom.js";
+import { followScroll } from "./scroll.js";
+import { comparison, makeSortable } from "./sort.js";
 
 /**
  * @template Row
@@ -18,16 +20,14 @@ function cell(column, row, isFirst) {
 }
 
 const textOf = (part) => (typeof part === "string" ? part : part.textContent);
+const valueOf = (column, row) => (column.raw ? column.raw(row) : textOf(column.value(row)));
 
-function content(columns, rows) {
-  const value = (column, row) => (column.raw ? column.raw(row) : textOf(column.value(row)));
-  return csvText(columns.map(({ title }) => textOf(title)), rows.map((row) => columns.map((column) => value(column, row))));
-}
+const content = (columns, rows) => csvText(columns.map(({ title }) => textOf(title)), rows.map((row) => columns.map((column) => valueOf(column, row))));
 
 const fileName = (caption) => `${caption.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, 60)}.csv`;
 
 /**
- * A table in a frame that scrolls sideways where the screen is narrow, reachable by keyboard, with a button that saves it.
+ * A table in a frame that scrolls sideways where the screen is narrow, reachable by keyboard, with headings that sort it and a button that saves it.
  * @template Row
  * @param {string} caption
  * @param {Column<Row>[]} columns
@@ -35,24 +35,19 @@ const fileName = (caption) => `${caption.toLowerCase().replace(/[^\p{L}\p{N}]+/g
  * @param {(row: Row) => string | null} rowClass
  */
 export function table(caption, columns, rows, rowClass = () => null) {
-  const title = (column) => element("th", { scope: "col", class: column.text ? "text" : "number" }, column.title.cloneNode?.(true) ?? column.title);
-  const body = rows.map((row) =>
-    element("tr", { class: rowClass(row) }, ...columns.map((column, index) => cell(column, row, index === 0))),
-  );
+  const headings = columns.map((column) => element("th", { scope: "col", class: column.text ? "text" : "number" }, column.title.cloneNode?.(true) ?? column.title));
+  const lines = rows.map((row) => element("tr", { class: rowClass(row) }, ...columns.map((column, index) => cell(column, row, index === 0))));
+  const body = element("tbody", {}, ...lines);
+  const orders = columns.map((column) => comparison(rows.map((row) => valueOf(column, row)), column.text === true));
+  makeSortable(headings, body, lines, orders);
   const frame = element(
     "div",
     { class: "scroll", tabindex: "0", role: "group", "aria-label": caption },
-    element(
-      "table",
-      {},
-      element("caption", {}, caption),
-      element("thead", {}, element("tr", {}, ...columns.map(title))),
-      element("tbody", {}, ...body),
-    ),
+    element("table", {}, element("caption", {}, element("span", { class: "label" }), caption), element("thead", {}, element("tr", {}, ...headings)), body),
   );
   const button = downloadButton(fileName(caption), "Save as CSV", () => content(columns, rows));
   button.setAttribute("aria-label", `Save as CSV: ${caption}`);
-  return element("div", { class: "table" }, frame, button);
+  return element("div", { class: "table" }, frame, followScroll(frame), button);
 }
 
 /** Rows that can be used first, best first; the others keep their order. */

@@ -37,6 +37,18 @@ function apply() {
   listeners.forEach((listener) => listener());
 }
 
+/** What a function finds while the page has its light colors, as on paper. Nothing is painted meanwhile. */
+export function inLight(find) {
+  const { classList } = document.documentElement;
+  const wasLight = classList.contains("print");
+  classList.add("print");
+  try {
+    return find();
+  } finally {
+    if (!wasLight) classList.remove("print");
+  }
+}
+
 export const onThemeChange = (listener) => listeners.push(listener);
 
 export function startTheme() {

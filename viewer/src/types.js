@@ -21,12 +21,13 @@
  * @typedef {{plot: string[], tree: string[], dbh: number[], covariates: Record<string, (number|null)[]>, observed: number[], ols: number[], population: number[],
  *   conditional: number[], residual_ols: number[], residual_nlme: number[]}} Observations
  * @typedef {{covariate: string, classes: number[], trees: number[], covariates: (number|null)[][], population: (number|null)[][]}} ClassCurves
- * @typedef {{held_at: Record<string, number>, dbh: number[], h?: number[], ols: number[], population: number[],
+ * @typedef {{low: (number|null)[], high: (number|null)[]}} Band
+ * @typedef {{held_at: Record<string, number>, dbh: number[], h?: number[], ols: number[], population: number[], ols_band?: Band, population_band?: Band,
  *   plots: Record<string, number[]>, by_class: ClassCurves[]}} Curves
  * @typedef {{name: string, version: string}} Version
- * @typedef {{folds: number, trees: number, rmse_ols: number|null, rmse_covariates: number|null, rmse_nlme: number|null, t: number|null, worse: boolean}} LeftOut
+ * @typedef {{folds: number, trees: number, rmse_ols: number|null, rmse_covariates: number|null, rmse_nlme: number|null, r2_ols?: number|null, r2_covariates?: number|null, r2_nlme?: number|null, t: number|null, worse: boolean}} LeftOut
  * @typedef {{species: string, response: string, unit: string, n: number, plots: number, converged: boolean,
- *   verdict: string, sound?: boolean, doubts?: string[], left_out?: LeftOut|null, notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
+ *   verdict: string, sound?: boolean, doubts?: string[], left_out?: LeftOut|null, outlying?: {plot: string, distance: number|null, p: number|null}[], notes: string[], base: BaseCandidate[], covariates: CovariateCandidate[],
  *   random: RandomCandidate[], variance: VarianceCandidate[], fits: {ols: Fit|null, covariates: Fit|null, nlme: Fit|null},
  *   gain: {population: number|null, conditional: number|null}, observations: Observations, curves: Curves|null}} Result
  * @typedef {{areas: {name: string|null, rings: number[][][]}[], buffer: number, torus: boolean, species_names: string[],

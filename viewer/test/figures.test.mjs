@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the figures show, in the browser: classes of covariates, box plots, quantiles, random effects, themes, paper.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { paintedPixels, savedText } from "./browser.mjs";
 import { inBrowser } from "./in-browser.mjs";
@@ -40,24 +41,54 @@ test("a class with few trees is said to be an extrapolation", { skip }, () => {
   });
 });
 
-test("box plots count every tree once in each panel, and their quartiles are those of the residuals", { skip }, () => {
+test("box plots count every tree once in each panel, and their quartiles and means are those of the residuals", { skip }, () => {
   const data = example();
   const { observations } = data.results[0];
-  // Twenty trees that OLS predicts in one class of 2 m, with residuals 1 to 20: quartiles 5.75, 10.5 and 15.25 (R's type 7).
-  const rows = Array.from({ length: 20 }, (_, index) => index + 1);
+  // Twenty trees that OLS predicts in one class of 2 m, with standardised residuals 1 to 19 and 40: quartiles 5.75, 10.5 and 15.25 (R's type 7), mean 11.5.
+  const rows = Array.from({ length: 20 }, (_, index) => (index < 19 ? index + 1 : 40));
   Object.keys(observations).filter((name) => Array.isArray(observations[name])).forEach((name) => (observations[name] = observations[name].slice(0, 20)));
   observations.covariates.C.length = 20;
   observations.ols = rows.map(() => 10.5);
-  observations.observed = rows.map((row) => 10.5 + row);
+  observations.residual_ols = rows;
   return withPage(data, {}, async (page) => {
-    const figure = figureOf(page, "#result-1", "Residuals by class of height");
+    const figure = figureOf(page, "#result-1", "Standardised residuals by class of height");
     await open(figure);
-    const [row] = await tableRows(figure, "Residuals of OLS by predicted");
-    assert.deepEqual(row, ["10 to 12", "20", "1.000", "5.750", "10.500", "15.250", "20.000", "0"]);
-    const observed = await tableRows(figure, "Residuals of OLS by observed");
+    const [row] = await tableRows(figure, "Standardised residuals of OLS by predicted");
+    assert.deepEqual(row, ["10 to 12", "20", "1.000", "5.750", "10.500", "11.500", "15.250", "19.000", "1"]);
+    const observed = await tableRows(figure, "Standardised residuals of OLS by observed");
     assert.equal(observed.reduce((sum, cells) => sum + Number(cells[1]), 0), 20);
   });
 });
+
+test("figures are saved as SVG and PNG with their legend, light in every theme", { skip }, () =>
+  withPage(example(), { colorScheme: "dark" }, async (page) => {
+    const figure = figureOf(page, "#result-1", "Height against DBH");
+    const svg = await savedText(page, figure.getByRole("button", { name: "Save as SVG" }));
+    assert.match(svg, /^<svg xmlns="http:\/\/www.w3.org\/2000\/svg"/);
+    for (const part of ["NLME, population", "95 % confidence band, OLS", "DBH (cm)", "Height (m)", "#ffffff", "#b8480c"]) assert.ok(svg.includes(part), part);
+    const problem = await page.evaluate((text) => new DOMParser().parseFromString(text, "image/svg+xml").querySelector("parsererror")?.textContent ?? null, svg);
+    assert.equal(problem, null);
+    const [download] = await Promise.all([page.waitForEvent("download"), figure.getByRole("button", { name: "Save as PNG" }).click()]);
+    assert.match(download.suggestedFilename(), /^figure-\d+-height-against-dbh\.png$/);
+    const png = readFileSync(await download.path());
+    assert.deepEqual([...png.subarray(1, 4)], [..."PNG"].map((sign) => sign.charCodeAt(0)));
+    assert.ok(png.readUInt32BE(16) > 1000, "wide enough for print");
+  }),
+);
+
+test("marks of charts tell what they are", { skip }, () =>
+  withPage(example(), { viewport: { width: 1000, height: 800 } }, async (page) => {
+    const chart = page.locator("#result-1 .chart").first();
+    await chart.scrollIntoViewIfNeeded();
+    await chart.locator("canvas").waitFor();
+    const box = await chart.boundingBox();
+    const tip = page.locator(".tip");
+    for (let share = 0.2; share < 0.9 && !(await tip.isVisible().catch(() => false)); share += 0.01) {
+      await page.mouse.move(box.x + box.width * share, box.y + box.height * 0.4);
+    }
+    assert.match(await tip.textContent(), /plot \d+, tree \d+|Plot \d+: .* m at DBH|population: .* m at DBH|OLS: .* m at DBH/);
+  }),
+);
 
 test("random effects are sorted, and have intervals only where standard errors are known", { skip }, async () => {
   const data = example();

@@ -3,7 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { equalClasses, extent } from "../src/classes.js";
-import { decimals, inUnit, listing, MISSING, points, probability, responseInText, significant } from "../src/format.js";
+import { decimals, inUnit, listing, MISSING, points, probability, responseInText, significant, withMinusSigns } from "../src/format.js";
+import { comparison } from "../src/sort.js";
 import { byRank } from "../src/table.js";
 
 test("a missing number is a dash, never NaN or null", () => {
@@ -14,14 +15,32 @@ test("a missing number is a dash, never NaN or null", () => {
 
 test("digits are kept where they mean something", () => {
   assert.equal(significant(39.6071768), "39.607");
-  assert.equal(significant(-0.00728364743), "-0.0072836");
-  assert.equal(significant(7.51e-5, 3), "7.51e-5");
-  assert.equal(significant(4.5e-81, 3), "4.50e-81");
+  assert.equal(significant(-0.00728364743), "\u22120.0072836");
+  assert.equal(significant(7.51e-5, 3), "7.51e\u22125");
+  assert.equal(significant(4.5e-81, 3), "4.50e\u221281");
+  assert.equal(decimals(-0.5, 2), "\u22120.50");
+  assert.equal(points(-10.4), "\u221210.40");
   assert.equal(significant(0), "0");
   assert.equal(decimals(-0.0001, 2), "0.00");
   assert.equal(probability(2e-16), "< 0.001");
   assert.equal(probability(0.0496), "0.050");
   assert.equal(points(10.4), "+10.40");
+});
+
+test("sentences of the program get the page's minus sign, options and ranges do not", () => {
+  assert.equal(withMinusSigns("a correlation of -1 (-0.5), b=-2, 6e-07 errors"), "a correlation of \u22121 (\u22120.5), b=\u22122, 6e\u221207 errors");
+  assert.equal(withMinusSigns("try --covariance diagonal, 10-20 m, model-2"), "try --covariance diagonal, 10-20 m, model-2");
+});
+
+test("rows compare by number or by text, and what is missing comes last both ways", () => {
+  const order = (values, isText, sign) => {
+    const compare = comparison(values, isText);
+    return values.map((_, index) => index).sort((a, b) => compare(a, b, sign));
+  };
+  assert.deepEqual(order([10, null, -2, 9], false, 1), [2, 3, 0, 1]);
+  assert.deepEqual(order([10, null, -2, 9], false, -1), [0, 3, 2, 1]);
+  assert.deepEqual(order(["b: \u22120.0045***", "b: 0.2", ""], false, 1), [0, 1, 2]);
+  assert.deepEqual(order(["M10", "M2", ""], true, 1), [1, 0, 2]);
 });
 
 test("lists read as sentences", () => {

@@ -94,7 +94,7 @@ test("the summary and the tables hold the numbers of the data", { skip }, () =>
       "R² NLME population": nlme.statistics.population.r2.toFixed(4),
       "R² NLME conditional": nlme.statistics.conditional.r2.toFixed(4),
       "RMSE OLS": `${ols.statistics.population.rmse.toFixed(3)} m`,
-      "Gain, percent points of R²": `+${result.gain.conditional.toFixed(2)}`,
+      "Gain, percentage points of R²": `+${result.gain.conditional.toFixed(2)}`,
     };
     for (const [title, value] of Object.entries(expected)) assert.equal(first[title], value, title);
 
@@ -229,14 +229,100 @@ test("everything is reached by keyboard and has a text for those who do not see 
   }),
 );
 
-test("printing opens what is closed and draws every chart in ink", { skip }, () =>
+test("printing draws every chart in ink, and leaves closed what the reader has not opened", { skip }, () =>
   withPage(example(), { colorScheme: "dark" }, async (page) => {
+    await page.locator("#result-1 .figures + h3 ~ details > summary").first().click();
     await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
-    assert.equal(await page.locator("details:not([open])").count(), 0);
-    assert.equal(await page.locator(".chart canvas, .chart svg").count(), chartsIn(example()));
+    await page.emulateMedia({ media: "print" });
+    assert.equal(await page.locator("main details[open]").count(), 1);
+    assert.equal(await page.locator("figure > details").first().isVisible(), false);
+    assert.equal(await page.locator(".chart canvas, .chart svg, .chart img").count(), chartsIn(example()));
     assert.match(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--paper")), /#fdfdfb/);
-    await page.evaluate(() => dispatchEvent(new Event("afterprint")));
-    assert.notEqual(await page.locator("details:not([open])").count(), 0);
+  }),
+);
+
+test("nine models take less than 25 pages and 5 MB of PDF", { skip }, () => {
+  const data = example();
+  const [model] = data.results;
+  const repeat = (values, number) => Array.from({ length: number }, (_, index) => values[index % values.length]);
+  const grown = (columns) => Object.fromEntries(Object.entries(columns).map(([name, values]) => [name, Array.isArray(values) ? repeat(values, 1000) : grown(values)]));
+  data.results = Array.from({ length: 9 }, (_, index) => ({ ...model, species: `S${index + 1}`, observations: grown(model.observations) }));
+  return withPage(data, { viewport: { width: 1280, height: 900 } }, async (page) => {
+    const pdf = await page.pdf({ format: "A4", printBackground: true });
+    const pages = pdf.toString("latin1").match(/\/Type\s*\/Page\b/g).length;
+    assert.ok(pages < 25, `${pages} pages`);
+    assert.ok(pdf.length < 5_000_000, `${pdf.length} bytes`);
+  });
+});
+
+test("figures and tables are numbered in the order of the page, those in closed parts too", { skip }, () =>
+  withPage(example(), {}, async (page) => {
+    const figures = await page.locator("figure h3 .label").allTextContents();
+    assert.deepEqual(figures, figures.map((_, index) => `Figure ${index + 1}. `));
+    await openAll(page);
+    await filledTable(page, "#result-2", "Level 3, variance");
+    const tables = await page.locator(".table .label").evaluateAll((all) => all.filter((one) => !one.closest("figure")).map((one) => one.textContent));
+    assert.ok(tables.length > 10);
+    assert.deepEqual(tables, tables.map((_, index) => `Table ${index + 1}. `));
+    const behind = page.locator("figure").nth(1).locator(".label");
+    assert.deepEqual(await behind.allTextContents(), ["Figure 2. ", "Data of Figure 2. "]);
+  }),
+);
+
+test("a heading sorts its table up, down, and back, by mouse and by keyboard", { skip }, () =>
+  withPage(example(), {}, async (page) => {
+    const column = async () => (await rowTexts(page, "#result-1", "Fixed coefficients")).map((cells) => Number(cells[2].replace("\u2212", "-")));
+    const before = await column();
+    const heading = page.locator("#result-1 th", { hasText: "Estimate" });
+    const ascending = [...before].sort((a, b) => a - b);
+    await heading.locator("button").click();
+    assert.equal(await heading.getAttribute("aria-sort"), "ascending");
+    assert.deepEqual(await column(), ascending);
+    await heading.locator("button").press("Enter");
+    assert.equal(await heading.getAttribute("aria-sort"), "descending");
+    assert.deepEqual(await column(), [...ascending].reverse());
+    await heading.locator("button").press("Space");
+    assert.equal(await heading.getAttribute("aria-sort"), null);
+    assert.deepEqual(await column(), before);
+  }),
+);
+
+test("a wide table says how many columns are out of sight", { skip }, () =>
+  withPage(example(), { viewport: { width: 500, height: 800 } }, async (page) => {
+    const hint = page.locator("#summary .table .hint").last();
+    assert.match(await hint.textContent(), /\d+ more columns to the right/);
+    await page.locator("#summary .scroll").last().evaluate((frame) => (frame.scrollLeft = frame.scrollWidth));
+    await page.waitForFunction(() => /scroll back/.test([...document.querySelectorAll("#summary .hint")].at(-1).textContent));
+    assert.equal(await page.locator("#done .table .hint").isVisible(), false, "a narrow table needs no hint");
+    await page.setViewportSize({ width: 320, height: 800 });
+    await page.locator("#done .table .hint").waitFor({ state: "visible" });
+  }),
+);
+
+test("the page has one minus sign outside code and files", { skip }, () => {
+  const data = example();
+  data.results[0].verdict = "A correlation is -1; the next step changes nothing by 6e-07.";
+  return withPage(data, {}, async (page) => {
+    await openAll(page);
+    await filledTable(page, "#result-2", "Level 3, variance");
+    const texts = await page.evaluate(() => {
+      document.querySelectorAll("code, pre, script").forEach((node) => node.remove());
+      return document.body.innerText;
+    });
+    assert.doesNotMatch(texts, /(^|[\s(,=])-\d|\de-\d/m);
+    assert.match(texts, /is \u22121; .* 6e\u221207/);
+  });
+});
+
+test("on a phone the menu leads to each species and response, and closes behind the reader", { skip }, () =>
+  withPage(example(), { viewport: { width: 360, height: 640 } }, async (page) => {
+    const link = page.locator("nav a[href='#result-2']");
+    assert.equal(await link.isVisible(), false);
+    await page.locator("nav summary").click();
+    assert.equal(await link.isVisible(), true);
+    await link.click();
+    assert.equal(await link.isVisible(), false);
+    await page.waitForFunction(() => Math.abs(document.querySelector("#result-2").getBoundingClientRect().top) < 200);
   }),
 );
 
@@ -290,12 +376,33 @@ test("the plot map draws stems, crowns, window and buffer, and the unit of the t
     // Where the page scrolls to the field, another tree may come to lie under the pointer.
     await page.mouse.move(0, 0);
     await page.locator("#map input").fill("4");
-    assert.match(await told.textContent(), /no species, DBH 8.0 cm. Near the edge: a neighbor only/);
-    await page.locator("#map select").selectOption("1");
+    assert.match(await told.textContent(), /species unknown, DBH 8.0 cm, height unknown, crown width unknown. Near the edge: a neighbor only/);
+    await page.locator("#map input").fill("77");
+    assert.match(await told.textContent(), /There is no tree 77 on this map/);
+    await page.locator("#map select").first().selectOption("1");
     assert.equal(await counts(".stem"), 1);
     await page.locator("#map input").fill("1");
     assert.match(await told.textContent(), /Plot 2, tree 1: MH.*no neighbors/);
     assert.equal(await page.locator("nav a[href='#map']").count(), 1);
+  }),
+);
+
+test("the plot map has axes, scale bar and north arrow, says what is unknown, and is drawn by layer", { skip }, () =>
+  withPage({ ...example(), map: plotMap() }, { viewport: { width: 1000, height: 900 } }, async (page) => {
+    const axis = (await page.locator("#map svg > text.axis").allTextContents()).filter((text) => /^\d+$/.test(text));
+    assert.deepEqual(axis, ["0", "5", "10", "15", "20", "25", "30", "0", "5", "10", "15", "20", "25", "30"]);
+    assert.deepEqual(await page.locator("#map svg .scale-bar").allTextContents(), ["5 m"]);
+    // The bar is as long as 5 m of the window, which is 30 m wide.
+    const share = await page.evaluate(() => document.querySelector("#map .bar").getBBox().width / document.querySelector("#map .window").getBoundingClientRect().width);
+    assert.ok(Math.abs(share - 5 / 30) < 0.005, `${share}`);
+    assert.deepEqual(await page.locator("#map svg .north").allTextContents(), ["N"]);
+    assert.match(await page.locator("#map figcaption").textContent(), /1 tree of unknown species.*1 tree of unknown height.*1 tree of unknown crown width.*1 tree without position/);
+    const layer = page.getByLabel("Layer");
+    const drawn = () => page.locator("#map svg .stem").evaluateAll((all) => all.map((one) => Number(one.dataset.tree)).sort());
+    for (const [name, trees] of [["upper layer", [2]], ["lower layer", [1]], ["unknown height", [3]], ["all layers", [0, 1, 2, 3]]]) {
+      await layer.selectOption(name);
+      assert.deepEqual(await drawn(), trees, name);
+    }
   }),
 );
 

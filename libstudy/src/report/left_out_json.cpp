@@ -15,6 +15,9 @@ nlohmann::ordered_json left_out_object(const ResponseStudy& result) {
           {"rmse_ols", number_or_null(left_out.rmse_ols)},
           {"rmse_covariates", number_or_null(left_out.rmse_covariates)},
           {"rmse_nlme", number_or_null(left_out.rmse_nlme)},
+          {"r2_ols", number_or_null(left_out.r2_ols)},
+          {"r2_covariates", number_or_null(left_out.r2_covariates)},
+          {"r2_nlme", number_or_null(left_out.r2_nlme)},
           {"t", number_or_null(left_out.t)},
           {"worse", left_out.is_worse}};
 }

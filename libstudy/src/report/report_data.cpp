@@ -19,6 +19,7 @@
 #include "report/report_repeat.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "study/outlying_plots.hpp"
 #include "study/study_curves.hpp"
 #include "study/study_tables.hpp"
 
@@ -206,12 +207,18 @@ class Observations {
   std::vector<std::size_t> shown_;
 };
 
+ordered_json band_object(const CurveBand& band) {
+  return {{"low", numbers_or_null(band.low)}, {"high", numbers_or_null(band.high)}};
+}
+
 ordered_json curves_object(const Curves& curves) {
   ordered_json object{{"held_at", ordered_json::object()}, {"dbh", numbers_or_null(curves.dbh_cm)}};
   for (const auto& [name, value] : curves.held_at) object["held_at"][name] = number_or_null(value);
   if (!curves.h_m.empty()) object["h"] = numbers_or_null(curves.h_m);
   object["ols"] = numbers_or_null(curves.ols);
   object["population"] = numbers_or_null(curves.population);
+  object["ols_band"] = band_object(curves.ols_band);
+  object["population_band"] = band_object(curves.population_band);
   object["plots"] = ordered_json::object();
   for (const auto& [plot, values] : curves.plots) object["plots"][plot] = numbers_or_null(values);
   object["by_class"] = ordered_json::array();
@@ -237,6 +244,17 @@ std::vector<std::string> joined_notes(const ResponseStudy& result) {
   return notes;
 }
 
+ordered_json outlying_array(const ResponseStudy& result) {
+  ordered_json plots = ordered_json::array();
+  if (!result.nlme) return plots;
+  for (const PlotDistance& plot : outlying_plots(result.nlme->fit)) {
+    plots.push_back({{"plot", plot.plot},
+                     {"distance", number_or_null(plot.distance)},
+                     {"p", number_or_null(plot.p)}});
+  }
+  return plots;
+}
+
 ordered_json result_object(const ResponseStudy& result,
                            const StudyRecord& record,
                            const Catalogue& catalogue) {
@@ -250,6 +268,7 @@ ordered_json result_object(const ResponseStudy& result,
                       {"sound", result.is_sound()},
                       {"doubts", result.doubts},
                       {"left_out", left_out_object(result)},
+                      {"outlying", outlying_array(result)},
                       {"notes", joined_notes(result)},
                       {"base", base_rows(result, catalogue)},
                       {"covariates", covariate_rows(result)},
@@ -318,20 +337,25 @@ const char* kind_text(ColumnKind kind) {
   return "text";
 }
 
-ordered_json cell_value(const TableCell& cell) {
+ordered_json cell_value(const TableCell& cell, ColumnKind kind) {
   if (const auto* text = std::get_if<std::string>(&cell)) return *text;
+  if (std::holds_alternative<MarkedNumber>(cell)) return shown_text(cell, kind);
   const auto* value = std::get_if<double>(&cell);
   return value != nullptr ? number_or_null(*value) : ordered_json(nullptr);
 }
 
 /// The tables that sum up the whole study, as its folder has them.
 ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogue) {
+  static const std::set<std::string> summaries{"species",
+                                               "gains",
+                                               "level_tests",
+                                               "passed_over",
+                                               "plots_left_out",
+                                               "coefficients",
+                                               "variance_and_fit"};
   ordered_json tables = ordered_json::array();
   for (const FormattedTable& table : study_tables(record, catalogue)) {
-    const bool is_summary = table.name == "species" || table.name == "gains" ||
-                            table.name == "level_tests" || table.name == "passed_over" ||
-                            table.name == "plots_left_out";
-    if (!is_summary || table.rows.empty()) continue;
+    if (!summaries.contains(table.name) || table.rows.empty()) continue;
     ordered_json columns = ordered_json::array();
     for (const TableColumn& column : table.columns) {
       columns.push_back(
@@ -340,7 +364,9 @@ ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogu
     ordered_json rows = ordered_json::array();
     for (const TableRow& row : table.rows) {
       ordered_json cells = ordered_json::array();
-      for (const TableCell& cell : row) cells.push_back(cell_value(cell));
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        cells.push_back(cell_value(row[i], table.columns[i].kind));
+      }
       rows.push_back(std::move(cells));
     }
     tables.push_back({{"name", table.name},

@@ -90,7 +90,7 @@ TEST_CASE("curves are the models at mean covariates, within each plot's own diam
   }
 }
 
-TEST_CASE("gain is the difference of R2 in percent points, and null without a mixed model") {
+TEST_CASE("gain is the difference of R2 in percentage points, and null without a mixed model") {
   const test::RecordedStudy recorded({});
   const json result = data_of(recorded.record)["results"][0];
   const auto r2 = [&](const char* role, const char* kind) {

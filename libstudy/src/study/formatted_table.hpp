@@ -25,8 +25,16 @@ struct TableColumn {
   ColumnKind kind = ColumnKind::kText;
 };
 
+/// A number with a text before and after it, such as the stars of its significance. It is rounded
+/// in every format.
+struct MarkedNumber {
+  std::string before{};
+  double value = 0.0;
+  std::string after{};
+};
+
 /// Nothing, a text or a number; numbers that are not finite are shown as nothing.
-using TableCell = std::variant<std::monostate, std::string, double>;
+using TableCell = std::variant<std::monostate, std::string, double, MarkedNumber>;
 using TableRow = std::vector<TableCell>;
 
 struct FormattedTable {
@@ -37,9 +45,14 @@ struct FormattedTable {
 };
 
 std::string to_csv(const FormattedTable& table);
-/// A heading, the table of GitHub's Markdown, numbers to the right.
+/// A heading, the table of GitHub's Markdown, numbers to the right with the minus sign U+2212.
 std::string to_markdown(const FormattedTable& table);
-/// A tabular environment with \hline rules, without packages, in a table with its caption.
+/// Tabular environments with \hline rules, each in a table with the caption. A page has room for 45
+/// rows; more rows continue in a further table. No package is needed; with graphicx, tables of many
+/// columns are as wide as the text at most.
 std::string to_latex(const FormattedTable& table);
+
+/// A cell as people read it: rounded by the kind of its column, with the minus sign U+2212.
+std::string shown_text(const TableCell& cell, ColumnKind kind);
 
 }  // namespace silvafit::study

@@ -7,16 +7,18 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/cross_validation.hpp"
+#include "silvafit/fit/fit_statistics.hpp"
 
 namespace silvafit::study {
 namespace {
 
-/// As many as tell a bad model from a good one; each costs a fit of every level.
-constexpr std::size_t kFolds = 5;
+/// The usual number; each costs a refit of every level, which starts from the fit of all plots.
+constexpr std::size_t kFolds = 10;
 /// One-sided significance of being worse.
 constexpr double kSignificance = 0.05;
 /// Worse by this share of the error is said whatever the noise.
@@ -69,6 +71,18 @@ std::vector<Eigen::Index> rows_in_all(const std::vector<const Eigen::VectorXd*>&
 double rmse_of(const Eigen::VectorXd& errors, const std::vector<Eigen::Index>& rows) {
   if (errors.size() == 0) return kNaN;
   return std::sqrt(errors(rows).squaredNorm() / static_cast<double>(rows.size()));
+}
+
+/// R2 of the predictions behind the errors.
+double r2_of(const Eigen::VectorXd& errors,
+             const std::vector<Eigen::Index>& rows,
+             std::span<const double> observed) {
+  if (errors.size() == 0) return kNaN;
+  Eigen::VectorXd values(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    values[static_cast<Eigen::Index>(i)] = observed[static_cast<std::size_t>(rows[i])];
+  }
+  return fit::fit_statistics(values, values + errors(rows)).r2;
 }
 
 /// The upper quantile of t for the plots of the rows.
@@ -124,12 +138,16 @@ std::optional<LeftOutPlots> cross_validate_levels(const ResponseStudy& result,
   if (nlme.size() == 0 || ols.size() == 0) return std::nullopt;
   const std::vector<Eigen::Index> rows = rows_in_all({&nlme, &ols, &covariates});
   if (rows.empty()) return std::nullopt;
+  const std::span<const double> observed = table.numbers(result.response);
   LeftOutPlots left_out{.folds = std::min(kFolds, result.plots),
                         .trees = rows.size(),
                         .trees_without = table.rows() - rows.size(),
                         .rmse_ols = rmse_of(ols, rows),
                         .rmse_covariates = rmse_of(covariates, rows),
-                        .rmse_nlme = rmse_of(nlme, rows)};
+                        .rmse_nlme = rmse_of(nlme, rows),
+                        .r2_ols = r2_of(ols, rows, observed),
+                        .r2_covariates = r2_of(covariates, rows, observed),
+                        .r2_nlme = r2_of(nlme, rows, observed)};
   const bool is_better_with = left_out.rmse_covariates < left_out.rmse_ols;
   const Eigen::VectorXd& least_squares = is_better_with ? covariates : ols;
   const data::TextColumn labels = table.labels(result.group);

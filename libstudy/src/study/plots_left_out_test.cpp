@@ -47,13 +47,19 @@ TEST_CASE("the levels of a study predict all trees of plots left out") {
   const Study study = run_study(table, test::catalogue(), {.responses = {"h"}});
   const ResponseStudy& result = study.results.front();
   REQUIRE(result.left_out);
-  CHECK(result.left_out->folds == 5);
+  CHECK(result.left_out->folds == 8);  // as many as there are plots
   CHECK(result.left_out->trees + result.left_out->trees_without == 240);
   // The stand has limits with a standard deviation of 2 m by plot and residuals of 0.7 m, so that
   // trees of an unknown plot are off by about sqrt((2 * 0.8)^2 + 0.7^2) = 1.7 m.
   CHECK(result.left_out->rmse_nlme > 1.0);
   CHECK(result.left_out->rmse_nlme < 2.6);
   CHECK(result.left_out->rmse_ols < 2.6);
+  // R2 and RMSE are of the same errors: 1 - R2 is the ratio of their squares.
+  const LeftOutPlots& left_out = *result.left_out;
+  CHECK((1.0 - left_out.r2_nlme) / (1.0 - left_out.r2_ols) ==
+        Approx(std::pow(left_out.rmse_nlme / left_out.rmse_ols, 2)).epsilon(1e-12));
+  CHECK(left_out.r2_ols > 0.5);
+  CHECK(left_out.r2_ols < result.ols->fit.population.r2);
 }
 
 TEST_CASE("one plot cannot be left out") {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "silvafit/fit/prediction.hpp"
+#include "study/chosen_fits.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -41,23 +42,25 @@ std::vector<double> predicted(const fit::FittedModel& model,
   return {values.begin(), values.end()};
 }
 
+CurveBand band_of(const fit::FittedModel& model, const data::Table& grid) {
+  constexpr double kCoverage = 0.95;
+  const fit::Prediction prediction =
+      fit::predict(model,
+                   grid,
+                   fit::Level::kPopulation,
+                   {.interval = kCoverage, .interval_kind = fit::IntervalKind::kConfidence});
+  return {.low = {prediction.lower.begin(), prediction.lower.end()},
+          .high = {prediction.upper.begin(), prediction.upper.end()}};
+}
+
 bool uses(const fit::FittedModel& model, const std::string& name) {
   return std::ranges::any_of(model.ranges,
                              [&](const fit::ColumnRange& range) { return range.column == name; });
 }
 
-/// The chosen fits of the three levels, as far as there are any.
-std::vector<const fit::FittedModel*> chosen_fits(const ResponseStudy& result) {
-  std::vector<const fit::FittedModel*> fits;
-  for (const auto* fit : {&result.ols, &result.with_covariates, &result.nlme}) {
-    if (*fit) fits.push_back(&(*fit)->fit);
-  }
-  return fits;
-}
-
 bool any_uses(const ResponseStudy& result, const std::string& name) {
   return std::ranges::any_of(chosen_fits(result),
-                             [&](const fit::FittedModel* fit) { return uses(*fit, name); });
+                             [&](const ChosenFit& chosen) { return uses(*chosen.fit, name); });
 }
 
 std::vector<double> classes_of(std::vector<double> values) {
@@ -102,8 +105,8 @@ class CurveGrid {
       curves_.dbh_cm.push_back(low + share * (high - low));
     }
     table_.set("dbh", curves_.dbh_cm);
-    for (const fit::FittedModel* fit : chosen_fits(result)) {
-      for (const fit::ColumnRange& range : fit->ranges) hold(range.column);
+    for (const ChosenFit& chosen : chosen_fits(result)) {
+      for (const fit::ColumnRange& range : chosen.fit->ranges) hold(range.column);
     }
     if (any_uses(result, "h")) set_height();
     set_plot("");
@@ -198,7 +201,7 @@ std::vector<std::string> covariates_of(const ResponseStudy& result) {
   std::vector<std::string> names;
   const auto fits = chosen_fits(result);
   if (fits.empty()) return names;
-  for (const fit::ColumnRange& range : fits.back()->ranges) {
+  for (const fit::ColumnRange& range : fits.back().fit->ranges) {
     if (range.column != "dbh" && range.column != "h") names.push_back(range.column);
   }
   return names;
@@ -209,6 +212,7 @@ std::optional<Curves> curves_of(const ResponseStudy& result, const StudyRecord& 
   Curves curves;
   CurveGrid grid(result, record, curves);
   curves.ols = predicted(result.ols->fit, grid.table(), fit::Level::kPopulation);
+  curves.ols_band = band_of(result.ols->fit, grid.table());
   for (const std::string& name : covariates_of(result)) {
     curves.by_class.push_back(class_curves(name, result, record, grid));
   }
@@ -216,6 +220,7 @@ std::optional<Curves> curves_of(const ResponseStudy& result, const StudyRecord& 
   if (!result.nlme) return curves;
   const fit::FittedModel& mixed = result.nlme->fit;
   curves.population = predicted(mixed, grid.table(), fit::Level::kPopulation);
+  curves.population_band = band_of(mixed, grid.table());
   for (const std::string& plot : mixed.group_labels) {
     const auto [low, high] = grid.range_of(plot);
     std::vector<double> values = predicted(mixed, grid.for_plot(plot), fit::Level::kConditional);

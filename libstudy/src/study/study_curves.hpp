@@ -23,13 +23,21 @@ struct ClassCurves {
   std::vector<std::vector<double>> population{};
 };
 
+/// The ends of the 95 % confidence intervals of a curve, over the grid.
+struct CurveBand {
+  std::vector<double> low{};
+  std::vector<double> high{};
+};
+
 /// A response against DBH with the other columns held at their means.
 struct Curves {
   std::map<std::string, double> held_at{};
   std::vector<double> dbh_cm{};  ///< the common grid
   std::vector<double> h_m{};     ///< height at each DBH, for models that use it; else empty
   std::vector<double> ols{};
-  std::vector<double> population{};                    ///< mixed model with b = 0
+  std::vector<double> population{};  ///< mixed model with b = 0
+  CurveBand ols_band{};
+  CurveBand population_band{};                         ///< of f(beta); empty without a mixed model
   std::map<std::string, std::vector<double>> plots{};  ///< by plot, NaN outside its range of DBH
   std::vector<ClassCurves> by_class{};                 ///< of each covariate of the chosen model
 };

@@ -15,6 +15,7 @@
 #include "silvafit/base/parallel.hpp"
 #include "study/level_fits.hpp"
 #include "study/nested_tests.hpp"
+#include "study/outlying_plots.hpp"
 #include "study/plots_left_out.hpp"
 #include "study/study_levels.hpp"
 
@@ -304,6 +305,16 @@ void run_plots_left_out(std::vector<Work>& works, Study& study, const ProgressCa
   study.stages.push_back(stage);
 }
 
+/// Plots that a reader has to look at before trusting the variances.
+void note_outlying_plots(std::vector<Work>& works) {
+  for (Work& work : works) {
+    ResponseStudy& result = work.result;
+    if (!result.nlme) continue;
+    const std::string note = outlying_sentence(outlying_plots(result.nlme->fit), result.group);
+    if (!note.empty()) result.notes.push_back(note);
+  }
+}
+
 void run_levels(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   for (Work& work : works) {
     work.plausibility.emplace(work.result.response, work.table, study.options.group);
@@ -393,6 +404,7 @@ void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& 
   run_levels(works, study, progress);
   run_other_bases(works, notes, study, progress);
   run_plots_left_out(works, study, progress);
+  note_outlying_plots(works);
 }
 
 }  // namespace silvafit::study

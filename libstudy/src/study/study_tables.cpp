@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/stand/species_table.hpp"
-#include "silvafit/stand/stand_summary.hpp"
-#include "study/letter_groups.hpp"
+#include "study/chosen_fits.hpp"
+#include "study/model_tables.hpp"
 #include "study/nested_tests.hpp"
+#include "study/species_importance.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -66,7 +66,7 @@ TableRow criteria(const Candidate& candidate) {
           candidate.objection};
 }
 
-const Columns kStatistics{{"r2", "R2", ColumnKind::kShare},
+const Columns kStatistics{{"r2", "R\u00B2", ColumnKind::kShare},
                           {"mean_error", "Mean error", ColumnKind::kShare},
                           {"rmse", "RMSE", ColumnKind::kShare},
                           {"mae", "MAE", ColumnKind::kShare}};
@@ -174,16 +174,6 @@ FormattedTable variance_functions_table(const Study& study) {
   return table;
 }
 
-/// The chosen fits of a result under the names of their levels.
-std::vector<std::pair<std::string, const fit::FittedModel*>> chosen_fits_by_level(
-    const ResponseStudy& result) {
-  std::vector<std::pair<std::string, const fit::FittedModel*>> fits;
-  if (result.ols) fits.emplace_back("ols", &result.ols->fit);
-  if (result.with_covariates) fits.emplace_back("covariates", &result.with_covariates->fit);
-  if (result.nlme) fits.emplace_back("nlme", &result.nlme->fit);
-  return fits;
-}
-
 FormattedTable estimates_table(const Study& study) {
   FormattedTable table{.name = "estimates",
                        .caption = "Coefficients of the chosen models",
@@ -196,7 +186,7 @@ FormattedTable estimates_table(const Study& study) {
                                           {"t", "t", ColumnKind::kCriterion},
                                           {"p", "p", ColumnKind::kP}})};
   for (const ResponseStudy& result : study.results) {
-    for (const auto& [level, fit] : chosen_fits_by_level(result)) {
+    for (const auto& [level, fit] : chosen_fits(result)) {
       const Eigen::VectorXd errors = fit->standard_errors();
       const Eigen::VectorXd t = fit->t_values();
       const Eigen::VectorXd p = fit->p_values();
@@ -267,7 +257,7 @@ FormattedTable statistics_table(const Study& study) {
                          {"bic", "BIC", ColumnKind::kCriterion},
                          {"converged", "Converged"}})};
   for (const ResponseStudy& result : study.results) {
-    for (const auto& [level, fit] : chosen_fits_by_level(result)) {
+    for (const auto& [level, fit] : chosen_fits(result)) {
       const auto add = [&, &name = level, &model = fit](const std::string& prediction,
                                                         const fit::FitStatistics& values) {
         table.rows.push_back(
@@ -295,15 +285,15 @@ FormattedTable gains_table(const Study& study) {
       .name = "gains",
       .caption = "What the mixed model gains over ordinary least squares",
       .columns = joined(kSubject,
-                        {{"r2_ols", "R2 OLS", ColumnKind::kShare},
-                         {"r2_nlme", "R2 NLME", ColumnKind::kShare},
+                        {{"r2_ols", "R\u00B2 OLS", ColumnKind::kShare},
+                         {"r2_nlme", "R\u00B2 NLME", ColumnKind::kShare},
                          {"gain", "Gain (%)", ColumnKind::kPercent},
                          {"rmse_ols", "RMSE OLS", ColumnKind::kShare},
                          {"rmse_nlme", "RMSE NLME", ColumnKind::kShare},
                          {"rmse_reduction", "RMSE lower by (%)", ColumnKind::kPercent},
                          {"aic_ols", "AIC OLS", ColumnKind::kCriterion},
                          {"aic_nlme", "AIC NLME", ColumnKind::kCriterion},
-                         {"r2_population", "R2 NLME, b = 0", ColumnKind::kShare}})};
+                         {"r2_population", "R\u00B2 NLME, b = 0", ColumnKind::kShare}})};
   for (const ResponseStudy& result : study.results) {
     if (!result.ols || !result.nlme) continue;
     const fit::FitStatistics& ols = result.ols->fit.population;
@@ -365,6 +355,9 @@ FormattedTable plots_left_out_table(const Study& study) {
                          {"rmse_ols", "RMSE OLS", ColumnKind::kShare},
                          {"rmse_covariates", "RMSE OLS with covariates", ColumnKind::kShare},
                          {"rmse_nlme", "RMSE NLME", ColumnKind::kShare},
+                         {"r2_ols", "R\u00B2 OLS", ColumnKind::kShare},
+                         {"r2_covariates", "R\u00B2 OLS with covariates", ColumnKind::kShare},
+                         {"r2_nlme", "R\u00B2 NLME", ColumnKind::kShare},
                          {"t", "t", ColumnKind::kCriterion},
                          {"worse", "Worse"}})};
   for (const ResponseStudy& result : study.results) {
@@ -376,37 +369,24 @@ FormattedTable plots_left_out_table(const Study& study) {
                                  left_out.rmse_ols,
                                  left_out.rmse_covariates,
                                  left_out.rmse_nlme,
+                                 left_out.r2_ols,
+                                 left_out.r2_covariates,
+                                 left_out.r2_nlme,
                                  left_out.t,
                                  yes_or_no(left_out.is_worse)}));
   }
   return table;
 }
 
-/// Models that are not nested count as different where their AIC are apart.
-bool differ(const fit::FittedModel& larger,
-            const fit::FittedModel& smaller,
-            const StudyOptions& options) {
-  if (const auto test = nested_test(larger, smaller)) return test->p < options.significance;
-  return std::abs(larger.aic() - smaller.aic()) > options.equally_good;
-}
-
 void add_level_tests(const ResponseStudy& result,
                      const StudyOptions& options,
                      FormattedTable& table) {
-  const auto fits = chosen_fits_by_level(result);
-  std::vector<std::vector<bool>> differs(fits.size(), std::vector<bool>(fits.size(), false));
+  const auto fits = chosen_fits(result);
+  const std::vector<std::string> letters = letters_of(fits, options);
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      differs[i][j] = differs[j][i] = differ(*fits[i].second, *fits[j].second, options);
-    }
-  }
-  const std::vector<std::string> letters = letter_groups(differs);
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    const std::optional<LikelihoodRatioTest> against_before =
-        i == 0 ? std::nullopt : nested_test(*fits[i].second, *fits[i - 1].second);
-    table.rows.push_back(joined(joined(joined(subject(result), {fits[i].first, letters[i]}),
-                                       {fits[i].second->log_likelihood, fits[i].second->aic()}),
-                                test_cells(against_before)));
+    table.rows.push_back(joined(joined(joined(subject(result), {fits[i].level, letters[i]}),
+                                       {fits[i].fit->log_likelihood, fits[i].fit->aic()}),
+                                test_cells(test_against_before(fits, i))));
   }
 }
 
@@ -428,47 +408,11 @@ FormattedTable level_tests_table(const Study& study) {
   return table;
 }
 
-/// Table 1 of Wang and others 2023. Areas, and what is by hectare, need windows.
-FormattedTable species_table_of(const StudyRecord& record) {
-  FormattedTable table{
-      .name = "species",
-      .caption = "Species by importance value",
-      .columns = {{"species", "Species"},
-                  {"trees", "Trees", ColumnKind::kCount},
-                  {"stems_per_ha", "Stems per ha", ColumnKind::kPercent},
-                  {"basal_area_per_ha", "Basal area (m2/ha)", ColumnKind::kCriterion},
-                  {"mean_dbh", "Mean DBH (cm)", ColumnKind::kCriterion},
-                  {"mean_height", "Mean height (m)", ColumnKind::kCriterion},
-                  {"dominant_height", "Dominant height (m)", ColumnKind::kCriterion},
-                  {"relative_density", "Relative density (%)", ColumnKind::kPercent},
-                  {"relative_frequency", "Relative frequency (%)", ColumnKind::kPercent},
-                  {"relative_dominance", "Relative dominance (%)", ColumnKind::kPercent},
-                  {"importance", "Importance value (%)", ColumnKind::kPercent}}};
-  const stand::Inventory& inventory = record.inventory.inventory;
-  std::vector<stand::SampledArea> areas;
-  if (record.units) areas = stand::sampled_areas(inventory, record.units->windows, {});
-  if (areas.empty()) areas = stand::plots_of_unknown_area(inventory);
-  for (const stand::SpeciesRow& row : stand::species_table(inventory, areas)) {
-    table.rows.push_back({row.species,
-                          count(row.figures.trees),
-                          row.figures.stems_per_ha,
-                          row.figures.basal_area_m2_per_ha,
-                          row.figures.mean_dbh_cm,
-                          row.figures.mean_height_m,
-                          row.figures.dominant_height_m,
-                          row.all.relative_density,
-                          row.all.relative_frequency,
-                          row.all.relative_dominance,
-                          row.all.value});
-  }
-  return table;
-}
-
 }  // namespace
 
 std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalogue& catalogue) {
   const Study& study = record.study;
-  return {species_table_of(record),
+  return {species_importance_table(record),
           candidates_table(study, catalogue),
           covariates_table(study),
           random_effects_table(study),
@@ -479,7 +423,10 @@ std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalo
           gains_table(study),
           level_tests_table(study),
           passed_over_table(study),
-          plots_left_out_table(study)};
+          plots_left_out_table(study),
+          coefficients_table(study),
+          variance_and_fit_table(study),
+          plot_effects_table(study)};
 }
 
 void write_study_tables(const StudyRecord& record,

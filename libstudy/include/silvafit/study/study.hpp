@@ -109,6 +109,10 @@ struct LeftOutPlots {
   double rmse_ols = 0.0;
   double rmse_covariates = 0.0;
   double rmse_nlme = 0.0;
+  /// 1 - SSE / SST of the same trees, SST around their mean; NaN without such a model.
+  double r2_ols = 0.0;
+  double r2_covariates = 0.0;
+  double r2_nlme = 0.0;
   /// t of the differences of squared errors between the mixed model and the better one of least
   /// squares, with the plots as replicates; positive where the mixed model is worse.
   double t = 0.0;

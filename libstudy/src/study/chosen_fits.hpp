@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// The chosen models of a result side by side: which there are, and which of them differ.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/study/study.hpp"
+
+namespace silvafit::study {
+
+/// A chosen model under the name of its level: ols, covariates or nlme.
+struct ChosenFit {
+  std::string level{};
+  const fit::FittedModel* fit = nullptr;
+};
+
+/// The chosen models of a result in the order of the levels, as far as there are any.
+std::vector<ChosenFit> chosen_fits(const ResponseStudy& result);
+
+/// The same without a model of level 2 that has no covariates: it is that of level 1.
+std::vector<ChosenFit> distinct_fits(const ResponseStudy& result);
+
+/// The likelihood-ratio test of a chosen model against the one before it; nothing for the first.
+std::optional<LikelihoodRatioTest> test_against_before(const std::vector<ChosenFit>& fits,
+                                                       std::size_t index);
+
+/// Letters of the models: two share one if they do not differ. Nested models differ where their
+/// likelihood-ratio test is significant, others where their AIC are farther apart than those of
+/// models that are equally good.
+std::vector<std::string> letters_of(const std::vector<ChosenFit>& fits,
+                                    const StudyOptions& options);
+
+}  // namespace silvafit::study

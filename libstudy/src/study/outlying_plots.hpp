@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Plots whose random effects are far from those of the others.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::study {
+
+/// How far the random effects of a plot lie from those of all other plots.
+struct PlotDistance {
+  std::string plot{};
+  /// Standardised effects against the mean and covariance of those of the other plots; with one
+  /// effect its studentised deviation. NaN where there are too few plots to tell.
+  double distance = std::numeric_limits<double>::quiet_NaN();
+  /// Of a distance so large in any of the plots (Bonferroni).
+  double p = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The distances of all plots, in the order of the fit's groups.
+///
+/// The EBLUPs of a plot are standardised by their covariance Psi - V, V the conditional covariance
+/// given the plot's trees. Directions that Psi does not have are left out. Each plot is left out in
+/// turn and compared with the others, so that it cannot hide in a variance that it has inflated.
+/// Sources: Waternaux, Laird and Ware 1989, J. Am. Stat. Assoc. 84, 33-41 (standardised EBLUPs);
+/// Wilks 1963, Sankhya A 25, 407-426 (a multivariate outlier left out).
+/// \param fit  with random effects
+std::vector<PlotDistance> plot_distances(const fit::FittedModel& fit);
+
+/// The plots with p below 0.05, the farthest first.
+std::vector<PlotDistance> outlying_plots(const fit::FittedModel& fit);
+
+/// "Plot 2 is outlying: ...", for one plot or several; empty for none.
+std::string outlying_sentence(const std::vector<PlotDistance>& plots, const std::string& group);
+
+}  // namespace silvafit::study
