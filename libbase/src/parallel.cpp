@@ -49,18 +49,27 @@ class LoopOrder {
 
 }  // namespace
 
+std::size_t worker_count(unsigned threads) {
+  return threads == 0 ? static_cast<std::size_t>(tbb::info::default_concurrency()) : threads;
+}
+
 void parallel_for(std::size_t count,
                   unsigned threads,
                   const std::function<void(std::size_t)>& task) {
-  if (threads == 1 || count < 2) {
-    for (std::size_t i = 0; i < count; ++i) task(i);
+  parallel_for(count, threads, [&task](std::size_t i, std::size_t /*worker*/) { task(i); });
+}
+
+void parallel_for(std::size_t count,
+                  unsigned threads,
+                  const std::function<void(std::size_t, std::size_t)>& task) {
+  const std::size_t workers = worker_count(threads);
+  if (workers == 1 || count < 2) {
+    for (std::size_t i = 0; i < count; ++i) task(i, 0);
     return;
   }
   // Lets TBB have more threads than there are cores, where the caller asks for them.
-  const tbb::global_control limit(
-      tbb::global_control::max_allowed_parallelism,
-      threads == 0 ? static_cast<std::size_t>(tbb::info::default_concurrency()) : threads);
-  tbb::task_arena arena(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads));
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, workers);
+  tbb::task_arena arena(static_cast<int>(workers));
   LoopOrder order;
   arena.execute([&] {
     // One task at a time: fits differ in cost by orders of magnitude.
@@ -68,7 +77,9 @@ void parallel_for(std::size_t count,
         tbb::blocked_range<std::size_t>(0, count, 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           const LoopOrder::Task ordered(order);
-          for (std::size_t i = range.begin(); i != range.end(); ++i) task(i);
+          const auto worker =
+              static_cast<std::size_t>(tbb::this_task_arena::current_thread_index());
+          for (std::size_t i = range.begin(); i != range.end(); ++i) task(i, worker);
         },
         tbb::simple_partitioner());
   });

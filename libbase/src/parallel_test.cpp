@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/base/parallel.hpp"
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <stdexcept>
 #include <vector>
@@ -10,6 +11,18 @@ TEST_CASE("every task runs once, whatever the number of threads") {
     std::vector<int> runs(1000, 0);
     silvafit::parallel_for(runs.size(), threads, [&](std::size_t i) { ++runs[i]; });
     CHECK(runs == std::vector<int>(1000, 1));
+  }
+}
+
+TEST_CASE("no two tasks at work have the same worker") {
+  for (const unsigned threads : {0U, 1U, 2U, 5U}) {
+    std::vector<std::atomic<int>> at_work(silvafit::worker_count(threads));
+    std::atomic<int> shared = 0;
+    silvafit::parallel_for(1000, threads, [&](std::size_t, std::size_t worker) {
+      if (++at_work.at(worker) > 1) ++shared;
+      --at_work.at(worker);
+    });
+    CHECK(shared == 0);
   }
 }
 

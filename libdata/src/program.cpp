@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/data/program.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -45,7 +46,8 @@ void evaluate_scalars(const std::vector<Value>& values,
 /// The registers of a workspace, at a multiple of kRegisterAlignment.
 double* registers_of(std::vector<double>& memory, std::size_t count) {
   constexpr std::size_t kSpare = kRegisterAlignment / sizeof(double);
-  memory.resize(count * kRegisterStride + kSpare);
+  // Not less than before: what grows again is filled with zeros.
+  memory.resize(std::max(memory.size(), count * kRegisterStride + kSpare));
   void* start = memory.data();
   std::size_t space = memory.size() * sizeof(double);
   return static_cast<double*>(

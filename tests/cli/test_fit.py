@@ -5,6 +5,7 @@ import csv
 import io
 import json
 import math
+import re
 import unittest
 
 from silvafit_program import ProgramTest, stand_csv
@@ -201,16 +202,22 @@ class MixedEffects(ProgramTest):
         self.assertEqual(one, two)
 
     def test_threads_within_a_fit_do_not_change_a_byte(self):
-        # More rows than a thread works on at a time.
-        rows = [f"{tree % 60},{5 + tree * 7 % 31},{tree % 60 % 7 + 12 * (1 - 0.94 ** (5 + tree * 7 % 31)) + tree * 13 % 17 / 10}"
+        # More rows and plots than a thread works on at a time.
+        rows = [f"{tree % 1200},{5 + tree * 7 % 31},{tree % 60 % 7 + 12 * (1 - 0.94 ** (5 + tree * 7 % 31)) + tree * 13 % 17 / 10}"
                 for tree in range(12000)]
         self.write("stand.csv", "plot,dbh,h\n" + "\n".join(rows))
-        arguments = ("fit", "stand.csv", "--formula", MEYER, "--random", "a | plot", "--method", "laplace")
-        one, two, three = (self.run_json(*arguments, "--threads", n) for n in ("1", "2", "3"))
-        for fit in (one, two, three):
-            del fit["seconds"]
-        self.assertEqual(one, two)
-        self.assertEqual(one, three)
+        fits = [("--method", "ols"), ("--variance", "power")]
+        fits += [("--random", "a | plot", "--method", method) for method in ("lb", "laplace", "focei", "agq")]
+        fits.append(("--random", "a | plot", "--variance", "power"))
+        for more in fits:
+            with self.subTest(more):
+                outputs = []
+                for threads in ("1", "2", "3", "7"):
+                    arguments = ("fit", "stand.csv", "--formula", MEYER, *more, "--json", "--threads", threads)
+                    outputs.append(re.sub(r'"seconds": [^,\n]*', "", self.run_program(*arguments).stdout))
+                self.assertIn('"estimate"', outputs[0])
+                for output in outputs[1:]:
+                    self.assertEqual(outputs[0], output)
 
 
 class Catalogue(ProgramTest):

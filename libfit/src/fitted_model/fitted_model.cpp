@@ -272,7 +272,6 @@ std::optional<Integration> integration_of(Method method) {
 MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOptions& options) {
   return {.starts = complete_starts(model, options.start),
           .quadrature_points = options.quadrature_points,
-          .threads = options.threads,
           .trace = options.trace};
 }
 
@@ -397,7 +396,7 @@ FitResult fit_model(const ModelSpecification& specification,
   check_method(specification, method, options.reml);
   check_start(specification, options.start);
   const FreeFit fit = [&](const ModelSpecification& model, const FittedModel* nearby) {
-    const NonlinearModel bound(model, table);
+    const NonlinearModel bound(model, table, options.threads);
     return nearby == nullptr ? fit_freely(bound, method, options)
                              : fit_nearby(bound, method, options, *nearby);
   };
@@ -405,7 +404,9 @@ FitResult fit_model(const ModelSpecification& specification,
   FitResult result =
       is_free ? fit(specification, nullptr) : fit_constrained(specification, table, options, fit);
   // What is kept there is for the coefficients that were free.
-  if (!is_free) keep_uncertainty(NonlinearModel(specification, table), result.fit);
+  if (!is_free) {
+    keep_uncertainty(NonlinearModel(specification, table, options.threads), result.fit);
+  }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
   return result;

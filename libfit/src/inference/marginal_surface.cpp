@@ -24,19 +24,17 @@ class MarginalSurface : public LikelihoodSurface {
       : likelihood_(setting.model,
                     setting.variance,
                     curvature_of(setting.fit.method),
-                    setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1,
-                    1),
+                    setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1),
         coordinates_(setting.model, setting.variance, setting.frame),
         optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
     const MarginalPoint point = coordinates_.point(optimum_);
     const bool is_nested = setting.model.specification().outer_random.has_value();
-    likelihood_.set_modes(is_nested
-                              ? coordinates_.spherical(optimum_, true, setting.fit.outer.effects)
-                              : MatrixXd(0, setting.model.cluster_count()),
-                          coordinates_.spherical(optimum_, false, setting.fit.random_effects));
+    likelihood_.set_modes(
+        {.outer = is_nested ? coordinates_.spherical(optimum_, true, setting.fit.outer.effects)
+                            : MatrixXd(0, setting.model.cluster_count()),
+         .inner = coordinates_.spherical(optimum_, false, setting.fit.random_effects)});
     likelihood_.evaluate(point, false);
-    outer_modes_ = likelihood_.outer_modes();
-    inner_modes_ = likelihood_.inner_modes();
+    modes_ = likelihood_.modes();
   }
 
   double value(const VectorXd& x, VectorXd* gradient) override {
@@ -44,7 +42,7 @@ class MarginalSurface : public LikelihoodSurface {
     const MarginalPoint point = coordinates_.point(x);
     // Always from the modes of the estimates, so that a value depends on x alone: where a group has
     // several modes, the last search may have left it in another one.
-    likelihood_.set_modes(outer_modes_, inner_modes_);
+    likelihood_.set_modes(modes_);
     const MarginalValue value = likelihood_.evaluate(point, gradient != nullptr);
     if (gradient != nullptr) *gradient = coordinates_.gradient(value);
     return value.minus_log_likelihood;
@@ -57,8 +55,7 @@ class MarginalSurface : public LikelihoodSurface {
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
   VectorXd optimum_;
-  MatrixXd outer_modes_;
-  MatrixXd inner_modes_;
+  Modes modes_;
 };
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <utility>
 
 #include "least_squares/levenberg_marquardt.hpp"
@@ -28,23 +27,6 @@ constexpr std::size_t kDescents = 8;
 /// Candidates nearer than this factor in all coefficients lead to the same place.
 constexpr double kCandidateFactor = 2.5;
 constexpr double kStartFactor = 1.001;
-
-/// A value and its observation; of equal values the earlier observation comes first.
-using Ordered = std::pair<double, Index>;
-
-/// Puts what a sort would put at some places there, and leaves the rest between them in any order.
-/// \param first   place of the first of the values
-/// \param places  ascending, all among those of the values
-void put_in_place(std::span<Ordered> values,
-                  std::size_t first,
-                  std::span<const std::size_t> places) {
-  if (places.empty()) return;
-  const std::size_t middle = places.size() / 2;
-  const std::size_t at = places[middle] - first;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
-  put_in_place(values.first(at), first, places.first(middle));
-  put_in_place(values.subspan(at + 1), places[middle] + 1, places.subspan(middle + 1));
-}
 
 }  // namespace
 
@@ -66,15 +48,14 @@ std::vector<Index> even_sample(const VectorXd& response, Index count) {
     std::iota(chosen.begin(), chosen.end(), Index{0});
     return chosen;
   }
-  std::vector<Ordered> all;
+  // Of equal values the earlier observation comes first.
+  std::vector<std::pair<double, Index>> all;
   all.reserve(static_cast<std::size_t>(response.size()));
-  for (Index i = 0; i < response.size(); ++i) all.push_back({response[i], i});
-  std::vector<std::size_t> places;
+  for (Index i = 0; i < response.size(); ++i) all.emplace_back(response[i], i);
+  std::ranges::sort(all);
   for (Index k = 0; k < count; ++k) {
-    places.push_back(static_cast<std::size_t>(k * (response.size() - 1) / (count - 1)));
+    chosen.push_back(all[static_cast<std::size_t>(k * (response.size() - 1) / (count - 1))].second);
   }
-  put_in_place(all, 0, places);
-  for (const std::size_t place : places) chosen.push_back(all[place].second);
   std::ranges::sort(chosen);
   return chosen;
 }

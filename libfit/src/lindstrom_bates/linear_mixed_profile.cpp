@@ -2,10 +2,12 @@
 #include "lindstrom_bates/linear_mixed_profile.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "lindstrom_bates/level_algebra.hpp"
+#include "silvafit/base/parallel.hpp"
 
 namespace silvafit::fit {
 
@@ -17,7 +19,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// One evaluation: sums over groups and clusters on the way up, derivatives on the way down.
+// Groups that one thread works on at a time: enough to be worth handing over.
+constexpr Index kPartGroups = 512;
+
+/// One evaluation: sums over groups and clusters on the way up, derivatives on the way down. Parts
+/// of the clusters are worked on in parallel and their sums added in order.
 template <int kInner, int kWidth>
 class Evaluation {
  public:
@@ -35,8 +41,9 @@ class Evaluation {
         inner_(model.random.inner, factors.inner, width_),
         outer_(model.random.outer, factors.outer, width_),
         inner_algebra_(inner_),
-        outer_algebra_(outer_),
-        products_(static_cast<std::size_t>(width_ * width_)) {}
+        outer_algebra_(outer_) {
+    cut_into_parts();
+  }
 
   LinearMixedProfile run(bool with_derivatives) {
     sum_up();
@@ -46,6 +53,19 @@ class Evaluation {
   }
 
  private:
+  /// Consecutive clusters, with their share of all sums.
+  struct Part {
+    Index begin = 0;  ///< first cluster
+    Index end = 0;
+    std::vector<double> products{};  ///< room for the cross products of one group
+    std::vector<double> by_products{};
+    LogOfProduct determinant{};
+    MatrixXd total{};
+    RelativeFactors by_factor{};
+    RelativeFactors by_covariance{};
+    VectorXd by_term{};
+  };
+
   bool has_clusters() const { return outer_.size > 0; }
   Index clusters() const { return static_cast<Index>(model_.random.cluster_begin.size()) - 1; }
   double* kept(Index group) { return inner_kept_.data() + group * inner_.kept(); }
@@ -53,44 +73,73 @@ class Evaluation {
   double* cluster_products(Index cluster) {
     return cluster_products_.data() + cluster * width_ * width_;
   }
+  /// The groups of a cluster, or of no cluster in particular: one each.
+  Index first_group(Index cluster) const {
+    return has_clusters() ? model_.random.cluster_begin[static_cast<std::size_t>(cluster)]
+                          : cluster;
+  }
+
+  void cut_into_parts() {
+    const Index count = has_clusters() ? clusters() : moments_.groups();
+    Index begin = 0;
+    for (Index cluster = 0; cluster < count; ++cluster) {
+      const bool is_last = cluster + 1 == count;
+      if (first_group(cluster + 1) - first_group(begin) < kPartGroups && !is_last) continue;
+      parts_.push_back({.begin = begin, .end = cluster + 1});
+      begin = cluster + 1;
+    }
+  }
+
+  template <typename Work>
+  void for_each_part(const Work& work) {
+    parallel_for(parts_.size(), model_.threads, [&](std::size_t k) { work(parts_[k]); });
+  }
 
   /// The cross products of a group at the displacement.
-  const double* products(Index group) {
+  const double* products(Index group, Part& part) const {
     if (!is_displaced_) return moments_.term(group, 0);
     const Index size = width_ * width_;
     const double* const terms = moments_.term(group, 0);
-    for (Index k = 0; k < size; ++k) products_[k] = term_weights_[0] * terms[k];
+    part.products.resize(static_cast<std::size_t>(size));
+    for (Index k = 0; k < size; ++k) part.products[k] = term_weights_[0] * terms[k];
     for (Index term = 1; term < moments_.terms(); ++term) {
       const double weight = term_weights_[term];
       const double* const of = terms + term * size;
-      for (Index k = 0; k < size; ++k) products_[k] += weight * of[k];
+      for (Index k = 0; k < size; ++k) part.products[k] += weight * of[k];
     }
-    return products_.data();
+    return part.products.data();
   }
 
   void sum_up() {
-    const Index size = width_ * width_;
     inner_kept_.resize(static_cast<std::size_t>(moments_.groups() * inner_.kept()));
-    total_.setZero(width_, width_);
-    if (!has_clusters()) {
-      for (Index group = 0; group < moments_.groups(); ++group) add_group(group, total_.data());
-      return;
+    if (has_clusters()) {
+      outer_kept_.resize(static_cast<std::size_t>(clusters() * outer_.kept()));
+      cluster_products_.assign(static_cast<std::size_t>(clusters() * width_ * width_), 0.0);
     }
-    outer_kept_.resize(static_cast<std::size_t>(clusters() * outer_.kept()));
-    cluster_products_.assign(static_cast<std::size_t>(clusters() * size), 0.0);
-    for (Index cluster = 0; cluster < clusters(); ++cluster) {
-      const Index end = model_.random.cluster_begin[cluster + 1];
-      for (Index group = model_.random.cluster_begin[cluster]; group < end; ++group) {
-        add_group(group, cluster_products(cluster));
-      }
-      outer_algebra_.take_out(cluster_products(cluster), cluster_kept(cluster), determinant_);
-      outer_algebra_.add_remainder(cluster_products(cluster), cluster_kept(cluster), total_.data());
+    for_each_part([this](Part& part) { sum_up(part); });
+    total_.setZero(width_, width_);
+    for (const Part& part : parts_) {
+      total_ += part.total;
+      log_determinant_ += part.determinant.value();
     }
   }
 
-  void add_group(Index group, double* sum) {
-    const double* const of = products(group);
-    inner_algebra_.take_out(of, kept(group), determinant_);
+  void sum_up(Part& part) {
+    part.total.setZero(width_, width_);
+    for (Index cluster = part.begin; cluster < part.end; ++cluster) {
+      double* const sum = has_clusters() ? cluster_products(cluster) : part.total.data();
+      for (Index group = first_group(cluster); group < first_group(cluster + 1); ++group) {
+        add_group(group, part, sum);
+      }
+      if (!has_clusters()) continue;
+      outer_algebra_.take_out(sum, cluster_kept(cluster), part.determinant);
+      outer_algebra_.add_remainder(sum, cluster_kept(cluster), part.total.data());
+    }
+  }
+
+  void add_group(Index group, Part& part, double* sum) {
+    const double* const of = products(group, part);
+    inner_algebra_.take_out(of, kept(group), part.determinant);
     inner_algebra_.add_remainder(of, kept(group), sum);
   }
 
@@ -113,7 +162,7 @@ class Evaluation {
     if (!(result.sigma2 > 0.0)) return result;
     result.minus_log_likelihood =
         0.5 * freedom * (std::log(2.0 * std::numbers::pi * result.sigma2) + 1.0) +
-        determinant_.value() + moments_.sum_log_at(displacement_);
+        log_determinant_ + moments_.sum_log_at(displacement_);
     if (held_.sigma2 > 0.0) {
       result.minus_log_likelihood += 0.5 * (result.sum_of_squares / result.sigma2 - freedom);
     }
@@ -151,31 +200,19 @@ class Evaluation {
     const Index q = inner_.size;
     const Index r = outer_.size;
     result.spherical.resize(q, moments_.groups());
+    if (has_clusters()) result.outer_spherical.resize(r, clusters());
     // Row by row here, and put upright at the end.
     result.by_factor = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
     result.by_covariance = result.by_factor;
-    by_term_ = VectorXd::Zero(moments_.terms());
     const Adjoint of_total = adjoint_of_total(result);
-    if (!has_clusters()) {
-      for (Index group = 0; group < moments_.groups(); ++group) {
-        differentiate_group(group, of_total, result);
-      }
-    } else {
-      result.outer_spherical.resize(r, clusters());
-      for (Index cluster = 0; cluster < clusters(); ++cluster) {
-        Adjoint inside;
-        outer_algebra_.differentiate(cluster_products(cluster),
-                                     cluster_kept(cluster),
-                                     of_total,
-                                     {.spherical = result.outer_spherical.col(cluster).data(),
-                                      .by_factor = result.by_factor.outer.data(),
-                                      .by_covariance = result.by_covariance.outer.data(),
-                                      .inside = &inside});
-        const Index end = model_.random.cluster_begin[cluster + 1];
-        for (Index group = model_.random.cluster_begin[cluster]; group < end; ++group) {
-          differentiate_group(group, inside, result);
-        }
-      }
+    for_each_part([&](Part& part) { differentiate(part, of_total, result); });
+    VectorXd by_term = VectorXd::Zero(moments_.terms());
+    for (const Part& part : parts_) {
+      result.by_factor.inner += part.by_factor.inner;
+      result.by_factor.outer += part.by_factor.outer;
+      result.by_covariance.inner += part.by_covariance.inner;
+      result.by_covariance.outer += part.by_covariance.outer;
+      by_term += part.by_term;
     }
     // The residuals were divided by sqrt(2) sigma.
     const double scale = std::sqrt(2.0 * result.sigma2);
@@ -183,28 +220,51 @@ class Evaluation {
     result.outer_spherical *= scale;
     result.by_factor.inner.transposeInPlace();
     result.by_factor.outer.transposeInPlace();
-    result.by_variance = moments_.by_displacement(by_term_, displacement_) +
-                         moments_.sum_log_gradient(displacement_);
+    result.by_variance =
+        moments_.by_displacement(by_term, displacement_) + moments_.sum_log_gradient(displacement_);
   }
 
-  void differentiate_group(Index group, const Adjoint& from, LinearMixedProfile& result) {
+  void differentiate(Part& part, const Adjoint& of_total, LinearMixedProfile& result) {
+    part.by_factor = {.inner = MatrixXd::Zero(inner_.size, inner_.size),
+                      .outer = MatrixXd::Zero(outer_.size, outer_.size)};
+    part.by_covariance = part.by_factor;
+    part.by_term = VectorXd::Zero(moments_.terms());
+    for (Index cluster = part.begin; cluster < part.end; ++cluster) {
+      Adjoint inside;
+      if (has_clusters()) {
+        outer_algebra_.differentiate(cluster_products(cluster),
+                                     cluster_kept(cluster),
+                                     of_total,
+                                     {.spherical = result.outer_spherical.col(cluster).data(),
+                                      .by_factor = part.by_factor.outer.data(),
+                                      .by_covariance = part.by_covariance.outer.data(),
+                                      .inside = &inside});
+      }
+      const Adjoint& from = has_clusters() ? inside : of_total;
+      for (Index group = first_group(cluster); group < first_group(cluster + 1); ++group) {
+        differentiate_group(group, from, part, result.spherical.col(group).data());
+      }
+    }
+  }
+
+  void differentiate_group(Index group, const Adjoint& from, Part& part, double* spherical) {
     const bool varies = moments_.parameters() > 0;
     const Index size = width_ * width_;
-    const double* const of = products(group);
-    by_products_.assign(static_cast<std::size_t>(size), 0.0);
+    const double* const of = products(group, part);
+    part.by_products.assign(static_cast<std::size_t>(size), 0.0);
     inner_algebra_.differentiate(of,
                                  kept(group),
                                  from,
-                                 {.spherical = result.spherical.col(group).data(),
-                                  .by_factor = result.by_factor.inner.data(),
-                                  .by_covariance = result.by_covariance.inner.data(),
-                                  .by_products = varies ? by_products_.data() : nullptr});
+                                 {.spherical = spherical,
+                                  .by_factor = part.by_factor.inner.data(),
+                                  .by_covariance = part.by_covariance.inner.data(),
+                                  .by_products = varies ? part.by_products.data() : nullptr});
     if (!varies) return;
     for (Index term = 0; term < moments_.terms(); ++term) {
       const double* const by = moments_.term(group, term);
       double sum = 0.0;
-      for (Index k = 0; k < size; ++k) sum += by_products_[k] * by[k];
-      by_term_[term] += sum;
+      for (Index k = 0; k < size; ++k) sum += part.by_products[k] * by[k];
+      part.by_term[term] += sum;
     }
   }
 
@@ -219,16 +279,25 @@ class Evaluation {
   Level outer_;
   LevelAlgebra<kInner, kWidth> inner_algebra_;
   LevelAlgebra<0, 0> outer_algebra_;
-  std::vector<double> products_;
+  std::vector<Part> parts_;
   std::vector<double> inner_kept_;
   std::vector<double> outer_kept_;
   std::vector<double> cluster_products_;
-  std::vector<double> by_products_;
-  LogOfProduct determinant_;
+  double log_determinant_ = 0.0;
   MatrixXd total_;
   Eigen::LLT<MatrixXd> information_;
-  VectorXd by_term_;
 };
+
+/// (G) the cluster of each group; empty without clusters.
+std::vector<Index> clusters_of_groups(const RandomColumns& random) {
+  std::vector<Index> result;
+  if (random.outer.empty()) return result;
+  for (std::size_t cluster = 0; cluster + 1 < random.cluster_begin.size(); ++cluster) {
+    result.resize(static_cast<std::size_t>(random.cluster_begin[cluster + 1]),
+                  static_cast<Index>(cluster));
+  }
+  return result;
+}
 
 template <int kInner>
 LinearMixedProfile profile_of_width(const LinearMixedModel& model,
@@ -279,24 +348,31 @@ VectorXd expected_squares(const LinearMixedModel& model,
   const Index p = moments.width() - 1;
   const MatrixXd effects = factors.inner * at.spherical;
   const MatrixXd outer_effects = factors.outer * at.outer_spherical;
+  const std::vector<Index> cluster_of = clusters_of_groups(model.random);
   VectorXd result(moments.groups());
-  VectorXd combination(p + 1);
-  Index cluster = 0;
-  for (Index group = 0; group < moments.groups(); ++group) {
-    combination.head(p) = -at.coefficients;
-    combination[p] = 1.0;
-    for (std::size_t k = 0; k < model.random.inner.size(); ++k) {
-      combination[model.random.inner[k]] -= effects(static_cast<Index>(k), group);
-    }
-    if (!model.random.outer.empty()) {
-      while (group >= model.random.cluster_begin[cluster + 1]) ++cluster;
-      for (std::size_t k = 0; k < model.random.outer.size(); ++k) {
-        combination[model.random.outer[k]] -= outer_effects(static_cast<Index>(k), cluster);
+  const auto fill = [&](Index begin, Index end) {
+    VectorXd combination(p + 1);
+    VectorXd product(p + 1);
+    for (Index group = begin; group < end; ++group) {
+      combination.head(p) = -at.coefficients;
+      combination[p] = 1.0;
+      for (std::size_t k = 0; k < model.random.inner.size(); ++k) {
+        combination[model.random.inner[k]] -= effects(static_cast<Index>(k), group);
       }
+      for (std::size_t k = 0; k < model.random.outer.size(); ++k) {
+        combination[model.random.outer[k]] -=
+            outer_effects(static_cast<Index>(k), cluster_of[static_cast<std::size_t>(group)]);
+      }
+      const Eigen::Map<const MatrixXd> products(moments.term(group, 0), p + 1, p + 1);
+      product.noalias() = products * combination;
+      result[group] = combination.dot(product);
     }
-    const Eigen::Map<const MatrixXd> products(moments.term(group, 0), p + 1, p + 1);
-    result[group] = combination.dot(products * combination);
-  }
+  };
+  const auto parts = static_cast<std::size_t>((moments.groups() + kPartGroups - 1) / kPartGroups);
+  parallel_for(parts, model.threads, [&](std::size_t part) {
+    const Index begin = static_cast<Index>(part) * kPartGroups;
+    fill(begin, std::min(begin + kPartGroups, moments.groups()));
+  });
   return result;
 }
 

@@ -94,6 +94,7 @@ struct LinearMixedModel {
   /// log|X'V^-1 X| in the coefficients' own units, less that of this X; only for the restricted
   /// one.
   double log_units = 0.0;
+  unsigned threads = 1;  ///< to compute with; no result depends on it
 };
 
 /// The profiled model at one covariance.

@@ -43,7 +43,7 @@ struct Linearization {
 
 /// Computes linearizations of one model. Rows go through in blocks that stay in cache, from the
 /// mean function to the cross products of each group; nothing as long as the data is kept but the
-/// mean and the weights.
+/// mean and the weights. Chunks of blocks are worked on in parallel and their sums added in order.
 class Linearizer {
  public:
   Linearizer(const NonlinearModel& model, const VarianceModel& variance);
@@ -65,7 +65,28 @@ class Linearizer {
     Eigen::Index group = 0;
     Eigen::Index begin = 0;  ///< first row
     Eigen::Index end = 0;
-    bool is_last = true;  ///< of its group
+    bool is_first = true;  ///< of its group
+    bool is_last = true;
+  };
+  /// Memory to work in: columns of one block.
+  struct Scratch {
+    Eigen::MatrixXd parameter_values{};
+    Eigen::MatrixXd quantity_values{};
+    Eigen::MatrixXd outputs{};   ///< mean, df/dphi; log g, weight; its derivatives
+    Eigen::MatrixXd products{};  ///< df/d coefficient where that is not df/dphi
+    Eigen::MatrixXd mixed{};     ///< (rows x p) columns of J M, where M is not the identity
+    Eigen::VectorXd residual{};
+    Eigen::VectorXd term_weight{};
+    std::vector<const double*> columns{};
+    std::vector<double> group_products{};
+    data::Program::Workspace workspace{};
+  };
+  /// What a chunk of rows adds to sums over all rows, and to a group that begins in an earlier one.
+  struct ChunkSums {
+    Eigen::VectorXd sum_log{};      ///< as GroupMoments::sum_log
+    Eigen::VectorXd log_squares{};  ///< by quantity
+    std::vector<double> carried{};  ///< (terms x width x width) of that group, empty without one
+    double carried_before = 0.0;    ///< of its squares_before
   };
   struct Parameter {
     bool is_scalar = false;
@@ -90,29 +111,60 @@ class Linearizer {
   void make_programs();
   void make_terms();
   const NonlinearModel::Strata* strata_of(std::size_t quantity) const;
-  void fill_parameters(const LinearizationPoint& point, std::size_t first, std::size_t last);
-  void fill_quantities(const LinearizationPoint& point, Eigen::Index begin, Eigen::Index rows);
+  void prepare(Scratch& scratch) const;
+  void fill_parameters(const LinearizationPoint& point,
+                       std::size_t first,
+                       std::size_t last,
+                       Scratch& scratch) const;
+  void fill_quantities(const LinearizationPoint& point,
+                       Eigen::Index begin,
+                       Eigen::Index rows,
+                       Scratch& scratch) const;
   /// The column of df/d coefficient in the block at work.
-  const double* slope_column(Eigen::Index coefficient) const;
+  const double* slope_column(Eigen::Index coefficient, const Scratch& scratch) const;
+  void linearize_chunk(const LinearizationPoint& point,
+                       bool expand,
+                       const Linearization* before,
+                       std::size_t chunk,
+                       Scratch& scratch,
+                       ChunkSums& sums,
+                       Linearization& result) const;
   void evaluate_block(const LinearizationPoint& point,
                       bool expand,
                       std::size_t first,
                       std::size_t last,
-                      Linearization& result);
+                      Scratch& scratch,
+                      Linearization& result) const;
+  /// \param products  (terms x width x width) of the segment's group
+  /// \param squares_before  of it
   void add_segment(const Segment& segment,
                    Eigen::Index block_begin,
                    const LinearizationPoint& point,
                    bool expand,
                    const Linearization* before,
-                   Linearization& result);
-  void add_terms(const Segment& segment, Eigen::Index offset, Linearization& result);
+                   Scratch& scratch,
+                   double* products,
+                   double& squares_before,
+                   ChunkSums& sums,
+                   const Linearization& result) const;
+  void add_terms(const Segment& segment,
+                 Eigen::Index offset,
+                 Scratch& scratch,
+                 double* products,
+                 ChunkSums& sums,
+                 const Linearization& result) const;
+  /// Puts together what chunks had of the same groups.
+  void add_carried(const LinearizationPoint& point,
+                   const std::vector<ChunkSums>& chunks,
+                   Linearization& result) const;
   bool is_straight(const Term& term) const;
   /// The quantities by which a term is a derivative, the same one twice for a first derivative.
   std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
   /// (rows) derivative of log g by a quantity.
   Eigen::Map<const Eigen::VectorXd> log_scale_slope(std::size_t quantity,
                                                     Eigen::Index offset,
-                                                    Eigen::Index rows) const;
+                                                    Eigen::Index rows,
+                                                    const Scratch& scratch) const;
   /// Fills in what g^-2 changes by in a term.
   /// \returns the sum of that of log g
   /// \param second  output of the second derivative, of terms that are curved
@@ -120,19 +172,26 @@ class Linearizer {
                    const Segment& segment,
                    Eigen::Index offset,
                    Eigen::Index second,
-                   const Linearization& result);
+                   Scratch& scratch,
+                   const Linearization& result) const;
   /// Takes out the rows of other strata.
   /// \returns the sum of the rows that stay, nothing if there are none
   std::optional<double> mask_term(const Term& term,
                                   const Segment& segment,
                                   Eigen::Index offset,
-                                  Eigen::Index second);
+                                  Eigen::Index second,
+                                  Scratch& scratch) const;
   /// Puts the combinations of a block's columns in their place.
-  void mix(const Eigen::MatrixXd& mixing, Eigen::Index rows);
-  void finish_group(Eigen::Index group, const LinearizationPoint& point, Linearization& result);
+  void mix(const Eigen::MatrixXd& mixing, Eigen::Index rows, Scratch& scratch) const;
+  void finish_group(Eigen::Index group,
+                    const LinearizationPoint& point,
+                    Linearization& result) const;
   /// How far the series reaches.
-  void center(Linearization& result) const;
-  void add_products(const double* weight, Eigen::Index rows, double* target);
+  void center(const Eigen::VectorXd& log_squares, Linearization& result) const;
+  static void add_products(const double* weight,
+                           Eigen::Index rows,
+                           Scratch& scratch,
+                           double* target);
 
   const NonlinearModel& model_;
   const VarianceModel& variance_;
@@ -140,24 +199,15 @@ class Linearizer {
   std::vector<Eigen::Index> effect_columns_;  ///< of X with random effects at any level
   std::vector<Segment> segments_;
   std::vector<std::size_t> blocks_;  ///< first segment of each block, and the end
+  std::vector<std::size_t> chunks_;  ///< first block of each chunk, and the end
   std::vector<Parameter> parameters_;
   std::vector<QuantityPair> quantity_pairs_;
   std::vector<Term> terms_;  ///< of the series, in the order of GroupMoments less term 0
   std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
   std::array<data::Program, 2> programs_;  ///< without and with derivatives of log g
 
-  // Scratch memory of a pass: columns of one block.
-  Eigen::MatrixXd parameter_values_;
-  Eigen::MatrixXd quantity_values_;
-  Eigen::MatrixXd outputs_;   ///< mean, df/dphi; log g, weight; its derivatives
-  Eigen::MatrixXd products_;  ///< df/d coefficient where that is not df/dphi
-  Eigen::MatrixXd mixed_;     ///< (rows x p) columns of J M, where M is not the identity
-  Eigen::VectorXd residual_;
-  Eigen::VectorXd term_weight_;
-  std::vector<const double*> columns_;
-  std::vector<double> group_products_;
-  Eigen::VectorXd log_squares_;  ///< by quantity
-  data::Program::Workspace workspace_;
+  std::size_t output_count_ = 0;
+  std::vector<Scratch> scratch_;  ///< by worker
 };
 
 }  // namespace silvafit::fit

@@ -45,12 +45,18 @@ void Linearizer::make_terms() {
   }
 }
 
-void Linearizer::add_terms(const Segment& segment, Index offset, Linearization& result) {
+void Linearizer::add_terms(const Segment& segment,
+                           Index offset,
+                           Scratch& scratch,
+                           double* products,
+                           ChunkSums& sums,
+                           const Linearization& result) const {
   const Index rows = segment.end - segment.begin;
   const auto first = static_cast<Index>(parameters_.size()) + 3;
   const auto quantity_count = static_cast<Index>(variance_.quantities().size());
   for (Index k = 0; k < quantity_count; ++k) {
-    log_squares_[k] += outputs_.col(first + k).segment(offset, rows).array().square().sum();
+    sums.log_squares[k] +=
+        scratch.outputs.col(first + k).segment(offset, rows).array().square().sum();
   }
   Index second = first + quantity_count - 1;  // output of the current pair's second derivative
   int pair = -1;
@@ -60,16 +66,15 @@ void Linearizer::add_terms(const Segment& segment, Index offset, Linearization& 
       pair = term.pair;
       if (!is_straight(term)) ++second;
     }
-    double sum = fill_term(term, segment, offset, second, result);
+    double sum = fill_term(term, segment, offset, second, scratch, result);
     if (term.stratum >= 0 || term.other_stratum >= 0) {
-      const std::optional<double> masked = mask_term(term, segment, offset, second);
+      const std::optional<double> masked = mask_term(term, segment, offset, second, scratch);
       if (!masked) continue;
       sum = *masked;
     }
-    result.model.moments.sum_log()[static_cast<Index>(t) + 1] += sum;
-    add_products(term_weight_.data(),
-                 rows,
-                 result.model.moments.term(segment.group, static_cast<Index>(t) + 1));
+    sums.sum_log[static_cast<Index>(t) + 1] += sum;
+    const auto width = static_cast<std::size_t>(result.model.moments.width());
+    add_products(scratch.term_weight.data(), rows, scratch, products + (t + 1) * width * width);
   }
 }
 
@@ -85,22 +90,24 @@ std::pair<std::size_t, std::size_t> Linearizer::quantities_of(const Term& term) 
 
 Eigen::Map<const VectorXd> Linearizer::log_scale_slope(std::size_t quantity,
                                                        Index offset,
-                                                       Index rows) const {
+                                                       Index rows,
+                                                       const Scratch& scratch) const {
   const auto first = static_cast<Index>(parameters_.size()) + 3;
-  return {outputs_.col(first + static_cast<Index>(quantity)).data() + offset, rows};
+  return {scratch.outputs.col(first + static_cast<Index>(quantity)).data() + offset, rows};
 }
 
 double Linearizer::fill_term(const Term& term,
                              const Segment& segment,
                              Index offset,
                              Index second,
-                             const Linearization& result) {
+                             Scratch& scratch,
+                             const Linearization& result) const {
   const Index rows = segment.end - segment.begin;
   const auto [a, b] = quantities_of(term);
-  const auto by_a = log_scale_slope(a, offset, rows).array();
-  const auto by_b = log_scale_slope(b, offset, rows).array();
+  const auto by_a = log_scale_slope(a, offset, rows, scratch).array();
+  const auto by_b = log_scale_slope(b, offset, rows, scratch).array();
   const auto weight = result.weight.segment(segment.begin, rows);
-  auto values = term_weight_.head(rows).array();
+  auto values = scratch.term_weight.head(rows).array();
   if (term.pair < 0) {
     values = -2.0 * weight * by_a;
     return by_a.sum();
@@ -109,20 +116,18 @@ double Linearizer::fill_term(const Term& term,
     values = 4.0 * weight * by_a * by_b;
     return 0.0;
   }
-  const auto curved = outputs_.col(second).segment(offset, rows).array();
+  const auto curved = scratch.outputs.col(second).segment(offset, rows).array();
   values = weight * (4.0 * by_a * by_b - 2.0 * curved);
   return curved.sum();
 }
 
-std::optional<double> Linearizer::mask_term(const Term& term,
-                                            const Segment& segment,
-                                            Index offset,
-                                            Index second) {
+std::optional<double> Linearizer::mask_term(
+    const Term& term, const Segment& segment, Index offset, Index second, Scratch& scratch) const {
   const Index rows = segment.end - segment.begin;
   const auto [a, b] = quantities_of(term);
   const NonlinearModel::Strata* const strata = strata_of(a);
   const NonlinearModel::Strata* const others = strata_of(b);
-  const auto by_a = log_scale_slope(a, offset, rows);
+  const auto by_a = log_scale_slope(a, offset, rows, scratch);
   double sum = 0.0;
   bool is_present = false;
   for (Index i = 0; i < rows; ++i) {
@@ -130,12 +135,12 @@ std::optional<double> Linearizer::mask_term(const Term& term,
     const bool inside = (term.stratum < 0 || strata->of_rows[row] == term.stratum) &&
                         (term.other_stratum < 0 || others->of_rows[row] == term.other_stratum);
     if (!inside) {
-      term_weight_[i] = 0.0;
+      scratch.term_weight[i] = 0.0;
       continue;
     }
     is_present = true;
     if (term.pair < 0) sum += by_a[i];
-    if (!is_straight(term)) sum += outputs_(offset + i, second);
+    if (!is_straight(term)) sum += scratch.outputs(offset + i, second);
   }
   return is_present ? std::optional(sum) : std::nullopt;
 }

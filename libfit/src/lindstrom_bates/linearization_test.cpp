@@ -17,12 +17,11 @@ using silvafit::data::Table;
 
 namespace {
 
-/// Five plots in two stands, one of them with more trees than go through at once.
-Table five_plots() {
+/// Plots of given sizes, the first two of them in another stand than the others.
+Table plots_of(const std::vector<int>& sizes) {
   silvafit::Random random(3);
   std::vector<NestedTree> trees;
-  const int sizes[] = {7, 1, 600, 30, 12};
-  for (int j = 0; j < 5; ++j) {
+  for (std::size_t j = 0; j < sizes.size(); ++j) {
     for (int i = 0; i < sizes[j]; ++i) {
       NestedTree tree{.stand = j < 2 ? "A" : "B", .plot = std::to_string(j)};
       tree.species = random.uniform(0.0, 1.0) < 0.5 ? "fir" : "oak";
@@ -35,12 +34,15 @@ Table five_plots() {
   return table_of(trees);
 }
 
-NonlinearModel model_with(const std::string& variance, const Table& table) {
+/// Five plots, one of them with more trees than go through at once.
+Table five_plots() { return plots_of({7, 1, 600, 30, 12}); }
+
+NonlinearModel model_with(const std::string& variance, const Table& table, unsigned threads = 1) {
   ModelSpecification specification =
       specify_model("h ~ a*(1 - exp(-b*dbh)) + c", {"b ~ 1 + C"}, table);
   add_random_effects(specification, "a | stand; a + b:C | plot", table);
   specification.variance = parse_variance_function(variance);
-  return {specification, table};
+  return {specification, table, threads};
 }
 
 /// a, b, b:C, c.
@@ -66,10 +68,13 @@ constexpr const char* kVariances[] = {"none",
 }  // namespace
 
 TEST_CASE("cross products are those of the Jacobian and the working response") {
-  const Table table = five_plots();
+  // The larger plots are more than one thread works on at a time.
+  const std::vector<int> large{7, 1, 13000, 4100, 12};
+  const bool is_large = GENERATE(false, true);
+  const Table table = is_large ? plots_of(large) : five_plots();
   for (const char* const text : kVariances) {
     INFO(text);
-    const NonlinearModel model = model_with(text, table);
+    const NonlinearModel model = model_with(text, table, 3);
     const VarianceModel variance(model.specification().variance, VarianceData::of(model));
     const LinearizationPoint point = point_of(model, variance.start());
     Linearization at;
@@ -95,13 +100,45 @@ TEST_CASE("cross products are those of the Jacobian and the working response") {
       const MatrixXd expected =
           all.transpose() * scale.weight.segment(begin, rows).matrix().asDiagonal() * all;
       const Eigen::Map<const MatrixXd> products(at.model.moments.term(group, 0), 5, 5);
-      // Sums of up to 600 rows.
+      // Sums of up to 13,000 rows.
       CHECK((products - expected).norm() < 1e-12 * expected.norm());
       const double squares =
           (scale.weight.segment(begin, rows) * residual.segment(begin, rows).array().square())
               .sum();
       CHECK(at.squares[group] == Approx(squares).epsilon(1e-12));
     }
+  }
+}
+
+TEST_CASE("a linearization does not depend on the number of threads") {
+  const Table table = plots_of({7, 1, 13000, 4100, 12});
+  for (const char* const text : kVariances) {
+    INFO(text);
+    const auto linearized = [&](unsigned threads) {
+      const NonlinearModel model = model_with(text, table, threads);
+      const VarianceModel variance(model.specification().variance, VarianceData::of(model));
+      Linearizer linearizer(model, variance);
+      const LinearizationPoint point = point_of(model, variance.start());
+      Linearization before;
+      Linearization at;
+      REQUIRE(linearizer.linearize(point, true, nullptr, before));
+      REQUIRE(linearizer.linearize(point, true, &before, at));
+      return at;
+    };
+    const Linearization one = linearized(1);
+    const Linearization three = linearized(3);
+    const GroupMoments& moments = one.model.moments;
+    CHECK(moments.sum_log() == three.model.moments.sum_log());
+    CHECK(one.squares_before == three.squares_before);
+    CHECK(one.longest_change == three.longest_change);
+    using Products = Eigen::Map<const VectorXd>;
+    for (Index group = 0; group < moments.groups(); ++group) {
+      const Index size = 25 * moments.terms();
+      CHECK(Products(moments.term(group, 0), size) ==
+            Products(three.model.moments.term(group, 0), size));
+    }
+    // With the same weights the squares are the same but for the order of sums.
+    CHECK((one.squares - one.squares_before).norm() < 1e-12 * one.squares.norm());
   }
 }
 

@@ -11,12 +11,18 @@ namespace {
 using Eigen::Index;
 
 /// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
-bool factorize(double* a, Index n, double& log_determinant, double& smallest_pivot) {
+/// The factors of the determinant are multiplied as long as they can be, which saves logarithms.
+bool factorize(
+    double* a, Index n, double& product, double& log_determinant, double& smallest_pivot) {
   for (Index j = 0; j < n; ++j) {
     double pivot = a[j + j * n];
     for (Index k = 0; k < j; ++k) pivot -= a[j + k * n] * a[j + k * n];
     if (!(pivot > 0.0) || !std::isfinite(pivot)) return false;
-    log_determinant += std::log(pivot);
+    product *= pivot;
+    if (product > 1e150 || product < 1e-150) {
+      log_determinant += std::log(product);
+      product = 1.0;
+    }
     smallest_pivot = std::min(smallest_pivot, pivot);
     const double root = std::sqrt(pivot);
     a[j + j * n] = root;
@@ -66,6 +72,7 @@ bool ArrowFactor::compute_with(const DesignOf& design_of,
                                const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
                                double ridge) {
   resize(design_of(0).outer.cols(), design_of(0).inner.cols(), curvatures.cols());
+  product_ = 1.0;
   log_determinant_ = 0.0;
   smallest_pivot_ = std::numeric_limits<double>::infinity();
   Map complement(group(m_), s_, s_);
@@ -78,7 +85,7 @@ bool ArrowFactor::compute_with(const DesignOf& design_of,
     Map block(group(k), q_, q_);
     block = design.inner.transpose().lazyProduct(curved);
     block.diagonal().array() += 1.0 + ridge;
-    if (!factorize(group(k), q_, log_determinant_, smallest_pivot_)) return false;
+    if (!factorize(group(k), q_, product_, log_determinant_, smallest_pivot_)) return false;
     if (s_ == 0) continue;
     Map coupling(group(k) + q_ * q_, s_, q_);
     Map solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
@@ -89,7 +96,7 @@ bool ArrowFactor::compute_with(const DesignOf& design_of,
     complement += design.outer.transpose().lazyProduct(curved_outer);
     complement -= coupling.lazyProduct(solved);
   }
-  return factorize(group(m_), s_, log_determinant_, smallest_pivot_);
+  return factorize(group(m_), s_, product_, log_determinant_, smallest_pivot_);
 }
 
 bool ArrowFactor::compute(const RandomDesign& design,
@@ -137,6 +144,8 @@ SmallMatrix ArrowFactor::inverse_block(Index k) const {
   inverse.bottomRightCorner(q_, q_) += cross.lazyProduct(solved.transpose());
   return inverse;
 }
+
+double ArrowFactor::log_determinant() const { return log_determinant_ + std::log(product_); }
 
 SmallMatrix ArrowFactor::lower(Index k) const { return ConstMap(group(k), q_, q_); }
 

@@ -34,7 +34,7 @@ class ArrowFactor {
   bool compute(const std::vector<const RandomDesign*>& designs,
                const Eigen::Ref<const Eigen::MatrixXd>& curvatures);
 
-  double log_determinant() const { return log_determinant_; }
+  double log_determinant() const;
   /// The smallest pivot: of an effect, how much more exactly the data and the effects before it
   /// tell its value than its own distribution does (1 if they say nothing).
   double smallest_pivot() const { return smallest_pivot_; }
@@ -65,7 +65,8 @@ class ArrowFactor {
   Eigen::Index q_ = 0;
   Eigen::Index m_ = 0;
   std::vector<double> memory_;
-  double log_determinant_ = 0.0;
+  double log_determinant_ = 0.0;  ///< but for the factors in
+  double product_ = 1.0;
   double smallest_pivot_ = 0.0;
 };
 

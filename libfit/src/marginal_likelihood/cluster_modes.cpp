@@ -19,6 +19,8 @@ constexpr double kRoundedDecrement = 1e-12;
 // Below this, Newton's steps converge by themselves, and rounding of the objective may hide their
 // descent: of a mean that is the difference of large terms, eleven digits are left.
 constexpr double kSettledDecrement = 1e-9;
+// Where modes need but be told from known ones.
+constexpr double kRoughDecrement = 1e-8;
 constexpr int kModeSteps = 100;
 // So few rows of clusters that are done are evaluated again rather than leave a gap.
 constexpr Index kGapRows = 128;
@@ -40,11 +42,12 @@ ClusterModes::ClusterModes(const NonlinearModel& model,
       clusters_(static_cast<std::size_t>(last - first)) {}
 
 bool ClusterModes::search(const RandomDesign& design,
-                          MatrixXd& outer,
-                          MatrixXd& inner,
-                          MatrixXd& effects) {
-  outer_ = outer.middleCols(first_, last_ - first_);
-  inner_ = inner.middleCols(begin_, end_ - begin_);
+                          Modes& modes,
+                          MatrixXd& effects,
+                          ObservationSums::Workspace& workspace,
+                          const Modes* known) {
+  outer_ = modes.outer.middleCols(first_, last_ - first_);
+  inner_ = modes.inner.middleCols(begin_, end_ - begin_);
   outer_step_.resize(outer_.rows(), outer_.cols());
   inner_step_.resize(inner_.rows(), inner_.cols());
   density_.resize(1 + r_ + triangle_ * (sums_.has_approximation() ? 2 : 1), end_ - begin_);
@@ -53,15 +56,18 @@ bool ClusterModes::search(const RandomDesign& design,
     cluster.decrement = std::numeric_limits<double>::infinity();
     cluster.length = 1.0;
     cluster.is_done = false;
+    cluster.is_known = false;
   }
-  for (int step = 0; evaluate_open(design, effects); ++step) {
+  for (int step = 0; evaluate_open(design, effects, workspace); ++step) {
     if (step == kModeSteps) return false;
     for (Index c = 0; c < cluster_count(); ++c) {
-      if (!clusters_[static_cast<std::size_t>(c)].is_done && !advance(design, c)) return false;
+      if (!clusters_[static_cast<std::size_t>(c)].is_done && !advance(design, c, known)) {
+        return false;
+      }
     }
   }
-  outer.middleCols(first_, last_ - first_) = outer_;
-  inner.middleCols(begin_, end_ - begin_) = inner_;
+  modes.outer.middleCols(first_, last_ - first_) = outer_;
+  modes.inner.middleCols(begin_, end_ - begin_) = inner_;
   return true;
 }
 
@@ -74,7 +80,9 @@ void ClusterModes::place_effects(const RandomDesign& design, Index cluster, Matr
 }
 
 /// Sums at the trial modes of all clusters that are still searched; false if there are none.
-bool ClusterModes::evaluate_open(const RandomDesign& design, MatrixXd& effects) {
+bool ClusterModes::evaluate_open(const RandomDesign& design,
+                                 MatrixXd& effects,
+                                 ObservationSums::Workspace& workspace) {
   const auto is_done = [&](Index c) { return clusters_[static_cast<std::size_t>(c)].is_done; };
   const auto first_row = [&](Index c) { return model_.group_begin(begin_ + group_begin(c)); };
   bool any = false;
@@ -88,7 +96,7 @@ bool ClusterModes::evaluate_open(const RandomDesign& design, MatrixXd& effects) 
       end = k + 1;
     }
     const Index from = group_begin(c);
-    sums_.density(begin_ + from, begin_ + group_begin(end), effects, trial_, workspace_);
+    sums_.density(begin_ + from, begin_ + group_begin(end), effects, trial_, workspace);
     density_.middleCols(from, trial_.cols()) = trial_;
     c = end - 1;
   }
@@ -110,7 +118,7 @@ double ClusterModes::objective() const {
 }
 
 /// Takes the trial modes if they are better, and proposes the next; else goes back half way.
-bool ClusterModes::advance(const RandomDesign& design, Index c) {
+bool ClusterModes::advance(const RandomDesign& design, Index c, const Modes* known) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   const double reached = objective_of(c);
   const double rounding = 1e-13 * (1.0 + std::abs(cluster.objective));
@@ -127,13 +135,34 @@ bool ClusterModes::advance(const RandomDesign& design, Index c) {
   if (!propose(design, c)) return false;
   const bool is_rounding =
       cluster.decrement < kRoundedDecrement && cluster.decrement >= 0.25 * last;
-  if (cluster.decrement < kModeDecrement || is_rounding) {
+  cluster.is_known = known != nullptr && leads_to(*known, c);
+  const double enough = known != nullptr ? kRoughDecrement : kModeDecrement;
+  if (cluster.decrement < enough || is_rounding || cluster.is_known) {
     cluster.is_done = true;
     return true;
   }
   cluster.length = 1.0;
   move(c, 1.0);
   return true;
+}
+
+/// Whether the next step goes straight to a known mode from nearby.
+bool ClusterModes::leads_to(const Modes& known, Index c) const {
+  constexpr double kNear = 1.0;  // squared standard deviation
+  constexpr double kShare = 0.05;
+  if (!(clusters_[static_cast<std::size_t>(c)].decrement < kNear)) return false;
+  const Index groups = group_count(c);
+  const auto inner = inner_.middleCols(group_begin(c), groups);
+  const auto inner_step = inner_step_.middleCols(group_begin(c), groups);
+  const auto known_inner = known.inner.middleCols(begin_ + group_begin(c), groups);
+  double before = (inner - known_inner).squaredNorm();
+  double after = (inner + inner_step - known_inner).squaredNorm();
+  if (outer_.rows() > 0) {
+    const auto known_outer = known.outer.col(first_ + c);
+    before += (outer_.col(c) - known_outer).squaredNorm();
+    after += (outer_.col(c) + outer_step_.col(c) - known_outer).squaredNorm();
+  }
+  return after <= kShare * kShare * before;
 }
 
 void ClusterModes::move(Index c, double length) {

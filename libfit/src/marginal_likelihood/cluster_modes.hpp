@@ -10,6 +10,12 @@
 
 namespace silvafit::fit {
 
+/// Modes v of the random effects, b = L v.
+struct Modes {
+  Eigen::MatrixXd outer{};  ///< (s x C)
+  Eigen::MatrixXd inner{};  ///< (q x G)
+};
+
 /// Spherical random effects of consecutive clusters, and Newton's search for their modes: the
 /// minimum of sum rho + |u|^2/2 + sum |v_k|^2/2 of each cluster. Memory is kept between searches.
 class ClusterModes {
@@ -21,15 +27,18 @@ class ClusterModes {
                Eigen::Index last);
 
   /// Searches from given modes.
-  /// \param outer    (s x clusters of the model), in: starts; out: modes
-  /// \param inner    (q x G), in: starts; out: modes
+  /// \param modes    of the model, in: starts; out: modes
   /// \param effects  (r x G), out: how the coefficients of each group are moved
+  /// \param known    modes of the model, or null: a search that comes near them ends there, and
+  ///   others need but be told from them
   /// \returns false if the search of a cluster failed
   bool search(const RandomDesign& design,
-              Eigen::MatrixXd& outer,
-              Eigen::MatrixXd& inner,
-              Eigen::MatrixXd& effects);
+              Modes& modes,
+              Eigen::MatrixXd& effects,
+              ObservationSums::Workspace& workspace,
+              const Modes* known = nullptr);
 
+  Eigen::Index first_cluster() const { return first_; }
   Eigen::Index first_group() const { return begin_; }
   Eigen::Index end_group() const { return end_; }
   Eigen::Index cluster_count() const { return last_ - first_; }
@@ -40,6 +49,13 @@ class ClusterModes {
 
   /// At the modes: the objective of all clusters, and Hessians.
   double objective() const;
+  double objective(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].objective;
+  }
+  /// Whether the search came near a known mode.
+  bool is_known(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].is_known;
+  }
   const ArrowFactor& hessian(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].hessian;
   }
@@ -50,6 +66,10 @@ class ClusterModes {
   }
   auto outer(Eigen::Index cluster) const { return outer_.col(cluster); }  ///< (s) u
   auto inner(Eigen::Index group) const { return inner_.col(group); }      ///< (q) v_k
+  const Eigen::MatrixXd& outer() const { return outer_; }
+  const Eigen::MatrixXd& inner() const { return inner_; }
+  /// The sums of density terms at the modes, one column a group.
+  const Eigen::MatrixXd& density() const { return density_; }
   /// (r) d rho / d b, summed over a group
   auto slope(Eigen::Index group) const { return density_.col(group).segment(1, r_); }
   /// (triangle x groups of the cluster) second derivatives by b
@@ -64,7 +84,6 @@ class ClusterModes {
   Eigen::Index group_count(Eigen::Index cluster) const {
     return group_begin(cluster + 1) - group_begin(cluster);
   }
-  ObservationSums::Workspace& workspace() { return workspace_; }
 
  private:
   struct Cluster {
@@ -72,12 +91,16 @@ class ClusterModes {
     double decrement = 0.0;
     double length = 1.0;  ///< of the step that is tried
     bool is_done = false;
+    bool is_known = false;
     bool is_convex = false;  ///< at the modes, without a ridge
     ArrowFactor hessian{};
   };
-  bool evaluate_open(const RandomDesign& design, Eigen::MatrixXd& effects);
+  bool evaluate_open(const RandomDesign& design,
+                     Eigen::MatrixXd& effects,
+                     ObservationSums::Workspace& workspace);
   void place_effects(const RandomDesign& design, Eigen::Index cluster, Eigen::MatrixXd& effects);
-  bool advance(const RandomDesign& design, Eigen::Index cluster);
+  bool advance(const RandomDesign& design, Eigen::Index cluster, const Modes* known);
+  bool leads_to(const Modes& known, Eigen::Index cluster) const;
   bool propose(const RandomDesign& design, Eigen::Index cluster);
   bool factorize(const RandomDesign& design, Eigen::Index cluster);
   void move(Eigen::Index cluster, double length);
@@ -99,7 +122,6 @@ class ClusterModes {
   Eigen::MatrixXd density_;  ///< sums of density terms, one column a group
   Eigen::MatrixXd trial_;
   Eigen::MatrixXd right_;  ///< of a Newton system
-  ObservationSums::Workspace workspace_;
 };
 
 }  // namespace silvafit::fit

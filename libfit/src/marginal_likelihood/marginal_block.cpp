@@ -51,9 +51,9 @@ MarginalBlock::MarginalBlock(const NonlinearModel& model,
 
 MarginalValue MarginalBlock::value(const MarginalPoint& point,
                                    const RandomDesign& design,
-                                   MatrixXd& outer_modes,
-                                   MatrixXd& inner_modes,
+                                   Modes& modes,
                                    MatrixXd& effects,
+                                   ObservationSums::Workspace& workspace,
                                    bool with_gradient) {
   const Index s = design.outer.cols();
   const Index q = design.inner.cols();
@@ -61,16 +61,13 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
                        .by_variance = VectorXd::Zero(point.observation.variance.size()),
                        .by_outer_factor = MatrixXd::Zero(s, s),
                        .by_inner_factor = MatrixXd::Zero(q, q)};
-  if (!modes_.search(design, outer_modes, inner_modes, effects)) {
-    result.minus_log_likelihood = std::numeric_limits<double>::infinity();
-    return result;
-  }
-  if (!factorize_determinants(design) || !has_clear_modes()) {
+  if (!modes_.search(design, modes, effects, workspace) || !factorize_determinants(design) ||
+      !has_clear_modes()) {
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();
     return result;
   }
   if (rule_ != nullptr) {
-    integrate(point, design, effects, result, with_gradient);
+    integrate(point, design, effects, workspace, result, with_gradient);
   } else {
     result.minus_log_likelihood = modes_.objective();
     for (Index c = 0; c < modes_.cluster_count(); ++c) {
@@ -78,16 +75,31 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
     }
   }
   if (with_gradient && std::isfinite(result.minus_log_likelihood)) {
-    differentiate(design, effects, result);
+    differentiate(design, effects, workspace, result);
   }
   return result;
 }
 
+bool MarginalBlock::find_modes(const RandomDesign& design,
+                               Modes& modes,
+                               MatrixXd& effects,
+                               ObservationSums::Workspace& workspace,
+                               const Modes* known,
+                               VectorXd& objectives) {
+  if (!modes_.search(design, modes, effects, workspace, known)) return false;
+  if (!factorize_determinants(design) || !has_clear_modes()) return false;
+  for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    objectives[modes_.first_cluster() + c] =
+        modes_.is_known(c) ? std::numeric_limits<double>::infinity() : modes_.objective(c);
+  }
+  return true;
+}
+
 bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
   for (std::size_t c = 0; c < determinants_.size(); ++c) {
-    if (!determinants_[c].compute(design, modes_.approximations(static_cast<Index>(c)))) {
-      return false;
-    }
+    const auto cluster = static_cast<Index>(c);
+    if (modes_.is_known(cluster)) continue;
+    if (!determinants_[c].compute(design, modes_.approximations(cluster))) return false;
   }
   return true;
 }
@@ -97,6 +109,7 @@ bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
 bool MarginalBlock::has_clear_modes() const {
   constexpr double kClear = 0.05;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    if (modes_.is_known(c)) continue;
     if (rule_ == nullptr && !modes_.is_minimum(c)) return false;
     if (determinant(c).smallest_pivot() < kClear) return false;
   }
@@ -119,6 +132,7 @@ SmallVector MarginalBlock::node(Index group, Index number) const {
 
 void MarginalBlock::evaluate_nodes(const RandomDesign& design,
                                    MatrixXd& effects,
+                                   ObservationSums::Workspace& workspace,
                                    std::vector<MatrixXd>& node_sums,
                                    bool with_gradient) {
   const Index nodes = rule_->weights.size();
@@ -130,9 +144,9 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
     MatrixXd& here = node_sums[static_cast<std::size_t>(k)];
     for (Index g = 0; g < groups; ++g) effects.col(begin + g) = design.inner * node(g, k);
     if (with_gradient) {
-      sums_.slopes(begin, begin + groups, effects, here, modes_.workspace());
+      sums_.slopes(begin, begin + groups, effects, here, workspace);
     } else {
-      sums_.density(begin, begin + groups, effects, here, modes_.workspace());
+      sums_.density(begin, begin + groups, effects, here, workspace);
     }
     const double constant = std::log(rule_->weights[k]) + 0.5 * rule_->nodes.col(k).squaredNorm();
     for (Index g = 0; g < groups; ++g) {
@@ -145,11 +159,12 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
 void MarginalBlock::integrate(const MarginalPoint& point,
                               const RandomDesign& design,
                               MatrixXd& effects,
+                              ObservationSums::Workspace& workspace,
                               MarginalValue& result,
                               bool with_gradient) {
   // Many nodes make much of it, which one block at a time may have.
   std::vector<MatrixXd> node_sums(static_cast<std::size_t>(rule_->weights.size()));
-  evaluate_nodes(design, effects, node_sums, with_gradient);
+  evaluate_nodes(design, effects, workspace, node_sums, with_gradient);
   const Index groups = shares_.cols();
   for (Index g = 0; g < groups; ++g) {
     auto shares = shares_.col(g).array();
@@ -165,7 +180,7 @@ void MarginalBlock::integrate(const MarginalPoint& point,
   inner_follow_.resize(q, groups);
   for (Index g = 0; g < groups; ++g) add_node_slopes(point, node_sums, g, result);
   const Index begin = modes_.first_group();
-  sums_.slopes(begin, begin + groups, effects, mode_slopes_, modes_.workspace());
+  sums_.slopes(begin, begin + groups, effects, mode_slopes_, workspace);
 }
 
 /// What the integrand's slopes at the nodes add to the gradient, and how the value depends on where
@@ -205,6 +220,7 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point,
 
 void MarginalBlock::differentiate(const RandomDesign& design,
                                   MatrixXd& effects,
+                                  ObservationSums::Workspace& workspace,
                                   MarginalValue& result) {
   const Index s = design.outer.cols();
   const Index q = design.inner.cols();
@@ -213,7 +229,7 @@ void MarginalBlock::differentiate(const RandomDesign& design,
   SmallMatrix joint(r_, s + q);
   joint << design.outer, design.inner;
   weigh(joint, weights_);
-  sums_.total(begin, end, effects, weights_, totals_, modes_.workspace());
+  sums_.total(begin, end, effects, weights_, totals_, workspace);
   follow_modes(design);
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
     for (Index g = modes_.group_begin(c); g < modes_.group_begin(c + 1); ++g) {

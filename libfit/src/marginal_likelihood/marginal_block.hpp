@@ -37,6 +37,12 @@ struct RandomPlaces {
   std::vector<Eigen::Index> inner_rows{};  ///< (q)
 };
 
+/// How the parameters of the likelihood differ from those of another point.
+struct PointChange {
+  ObservationPoint observation{};
+  RandomDesign design{};
+};
+
 /// Consecutive clusters, with memory that is kept from one value to the next.
 class MarginalBlock {
  public:
@@ -48,27 +54,52 @@ class MarginalBlock {
                 Eigen::Index first,
                 Eigen::Index last);
 
-  /// \param outer_modes, inner_modes  in: where the search for modes begins; out: modes
+  /// \param modes    in: where the search for modes begins; out: modes
   /// \param effects  (r x G) room for the random effects of all groups
   MarginalValue value(const MarginalPoint& point,
                       const RandomDesign& design,
-                      Eigen::MatrixXd& outer_modes,
-                      Eigen::MatrixXd& inner_modes,
+                      Modes& modes,
                       Eigen::MatrixXd& effects,
+                      ObservationSums::Workspace& workspace,
                       bool with_gradient);
+
+  /// Searches modes without a value.
+  /// \param known       as in ClusterModes::search
+  /// \param objectives  (C) out: what modes minimize, infinite where the mode is a known one
+  /// \returns false if there is no clear mode
+  bool find_modes(const RandomDesign& design,
+                  Modes& modes,
+                  Eigen::MatrixXd& effects,
+                  ObservationSums::Workspace& workspace,
+                  const Modes* known,
+                  Eigen::VectorXd& objectives);
+
+  /// Keeps how the modes of the last value, which must have had a gradient, follow the parameters.
+  void keep(const RandomDesign& design);
+  /// Moves the kept modes as far as a change of the parameters moves them, to first order; modes
+  /// that it moves far stay where they are.
+  /// \param modes  in: the kept ones
+  void follow(const PointChange& change, Modes& modes);
 
  private:
   bool factorize_determinants(const RandomDesign& design);
   bool has_clear_modes() const;
+  /// (r) how the slope of a group by its random effects changes at the kept modes.
+  SmallVector slope_change(const PointChange& change,
+                           const SmallMatrix& curvature,
+                           Eigen::Index cluster,
+                           Eigen::Index group) const;
   const ArrowFactor& determinant(Eigen::Index cluster) const;
   void integrate(const MarginalPoint& point,
                  const RandomDesign& design,
                  Eigen::MatrixXd& effects,
+                 ObservationSums::Workspace& workspace,
                  MarginalValue& result,
                  bool with_gradient);
   /// \param node_sums  out: by node, one column a group
   void evaluate_nodes(const RandomDesign& design,
                       Eigen::MatrixXd& effects,
+                      ObservationSums::Workspace& workspace,
                       std::vector<Eigen::MatrixXd>& node_sums,
                       bool with_gradient);
   void add_node_slopes(const MarginalPoint& point,
@@ -76,7 +107,10 @@ class MarginalBlock {
                        Eigen::Index group,
                        MarginalValue& result);
   SmallVector node(Eigen::Index group, Eigen::Index number) const;
-  void differentiate(const RandomDesign& design, Eigen::MatrixXd& effects, MarginalValue& result);
+  void differentiate(const RandomDesign& design,
+                     Eigen::MatrixXd& effects,
+                     ObservationSums::Workspace& workspace,
+                     MarginalValue& result);
   void weigh(const SmallMatrix& joint, Eigen::MatrixXd& weights);
   void follow_modes(const RandomDesign& design);
   void add_group(const RandomDesign& design,
@@ -104,6 +138,13 @@ class MarginalBlock {
   /// groups).
   Eigen::MatrixXd outer_follow_;
   Eigen::MatrixXd inner_follow_;
+  // At the modes that are kept:
+  RandomDesign kept_design_;
+  Eigen::MatrixXd kept_outer_;
+  Eigen::MatrixXd kept_inner_;
+  Eigen::MatrixXd kept_density_;
+  Eigen::MatrixXd kept_totals_;
+  ArrowFactor kept_hessian_;  ///< of the cluster at work
   // For quadrature:
   Eigen::MatrixXd shares_;       ///< (nodes x groups) of each node in the integral
   Eigen::MatrixXd mode_slopes_;  ///< sums of slope terms at the modes

@@ -12,7 +12,7 @@
 #include "fitted_model/refit.hpp"
 #include "marginal_likelihood/marginal_coordinates.hpp"
 #include "marginal_likelihood/marginal_likelihood.hpp"
-#include "marginal_likelihood/mode_objectives.hpp"
+#include "marginal_likelihood/other_modes.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/group_coefficients.hpp"
@@ -63,8 +63,7 @@ struct Optimum {
   double value = std::numeric_limits<double>::infinity();
   double decrement = std::numeric_limits<double>::infinity();
   MatrixXd hessian{};
-  MatrixXd outer_modes{};
-  MatrixXd inner_modes{};
+  Modes modes{};
 };
 
 class MarginalSearch {
@@ -80,8 +79,7 @@ class MarginalSearch {
         likelihood_(model,
                     variance_,
                     curvature_of(integration),
-                    integration == Integration::kQuadrature ? options.quadrature_points : 1,
-                    options.threads),
+                    integration == Integration::kQuadrature ? options.quadrature_points : 1),
         coordinates_(model, variance_, frame_at(model, linearized.estimate)) {}
 
   /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
@@ -96,9 +94,7 @@ class MarginalSearch {
   void try_fit(const MixedEffectsFit& fit) {
     if (!std::isfinite(fit.sigma) || !(fit.sigma > 0.0)) return;
     const VectorXd x = coordinates_of(fit);
-    run(x,
-        coordinates_.spherical(x, true, outer_effects_of(fit)),
-        coordinates_.spherical(x, false, fit.random_effects));
+    run(x, modes_of(fit, x));
   }
 
   /// From the pooled fit with random effects of several spreads, until one converges.
@@ -118,8 +114,7 @@ class MarginalSearch {
   double value_of(const MixedEffectsFit& fit) {
     const VectorXd x = coordinates_of(fit);
     if (!x.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-    likelihood_.set_modes(coordinates_.spherical(x, true, outer_effects_of(fit)),
-                          coordinates_.spherical(x, false, fit.random_effects));
+    likelihood_.set_modes(modes_of(fit, x));
     const double value = value_at(x, nullptr);
     return std::isfinite(value) ? -value : std::numeric_limits<double>::quiet_NaN();
   }
@@ -147,16 +142,15 @@ class MarginalSearch {
   }
 
   MixedEffectsFit result() {
-    likelihood_.set_modes(best_.outer_modes, best_.inner_modes);
     const MarginalPoint point = coordinates_.point(best_.x);
     MixedEffectsFit fit;
     fit.estimate = point.observation.beta;
     fit.covariance = fixed_covariance();
     fit.random_covariance = point.inner_factor * point.inner_factor.transpose();
-    fit.random_effects = point.inner_factor * best_.inner_modes;
+    fit.random_effects = point.inner_factor * best_.modes.inner;
     if (outer_count() > 0) {
       fit.outer.covariance = point.outer_factor * point.outer_factor.transpose();
-      fit.outer.effects = point.outer_factor * best_.outer_modes;
+      fit.outer.effects = point.outer_factor * best_.modes.outer;
     }
     const VectorXd& parameters = point.observation.variance;
     const double scale = std::exp(point.observation.log_sigma);
@@ -184,8 +178,8 @@ class MarginalSearch {
     };
     const VectorXd x = coordinates_.coordinates(observation, covariance(true), covariance(false));
     run(x,
-        MatrixXd::Zero(outer_count(), model_.cluster_count()),
-        MatrixXd::Zero(inner_count(), model_.group_count()));
+        {.outer = MatrixXd::Zero(outer_count(), model_.cluster_count()),
+         .inner = MatrixXd::Zero(inner_count(), model_.group_count())});
   }
 
   VectorXd coordinates_of(const MixedEffectsFit& fit) const {
@@ -203,8 +197,12 @@ class MarginalSearch {
   MatrixXd outer_of(const MixedEffectsFit& fit) const {
     return outer_count() > 0 ? fit.outer.covariance : MatrixXd(0, 0);
   }
-  MatrixXd outer_effects_of(const MixedEffectsFit& fit) const {
-    return outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
+  /// The modes that a fit by another method has at x.
+  Modes modes_of(const MixedEffectsFit& fit, const VectorXd& x) const {
+    const MatrixXd outer =
+        outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
+    return {.outer = coordinates_.spherical(x, true, outer),
+            .inner = coordinates_.spherical(x, false, fit.random_effects)};
   }
 
   bool is_exhausted() const { return evaluations_ >= most_evaluations_; }
@@ -221,9 +219,9 @@ class MarginalSearch {
     return value.minus_log_likelihood;
   }
 
-  void run(const VectorXd& start, MatrixXd outer_modes, MatrixXd inner_modes) {
+  void run(const VectorXd& start, Modes modes) {
     if (!start.allFinite()) return;
-    likelihood_.set_modes(std::move(outer_modes), std::move(inner_modes));
+    likelihood_.set_modes(std::move(modes));
     Optimum optimum = searched(start);
     constexpr int kWidenings = 3;
     for (int k = 0; k < kWidenings && std::isfinite(optimum.value); ++k) {
@@ -249,34 +247,34 @@ class MarginalSearch {
     // The first-order method has modes of another density.
     if (integration_ == Integration::kFirstOrder) return false;
     const MarginalPoint point = coordinates_.point(optimum.x);
-    const auto objectives = [&](const Modes& modes) {
-      return mode_objectives(model_, variance_, likelihood_.places(), point, modes);
-    };
-    Modes highest{.outer = optimum.outer_modes, .inner = optimum.inner_modes};
-    VectorXd lowest = objectives(highest);
+    Modes highest = optimum.modes;
+    std::optional<VectorXd> lowest = likelihood_.find_modes(point, highest, nullptr);
+    if (!lowest) return false;
     bool is_better = false;
     for (Modes& start : other_starts(highest)) {
-      likelihood_.set_modes(std::move(start.outer), std::move(start.inner));
-      if (!std::isfinite(value_at(optimum.x, nullptr))) continue;
-      const Modes found{.outer = likelihood_.outer_modes(), .inner = likelihood_.inner_modes()};
-      if (take_lower(model_, found, objectives(found), highest, lowest)) is_better = true;
+      ++evaluations_;
+      const auto objectives = likelihood_.find_modes(point, start, &highest);
+      if (objectives && take_lower(model_, start, *objectives, highest, *lowest)) is_better = true;
     }
-    likelihood_.set_modes(highest.outer, highest.inner);
+    likelihood_.set_modes(std::move(highest));
     return is_better;
   }
 
   Optimum searched(const VectorXd& start) {
     // Modes are searched from those of the lowest point: those of a step that was refused may
     // belong to another hill of the density of the random effects.
-    Optimum lowest{.outer_modes = likelihood_.outer_modes(),
-                   .inner_modes = likelihood_.inner_modes()};
+    const Modes first = likelihood_.modes();
+    double lowest = std::numeric_limits<double>::infinity();
     const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
-      likelihood_.set_modes(lowest.outer_modes, lowest.inner_modes);
+      if (std::isfinite(lowest)) {
+        likelihood_.set_kept_modes();
+      } else {
+        likelihood_.set_modes(first);
+      }
       const double value = value_at(x, gradient);
-      if (value < lowest.value) {
-        lowest.value = value;
-        lowest.outer_modes = likelihood_.outer_modes();
-        lowest.inner_modes = likelihood_.inner_modes();
+      if (value < lowest) {
+        lowest = value;
+        likelihood_.keep_modes(coordinates_.point(x));
       }
       return value;
     };
@@ -296,8 +294,7 @@ class MarginalSearch {
       VectorXd gradient;
       optimum.x = found.x;
       optimum.value = function(found.x, &gradient);
-      optimum.outer_modes = likelihood_.outer_modes();
-      optimum.inner_modes = likelihood_.inner_modes();
+      optimum.modes = likelihood_.modes();
       const MatrixXd hessian = one_sided_hessian(function, found.x, gradient);
       const CurvatureCertificate certificate(hessian, gradient);
       optimum.hessian = 0.5 * (hessian + hessian.transpose());
@@ -332,7 +329,7 @@ class MarginalSearch {
       for (const double sign : {1.0, -1.0}) {
         VectorXd x = optimum.x + sign * size * direction;
         if (value_at(x, nullptr) < optimum.value - kSameLikelihood) return x;
-        likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+        likelihood_.set_modes(optimum.modes);
       }
     }
     return {};
@@ -349,12 +346,12 @@ class MarginalSearch {
       for (Index k = 0; k < covariance.rows() && of.values[k] < kEdge; ++k) {
         for (const double size : {0.1, 1e-3}) {
           VectorXd inside = coordinates_.widened(optimum.x, is_outer, of.vectors.col(k), size);
-          likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+          likelihood_.set_modes(optimum.modes);
           if (value_at(inside, nullptr) < optimum.value - kSameLikelihood) return inside;
         }
       }
     }
-    likelihood_.set_modes(optimum.outer_modes, optimum.inner_modes);
+    likelihood_.set_modes(optimum.modes);
     return {};
   }
 

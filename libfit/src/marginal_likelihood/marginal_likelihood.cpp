@@ -60,15 +60,14 @@ RandomPlaces places_of(const NonlinearModel& model) {
 MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
                                        const VarianceModel& variance,
                                        Curvature curvature,
-                                       int points,
-                                       unsigned threads)
+                                       int points)
     : model_(model),
       places_(places_of(model)),
       sums_(model, variance, curvature, united(places_.outer, places_.inner)),
-      threads_(threads) {
+      workspaces_(worker_count(model.threads())) {
   if (points > 1) rule_ = gauss_hermite(points, static_cast<Index>(places_.inner.size()));
-  outer_modes_.setZero(static_cast<Index>(places_.outer.size()), model.cluster_count());
-  inner_modes_.setZero(static_cast<Index>(places_.inner.size()), model.group_count());
+  modes_.outer.setZero(static_cast<Index>(places_.outer.size()), model.cluster_count());
+  modes_.inner.setZero(static_cast<Index>(places_.inner.size()), model.group_count());
   effects_.setZero(sums_.random_count(), model.group_count());
   cut_into_blocks();
 }
@@ -93,31 +92,78 @@ RandomDesign MarginalLikelihood::design_of(const MarginalPoint& point) const {
           .inner = placed(point.inner_factor, places_.inner_rows, r)};
 }
 
-void MarginalLikelihood::set_modes(MatrixXd outer, MatrixXd inner) {
-  outer_modes_ = std::move(outer);
-  inner_modes_ = std::move(inner);
+void MarginalLikelihood::set_modes(Modes modes) {
+  modes_ = std::move(modes);
+  starts_from_kept_ = false;
+}
+
+void MarginalLikelihood::keep_modes(const MarginalPoint& point) {
+  kept_ = modes_;
+  kept_at_ = point;
+  const RandomDesign design = design_of(point);
+  for (const auto& block : blocks_) block->keep(design);
+}
+
+void MarginalLikelihood::set_kept_modes() {
+  modes_ = kept_;
+  starts_from_kept_ = true;
 }
 
 MarginalValue MarginalLikelihood::evaluate(const MarginalPoint& point, bool with_gradient) {
+  if (!std::exchange(starts_from_kept_, false)) return value(point, with_gradient, nullptr);
+  const RandomDesign now = design_of(point);
+  const RandomDesign then = design_of(kept_at_);
+  const ObservationPoint& at = point.observation;
+  const ObservationPoint& from = kept_at_.observation;
+  const PointChange change{
+      .observation = {.beta = at.beta - from.beta,
+                      .variance = at.variance - from.variance,
+                      .log_sigma = at.log_sigma - from.log_sigma},
+      .design = {.outer = now.outer - then.outer, .inner = now.inner - then.inner}};
+  MarginalValue result = value(point, with_gradient, &change);
+  if (std::isfinite(result.minus_log_likelihood)) return result;
+  return value(point, with_gradient, nullptr);
+}
+
+/// \param change  from where modes are kept, which are those that the search begins with; or null
+MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
+                                        bool with_gradient,
+                                        const PointChange* change) {
   sums_.set_point(point.observation);
   const RandomDesign design = design_of(point);
-  MatrixXd outer = outer_modes_;
-  MatrixXd inner = inner_modes_;
+  Modes modes = modes_;
   std::vector<MarginalValue> parts(blocks_.size());
-  parallel_for(parts.size(), threads_, [&](std::size_t b) {
-    parts[b] = blocks_[b]->value(point, design, outer, inner, effects_, with_gradient);
+  parallel_for(parts.size(), model_.threads(), [&](std::size_t b, std::size_t worker) {
+    if (change != nullptr) blocks_[b]->follow(*change, modes);
+    parts[b] =
+        blocks_[b]->value(point, design, modes, effects_, workspaces_[worker], with_gradient);
   });
   MarginalValue total = std::move(parts.front());
   for (std::size_t b = 1; b < parts.size(); ++b) total.add(parts[b]);
   total.minus_log_likelihood +=
       0.5 * static_cast<double>(model_.observations()) * std::log(2.0 * std::numbers::pi);
   if (std::isfinite(total.minus_log_likelihood)) {
-    outer_modes_.swap(outer);
-    inner_modes_.swap(inner);
+    std::swap(modes_, modes);
   } else {
     total.minus_log_likelihood = std::numeric_limits<double>::infinity();
   }
   return total;
+}
+
+std::optional<VectorXd> MarginalLikelihood::find_modes(const MarginalPoint& point,
+                                                       Modes& modes,
+                                                       const Modes* known) {
+  sums_.set_point(point.observation);
+  const RandomDesign design = design_of(point);
+  VectorXd objectives(model_.cluster_count());
+  std::vector<char> is_found(blocks_.size(), 0);
+  parallel_for(blocks_.size(), model_.threads(), [&](std::size_t b, std::size_t worker) {
+    const bool found =
+        blocks_[b]->find_modes(design, modes, effects_, workspaces_[worker], known, objectives);
+    is_found[b] = found ? 1 : 0;
+  });
+  if (std::ranges::find(is_found, 0) != is_found.end()) return std::nullopt;
+  return objectives;
 }
 
 }  // namespace silvafit::fit

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "marginal_likelihood/marginal_block.hpp"
@@ -26,18 +27,30 @@ class MarginalLikelihood {
   MarginalLikelihood(const NonlinearModel& model,
                      const VarianceModel& variance,
                      Curvature curvature,
-                     int points,
-                     unsigned threads);
+                     int points);
 
   /// The value at a point; modes are searched from those of the last value that was finite.
   /// \param with_gradient  whether the derivatives are wanted
   MarginalValue evaluate(const MarginalPoint& point, bool with_gradient);
 
-  /// Modes v of the random effects at the last value.
-  const Eigen::MatrixXd& inner_modes() const { return inner_modes_; }  ///< (q x G)
-  const Eigen::MatrixXd& outer_modes() const { return outer_modes_; }  ///< (s x clusters)
+  /// The modes that searches at a point lead to.
+  /// \param modes  in: where they begin
+  /// \param known  other modes, or null: searches that come near them end there
+  /// \returns (C) what modes minimize, but for a constant; infinite where the mode is a known one.
+  ///   Nothing if a search leads to no clear mode.
+  std::optional<Eigen::VectorXd> find_modes(const MarginalPoint& point,
+                                            Modes& modes,
+                                            const Modes* known);
+
+  /// Modes of the random effects at the last value.
+  const Modes& modes() const { return modes_; }
   /// Where the search for modes begins.
-  void set_modes(Eigen::MatrixXd outer, Eigen::MatrixXd inner);
+  void set_modes(Modes modes);
+  /// Keeps the modes of the last value, which must have been finite and with a gradient, ...
+  void keep_modes(const MarginalPoint& point);
+  /// ... and lets the next search begin from there, as far as the parameters move them to first
+  /// order.
+  void set_kept_modes();
 
   /// Where the random effects of both groupings are among the model's coefficients.
   const RandomPlaces& places() const { return places_; }
@@ -45,15 +58,18 @@ class MarginalLikelihood {
  private:
   void cut_into_blocks();
   RandomDesign design_of(const MarginalPoint& point) const;
+  MarginalValue value(const MarginalPoint& point, bool with_gradient, const PointChange* change);
 
   const NonlinearModel& model_;
   RandomPlaces places_;
   ObservationSums sums_;
   QuadratureRule rule_;
-  unsigned threads_ = 1;
   std::vector<std::unique_ptr<MarginalBlock>> blocks_;
-  Eigen::MatrixXd outer_modes_;
-  Eigen::MatrixXd inner_modes_;
+  std::vector<ObservationSums::Workspace> workspaces_;  ///< by worker
+  Modes modes_;
+  Modes kept_;
+  MarginalPoint kept_at_;
+  bool starts_from_kept_ = false;
   Eigen::MatrixXd effects_;  ///< (r x G) room for the random effects b
 };
 

@@ -61,7 +61,7 @@ struct Setting {
           int points = 1)
       : model(specification, table),
         variance(specification.variance, VarianceData::of(model)),
-        likelihood(model, variance, curvature, points, 1) {
+        likelihood(model, variance, curvature, points) {
     at.observation = {.beta = Eigen::Vector3d(20.0, 0.07, -0.02),
                       .variance = variance.start(),
                       .log_sigma = std::log(1.3)};
@@ -250,13 +250,74 @@ TEST_CASE("quadrature is exact for polynomials under the normal distribution") {
 TEST_CASE("the value does not depend on the number of threads") {
   const Table table = nested_stands(60, 100);
   const ModelSpecification specification = curve(table, "a + b | plot", "power");
-  const NonlinearModel model(specification, table);
+  const NonlinearModel model(specification, table, 8);
   const VarianceModel variance(specification.variance, VarianceData::of(model));
   Setting one(specification, table, Curvature::kFull);
-  MarginalLikelihood several(model, variance, Curvature::kFull, 1, 8);
+  MarginalLikelihood several(model, variance, Curvature::kFull, 1);
   const MarginalValue a = one.likelihood.evaluate(one.at, true);
   const MarginalValue b = several.evaluate(one.at, true);
   CHECK(a.minus_log_likelihood == b.minus_log_likelihood);
   CHECK(a.by_beta == b.by_beta);
   CHECK(a.by_inner_factor == b.by_inner_factor);
+}
+
+namespace {
+
+/// The effects of one grouping, those of "a + b | plot" or, with the coarser one, also "a | stand".
+SmallMatrix design_of(const MatrixXd& factor) {
+  SmallMatrix design = SmallMatrix::Zero(2, factor.cols());
+  design.topRows(factor.rows()) = factor;
+  return design;
+}
+
+}  // namespace
+
+TEST_CASE("modes follow the parameters to first order") {
+  const Table table = nested_stands(6, 8);
+  const char* const variance = GENERATE("none", "power", "power(fitted | species)");
+  const Curvature curvature =
+      GENERATE(Curvature::kFull, Curvature::kExpected, Curvature::kFirstOrder);
+  const char* const random = GENERATE("a + b | plot", "a | stand; a + b | plot");
+  INFO(variance << ", " << random << ", curvature " << static_cast<int>(curvature));
+  Setting setting(curve(table, random, variance), table, curvature);
+  const NonlinearModel& model = setting.model;
+  ObservationSums sums(model, setting.variance, curvature, {0, 1});
+  MarginalBlock block(model, sums, setting.likelihood.places(), nullptr, 0, model.cluster_count());
+  ObservationSums::Workspace workspace;
+  MatrixXd effects = MatrixXd::Zero(2, model.group_count());
+  const auto search = [&](const MarginalPoint& at, bool with_gradient, Modes& modes) {
+    sums.set_point(at.observation);
+    const RandomDesign design{.outer = design_of(at.outer_factor),
+                              .inner = design_of(at.inner_factor)};
+    block.value(at, design, modes, effects, workspace, with_gradient);
+    return design;
+  };
+  const MatrixXd none = MatrixXd::Zero(2, model.group_count());
+  Modes modes{.outer = MatrixXd::Zero(setting.at.outer_factor.rows(), model.cluster_count()),
+              .inner = none};
+  const RandomDesign design = search(setting.at, true, modes);
+  block.keep(design);
+
+  // All parameters move by a small share of themselves.
+  constexpr double kShare = 1e-5;
+  MarginalPoint moved = setting.at;
+  moved.observation.beta *= 1.0 + kShare;
+  moved.observation.variance *= 1.0 - 2.0 * kShare;
+  moved.observation.log_sigma += 3.0 * kShare;
+  moved.inner_factor *= 1.0 + 4.0 * kShare;
+  moved.outer_factor *= 1.0 - 3.0 * kShare;
+  Modes exact = modes;
+  const RandomDesign there = search(moved, false, exact);
+  Modes followed = modes;
+  block.follow(
+      {.observation = {.beta = moved.observation.beta - setting.at.observation.beta,
+                       .variance = moved.observation.variance - setting.at.observation.variance,
+                       .log_sigma = 3.0 * kShare},
+       .design = {.outer = there.outer - design.outer, .inner = there.inner - design.inner}},
+      followed);
+  // What is left is of second order, and modes are found to 1e-9.
+  const double change = (exact.inner - modes.inner).norm();
+  REQUIRE(change > 1e-6);
+  CHECK((followed.inner - exact.inner).norm() < 1e-3 * change + 2e-8);
+  CHECK((followed.outer - exact.outer).norm() < 1e-3 * change + 2e-8);
 }

@@ -93,7 +93,7 @@ double log_likelihood(const json& reference, Curvature curvature, int points) {
   const ModelSpecification specification = specified(reference, table);
   const NonlinearModel model(specification, table);
   const VarianceModel variance(specification.variance, VarianceData::of(model));
-  MarginalLikelihood likelihood(model, variance, curvature, points, 1);
+  MarginalLikelihood likelihood(model, variance, curvature, points);
   return -likelihood.evaluate(point_of(reference, model, variance), false).minus_log_likelihood;
 }
 

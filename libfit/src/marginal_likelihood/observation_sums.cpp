@@ -16,6 +16,11 @@ using Eigen::MatrixXd;
 /// Rows at a time: inputs and sums of so many stay in the second-level cache.
 constexpr Index kRows = 512;
 
+/// Makes room for so many numbers. Less room than before would be filled with zeros the next time.
+void make_room(std::vector<double>& memory, std::size_t count) {
+  if (memory.size() < count) memory.resize(count);
+}
+
 void append(std::vector<Expression>& target, const std::vector<Expression>& more) {
   target.insert(target.end(), more.begin(), more.end());
 }
@@ -34,11 +39,10 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
       variance_(variance),
       random_(std::move(random)),
       r_(static_cast<Index>(random_.size())) {
-  const auto parameter_count = static_cast<Index>(model.specification().parameters.size());
-  const Index n = model.observations();
   store_indicators();
-  base_.resize(n, parameter_count);
-  quantity_rows_.resize(n, static_cast<Index>(variance.quantities().size()));
+  if (indicators_.cols() > 0) {
+    quantity_rows_.resize(model.observations(), static_cast<Index>(variance.quantities().size()));
+  }
   const ObservationTerms terms = observation_terms(model, variance, curvature, random_);
   has_approximation_ = !terms.approximation.empty();
   others_ = terms.others;
@@ -89,9 +93,9 @@ ObservationSums::Source ObservationSums::source_of(const std::string& name) {
   const auto& parameters = model_.specification().parameters;
   const std::size_t count = parameters.size();
   for (std::size_t k = 0; k < count; ++k) {
-    if (name == parameters[k].name) return parameter_source(static_cast<Index>(k), false);
+    if (name == parameters[k].name) return parameter_source(name, static_cast<Index>(k), false);
     if (name == term_names::population(parameters[k].name)) {
-      return parameter_source(static_cast<Index>(k), true);
+      return parameter_source(name, static_cast<Index>(k), true);
     }
   }
   const auto& quantities = variance_.quantities();
@@ -121,22 +125,23 @@ ObservationSums::Source ObservationSums::source_of(const std::string& name) {
           .column = model_.variable_values().col(variable - model_.variables().begin()).data()};
 }
 
-ObservationSums::Source ObservationSums::parameter_source(Index parameter, bool at_population) {
+ObservationSums::Source ObservationSums::parameter_source(const std::string& name,
+                                                          Index parameter,
+                                                          bool at_population) {
   using Kind = Source::Kind;
-  VaryingParameter varying{.parameter = parameter,
-                           .has_covariates = has_covariates(model_, parameter)};
-  for (Index c = 0; c < r_ && !at_population; ++c) {
-    const Index coefficient = random_[static_cast<std::size_t>(c)];
-    if (model_.parameter_of(coefficient) != parameter) continue;
-    varying.effects.emplace_back(c, model_.multiplier_values(coefficient));
+  VaryingParameter varying{.name = name};
+  bool varies = has_covariates(model_, parameter);
+  for (Index j = 0; j < model_.coefficient_count(); ++j) {
+    if (model_.parameter_of(j) != parameter) continue;
+    const auto effect = std::ranges::find(random_, j);
+    const bool is_random = !at_population && effect != random_.end();
+    varying.terms.push_back({.coefficient = j,
+                             .effect = is_random ? effect - random_.begin() : -1,
+                             .multiplier = model_.multiplier_values(j)});
+    varies = varies || is_random;
   }
-  if (varying.effects.empty()) {
-    if (!varying.has_covariates) {
-      return {.kind = Kind::kScalar, .index = static_cast<std::size_t>(parameter)};
-    }
-    return {.kind = Kind::kColumn, .column = base_.col(parameter).data()};
-  }
-  const auto known = std::ranges::find(varying_, parameter, &VaryingParameter::parameter);
+  if (!varies) return {.kind = Kind::kScalar, .index = static_cast<std::size_t>(parameter)};
+  const auto known = std::ranges::find(varying_, name, &VaryingParameter::name);
   const auto index = static_cast<std::size_t>(known - varying_.begin());
   if (known == varying_.end()) varying_.push_back(std::move(varying));
   return {.kind = Kind::kParameter, .index = index};
@@ -156,19 +161,10 @@ void ObservationSums::set_point(const ObservationPoint& point) {
   const auto& quantities = variance_.quantities();
   scalars_.assign(parameter_count + quantities.size() + 1, 0.0);
   scalars_.back() = point.log_sigma;
-  for (Index k = 0; k < base_.cols(); ++k) {
-    if (has_covariates(model_, k)) base_.col(k).setZero();
-  }
-  for (Index j = 0; j < model_.coefficient_count(); ++j) {
-    const Index k = model_.parameter_of(j);
-    const double* multiplier = model_.multiplier_values(j);
-    if (!has_covariates(model_, k)) {
-      scalars_[static_cast<std::size_t>(k)] = point.beta[j];
-    } else if (multiplier == nullptr) {
-      base_.col(k).array() += point.beta[j];
-    } else {
-      base_.col(k) += point.beta[j] * Eigen::Map<const Eigen::VectorXd>(multiplier, base_.rows());
-    }
+  beta_ = point.beta;
+  for (Index j = 0; j < beta_.size(); ++j) {
+    // A parameter of several coefficients is none of the scalars.
+    scalars_[static_cast<std::size_t>(model_.parameter_of(j))] = beta_[j];
   }
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     const VarianceModel::Quantity& quantity = quantities[k];
@@ -189,19 +185,17 @@ void ObservationSums::fill_parameter(const VaryingParameter& varying,
                                      Index rows,
                                      double* target) const {
   Eigen::Map<Eigen::VectorXd> values(target, rows);
-  double constant =
-      varying.has_covariates ? 0.0 : scalars_[static_cast<std::size_t>(varying.parameter)];
-  for (const auto& [effect, multiplier] : varying.effects) {
-    if (multiplier == nullptr) constant += effects(effect, group);
+  const auto value_of = [&](const VaryingParameter::Term& term) {
+    return beta_[term.coefficient] + (term.effect < 0 ? 0.0 : effects(term.effect, group));
+  };
+  double constant = 0.0;
+  for (const VaryingParameter::Term& term : varying.terms) {
+    if (term.multiplier == nullptr) constant += value_of(term);
   }
-  if (varying.has_covariates) {
-    values = base_.col(varying.parameter).segment(row, rows).array() + constant;
-  } else {
-    values.setConstant(constant);
-  }
-  for (const auto& [effect, multiplier] : varying.effects) {
-    if (multiplier == nullptr) continue;
-    values += effects(effect, group) * Eigen::Map<const Eigen::VectorXd>(multiplier + row, rows);
+  values.setConstant(constant);
+  for (const VaryingParameter::Term& term : varying.terms) {
+    if (term.multiplier == nullptr) continue;
+    values += value_of(term) * Eigen::Map<const Eigen::VectorXd>(term.multiplier + row, rows);
   }
 }
 
@@ -260,8 +254,8 @@ void ObservationSums::run(const Task& task,
                           Workspace& workspace) const {
   const auto width = static_cast<Index>(task.outputs);
   sums.setZero(width, last - values.first);
-  workspace.inputs.resize((varying_.size() + values.weight_count()) * kRows);
-  workspace.outputs.resize(task.outputs * kRows);
+  make_room(workspace.inputs, (varying_.size() + values.weight_count()) * kRows);
+  make_room(workspace.outputs, task.outputs * kRows);
   workspace.output_columns.resize(task.outputs);
   for (std::size_t k = 0; k < task.outputs; ++k) {
     workspace.output_columns[k] = workspace.outputs.data() + k * kRows;
@@ -280,7 +274,7 @@ void ObservationSums::run(const Task& task,
                           workspace.output_columns,
                           workspace.program);
     const std::size_t segments = workspace.begins.size() - 1;
-    workspace.sums.resize(segments * task.outputs);
+    make_room(workspace.sums, segments * task.outputs);
     data::segment_sums(columns, workspace.begins, workspace.sums.data());
     sums.middleCols(first_group - values.first, static_cast<Index>(segments)) +=
         Eigen::Map<const MatrixXd>(workspace.sums.data(), width, static_cast<Index>(segments));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "marginal_likelihood/observation_terms.hpp"
@@ -84,16 +85,21 @@ class ObservationSums {
     bool is_scalar() const { return kind == Kind::kScalar; }
   };
   using Task = RowProgram<Source>;
-  /// A parameter of the model as it varies by row: base + sum of multiplier times effect.
+  /// A parameter of the model as it varies by row: the sum of its coefficients, each with the
+  /// random effect of the group, times their multipliers.
   struct VaryingParameter {
-    Eigen::Index parameter = 0;
-    bool has_covariates = false;
-    std::vector<std::pair<Eigen::Index, const double*>> effects{};  ///< number of b, multiplier
+    struct Term {
+      Eigen::Index coefficient = 0;
+      Eigen::Index effect = -1;            ///< number of b, -1 for none
+      const double* multiplier = nullptr;  ///< (N), null for 1
+    };
+    std::string name{};  ///< of the input
+    std::vector<Term> terms{};
   };
 
   Task task_of(const std::vector<data::Expression>& outputs);
   Source source_of(const std::string& name);
-  Source parameter_source(Eigen::Index parameter, bool at_population);
+  Source parameter_source(const std::string& name, Eigen::Index parameter, bool at_population);
   Source quantity_source(std::size_t quantity);
   void store_indicators();
   /// What differs by group.
@@ -137,8 +143,8 @@ class ObservationSums {
   std::vector<Eigen::Index> indicator_begin_;
   // Values at the current point.
   std::vector<double> scalars_;    ///< parameters, quantities, log sigma
-  Eigen::MatrixXd base_;           ///< (N x K) parameters of the population, where they vary
-  Eigen::MatrixXd quantity_rows_;  ///< (N x quantities), where they have strata
+  Eigen::VectorXd beta_;           ///< (p)
+  Eigen::MatrixXd quantity_rows_;  ///< (N x quantities) if some have strata
 };
 
 }  // namespace silvafit::fit

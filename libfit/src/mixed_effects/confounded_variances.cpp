@@ -52,11 +52,7 @@ class Components {
   Components(const NonlinearModel& model, const VarianceModel& variance, const VariancePoint& point)
       : model_(model), variance_(variance), point_(point) {
     const ModelSpecification& specification = model.specification();
-    NonlinearModel::Workspace workspace;
-    VectorXd mean;
-    MatrixXd jacobian;
-    model.evaluate(point.coefficients, mean, &jacobian, workspace);
-    const MatrixXd weighted = point.residual_sd.cwiseInverse().asDiagonal() * jacobian;
+    const MatrixXd weighted = weighted_jacobian();
     const Index m = variance.parameter_count();
     by_residual_ = MatrixXd::Ones(weighted.rows(), m + 1);
     if (m > 0) {
@@ -125,6 +121,19 @@ class Components {
   }
 
  private:
+  /// (N x p) the Jacobian of the mean in residual standard deviations. One matrix as long as the
+  /// data, and no more, is left of it.
+  MatrixXd weighted_jacobian() const {
+    NonlinearModel::Workspace workspace;
+    VectorXd mean;
+    MatrixXd jacobian;
+    model_.evaluate(point_.coefficients, mean, &jacobian, workspace);
+    for (Index j = 0; j < jacobian.cols(); ++j) {
+      jacobian.col(j) = jacobian.col(j).cwiseProduct(point_.residual_sd.cwiseInverse());
+    }
+    return jacobian;
+  }
+
   void add_components() {
     using Of = Component::Of;
     if (outer_.effects != nullptr) {

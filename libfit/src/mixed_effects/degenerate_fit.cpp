@@ -85,7 +85,7 @@ class Curves {
   /// Whether one standard deviation moves the curve by less than the response is spread, on either
   /// side: so it is in nearly all models, and nothing more need be looked at.
   bool is_ordinary(const VectorXd& shift, double spread) {
-    return distance(at(shift), population_) < spread && distance(at(-shift), population_) < spread;
+    return is_near(at(shift), spread) && is_near(at(-shift), spread);
   }
 
   bool is_beyond_measure(const VectorXd& shift, double spread) {
@@ -105,6 +105,16 @@ class Curves {
   }
 
  private:
+  /// Whether the median distance from the population's curve is less than a length, which takes no
+  /// median.
+  bool is_near(const VectorXd& curve, double length) const {
+    const auto distances = (curve - population_).array().abs();
+    const Index near = (distances < length).count();
+    const Index missing = distances.isNaN().count();
+    const Index measured = curve.size() - missing;
+    return measured == 0 ? length > 0.0 : near > measured / 2;
+  }
+
   const NonlinearModel& model_;
   const VectorXd& estimate_;
   NonlinearModel::Workspace workspace_;

@@ -221,25 +221,25 @@ struct Confounded {
   ConfoundedVariances variances{};
 };
 
+/// Coefficients that the mean cannot tell apart.
+std::vector<Index> confounded_at(const NonlinearModel& model, const MatrixXd& coefficients) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(coefficients, mean, &jacobian, workspace);
+  // With all coefficients held, there are none to tell apart.
+  if (jacobian.cols() == 0 || !jacobian.allFinite()) return {};
+  return JacobianFactors(jacobian).confounded();
+}
+
 Confounded confounded_parameters(const NonlinearModel& model,
                                  const MixedEffectsFit& fit,
                                  bool has_full_rank,
                                  bool is_restricted) {
   const MatrixXd coefficients = group_coefficients(model, fit);
-  Confounded result;
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
   // Where the population's curve cannot tell coefficients apart, groups that differ may seem to.
-  if (has_full_rank) {
-    model.evaluate(coefficients, mean, &jacobian, workspace);
-  } else {
-    model.evaluate(fit.estimate, mean, &jacobian, workspace);
-  }
-  // With all coefficients held, there are none to tell apart.
-  if (jacobian.cols() > 0 && jacobian.allFinite()) {
-    result.coefficients = JacobianFactors(jacobian).confounded();
-  }
+  Confounded result{.coefficients = has_full_rank ? confounded_at(model, coefficients)
+                                                  : confounded_at(model, fit.estimate)};
   const VarianceModel variance(model.specification().variance, VarianceData::of(model));
   result.variances = confounded_variances(model,
                                           variance,

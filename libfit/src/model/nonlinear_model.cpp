@@ -11,6 +11,7 @@
 
 #include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -122,8 +123,12 @@ void check_effect_count(const ModelSpecification& specification) {
 
 }  // namespace
 
-NonlinearModel::NonlinearModel(ModelSpecification specification, const data::Table& table)
-    : specification_(std::move(specification)), names_(specification_.coefficient_names()) {
+NonlinearModel::NonlinearModel(ModelSpecification specification,
+                               const data::Table& table,
+                               unsigned threads)
+    : specification_(std::move(specification)),
+      threads_(threads),
+      names_(specification_.coefficient_names()) {
   check_effect_count(specification_);
   choose_rows(table);
   load_columns(table);
@@ -153,7 +158,10 @@ void NonlinearModel::choose_rows(const data::Table& table) {
   }
   file_ = table.file();
   sort_by_group(table, complete);
-  for (const std::size_t row : rows_) lines_.push_back(table.line(row));
+  lines_.reserve(rows_.size());
+  for (const std::size_t row : rows_) {
+    lines_.push_back(static_cast<std::uint32_t>(table.line(row)));
+  }
   excluded_ = table.rows() - rows_.size();
   if (rows_.empty()) {
     throw InputError(fmt::format("no row has values in all of the columns {}",
@@ -349,22 +357,23 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
                                      Eigen::MatrixXd& parameters) const {
   // Of a parameter that is one value a call, only the first is read.
   const std::vector<data::Program::Input>& inputs = mean_program_.inputs();
-  for (Index k = 0; k < parameters.cols(); ++k) {
-    const bool varies = !inputs[static_cast<std::size_t>(k)].is_scalar;
-    parameters.col(k).head(varies ? end - begin : 1).setZero();
-  }
   const bool is_one_set = coefficients.cols() == 1;
   const auto after = std::upper_bound(group_begin_.begin(), group_begin_.end(), begin);
   const Index first = is_one_set ? 0 : after - group_begin_.begin() - 1;
   for (Index set = first, row = begin; row < end; ++set) {
     const Index stop = is_one_set ? end : std::min(end, group_begin_[set + 1]);
+    for (Index k = 0; k < parameters.cols(); ++k) {
+      if (specification_.parameters[static_cast<std::size_t>(k)].has_intercept) continue;
+      const bool varies = !inputs[static_cast<std::size_t>(k)].is_scalar;
+      parameters.col(k).segment(row - begin, varies ? stop - row : 1).setZero();
+    }
     for (std::size_t slot_index = 0; slot_index < slots_.size(); ++slot_index) {
       const Slot& slot = slots_[slot_index];
       const double value = coefficients(static_cast<Index>(slot_index), set);
       const bool varies = !inputs[static_cast<std::size_t>(slot.parameter)].is_scalar;
       auto target = parameters.col(slot.parameter).segment(row - begin, varies ? stop - row : 1);
       if (slot.covariate < 0) {
-        target.array() += value;
+        target.setConstant(value);  // an intercept comes first
       } else {
         target += value * covariates_.col(slot.covariate).segment(row, stop - row);
       }
@@ -384,41 +393,51 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
   // Parameters and derivatives of a row are needed only until its results are there.
   constexpr Index kBlockRows = 4096;
   const Index n = observations();
-  const auto parameter_count = static_cast<Index>(specification_.parameters.size());
   mean.resize(n);
   if (jacobian != nullptr) jacobian->resize(n, coefficient_count());
-  workspace.parameters.resize(std::min(n, kBlockRows), parameter_count);
-  workspace.derivatives.resize(std::min(n, kBlockRows), parameter_count);
-  std::vector<const double*> inputs(static_cast<std::size_t>(parameter_count + columns_.cols()));
-  std::vector<double*> outputs;
-  for (Index begin = 0; begin < n; begin += kBlockRows) {
+  std::vector<Workspace> others(worker_count(threads_) - 1);
+  const auto block_count = static_cast<std::size_t>((n + kBlockRows - 1) / kBlockRows);
+  parallel_for(block_count, threads_, [&](std::size_t block, std::size_t worker) {
+    const Index begin = static_cast<Index>(block) * kBlockRows;
     const Index rows = std::min(kBlockRows, n - begin);
-    fill_parameters(coefficients, begin, begin + rows, workspace.parameters);
-    for (Index k = 0; k < parameter_count; ++k) inputs[k] = workspace.parameters.col(k).data();
-    for (Index k = 0; k < columns_.cols(); ++k) {
-      inputs[parameter_count + k] = columns_.col(k).data() + begin;
-    }
-    outputs.assign(1, mean.data() + begin);
-    if (jacobian == nullptr) {
-      mean_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
-      continue;
-    }
-    for (Index k = 0; k < parameter_count; ++k) {
-      outputs.push_back(workspace.derivatives.col(k).data());
-    }
-    // The derivative by an intercept is that by its parameter.
-    for (Index j = 0; j < coefficient_count(); ++j) {
-      const Slot& slot = slots_[static_cast<std::size_t>(j)];
-      if (slot.covariate < 0) outputs[1 + slot.parameter] = jacobian->col(j).data() + begin;
-    }
-    gradient_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
-    for (Index j = 0; j < coefficient_count(); ++j) {
-      const Slot& slot = slots_[static_cast<std::size_t>(j)];
-      if (slot.covariate < 0) continue;
-      const Eigen::Map<const Eigen::VectorXd> derivative(outputs[1 + slot.parameter], rows);
-      jacobian->col(j).segment(begin, rows) =
-          derivative.cwiseProduct(covariates_.col(slot.covariate).segment(begin, rows));
-    }
+    Workspace& own = worker == 0 ? workspace : others[worker - 1];
+    evaluate_rows(coefficients, begin, rows, mean, jacobian, own);
+  });
+}
+
+void NonlinearModel::evaluate_rows(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                                   Index begin,
+                                   Index rows,
+                                   Eigen::VectorXd& mean,
+                                   Eigen::MatrixXd* jacobian,
+                                   Workspace& workspace) const {
+  const auto parameter_count = static_cast<Index>(specification_.parameters.size());
+  workspace.parameters.resize(rows, parameter_count);
+  workspace.derivatives.resize(rows, parameter_count);
+  fill_parameters(coefficients, begin, begin + rows, workspace.parameters);
+  std::vector<const double*> inputs;
+  for (Index k = 0; k < parameter_count; ++k) inputs.push_back(workspace.parameters.col(k).data());
+  for (Index k = 0; k < columns_.cols(); ++k) inputs.push_back(columns_.col(k).data() + begin);
+  std::vector<double*> outputs{mean.data() + begin};
+  if (jacobian == nullptr) {
+    mean_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
+    return;
+  }
+  for (Index k = 0; k < parameter_count; ++k) {
+    outputs.push_back(workspace.derivatives.col(k).data());
+  }
+  // The derivative by an intercept is that by its parameter.
+  for (Index j = 0; j < coefficient_count(); ++j) {
+    const Slot& slot = slots_[static_cast<std::size_t>(j)];
+    if (slot.covariate < 0) outputs[1 + slot.parameter] = jacobian->col(j).data() + begin;
+  }
+  gradient_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
+  for (Index j = 0; j < coefficient_count(); ++j) {
+    const Slot& slot = slots_[static_cast<std::size_t>(j)];
+    if (slot.covariate < 0) continue;
+    const Eigen::Map<const Eigen::VectorXd> derivative(outputs[1 + slot.parameter], rows);
+    jacobian->col(j).segment(begin, rows) =
+        derivative.cwiseProduct(covariates_.col(slot.covariate).segment(begin, rows));
   }
 }
 

@@ -61,9 +61,13 @@ std::vector<std::string> columns_of(const VarianceFunction& function) {
 }  // namespace
 
 VarianceData VarianceData::of(const NonlinearModel& model) {
-  VarianceData data{.response = model.response()};
+  VarianceData data;
   for (const VarianceFactor& factor : model.specification().variance.factors) {
-    if (!factor.column.empty()) data.columns[factor.column] = model.column(factor.column);
+    if (factor.column.empty()) {
+      data.response = model.response();
+    } else {
+      data.columns[factor.column] = model.column(factor.column);
+    }
     const auto is_its_own = [&](const auto& known) { return known.column == factor.stratum; };
     if (!factor.stratum.empty() && std::ranges::none_of(data.strata, is_its_own)) {
       data.strata.push_back(model.strata(factor.stratum));

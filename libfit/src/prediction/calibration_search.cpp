@@ -140,7 +140,7 @@ EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel
                     {.rows = places.inner_rows, .effects = fit.random_effects},
                     {.rows = places.outer_rows, .effects = fit.outer.effects},
                     effects);
-  return run(model, fit, unseen_priors(model, fit), 1, &effects);
+  return run(model, fit, unseen_priors(model, fit), model.threads(), &effects);
 }
 
 }  // namespace silvafit::fit

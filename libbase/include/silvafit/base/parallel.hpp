@@ -16,4 +16,13 @@ void parallel_for(std::size_t count,
                   unsigned threads,
                   const std::function<void(std::size_t)>& task);
 
+/// The same for tasks that need memory to work in: task(i, worker). No two tasks that run at a time
+/// have the same worker, a number from 0 to worker_count(threads) - 1.
+void parallel_for(std::size_t count,
+                  unsigned threads,
+                  const std::function<void(std::size_t, std::size_t)>& task);
+
+/// How many tasks at most run at a time.
+std::size_t worker_count(unsigned threads);
+
 }  // namespace silvafit

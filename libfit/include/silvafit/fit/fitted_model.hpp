@@ -155,7 +155,7 @@ struct FitModelOptions {
   int maximum_iterations = 200;                   ///< alternations of lb and gnls
   bool reml = false;                              ///< for lb and gnls; see MixedEffectsOptions
   int quadrature_points = 7;                      ///< for agq, a random effect
-  unsigned threads = 1;                           ///< over groups, for marginal likelihoods
+  unsigned threads = 1;                           ///< over rows and groups; 0: all cores
   /// Called with one line for each iteration, if given.
   std::function<void(const std::string&)> trace{};
 };

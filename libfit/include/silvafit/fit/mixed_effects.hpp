@@ -104,7 +104,6 @@ struct MarginalOptions {
   /// (p) further coefficients to start from, as in MixedEffectsOptions.
   std::vector<Eigen::VectorXd> starts{};
   int quadrature_points = 7;  ///< a random effect
-  unsigned threads = 1;
   /// Called with one line for each value of the likelihood, if given.
   std::function<void(const std::string&)> trace{};
 };

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -27,6 +28,8 @@ namespace silvafit::fit {
 /// effects all rows are one group. With two nested groupings the groups are those of the finer one,
 /// told apart within each group of the coarser one and sorted by it. Immutable; evaluate() may run
 /// on several threads, each with a Workspace of its own.
+///
+/// What is computed from a model may use several threads; no result depends on how many.
 class NonlinearModel {
  public:
   /// Scratch memory of one caller.
@@ -36,13 +39,15 @@ class NonlinearModel {
     Eigen::MatrixXd derivatives{};  ///< (rows x K) df/dphi
   };
 
+  /// \param threads  to compute with; 0 as many as the machine has cores
   /// \throws UsageError if a column is not there, or if a group has more than 12 random effects
   /// over
   ///   both groupings; InputError if no complete row is left, or a column of the data has an
   ///   infinite value
-  NonlinearModel(ModelSpecification specification, const data::Table& table);
+  NonlinearModel(ModelSpecification specification, const data::Table& table, unsigned threads = 1);
 
   const ModelSpecification& specification() const { return specification_; }
+  unsigned threads() const { return threads_; }
   Eigen::Index observations() const { return response_.size(); }
   Eigen::Index coefficient_count() const { return static_cast<Eigen::Index>(names_.size()); }
   const std::vector<std::string>& coefficient_names() const { return names_; }
@@ -152,13 +157,20 @@ class NonlinearModel {
                        Eigen::Index begin,
                        Eigen::Index end,
                        Eigen::MatrixXd& parameters) const;
+  void evaluate_rows(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
+                     Eigen::Index begin,
+                     Eigen::Index rows,
+                     Eigen::VectorXd& mean,
+                     Eigen::MatrixXd* jacobian,
+                     Workspace& workspace) const;
 
   ModelSpecification specification_;
+  unsigned threads_ = 1;
   std::vector<std::string> names_;
   std::vector<Slot> slots_;
   std::string file_;
   std::vector<std::size_t> rows_;
-  std::vector<std::size_t> lines_;  ///< (N) of the file, 0 where unknown
+  std::vector<std::uint32_t> lines_;  ///< (N) of the file, 0 where unknown
   std::size_t excluded_ = 0;
   std::map<std::string, std::set<std::string>> levels_;
   std::vector<std::string> group_labels_;

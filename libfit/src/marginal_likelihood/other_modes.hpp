@@ -9,22 +9,8 @@
 
 namespace silvafit::fit {
 
-/// Modes v of the random effects, b = L v.
-struct Modes {
-  Eigen::MatrixXd outer{};  ///< (s x C)
-  Eigen::MatrixXd inner{};  ///< (q x G)
-};
-
-/// (C) -log of the joint density of observations and random effects of each cluster, but for a
-/// constant: what a mode minimizes.
-Eigen::VectorXd mode_objectives(const NonlinearModel& model,
-                                const VarianceModel& variance,
-                                const RandomPlaces& places,
-                                const MarginalPoint& point,
-                                const Modes& modes);
-
 /// Takes over the modes of clusters where others are lower by more than rounding.
-/// \param objectives  of the modes, and of the others
+/// \param objectives  what modes minimize: of the modes, and of the others
 /// \return            whether there are any
 bool take_lower(const NonlinearModel& model,
                 const Modes& others,
