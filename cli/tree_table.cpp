@@ -206,7 +206,7 @@ TableReader::Result TableReader::read() {
   }
   for (const stand::ColumnMapping& mapping : result_.mapped) {
     const bool is_known = mapping_to(converted_, mapping.name) != nullptr;
-    if (!is_known && wishes_.is_wanted(mapping.name)) {
+    if (!is_known && stand::is_measure(mapping.name) && wishes_.is_wanted(mapping.name)) {
       find_missing_values(mapping.name, mapping.source, result_.table.has(mapping.source));
     }
   }

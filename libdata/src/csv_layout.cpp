@@ -123,15 +123,6 @@ char separator_of(std::string_view text) {
   return other;
 }
 
-/// Whether the first record can be taken for the header as it is.
-bool begins_with_header(const std::vector<Record>& records) {
-  if (records.size() < 2) return true;
-  const Record& first = records[0];
-  if (first.is_comment() || first.fields.size() < 2) return false;
-  const bool is_padded_title = first.fields.size() > 2 && first.filled() < 2;
-  return !is_padded_title && records[1].fields.size() == first.fields.size();
-}
-
 bool is_above(const Record& record, const Record& header) {
   return record.is_comment() || record.filled() < header.filled();
 }
@@ -142,6 +133,22 @@ bool are_named(const Record& values, const Record& header) {
     if (!values.fields[i].empty() && header.fields[i].empty()) return false;
   }
   return true;
+}
+
+/// Whether the first record can be taken for the header as it is.
+bool begins_with_header(const std::vector<Record>& records) {
+  if (records.size() < 2) return true;
+  const Record& first = records[0];
+  if (first.is_comment() || first.fields.size() < 2) return false;
+  const bool is_padded_title = first.fields.size() > 2 && first.filled() < 2;
+  if (is_padded_title || records[1].fields.size() != first.fields.size()) return false;
+  const std::size_t last = std::min(records.size(), 1 + kRecordsBelow);
+  return std::all_of(records.begin() + 1,
+                     records.begin() + static_cast<std::ptrdiff_t>(last),
+                     [&first](const Record& record) {
+                       return record.fields.size() != first.fields.size() ||
+                              are_named(record, first);
+                     });
 }
 
 /// Whether a table begins at a record: names, and numbers below them in records of one length.

@@ -207,7 +207,8 @@ class Grow(ProgramTest):
         self.write("in.csv", "plot_id,tree_id,spp,x_m,y_m,dbh_cm,height,hcb_m,cw_m\n"
                              "07,1,SM,0,0,20,15,5,3\n")
         done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--json")
-        self.assertIn("note: dbh is read from column dbh_cm\n", done.stderr)
+        self.assertIn("note: plot is read from column plot_id, tree from tree_id, species from spp, x from x_m, y from y_m, "
+                      "dbh from dbh_cm, h from height, hcb from hcb_m, cw from cw_m\n", done.stderr)
         tree, = json.loads(done.stdout)["trees"]
         self.assertEqual((tree["plot"], tree["species"], round(tree["h"], 2)), ("07", "SM", 15))
         self.assertEqual(self.run_program("grow", "in.csv", "--scene", "s.glb", "--quiet").stderr, "")

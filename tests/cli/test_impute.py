@@ -56,9 +56,9 @@ class Impute(ProgramTest):
         lines = self.text.splitlines()
         row = next(number for number, line in enumerate(lines[1:], 1) if line.split(",")[-2] == "")
         fields = lines[row].rsplit(",", 3)  # dbh, h, C are the last
-        for dbh, h, reason in (("20", "0", "h: 0 m is not above breast height, 1.3 m"),
-                               ("20", "-9999", "h: -9999 m is not above breast height, 1.3 m"),
-                               ("-9999", "", "dbh: -9999 is outside the domain of the model")):
+        for dbh, h, reason in (("20", "1.2", "h: 1.2 m is not above breast height, 1.3 m"),
+                               ("20", "-5", "h: -5 m is not above breast height, 1.3 m"),
+                               ("-5", "", "dbh: -5 is outside the domain of the model")):
             with self.subTest(h):
                 changed = ",".join([fields[0], dbh, h, fields[3]])
                 self.write("odd.csv", "\n".join([*lines[:row], changed, *lines[row + 1:]]) + "\n")

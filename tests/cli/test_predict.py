@@ -442,8 +442,9 @@ class Libraries(ProgramTest):
         fit = self.run_program("fit", "trees.csv", "--model", "M4", "--random", "a | plot", "--json").stdout
         self.write("fit.json", fit)
         self.write("zero.csv", "plot,dbh,h\nnew,20,18\nnew,22,0\n")
-        error = self.run_program("predict", "fit.json", "zero.csv", "--level", "calibrated", status=3).stderr
-        self.assertIn("zero.csv:3: h: 0 m is not above breast height, 1.3 m", error)
+        done = self.run_program("predict", "fit.json", "zero.csv", "--level", "calibrated")
+        self.assertIn("note: codes read as missing values: h 1 (0)", done.stderr)
+        self.assertEqual([row["h_trees"] for row in csv.DictReader(io.StringIO(done.stdout))], ["1", "1"])
         self.write("text.csv", "plot,dbh,h\nnew,20,tall\n")
         error = self.run_program("predict", "fit.json", "text.csv", "--level", "calibrated", status=3).stderr
         self.assertIn("text.csv:2: h: 'tall' is not a number", error)
