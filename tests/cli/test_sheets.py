@@ -171,7 +171,7 @@ class Sheets(ProgramTest):
 
     def test_spellings_of_a_species_are_one(self):
         said = self.assert_same_units("spellings.csv")
-        self.assertIn("species that differ only in capitals or blanks are read as one: ", said)
+        self.assertIn("species that differ only in capitals or spaces are treated as one: ", said)
         self.assertIn("'sm' as 'SM' (3 trees)", said)
         rows, _ = self.indices("spellings.csv", "--case-sensitive")
         self.assertEqual({row["species"] for row in rows}, {"SM", "OF", "sm", "of"})
