@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <utility>
 
 namespace silvafit::fit {
@@ -38,6 +40,21 @@ bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {
   return true;
 }
 
+bool has_converged(const std::vector<Candidate>& candidates) {
+  return std::ranges::any_of(
+      candidates, [](const Candidate& candidate) { return candidate.fit.convergence.converged; });
+}
+
+double highest_converged(const std::vector<Candidate>& candidates) {
+  double result = -std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates) {
+    if (candidate.fit.convergence.converged) {
+      result = std::max(result, candidate.fit.log_likelihood);
+    }
+  }
+  return result;
+}
+
 const Candidate& best_of(const std::vector<Candidate>& candidates) {
   const Candidate* best = &candidates.front();
   for (const Candidate& candidate : candidates) {
@@ -47,6 +64,26 @@ const Candidate& best_of(const std::vector<Candidate>& candidates) {
     if (converged > best_converged || is_higher) best = &candidate;
   }
   return *best;
+}
+
+std::vector<LocalOptimum> optima_of(const Candidate& best,
+                                    const std::vector<Candidate>& candidates,
+                                    bool is_marginal) {
+  std::vector<LocalOptimum> result;
+  const auto add_optimum = [&](const Candidate& candidate) {
+    const double marginal = is_marginal ? std::numeric_limits<double>::quiet_NaN() : candidate.rank;
+    result.push_back({.origin = candidate.origin,
+                      .estimate = candidate.fit.estimate,
+                      .log_likelihood = candidate.fit.log_likelihood,
+                      .marginal_log_likelihood = marginal});
+  };
+  add_optimum(best);
+  for (const Candidate& candidate : candidates) {
+    if (&candidate != &best && candidate.fit.convergence.converged) add_optimum(candidate);
+  }
+  std::ranges::stable_sort(
+      result.begin() + 1, result.end(), std::ranges::greater(), &LocalOptimum::log_likelihood);
+  return result;
 }
 
 std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates,

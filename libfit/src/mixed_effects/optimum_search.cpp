@@ -12,6 +12,7 @@
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/candidate_fits.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "mixed_effects/representative_rows.hpp"
 #include "mixed_effects/search_budget.hpp"
 #include "mixed_effects/search_verdict.hpp"
 #include "mixed_effects/smaller_structures.hpp"
@@ -29,24 +30,9 @@ using Eigen::VectorXd;
 constexpr double kSlack = 0.05;
 // From so many observations on, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 4000;
-
-/// The observations of some of the clusters, evenly chosen, or evenly chosen observations where
-/// clusters are few.
-std::vector<Index> representative_rows(const NonlinearModel& model) {
-  constexpr Index kRows = 2000;
-  constexpr Index kFewestClusters = 30;
-  const Index step = (model.observations() + kRows - 1) / kRows;
-  std::vector<Index> rows;
-  if (model.cluster_count() < step * kFewestClusters) {
-    for (Index i = 0; i < model.observations(); i += step) rows.push_back(i);
-    return rows;
-  }
-  for (Index c = 0; c < model.cluster_count(); c += step) {
-    const Index end = model.group_begin(model.cluster_begin(c + 1));
-    for (Index i = model.group_begin(model.cluster_begin(c)); i < end; ++i) rows.push_back(i);
-  }
-  return rows;
-}
+// Spreads of random effects to start from, as shares of the usual one.
+constexpr double kNarrow = 0.1;
+constexpr double kVeryNarrow = 0.01;
 
 class OptimumSearch {
  public:
@@ -116,28 +102,25 @@ class OptimumSearch {
     const std::size_t given = options_.linearized.starts.size();
     for (std::size_t k = 0; k < starts.size(); ++k) {
       // What the user asks for, and the pooled fit, are tried whatever they cost.
-      if (k > given && budget_.is_spent() && has_converged()) break;
+      if (k > given && budget_.is_spent() && has_converged(linearized_)) break;
       linearize_from(starts[k], Persistence::kOnce);
-      if (k >= given) continue;
-      for (const double spread : {0.1, 0.01}) {
-        linearize_from(starts[k], Persistence::kOnce, spread);
-      }
+      // Narrow random effects stay near the coefficients that they start from.
+      if (k <= given) linearize_from(starts[k], Persistence::kOnce, kNarrow);
+      if (k < given) linearize_from(starts[k], Persistence::kOnce, kVeryNarrow);
     }
-    if (!has_converged()) linearize_from(starts.front(), Persistence::kUntilFound);
-  }
-
-  bool has_converged() const {
-    return std::ranges::any_of(linearized_,
-                               [](const Candidate& one) { return one.fit.convergence.converged; });
+    if (!has_converged(linearized_)) linearize_from(starts.front(), Persistence::kUntilFound);
   }
 
   void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0) {
     LindstromBatesSearch found =
         climb_lindstrom_bates(model_, point.coefficients, without_starts(), persistence, spread);
-    budget_.spend_alternations(found.outcome.iterations);
+    // What the user asks for must not displace anything else.
+    if (point.origin != kStartValues) budget_.spend_alternations(found.outcome.iterations);
     if (!found.outcome.is_valid) return;
     add_candidate(linearized_,
-                  {.fit = found.engine->result(found.outcome), .origin = point.origin});
+                  {.fit = found.engine->result(found.outcome),
+                   .origin = point.origin,
+                   .obstacle = {.text = std::string(found.outcome.obstacle)}});
   }
 
   static std::vector<Candidate>& by_own_likelihood(std::vector<Candidate>& candidates) {
@@ -174,7 +157,32 @@ class OptimumSearch {
     follow_to_maxima();
     std::optional<ContainedModel> higher = compare_linearized_with_smaller();
     follow_to_maxima();
+    finish_given_up();
     return higher;
+  }
+
+  /// Runs that were given up above the best fixed point, often where the covariance is on the edge
+  /// of its range, go on from there with independent random effects.
+  void finish_given_up() {
+    constexpr std::size_t kMost = 2;
+    const Candidate best = best_of(linearized_);
+    std::vector<Candidate> higher;
+    for (const Candidate& candidate : linearized_) {
+      if (!candidate.fit.convergence.converged && candidate.rank > best.rank) {
+        higher.push_back(candidate);
+      }
+    }
+    std::ranges::stable_sort(higher, std::ranges::greater(), &Candidate::rank);
+    higher.resize(std::min(kMost, higher.size()));
+    for (const Candidate& start : higher) {
+      if (budget_.is_spent()) return;
+      auto found =
+          lindstrom_bates_from(model_, with_independent_effects(start.fit), without_starts());
+      if (!found) continue;
+      budget_.spend_alternations(found->convergence.iterations);
+      add_candidate(linearized_, {.fit = *std::move(found), .origin = start.origin});
+    }
+    if (!higher.empty()) rank_by_marginal_likelihood(linearized_);
   }
 
   MixedEffectsFit best_fixed_point() {
@@ -224,6 +232,8 @@ class OptimumSearch {
       budget_.spend_alternations(found->convergence.iterations);
       add_candidate(linearized_, {.fit = *std::move(found), .origin = origin});
     }
+    linearize_from(
+        {.coefficients = maximum->estimate, .origin = origin}, Persistence::kOnce, kVeryNarrow);
   }
 
   /// The model without random effects, by generalized least squares: a maximum of its likelihood is
@@ -255,8 +265,10 @@ class OptimumSearch {
           contained.push_back(
               {.text = smaller.text, .log_likelihood = found.log_likelihood, .rank = rank});
         }
-        auto again = lindstrom_bates_from(
-            model_, enlarged(found, smaller, small_deviation(smaller, found)), options_.linearized);
+        auto again =
+            lindstrom_bates_from(model_,
+                                 enlarged(found, smaller, small_deviation(model_, smaller, found)),
+                                 options_.linearized);
         const std::string origin = "the fit " + smaller.text;
         const std::size_t known = linearized_.size();
         if (again) budget_.spend_alternations(again->convergence.iterations);
@@ -316,23 +328,6 @@ class OptimumSearch {
            smaller->log_likelihood > whole.log_likelihood + kSlack;
   }
 
-  /// A tenth of what moves the mean by a residual standard deviation.
-  double small_deviation(const SmallerStructure& smaller, const MixedEffectsFit& fit) const {
-    if (smaller.left_out < 0) return 0.0;
-    const ModelSpecification& specification = model_.specification();
-    const std::vector<Index> places = model_.coefficients_of(
-        smaller.is_outer ? specification.outer_random : specification.random);
-    NonlinearModel::Workspace workspace;
-    VectorXd mean;
-    Eigen::MatrixXd jacobian;
-    model_.evaluate(fit.estimate, mean, &jacobian, workspace);
-    const double slope = jacobian.col(places[static_cast<std::size_t>(smaller.left_out)]).norm() /
-                         std::sqrt(static_cast<double>(model_.observations()));
-    constexpr double kShare = 0.1;
-    const double deviation = kShare * fit.residual_sd.mean() / slope;
-    return std::isfinite(deviation) ? deviation : 0.0;
-  }
-
   MixedEffectsFit marginal_maximum() {
     const Integration integration = *options_.integration;
     rank_by_marginal_likelihood(linearized_);
@@ -342,29 +337,41 @@ class OptimumSearch {
       candidate.rank =
           marginal_log_likelihood(model_, candidate.fit, integration, options_.marginal);
     }
-    const std::vector<const Candidate*> starts = best_few(linearized_, linearized_.size());
-    MixedEffectsFit first = starts.front()->fit;
-    describe(model_, first);
-    judge(model_, first, Rounds::kAlternations, false);
-    maxima_.push_back(
-        {.fit = fit_marginal_from(model_, pooled_.estimate, first, integration, options_.marginal),
-         .origin = starts.front()->origin});
-    budget_.spend_evaluations(maxima_.front().fit.convergence.iterations);
-    // The user's starts do not displace the others.
-    const std::size_t tried = 3 * (1 + options_.linearized.starts.size());
-    for (std::size_t k = 1; k < starts.size(); ++k) {
-      // Further ones are tried only until one leads to a maximum.
-      const bool has_maximum = std::ranges::any_of(
-          maxima_, [](const Candidate& one) { return one.fit.convergence.converged; });
-      if (k >= tried ? has_maximum || budget_.is_spent() : has_maximum && budget_.is_spent()) break;
-      try_marginal(starts[k]->fit, starts[k]->origin);
-    }
+    follow_linearized();
+    if (!has_converged(maxima_)) follow_patiently();
     SearchEvidence evidence;
     evidence.contained = compare_marginal_with_smaller();
     evidence.first_order_maximum = first_order_maximum_;
     finish_highest();
     evidence.unfinished = highest_unfinished();
     return judged(best_of(by_own_likelihood(maxima_)), evidence);
+  }
+
+  /// The maximum from each of the linear models' ends.
+  void follow_linearized() {
+    // The user's starts do not displace the others.
+    const std::size_t tried = 3 * (1 + options_.linearized.starts.size());
+    const std::vector<const Candidate*> starts = best_few(linearized_, linearized_.size());
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      // Further ones are tried only until one leads to a maximum.
+      const bool is_enough = k >= tried ? has_converged(maxima_) || budget_.is_spent()
+                                        : has_converged(maxima_) && budget_.is_spent();
+      if (is_enough) return;
+      try_marginal(starts[k]->fit, starts[k]->origin);
+    }
+  }
+
+  /// Where no short search has ended at a maximum: a longer one from the best start, with all that
+  /// there is to fall back on.
+  void follow_patiently() {
+    const Candidate& start = best_of(linearized_);
+    MixedEffectsFit first = start.fit;
+    describe(model_, first);
+    judge(model_, first, Rounds::kAlternations, false);
+    MixedEffectsFit found = fit_marginal_from(
+        model_, pooled_.estimate, first, *options_.integration, options_.marginal);
+    budget_.spend_evaluations(found.convergence.iterations);
+    maxima_.push_back({.fit = std::move(found), .origin = start.origin});
   }
 
   /// Where Laplace's likelihood does not hold at a fixed point, the maximum of the first-order one,
@@ -395,8 +402,17 @@ class OptimumSearch {
   void finish_highest() {
     if (highest().fit.convergence.converged || !std::isfinite(highest().fit.log_likelihood)) return;
     const Candidate start = highest();
-    auto found = marginal_from(model_, start.fit, *options_.integration, options_.marginal, true);
-    if (found) add_candidate(maxima_, {.fit = *std::move(found), .origin = start.origin});
+    Obstacle obstacle;
+    auto found = marginal_from(model_,
+                               start.fit,
+                               *options_.integration,
+                               options_.marginal,
+                               {.is_patient = true},
+                               &obstacle);
+    if (!found) return;
+    add_candidate(
+        maxima_,
+        {.fit = *std::move(found), .origin = start.origin, .obstacle = std::move(obstacle)});
   }
 
   /// The log-likelihood of the highest point if no search has come to its end there; else NaN.
@@ -409,9 +425,17 @@ class OptimumSearch {
   }
 
   void try_marginal(const MixedEffectsFit& start, const std::string& origin) {
-    auto found = marginal_from(model_, start, *options_.integration, options_.marginal);
-    if (found) budget_.spend_evaluations(found->convergence.iterations);
-    if (found) add_candidate(maxima_, {.fit = *std::move(found), .origin = origin});
+    Obstacle obstacle;
+    auto found = marginal_from(model_,
+                               start,
+                               *options_.integration,
+                               options_.marginal,
+                               {.known = highest_converged(maxima_)},
+                               &obstacle);
+    if (!found) return;
+    budget_.spend_evaluations(found->convergence.iterations);
+    add_candidate(maxima_,
+                  {.fit = *std::move(found), .origin = origin, .obstacle = std::move(obstacle)});
   }
 
   std::optional<ContainedModel> compare_marginal_with_smaller() {
@@ -424,48 +448,33 @@ class OptimumSearch {
       const auto found = marginal_from(
           smaller.model, reduced(before, smaller), *options_.integration, options_.marginal);
       if (found) budget_.spend_evaluations(found->convergence.iterations);
-      if (!is_higher(found, before)) continue;
-      contained.push_back({.text = smaller.text,
-                           .log_likelihood = found->log_likelihood,
-                           .rank = found->log_likelihood});
-      try_marginal(enlarged(*found, smaller, small_deviation(smaller, before)),
+      if (!found || !found->convergence.converged) continue;
+      if (is_higher(found, before)) {
+        contained.push_back({.text = smaller.text,
+                             .log_likelihood = found->log_likelihood,
+                             .rank = found->log_likelihood});
+      }
+      try_marginal(enlarged(*found, smaller, small_deviation(model_, smaller, before)),
                    "the fit " + smaller.text);
     }
     return higher_than(best_of(by_own_likelihood(maxima_)).rank, contained);
   }
 
   MixedEffectsFit judged(const Candidate& best, const SearchEvidence& evidence = {}) {
+    const bool is_marginal = options_.integration.has_value();
     MixedEffectsFit fit = best.fit;
     // A fit that failed has been judged where the reason is known.
     if (fit.convergence.verdict.empty()) {
       describe(model_, fit);
-      const bool is_marginal = options_.integration.has_value();
       judge(model_,
             fit,
             is_marginal ? Rounds::kEvaluations : Rounds::kAlternations,
-            options_.linearized.reml);
+            options_.linearized.reml,
+            best.obstacle);
     }
-    fit.optima = optima_with(best);
+    fit.optima = optima_of(best, is_marginal ? maxima_ : linearized_, is_marginal);
     judge_search(fit, evidence);
     return fit;
-  }
-
-  std::vector<LocalOptimum> optima_with(const Candidate& best) const {
-    const bool is_marginal = options_.integration.has_value();
-    std::vector<LocalOptimum> result;
-    const auto add_optimum = [&](const Candidate& candidate) {
-      result.push_back({.origin = candidate.origin,
-                        .estimate = candidate.fit.estimate,
-                        .log_likelihood = candidate.fit.log_likelihood,
-                        .marginal_log_likelihood = is_marginal ? kNaN : candidate.rank});
-    };
-    add_optimum(best);
-    for (const Candidate& candidate : is_marginal ? maxima_ : linearized_) {
-      if (&candidate != &best && candidate.fit.convergence.converged) add_optimum(candidate);
-    }
-    std::ranges::stable_sort(
-        result.begin() + 1, result.end(), std::ranges::greater(), &LocalOptimum::log_likelihood);
-    return result;
   }
 
   const NonlinearModel& model_;
