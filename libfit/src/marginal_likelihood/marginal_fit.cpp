@@ -37,6 +37,8 @@ constexpr double kConvergedDecrement = 1e-10;
 constexpr double kReachedDecrement = 1e-6;
 // The search stops a little closer; much closer, rounding of the likelihood hides all descent.
 constexpr double kStopDecrement = 1e-11;
+// The same where rounding is seen to hide it before.
+constexpr double kRoundedStop = 1e-8;
 // Two log-likelihoods that differ by less are the same but for rounding.
 constexpr double kSameLikelihood = 1e-6;
 
@@ -330,7 +332,7 @@ class MarginalSearch {
                                        start,
                                        {},
                                        {.decrement = kStopDecrement,
-                                        .rounded_decrement = kRoundedDecrement,
+                                        .rounded_decrement = kRoundedStop,
                                         .maximum_steps = 2 * steps_,
                                         .most_short_steps = short_steps_,
                                         .one_sided = true});
@@ -354,7 +356,7 @@ class MarginalSearch {
                          lower,
                          {},
                          {.decrement = kStopDecrement,
-                          .rounded_decrement = kRoundedDecrement,
+                          .rounded_decrement = kRoundedStop,
                           .maximum_steps = steps_,
                           .most_short_steps = short_steps_,
                           .one_sided = true});
@@ -368,7 +370,7 @@ class MarginalSearch {
                          found.x,
                          optimum.hessian,
                          {.decrement = kStopDecrement,
-                          .rounded_decrement = kRoundedDecrement,
+                          .rounded_decrement = kRoundedStop,
                           .maximum_steps = steps_,
                           .most_short_steps = short_steps_});
       }

@@ -21,6 +21,18 @@ std::pair<bool, double> place_of(const Candidate& candidate) {
           std::isnan(candidate.rank) ? -std::numeric_limits<double>::infinity() : candidate.rank};
 }
 
+template <typename Place>
+std::vector<const Candidate*> first_few(const std::vector<Candidate>& candidates,
+                                        std::size_t count,
+                                        Place place) {
+  std::vector<const Candidate*> result;
+  for (const Candidate& candidate : candidates) result.push_back(&candidate);
+  std::ranges::stable_sort(
+      result, [&](const Candidate* a, const Candidate* b) { return place(*a) > place(*b); });
+  result.resize(std::min(count, result.size()));
+  return result;
+}
+
 }  // namespace
 
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
@@ -88,12 +100,13 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
 
 std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates,
                                        std::size_t count) {
-  std::vector<const Candidate*> result;
-  for (const Candidate& candidate : candidates) result.push_back(&candidate);
-  std::ranges::stable_sort(
-      result, [](const Candidate* a, const Candidate* b) { return place_of(*a) > place_of(*b); });
-  result.resize(std::min(count, result.size()));
-  return result;
+  return first_few(candidates, count, place_of);
+}
+
+std::vector<const Candidate*> highest_few(const std::vector<Candidate>& candidates,
+                                          std::size_t count) {
+  return first_few(
+      candidates, count, [](const Candidate& candidate) { return place_of(candidate).second; });
 }
 
 }  // namespace silvafit::fit

@@ -46,4 +46,8 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
 /// The best candidates of a list, the best first.
 std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates, std::size_t count);
 
+/// Those of the highest rank, whether or not they have converged, the highest first.
+std::vector<const Candidate*> highest_few(const std::vector<Candidate>& candidates,
+                                          std::size_t count);
+
 }  // namespace silvafit::fit

@@ -391,6 +391,12 @@ std::string confounding(const NonlinearModel& model,
                         const MixedEffectsFit& fit,
                         const Confounded& confounded) {
   const std::string names = listed(model, confounded.coefficients);
+  if (!names.empty() && is_identifiable(model)) {
+    return fmt::format(
+        "Not converged: the search has run off to where the mean hardly depends on {}, although it "
+        "does elsewhere. Try the method focei, other start values or fewer random effects.",
+        names);
+  }
   if (confounded.coefficients.size() == 1) {
     return fmt::format(
         "Not converged: {} is not identifiable: the mean does not depend on it. Remove it.", names);

@@ -104,12 +104,18 @@ class OptimumSearch {
       // What the user asks for, and the pooled fit, are tried whatever they cost.
       if (k > given && budget_.is_spent() && has_converged(linearized_)) break;
       linearize_from(starts[k], Persistence::kOnce);
+      if (k >= given) continue;
       // Narrow random effects stay near the coefficients that they start from.
-      if (k <= given) linearize_from(starts[k], Persistence::kOnce, kNarrow);
-      if (k < given) linearize_from(starts[k], Persistence::kOnce, kVeryNarrow);
+      for (const double spread : {kNarrow, kVeryNarrow}) {
+        linearize_from(starts[k], Persistence::kOnce, spread);
+      }
     }
+    if (has_several_ends()) linearize_from(starts[given], Persistence::kOnce, kNarrow);
     if (!has_converged(linearized_)) linearize_from(starts.front(), Persistence::kUntilFound);
   }
+
+  /// Whether starts have led to different points, or nowhere; else more of them are of no use.
+  bool has_several_ends() const { return linearized_.size() > 1; }
 
   void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0) {
     LindstromBatesSearch found =
@@ -199,11 +205,11 @@ class OptimumSearch {
   /// ones, from which it goes on.
   void follow_to_maxima() {
     constexpr int kRounds = 3;
-    constexpr std::size_t kBest = 2;
+    constexpr std::size_t kBest = 3;
     for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
       const std::size_t known = linearized_.size();
       std::vector<MixedEffectsFit> starts;
-      for (const Candidate* const candidate : best_few(linearized_, kBest)) {
+      for (const Candidate* const candidate : highest_few(linearized_, kBest)) {
         if (!candidate->is_followed) starts.push_back(candidate->fit);
       }
       for (Candidate& candidate : linearized_) {
@@ -232,6 +238,7 @@ class OptimumSearch {
       budget_.spend_alternations(found->convergence.iterations);
       add_candidate(linearized_, {.fit = *std::move(found), .origin = origin});
     }
+    if (!has_several_ends()) return;
     linearize_from(
         {.coefficients = maximum->estimate, .origin = origin}, Persistence::kOnce, kVeryNarrow);
   }
@@ -313,15 +320,6 @@ class OptimumSearch {
     return options;
   }
 
-  /// The model that a fit is below most, by the likelihood that ranks fits; nothing if there is
-  /// none.
-  static std::optional<ContainedModel> higher_than(double rank,
-                                                   const std::vector<ContainedModel>& contained) {
-    const auto highest = std::ranges::max_element(contained, {}, &ContainedModel::rank);
-    if (highest == contained.end() || !(highest->rank > rank + kSlack)) return std::nullopt;
-    return *highest;
-  }
-
   static bool is_higher(const std::optional<MixedEffectsFit>& smaller,
                         const MixedEffectsFit& whole) {
     return smaller && smaller->convergence.converged &&
@@ -398,10 +396,14 @@ class OptimumSearch {
     });
   }
 
-  /// A search that was given up at the highest point goes on to its end.
+  /// A search that was given up at the highest point, or ended there with few digits, goes on.
   void finish_highest() {
-    if (highest().fit.convergence.converged || !std::isfinite(highest().fit.log_likelihood)) return;
-    const Candidate start = highest();
+    const auto place = static_cast<std::size_t>(&highest() - maxima_.data());
+    const Candidate start = maxima_[place];
+    constexpr double kExact = 1e-9;  // squared standard errors
+    const bool is_finished =
+        start.fit.convergence.converged && start.fit.convergence.gradient <= kExact;
+    if (is_finished || !std::isfinite(start.fit.log_likelihood)) return;
     Obstacle obstacle;
     auto found = marginal_from(model_,
                                start.fit,
@@ -410,6 +412,11 @@ class OptimumSearch {
                                {.is_patient = true},
                                &obstacle);
     if (!found) return;
+    if (is_same(*found, start.fit) &&
+        found->convergence.gradient < start.fit.convergence.gradient) {
+      maxima_[place].fit = *std::move(found);
+      return;
+    }
     add_candidate(
         maxima_,
         {.fit = *std::move(found), .origin = start.origin, .obstacle = std::move(obstacle)});
@@ -454,6 +461,7 @@ class OptimumSearch {
                              .log_likelihood = found->log_likelihood,
                              .rank = found->log_likelihood});
       }
+      if (!is_higher(found, before) && !has_several_ends()) continue;
       try_marginal(enlarged(*found, smaller, small_deviation(model_, smaller, before)),
                    "the fit " + smaller.text);
     }
