@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The scorecard (bench/scorecard): its cases, its judgement of results, and one fit through its driver."""
 
+import dataclasses
 import os
 import sys
 import tempfile
@@ -63,6 +64,23 @@ class Scorecard(unittest.TestCase):
         self.assertAlmostEqual(result.log_likelihood, case.nlme, delta=summary.TOLERANCE)
         score = summary.Score([result], {case.name: case}, {})
         self.assertEqual(summary.bad_cases(score), [])
+
+    def test_fits_reach_maxima_that_only_smaller_structures_or_jumps_lead_to(self):
+        best = summary.read_best()
+        cases = self.cases("spati", "emax")
+        for name, method in (("hossfeldIV-3-0", "focei"), ("gomperz-3-1", "laplace"), ("korf-3-2", "focei"), ("emax-S3-09", "focei")):
+            with self.subTest(case=name, method=method):
+                result = fitting.fit(PROGRAM, cases[name], method, 60)
+                self.assertTrue(result.converged, result.verdict)
+                self.assertGreater(result.log_likelihood, best[name, method][0] - summary.TOLERANCE)
+
+    def test_a_start_only_adds_to_what_is_tried(self):
+        case = dataclasses.replace(self.cases("spati")["weibull-3-0"], variance="exponential")
+        free = fitting.fit(PROGRAM, case, "focei", 60)
+        for start in ("a=20,b=0.03,c=1", "a=15,b=0.001,c=2.5"):
+            with self.subTest(start=start):
+                result = fitting.fit(PROGRAM, case, "focei", 60, start)
+                self.assertAlmostEqual(result.log_likelihood, free.log_likelihood, delta=summary.TOLERANCE)
 
     def test_a_fit_below_the_best_known_is_listed_only_if_it_is_called_converged(self):
         best = {("x", "laplace"): (-10.0, "start: the truth")}

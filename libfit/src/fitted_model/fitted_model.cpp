@@ -342,6 +342,23 @@ FitResult with_statistics(FitResult result, const NonlinearModel& model) {
   return result;
 }
 
+/// The least-squares fit. A thorough search tries starts that name all coefficients beside those
+/// that it finds without them, so that they only add to what is tried.
+LeastSquaresFit pooled_fit_of(const NonlinearModel& model,
+                              Method method,
+                              const FitModelOptions& options,
+                              bool is_thorough) {
+  LeastSquaresOptions least_squares{
+      .rule = options.rule, .other_minima = is_thorough, .further_starts = options.spread_starts};
+  const bool has_start = !complete_starts(model, options.start).empty();
+  if (is_thorough && has_start) {
+    LeastSquaresFit fit = fit_least_squares(model, least_squares);
+    if (fit.estimate.allFinite()) return fit;
+  }
+  least_squares.start = starts_of(model, method, options);
+  return fit_least_squares(model, least_squares);
+}
+
 FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelOptions& options) {
   FitResult result = described(model, method, options);
   if (auto found = fit_from_earlier(model, method, options)) {
@@ -349,11 +366,7 @@ FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelO
     return with_statistics(std::move(result), model);
   }
   const bool is_thorough = method != Method::kOrdinary && options.effort == SearchEffort::kThorough;
-  LeastSquaresFit least_squares = fit_least_squares(model,
-                                                    {.start = starts_of(model, method, options),
-                                                     .rule = options.rule,
-                                                     .other_minima = is_thorough,
-                                                     .further_starts = options.spread_starts});
+  LeastSquaresFit least_squares = pooled_fit_of(model, method, options, is_thorough);
   if (method == Method::kOrdinary) {
     take_over(result, std::move(least_squares));
   } else if (least_squares.estimate.allFinite()) {

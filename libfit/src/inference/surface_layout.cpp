@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "inference/surface_layout.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <utility>
+#include <vector>
 
 namespace silvafit::fit {
 
@@ -40,6 +43,25 @@ MatrixXd SurfaceLayout::own_factor_gradient(bool is_outer, const VectorXd& gradi
   const MatrixXd own =
       frame_.effects(is_outer).triangularView<Eigen::Lower>().transpose().solve(scaled);
   return own.triangularView<Eigen::Lower>();
+}
+
+std::string SurfaceLayout::name(const NonlinearModel& model, Index at) const {
+  if (at < beta_) return model.coefficient_names()[static_cast<std::size_t>(at)];
+  if (at == sigma_at()) return "sigma";
+  if (at >= variance_at()) return "the variance function";
+  const bool is_outer = at < inner_at();
+  const RelativeFactor& form = factor(is_outer);
+  // The place of one element in the factor tells the effects that it is of.
+  const VectorXd only = VectorXd::Unit(form.parameter_count(), at - factor_at(is_outer));
+  Index row = 0;
+  Index column = 0;
+  form.factor(only).cwiseAbs().maxCoeff(&row, &column);
+  const ModelSpecification& specification = model.specification();
+  const std::vector<std::string>& effects =
+      (is_outer ? specification.outer_random : specification.random)->coefficients;
+  const std::string& of_row = effects[static_cast<std::size_t>(row)];
+  if (row == column) return fmt::format("sd({})", of_row);
+  return fmt::format("cor({}, {})", effects[static_cast<std::size_t>(column)], of_row);
 }
 
 VectorXd SurfaceLayout::coordinates(const VectorXd& beta,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 
 #include "model/coefficient_frame.hpp"
 #include "model/relative_factor.hpp"
@@ -55,6 +56,8 @@ class SurfaceLayout {
   Eigen::VectorXd variance_part(const Eigen::VectorXd& x) const {
     return x.segment(variance_at(), variance_);
   }
+  /// What an element of x belongs to: "b", "sd(b)", "cor(a, b)", "the variance function", "sigma".
+  std::string name(const NonlinearModel& model, Eigen::Index at) const;
   /// Parameters as a vector.
   /// \param outer, inner  covariances Psi in the coefficients' own units
   /// \param log_sigma     of the internal sigma

@@ -11,11 +11,16 @@ namespace silvafit::fit {
 /// J = Q R with pivoting, in coefficients of equal column length.
 class JacobianFactors {
  public:
+  // Of the diagonal of R with columns of equal length: below, a column is a sum of the others, but
+  // for rounding or nearly.
+  static constexpr double kRankTolerance = 1e-11;
+  static constexpr double kNearTolerance = 1e-7;
+
   /// \param jacobian  (N x p), finite
-  explicit JacobianFactors(const Eigen::MatrixXd& jacobian)
+  explicit JacobianFactors(const Eigen::MatrixXd& jacobian, double tolerance = kRankTolerance)
       : scale_(jacobian.colwise().stableNorm()) {
     scale_ = (scale_.array() > 0.0).select(scale_, 1.0);
-    qr_.setThreshold(kRankTolerance);
+    qr_.setThreshold(tolerance);
     qr_.compute(jacobian * scale_.cwiseInverse().asDiagonal());
   }
 
@@ -51,8 +56,6 @@ class JacobianFactors {
   }
 
  private:
-  /// Of the diagonal of R with columns of equal length: below, a column is a sum of the others.
-  static constexpr double kRankTolerance = 1e-11;
   Eigen::MatrixXd triangle() const { return qr_.matrixQR().topLeftCorner(rank(), rank()); }
 
   Eigen::VectorXd scale_;

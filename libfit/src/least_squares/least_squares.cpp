@@ -71,16 +71,36 @@ struct Minima {
   std::vector<VectorXd> others{};  ///< (p) each, from low to high
 };
 
+/// The share of a sum of squares that rounding of the nonlinear coefficients can make: of a
+/// frequency of millions, the mean shows the last digits.
+double rounding_of(const ProjectedModel& projected, const Descent& descent) {
+  constexpr double kLeast = 1e-8;
+  constexpr double kDigits = 8.0 * std::numeric_limits<double>::epsilon();
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  projected.model().evaluate(descent.coefficients, mean, &jacobian, workspace);
+  const VectorXd nonlinear = projected.nonlinear_part(descent.coefficients);
+  const double moved =
+      kDigits * (jacobian(Eigen::all, projected.split().nonlinear) * nonlinear.asDiagonal()).norm();
+  const double share = 2.0 * moved / std::sqrt(descent.sum_of_squares);
+  return std::isfinite(share) ? std::max(kLeast, share) : kLeast;
+}
+
 /// Whether a minimum is to be preferred. Of minima that only rounding tells apart, such as those of
 /// a frequency on evenly spaced data, the one with the smaller coefficients is.
 bool is_preferred(const ProjectedModel& projected, const Descent& a, const Descent& b) {
-  constexpr double kRounding = 1e-8;
   if (a.coefficients.size() == 0) return false;
   if (b.coefficients.size() == 0) return true;
   const bool is_smaller = projected.nonlinear_part(a.coefficients).squaredNorm() <
                           0.5 * projected.nonlinear_part(b.coefficients).squaredNorm();
-  if (is_smaller && a.sum_of_squares <= b.sum_of_squares * (1.0 + kRounding)) return true;
-  return a.sum_of_squares < b.sum_of_squares * (1.0 - kSameMinimum);
+  if (is_smaller && a.sum_of_squares <= b.sum_of_squares * (1.0 + rounding_of(projected, b))) {
+    return true;
+  }
+  if (!(a.sum_of_squares < b.sum_of_squares * (1.0 - kSameMinimum))) return false;
+  const bool is_larger = projected.nonlinear_part(b.coefficients).squaredNorm() <
+                         0.5 * projected.nonlinear_part(a.coefficients).squaredNorm();
+  return !is_larger || a.sum_of_squares < b.sum_of_squares * (1.0 - rounding_of(projected, a));
 }
 
 /// The minima besides the lowest that are not much higher, each once.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "least_squares/jacobian_factors.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "optimization/candidate_points.hpp"
 
@@ -14,16 +15,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-/// "a", "a and b", "a, b and c".
-std::string listed(const NonlinearModel& model, const std::vector<Index>& coefficients) {
-  std::string text;
-  for (std::size_t k = 0; k < coefficients.size(); ++k) {
-    if (k > 0) text += k + 1 == coefficients.size() ? " and " : ", ";
-    text += model.coefficient_names()[static_cast<std::size_t>(coefficients[k])];
-  }
-  return text;
-}
 
 /// How far the mean moves, as a length over all observations, when a coefficient becomes zero;
 /// infinite where there is no mean then.
@@ -69,8 +60,18 @@ std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& poi
   return result;
 }
 
-/// True if the coefficients can be told apart somewhere, so that it is this place that cannot.
-bool identifiable_elsewhere(const NonlinearModel& model) {
+}  // namespace
+
+std::string listed(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  std::string text;
+  for (std::size_t k = 0; k < coefficients.size(); ++k) {
+    if (k > 0) text += k + 1 == coefficients.size() ? " and " : ", ";
+    text += model.coefficient_names()[static_cast<std::size_t>(coefficients[k])];
+  }
+  return text;
+}
+
+bool is_identifiable(const NonlinearModel& model) {
   ProjectedModel projected(model);
   const CandidatePoints points(model, projected.size());
   NonlinearModel::Workspace workspace;
@@ -84,6 +85,8 @@ bool identifiable_elsewhere(const NonlinearModel& model) {
   }
   return false;
 }
+
+namespace {
 
 /// "a grows without bound: the data do not cover the part of the curve that it describes. ..."
 std::string run_away(const NonlinearModel& model, const std::vector<Index>& coefficients) {
@@ -101,13 +104,23 @@ std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& 
   if (point.confounded.size() == 1) {
     return fmt::format("{} is not identifiable: the mean does not depend on it. Remove it.", names);
   }
-  if (identifiable_elsewhere(model)) {
+  if (is_identifiable(model)) {
     return "The sum of squares keeps decreasing while " + run_away(model, point.confounded);
   }
   return fmt::format(
       "{} are not identifiable: their columns of the Jacobian are linearly dependent. Remove one "
       "of them.",
       names);
+}
+
+/// Coefficients that only digits far behind tell apart.
+std::vector<Index> nearly_confounded(const NonlinearModel& model, const NewtonPoint& point) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  Eigen::MatrixXd jacobian;
+  model.evaluate(point.coefficients, mean, &jacobian, workspace);
+  if (!jacobian.allFinite()) return {};
+  return JacobianFactors(jacobian, JacobianFactors::kNearTolerance).confounded();
 }
 
 std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& point, double sigma) {
@@ -118,6 +131,13 @@ std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& poin
   const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
     return "The sum of squares keeps decreasing, ever more slowly, while " + run_away(model, loose);
+  }
+  const std::vector<Index> near = nearly_confounded(model, point);
+  if (near.size() > 1) {
+    return fmt::format(
+        "{} are hardly identifiable: their effects on the mean are nearly linearly dependent. "
+        "Remove one of them.",
+        listed(model, near));
   }
   return fmt::format(
       "No minimum was reached: the estimates are still {:.2g} standard errors away. Give other "

@@ -2,7 +2,9 @@
 // What the evidence of a least-squares fit means, in a sentence.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "least_squares/least_squares_polish.hpp"
 #include "silvafit/fit/convergence.hpp"
@@ -12,6 +14,12 @@ namespace silvafit::fit {
 
 /// Whether rounding alone can make such a sum of squares.
 bool is_exact(const NonlinearModel& model, double sum_of_squares);
+
+/// Whether the coefficients can be told apart somewhere, so that where they cannot it is the place.
+bool is_identifiable(const NonlinearModel& model);
+
+/// Names of coefficients: "a", "a and b", "a, b and c".
+std::string listed(const NonlinearModel& model, const std::vector<Eigen::Index>& coefficients);
 
 /// \param exact  the model goes through all observations but for rounding
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact);

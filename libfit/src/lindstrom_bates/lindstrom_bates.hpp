@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "lindstrom_bates/linear_mixed_profile.hpp"
@@ -36,7 +37,8 @@ struct LindstromBatesOutcome {
   double curve_decrement = 0.0;  ///< the same of the coefficients
   int iterations = 0;
   bool converged = false;
-  bool is_valid = false;  ///< false where no finite point was reached
+  bool is_valid = false;        ///< false where no finite point was reached
+  std::string_view obstacle{};  ///< what ended it short of standing still, as a clause
 };
 
 /// A fit as the start of one with a larger variance function.

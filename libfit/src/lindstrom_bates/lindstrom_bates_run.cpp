@@ -33,14 +33,33 @@ class LindstromBates::Run {
         mixing_.restart();
         hessian_.resize(0, 0);
       }
-      if (!optimize_theta()) break;
+      if (!optimize_theta()) return ended("the linear model there has no likelihood");
       note(iteration);
-      if (outcome_.converged || is_lost() || gives_up() || !advance()) break;
+      if (outcome_.converged) return outcome_;
+      if (is_lost()) {
+        return ended("the effects of some groups have run off to where the curve does not follow");
+      }
+      if (gives_up()) {
+        return ended(
+            "the two steps drive each other on, so that the method may have no point at which both "
+            "stand still");
+      }
+      if (!advance()) {
+        return ended(engine_.passes_left_ > 0
+                         ? "penalized least squares finds no further point, because the effects of "
+                           "some groups run off"
+                         : "the passes over the data that a search may take are used up");
+      }
     }
-    return outcome_;
+    return ended("the alternations that a fit may take are used up");
   }
 
  private:
+  LindstromBatesOutcome ended(std::string_view obstacle) {
+    outcome_.obstacle = obstacle;
+    return outcome_;
+  }
+
   /// The method has no fixed point for some data with small groups: its two steps then drive each
   /// other on for ever. True when many alternations have not halved the best decrement.
   bool stagnates() {

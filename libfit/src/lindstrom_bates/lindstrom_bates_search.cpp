@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -11,6 +10,7 @@
 #include <utility>
 
 #include "fitted_model/refit.hpp"
+#include "least_squares/jacobian_factors.hpp"
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
@@ -309,14 +309,13 @@ std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {
   if (is_exact(model, (model.response() - mean).squaredNorm())) {
     return "Not converged: perfect fit by the fixed effects alone. Remove the random effects.";
   }
-  for (Index j = 0; j < jacobian.cols(); ++j) jacobian.col(j).normalize();
-  const Eigen::ColPivHouseholderQR<MatrixXd> solver(jacobian);
-  if (jacobian.allFinite() && solver.rank() < jacobian.cols()) {
-    const Index last = solver.colsPermutation().indices()[jacobian.cols() - 1];
+  const std::vector<Index> confounded =
+      jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
+  if (!confounded.empty() && !is_identifiable(model)) {
     return fmt::format(
-        "Not converged: {} is not identifiable beside the other coefficients. Remove it or its "
-        "covariate.",
-        model.coefficient_names()[static_cast<std::size_t>(last)]);
+        "Not converged: {} are not identifiable: their effects on the mean are linearly dependent. "
+        "Remove one of them.",
+        listed(model, confounded));
   }
   return "Not converged: the first penalized least-squares step found no finite value. Use fewer "
          "random effects, or a model that fits the pooled data better.";

@@ -37,6 +37,8 @@ constexpr double kConvergedDecrement = 1e-10;
 constexpr double kReachedDecrement = 1e-6;
 // The search stops a little closer; much closer, rounding of the likelihood hides all descent.
 constexpr double kStopDecrement = 1e-11;
+// The same where rounding is seen to hide it before.
+constexpr double kRoundedStop = 1e-8;
 // Two log-likelihoods that differ by less are the same but for rounding.
 constexpr double kSameLikelihood = 1e-6;
 
@@ -62,7 +64,9 @@ struct Optimum {
   VectorXd x{};
   double value = std::numeric_limits<double>::infinity();
   double decrement = std::numeric_limits<double>::infinity();
+  VectorXd gradient{};
   MatrixXd hessian{};
+  bool is_blocked = false;  ///< whether only very short steps led on
   Modes modes{};
 };
 
@@ -87,8 +91,12 @@ class MarginalSearch {
   void be_impatient() {
     rounds_ = 3;
     steps_ = 30;
+    short_steps_ = 3;
     most_evaluations_ = 100 + 20 * static_cast<int>(coordinates_.layout().size());
   }
+
+  /// Gives up where it falls behind a log-likelihood that another search has reached.
+  void race(double known) { known_ = -known; }
 
   /// From a fit by another method.
   void try_fit(const MixedEffectsFit& fit) {
@@ -135,11 +143,8 @@ class MarginalSearch {
     return ratio.maxCoeff() > kUnsuitable || ratio.minCoeff() < 1.0 / kUnsuitable;
   }
 
-  /// Whether the search kept running into points where the likelihood does not hold.
-  bool has_met_wall() const {
-    constexpr int kOften = 20;
-    return outside_ > kOften;
-  }
+  /// What ended the search short of a maximum, and where it would go.
+  Obstacle obstacle() const { return {.text = obstacle_text(), .moving = moving()}; }
 
   MixedEffectsFit result() {
     const MarginalPoint point = coordinates_.point(best_.x);
@@ -205,7 +210,45 @@ class MarginalSearch {
             .inner = coordinates_.spherical(x, false, fit.random_effects)};
   }
 
-  bool is_exhausted() const { return evaluations_ >= most_evaluations_; }
+  /// What ended the search short of a maximum.
+  std::string obstacle_text() const {
+    constexpr int kOften = 20;
+    if (needs_curvature(integration_) && (outside_ > kOften || best_.is_blocked)) {
+      return std::string(kNoClearMode);
+    }
+    if (is_exhausted()) return "the evaluations that a search may take are used up";
+    if (best_.is_blocked) {
+      return "a jump of the likelihood, where the mode of the random effects of a group changes, "
+             "is "
+             "in the way";
+    }
+    return {};
+  }
+
+  /// The parameter that moves most on the way to where the quadratic around the best point has its
+  /// minimum, by what it does to the mean.
+  std::string moving() const {
+    const VectorXd step = informed_inverse(best_.hessian) * best_.gradient;
+    Index at = 0;
+    if (!step.allFinite() || step.cwiseAbs().maxCoeff(&at) == 0.0) return {};
+    return coordinates_.layout().name(model_, at);
+  }
+
+  bool is_exhausted() const { return is_hopeless_ || evaluations_ >= most_evaluations_; }
+
+  /// Notes whether the evaluations that are left would lead to the known maximum, at the pace of
+  /// the last ones: as many as a first Hessian and some steps take.
+  void watch_pace(double lowest) {
+    if (evaluations_ < next_look_ || !std::isfinite(lowest)) return;
+    constexpr int kSteps = 10;
+    constexpr double kNear = 0.05;
+    const int pace = kSteps + 2 * static_cast<int>(coordinates_.layout().size());
+    const double left = static_cast<double>(most_evaluations_ - evaluations_) / pace;
+    const double gap = lowest - known_;
+    is_hopeless_ = next_look_ > 0 && gap > kNear && gap > left * (last_look_ - lowest);
+    last_look_ = lowest;
+    next_look_ = evaluations_ + pace;
+  }
 
   double value_at(const VectorXd& x, VectorXd* gradient) {
     ++evaluations_;
@@ -224,7 +267,7 @@ class MarginalSearch {
     likelihood_.set_modes(std::move(modes));
     Optimum optimum = searched(start);
     constexpr int kWidenings = 3;
-    for (int k = 0; k < kWidenings && std::isfinite(optimum.value); ++k) {
+    for (int k = 0; k < kWidenings && std::isfinite(optimum.value) && !is_exhausted(); ++k) {
       const VectorXd inside = inside_of(optimum);
       if (inside.size() == 0) break;
       Optimum other = searched(inside);
@@ -233,9 +276,10 @@ class MarginalSearch {
     }
     constexpr int kCorrections = 3;
     for (int k = 0; k < kCorrections && std::isfinite(optimum.value); ++k) {
-      if (!finds_higher_modes(optimum)) break;
+      if (is_hopeless_ || !finds_higher_modes(optimum)) break;
       optimum = searched(optimum.x);
     }
+    if (is_hopeless_) return;
     const bool is_same = optimum.value < best_.value + kSameLikelihood;
     const bool is_surer = is_same && optimum.decrement < best_.decrement;
     if (optimum.value < best_.value - kSameLikelihood || is_surer) best_ = std::move(optimum);
@@ -280,16 +324,20 @@ class MarginalSearch {
     };
     // Once the search has had its evaluations, all further steps are refused.
     const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
+      watch_pace(lowest);
       return is_exhausted() ? std::numeric_limits<double>::infinity() : function(x, gradient);
     };
     Optimum optimum;
-    QuasiNewtonResult found =
-        minimize(objective,
-                 start,
-                 {},
-                 {.decrement = kStopDecrement, .maximum_steps = 2 * steps_, .one_sided = true});
+    QuasiNewtonResult found = minimize(objective,
+                                       start,
+                                       {},
+                                       {.decrement = kStopDecrement,
+                                        .rounded_decrement = kRoundedStop,
+                                        .maximum_steps = 2 * steps_,
+                                        .most_short_steps = short_steps_,
+                                        .one_sided = true});
     double last = std::numeric_limits<double>::infinity();
-    for (int round = 0; round < rounds_ && std::isfinite(found.value); ++round) {
+    for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_hopeless_; ++round) {
       // The certificate is the true Hessian's, not that of the updates on the way.
       VectorXd gradient;
       optimum.x = found.x;
@@ -299,13 +347,19 @@ class MarginalSearch {
       const CurvatureCertificate certificate(hessian, gradient);
       optimum.hessian = 0.5 * (hessian + hessian.transpose());
       optimum.decrement = certificate.decrement();
-      if (is_exhausted()) break;
+      optimum.gradient = gradient;
+      optimum.is_blocked = found.is_blocked;
+      if (is_exhausted() || found.is_blocked) break;
       const VectorXd lower = lower_point(optimum, certificate);
       if (lower.size() > 0) {
         found = minimize(objective,
                          lower,
                          {},
-                         {.decrement = kStopDecrement, .maximum_steps = steps_, .one_sided = true});
+                         {.decrement = kStopDecrement,
+                          .rounded_decrement = kRoundedStop,
+                          .maximum_steps = steps_,
+                          .most_short_steps = short_steps_,
+                          .one_sided = true});
       } else if (optimum.decrement <= kConvergedDecrement) {
         break;
       } else if (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last) {
@@ -315,7 +369,10 @@ class MarginalSearch {
         found = minimize(objective,
                          found.x,
                          optimum.hessian,
-                         {.decrement = kStopDecrement, .maximum_steps = steps_});
+                         {.decrement = kStopDecrement,
+                          .rounded_decrement = kRoundedStop,
+                          .maximum_steps = steps_,
+                          .most_short_steps = short_steps_});
       }
     }
     return optimum;
@@ -383,10 +440,15 @@ class MarginalSearch {
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
   Optimum best_;
-  int rounds_ = 6;   ///< of a search and its certificate
-  int steps_ = 100;  ///< of a search within a round
+  int rounds_ = 6;        ///< of a search and its certificate
+  int steps_ = 100;       ///< of a search within a round
+  int short_steps_ = 10;  ///< in a row that end a search
   int most_evaluations_ = 500 + 50 * static_cast<int>(coordinates_.layout().size());
   int evaluations_ = 0;
+  double known_ = std::numeric_limits<double>::infinity();  ///< value of a minimum known elsewhere
+  double last_look_ = std::numeric_limits<double>::infinity();
+  int next_look_ = 0;
+  bool is_hopeless_ = false;
   int outside_ = 0;  ///< evaluations at points where the likelihood does not hold
 };
 
@@ -399,10 +461,12 @@ namespace {
 MixedEffectsFit result_of(MarginalSearch& search,
                           const NonlinearModel& model,
                           Integration integration,
-                          const MarginalOptions& options) {
+                          const MarginalOptions& options,
+                          bool is_patient) {
   MixedEffectsFit fit = search.result();
   if (!search.is_out_of_scale(fit)) return fit;
   MarginalSearch anew(model, integration, options, fit);
+  if (!is_patient) anew.be_impatient();
   anew.try_fit(fit);
   if (!anew.has_optimum()) return fit;
   MixedEffectsFit again = anew.result();
@@ -486,12 +550,15 @@ std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MixedEffectsFit& start,
                                              Integration integration,
                                              const MarginalOptions& options,
-                                             bool is_patient) {
+                                             const MarginalEffort& effort,
+                                             Obstacle* obstacle) {
   MarginalSearch search(model, integration, options, start);
-  if (!is_patient) search.be_impatient();
+  if (!effort.is_patient) search.be_impatient();
+  search.race(effort.known);
   search.try_fit(start);
   if (!search.has_optimum()) return std::nullopt;
-  return result_of(search, model, integration, options);
+  if (obstacle != nullptr) *obstacle = search.obstacle();
+  return result_of(search, model, integration, options, effort.is_patient);
 }
 
 double marginal_log_likelihood(const NonlinearModel& model,
@@ -535,16 +602,9 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
     return smooth ? without_clear_modes(model, *std::move(smooth))
                   : without_modes(model, linearized);
   }
-  MixedEffectsFit fit = result_of(search, model, integration, options);
+  MixedEffectsFit fit = result_of(search, model, integration, options, true);
   describe(model, fit);
-  judge(model, fit, Rounds::kEvaluations);
-  const bool is_explained = fit.convergence.converged || has_no_maximum(model, fit);
-  if (!is_explained && !search.has_converged() && search.has_met_wall()) {
-    fit.convergence.verdict =
-        "Not converged: the likelihood increases towards points where the conditional density of a "
-        "group's random effects is flat at its mode and the approximation is not valid. Use "
-        "--method focei, or fewer random effects.";
-  }
+  judge(model, fit, Rounds::kEvaluations, false, search.obstacle());
   return fit;
 }
 

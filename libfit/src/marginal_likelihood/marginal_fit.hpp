@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 
+#include "mixed_effects/mixed_effects_evidence.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -15,14 +17,26 @@ void check_marginal(const NonlinearModel& model,
                     Integration integration,
                     const MarginalOptions& options);
 
-/// The maximum that one search from a fit leads to, given up early where it gets nowhere unless it
-/// is to be patient.
-/// \returns a fit that is neither described nor judged; nothing where the likelihood does not hold
+/// How long a search goes on.
+struct MarginalEffort {
+  /// Whether it has all evaluations that a fit may have; else it gives up early where it gets
+  /// nowhere.
+  bool is_patient = false;
+  /// Log-likelihood of a maximum that is known: a search that falls behind, and at its pace will
+  /// not reach it, gives up.
+  double known = -std::numeric_limits<double>::infinity();
+};
+
+/// The maximum that one search from a fit leads to.
+/// \returns a fit that is neither described nor judged; nothing where the likelihood does not hold,
+///   or below a known maximum
+/// \param obstacle  is filled in where the fit has not converged, unless null
 std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MixedEffectsFit& start,
                                              Integration integration,
                                              const MarginalOptions& options,
-                                             bool is_patient = false);
+                                             const MarginalEffort& effort = {},
+                                             Obstacle* obstacle = nullptr);
 
 /// The log-likelihood at the estimates of a fit; NaN where it does not hold.
 double marginal_log_likelihood(const NonlinearModel& model,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mixed_effects/mixed_effects_evidence.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
 namespace silvafit::fit {
@@ -14,6 +15,7 @@ namespace silvafit::fit {
 struct Candidate {
   MixedEffectsFit fit{};
   std::string origin{};
+  Obstacle obstacle{};  ///< of a fit that has not converged
   /// Log-likelihood that tells which is the best.
   double rank = std::numeric_limits<double>::quiet_NaN();
   bool is_followed = false;  ///< whether the marginal maximum near it is known
@@ -26,11 +28,26 @@ bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b);
 /// Adds a fit that is not known yet; false if it is.
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate);
 
+bool has_converged(const std::vector<Candidate>& candidates);
+
+/// The highest log-likelihood of those that have converged; -infinity where none has.
+double highest_converged(const std::vector<Candidate>& candidates);
+
 /// Fits that have converged come first, then those of higher rank; of equal ones the first.
 /// \param candidates  at least one
 const Candidate& best_of(const std::vector<Candidate>& candidates);
 
+/// The best and the others that have converged, from high to low, for reports.
+/// \param is_marginal  whether the fits' own likelihood is a marginal one
+std::vector<LocalOptimum> optima_of(const Candidate& best,
+                                    const std::vector<Candidate>& candidates,
+                                    bool is_marginal);
+
 /// The best candidates of a list, the best first.
 std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates, std::size_t count);
+
+/// Those of the highest rank, whether or not they have converged, the highest first.
+std::vector<const Candidate*> highest_few(const std::vector<Candidate>& candidates,
+                                          std::size_t count);
 
 }  // namespace silvafit::fit

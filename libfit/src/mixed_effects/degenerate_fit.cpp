@@ -178,7 +178,8 @@ std::string impossible_error(const NonlinearModel& model,
                              const EffectLevel& level,
                              Index groups) {
   constexpr double kImpossible = 0.1;
-  if (fit.covariance.size() == 0) return {};
+  // Short of a maximum, the curvature is no information.
+  if (fit.covariance.size() == 0 || !fit.convergence.converged) return {};
   for (std::size_t k = 0; k < level.places.size(); ++k) {
     const Index j = level.places[k];
     const auto at = static_cast<Index>(k);

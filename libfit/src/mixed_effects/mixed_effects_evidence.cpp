@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "least_squares/jacobian_factors.hpp"
+#include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/confounded_variances.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
@@ -218,18 +219,21 @@ MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& 
 /// What the data cannot tell apart at a maximum.
 struct Confounded {
   std::vector<Index> coefficients{};
+  std::vector<Index> nearly{};  ///< those among them that only digits far behind tell apart
   ConfoundedVariances variances{};
 };
 
 /// Coefficients that the mean cannot tell apart.
-std::vector<Index> confounded_at(const NonlinearModel& model, const MatrixXd& coefficients) {
+std::vector<Index> confounded_at(const NonlinearModel& model,
+                                 const MatrixXd& coefficients,
+                                 double tolerance = JacobianFactors::kRankTolerance) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
   // With all coefficients held, there are none to tell apart.
   if (jacobian.cols() == 0 || !jacobian.allFinite()) return {};
-  return JacobianFactors(jacobian).confounded();
+  return JacobianFactors(jacobian, tolerance).confounded();
 }
 
 Confounded confounded_parameters(const NonlinearModel& model,
@@ -240,6 +244,7 @@ Confounded confounded_parameters(const NonlinearModel& model,
   // Where the population's curve cannot tell coefficients apart, groups that differ may seem to.
   Confounded result{.coefficients = has_full_rank ? confounded_at(model, coefficients)
                                                   : confounded_at(model, fit.estimate)};
+  result.nearly = confounded_at(model, fit.estimate, JacobianFactors::kNearTolerance);
   const VarianceModel variance(model.specification().variance, VarianceData::of(model));
   result.variances = confounded_variances(model,
                                           variance,
@@ -293,16 +298,32 @@ std::string advice(const NonlinearModel& model, const std::string& usual) {
       group);
 }
 
-std::string failure(const NonlinearModel& model, const MixedEffectsFit& fit, Rounds rounds) {
+/// ", mostly in sd(b), and the evaluations are used up".
+std::string in_the_way(const Obstacle& obstacle) {
+  std::string result;
+  if (!obstacle.moving.empty()) result = ", mostly in " + obstacle.moving;
+  if (!obstacle.text.empty()) result += ", and " + obstacle.text;
+  return result;
+}
+
+std::string failure(const NonlinearModel& model,
+                    const MixedEffectsFit& fit,
+                    Rounds rounds,
+                    const Obstacle& obstacle) {
+  if (obstacle.text == kNoClearMode) {
+    return fmt::format("Not converged: {}. Use --method focei, or fewer random effects.",
+                       kNoClearMode);
+  }
   if (rounds == Rounds::kAlternations) {
     constexpr double kShown = 1e-12;
     const std::string by = distance(fit) > kShown
                                ? fmt::format(" by {:.2g} standard errors", distance(fit))
                                : std::string();
     return fmt::format(
-        "Not converged after {}: the estimates still change{}. {}",
+        "Not converged after {}: the estimates still change{}{}. {}",
         counted(fit.convergence.iterations, "alternation", "alternations"),
         by,
+        in_the_way(obstacle),
         advice(
             model,
             "the method focei or laplace, fewer random effects or a diagonal covariance matrix"));
@@ -312,9 +333,10 @@ std::string failure(const NonlinearModel& model, const MixedEffectsFit& fit, Rou
           ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
           : "the best point found is not a maximum of the likelihood";
   return fmt::format(
-      "Not converged after {} evaluations of the likelihood: {}. {}",
+      "Not converged after {} evaluations of the likelihood: {}{}. {}",
       fit.convergence.iterations,
       where,
+      in_the_way(obstacle),
       advice(model,
              "fewer random effects, a diagonal covariance matrix or a simpler variance function"));
 }
@@ -337,7 +359,7 @@ std::string success(const MixedEffectsFit& fit, Rounds rounds) {
 }
 
 /// "a", "a and b", "a, b and c".
-std::string listed(const std::vector<std::string>& names) {
+std::string in_words(const std::vector<std::string>& names) {
   if (names.size() < 2) return fmt::format("{}", fmt::join(names, ""));
   return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
@@ -368,20 +390,22 @@ std::string remedy(const NonlinearModel& model, const std::vector<std::string>& 
 std::string confounding(const NonlinearModel& model,
                         const MixedEffectsFit& fit,
                         const Confounded& confounded) {
-  std::vector<std::string> names;
-  for (const Index j : confounded.coefficients) {
-    names.push_back(model.coefficient_names()[static_cast<std::size_t>(j)]);
-  }
-  if (names.size() == 1) {
+  const std::string names = listed(model, confounded.coefficients);
+  if (!names.empty() && is_identifiable(model)) {
     return fmt::format(
-        "Not converged: {} is not identifiable: the mean does not depend on it. Remove it.",
-        names.front());
+        "Not converged: the search has run off to where the mean hardly depends on {}, although it "
+        "does elsewhere. Try the method focei, other start values or fewer random effects.",
+        names);
+  }
+  if (confounded.coefficients.size() == 1) {
+    return fmt::format(
+        "Not converged: {} is not identifiable: the mean does not depend on it. Remove it.", names);
   }
   if (!names.empty()) {
     return fmt::format(
         "Not converged: {} are not identifiable: their effects on the mean are linearly dependent. "
         "Remove one of them.",
-        listed(names));
+        names);
   }
   const std::vector<std::string>& variances = confounded.variances.names;
   if (variances.size() == 1) {
@@ -393,10 +417,17 @@ std::string confounding(const NonlinearModel& model,
     return fmt::format(
         "Not converged: {} are not identifiable: their effects on the likelihood are linearly "
         "dependent{}",
-        listed(variances),
+        in_words(variances),
         remedy(model, variances));
   }
   if (fit.convergence.rank < fit.estimate.size()) {
+    if (confounded.nearly.size() > 1) {
+      return fmt::format(
+          "Not converged: {} are hardly identifiable: their effects on the mean are nearly "
+          "linearly "
+          "dependent. Remove one of them.",
+          listed(model, confounded.nearly));
+    }
     return "Not converged: the coefficients are not identifiable: their estimates are linearly "
            "dependent. Remove a covariate or a parameter.";
   }
@@ -413,7 +444,8 @@ bool note_confounding(const NonlinearModel& model,
   if (!convergence.converged && has_full_rank) return false;
   Confounded confounded = confounded_parameters(model, fit, has_full_rank, is_restricted);
   if (!convergence.converged) {
-    if (confounded.coefficients.empty()) return false;
+    // Where a search has run off, the mean may not depend on what it depends on elsewhere.
+    if (confounded.coefficients.empty() || is_identifiable(model)) return false;
     confounded.variances = {};
   }
   for (const Index j : confounded.coefficients) {
@@ -441,9 +473,12 @@ void note_degeneracy(const NonlinearModel& model,
   fit.convergence.verdict = "Not converged: " + what;
 }
 
-std::string verdict_of(const NonlinearModel& model, const MixedEffectsFit& fit, Rounds rounds) {
+std::string verdict_of(const NonlinearModel& model,
+                       const MixedEffectsFit& fit,
+                       Rounds rounds,
+                       const Obstacle& obstacle) {
   const Convergence& convergence = fit.convergence;
-  if (!convergence.converged) return failure(model, fit, rounds);
+  if (!convergence.converged) return failure(model, fit, rounds, obstacle);
   std::string verdict = success(fit, rounds);
   if (!convergence.boundary.empty()) {
     verdict += fmt::format(" Boundary (singular) fit: {}. A simpler structure fits equally well.",
@@ -483,11 +518,15 @@ void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
   fit.coefficients_between = std::move(freedom.coefficients_between);
 }
 
-void judge(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds, bool is_restricted) {
+void judge(const NonlinearModel& model,
+           MixedEffectsFit& fit,
+           Rounds rounds,
+           bool is_restricted,
+           const Obstacle& obstacle) {
   const PopulationSlopes slopes = population_slopes(model, fit);
   fit.convergence.rank = information_rank(slopes.frame, fit);
   name_boundary(model, slopes, fit);
-  fit.convergence.verdict = verdict_of(model, fit, rounds);
+  fit.convergence.verdict = verdict_of(model, fit, rounds, obstacle);
   if (note_confounding(model, slopes.frame.has_full_rank, is_restricted, fit)) return;
   note_degeneracy(model, slopes.frame, fit);
 }

@@ -12,6 +12,7 @@
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/candidate_fits.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "mixed_effects/representative_rows.hpp"
 #include "mixed_effects/search_budget.hpp"
 #include "mixed_effects/search_verdict.hpp"
 #include "mixed_effects/smaller_structures.hpp"
@@ -29,24 +30,9 @@ using Eigen::VectorXd;
 constexpr double kSlack = 0.05;
 // From so many observations on, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 4000;
-
-/// The observations of some of the clusters, evenly chosen, or evenly chosen observations where
-/// clusters are few.
-std::vector<Index> representative_rows(const NonlinearModel& model) {
-  constexpr Index kRows = 2000;
-  constexpr Index kFewestClusters = 30;
-  const Index step = (model.observations() + kRows - 1) / kRows;
-  std::vector<Index> rows;
-  if (model.cluster_count() < step * kFewestClusters) {
-    for (Index i = 0; i < model.observations(); i += step) rows.push_back(i);
-    return rows;
-  }
-  for (Index c = 0; c < model.cluster_count(); c += step) {
-    const Index end = model.group_begin(model.cluster_begin(c + 1));
-    for (Index i = model.group_begin(model.cluster_begin(c)); i < end; ++i) rows.push_back(i);
-  }
-  return rows;
-}
+// Spreads of random effects to start from, as shares of the usual one.
+constexpr double kNarrow = 0.1;
+constexpr double kVeryNarrow = 0.01;
 
 class OptimumSearch {
  public:
@@ -116,28 +102,31 @@ class OptimumSearch {
     const std::size_t given = options_.linearized.starts.size();
     for (std::size_t k = 0; k < starts.size(); ++k) {
       // What the user asks for, and the pooled fit, are tried whatever they cost.
-      if (k > given && budget_.is_spent() && has_converged()) break;
+      if (k > given && budget_.is_spent() && has_converged(linearized_)) break;
       linearize_from(starts[k], Persistence::kOnce);
       if (k >= given) continue;
-      for (const double spread : {0.1, 0.01}) {
+      // Narrow random effects stay near the coefficients that they start from.
+      for (const double spread : {kNarrow, kVeryNarrow}) {
         linearize_from(starts[k], Persistence::kOnce, spread);
       }
     }
-    if (!has_converged()) linearize_from(starts.front(), Persistence::kUntilFound);
+    if (has_several_ends()) linearize_from(starts[given], Persistence::kOnce, kNarrow);
+    if (!has_converged(linearized_)) linearize_from(starts.front(), Persistence::kUntilFound);
   }
 
-  bool has_converged() const {
-    return std::ranges::any_of(linearized_,
-                               [](const Candidate& one) { return one.fit.convergence.converged; });
-  }
+  /// Whether starts have led to different points, or nowhere; else more of them are of no use.
+  bool has_several_ends() const { return linearized_.size() > 1; }
 
   void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0) {
     LindstromBatesSearch found =
         climb_lindstrom_bates(model_, point.coefficients, without_starts(), persistence, spread);
-    budget_.spend_alternations(found.outcome.iterations);
+    // What the user asks for must not displace anything else.
+    if (point.origin != kStartValues) budget_.spend_alternations(found.outcome.iterations);
     if (!found.outcome.is_valid) return;
     add_candidate(linearized_,
-                  {.fit = found.engine->result(found.outcome), .origin = point.origin});
+                  {.fit = found.engine->result(found.outcome),
+                   .origin = point.origin,
+                   .obstacle = {.text = std::string(found.outcome.obstacle)}});
   }
 
   static std::vector<Candidate>& by_own_likelihood(std::vector<Candidate>& candidates) {
@@ -174,7 +163,32 @@ class OptimumSearch {
     follow_to_maxima();
     std::optional<ContainedModel> higher = compare_linearized_with_smaller();
     follow_to_maxima();
+    finish_given_up();
     return higher;
+  }
+
+  /// Runs that were given up above the best fixed point, often where the covariance is on the edge
+  /// of its range, go on from there with independent random effects.
+  void finish_given_up() {
+    constexpr std::size_t kMost = 2;
+    const Candidate best = best_of(linearized_);
+    std::vector<Candidate> higher;
+    for (const Candidate& candidate : linearized_) {
+      if (!candidate.fit.convergence.converged && candidate.rank > best.rank) {
+        higher.push_back(candidate);
+      }
+    }
+    std::ranges::stable_sort(higher, std::ranges::greater(), &Candidate::rank);
+    higher.resize(std::min(kMost, higher.size()));
+    for (const Candidate& start : higher) {
+      if (budget_.is_spent()) return;
+      auto found =
+          lindstrom_bates_from(model_, with_independent_effects(start.fit), without_starts());
+      if (!found) continue;
+      budget_.spend_alternations(found->convergence.iterations);
+      add_candidate(linearized_, {.fit = *std::move(found), .origin = start.origin});
+    }
+    if (!higher.empty()) rank_by_marginal_likelihood(linearized_);
   }
 
   MixedEffectsFit best_fixed_point() {
@@ -191,11 +205,11 @@ class OptimumSearch {
   /// ones, from which it goes on.
   void follow_to_maxima() {
     constexpr int kRounds = 3;
-    constexpr std::size_t kBest = 2;
+    constexpr std::size_t kBest = 3;
     for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
       const std::size_t known = linearized_.size();
       std::vector<MixedEffectsFit> starts;
-      for (const Candidate* const candidate : best_few(linearized_, kBest)) {
+      for (const Candidate* const candidate : highest_few(linearized_, kBest)) {
         if (!candidate->is_followed) starts.push_back(candidate->fit);
       }
       for (Candidate& candidate : linearized_) {
@@ -224,6 +238,9 @@ class OptimumSearch {
       budget_.spend_alternations(found->convergence.iterations);
       add_candidate(linearized_, {.fit = *std::move(found), .origin = origin});
     }
+    if (!has_several_ends()) return;
+    linearize_from(
+        {.coefficients = maximum->estimate, .origin = origin}, Persistence::kOnce, kVeryNarrow);
   }
 
   /// The model without random effects, by generalized least squares: a maximum of its likelihood is
@@ -255,8 +272,10 @@ class OptimumSearch {
           contained.push_back(
               {.text = smaller.text, .log_likelihood = found.log_likelihood, .rank = rank});
         }
-        auto again = lindstrom_bates_from(
-            model_, enlarged(found, smaller, small_deviation(smaller, found)), options_.linearized);
+        auto again =
+            lindstrom_bates_from(model_,
+                                 enlarged(found, smaller, small_deviation(model_, smaller, found)),
+                                 options_.linearized);
         const std::string origin = "the fit " + smaller.text;
         const std::size_t known = linearized_.size();
         if (again) budget_.spend_alternations(again->convergence.iterations);
@@ -301,36 +320,10 @@ class OptimumSearch {
     return options;
   }
 
-  /// The model that a fit is below most, by the likelihood that ranks fits; nothing if there is
-  /// none.
-  static std::optional<ContainedModel> higher_than(double rank,
-                                                   const std::vector<ContainedModel>& contained) {
-    const auto highest = std::ranges::max_element(contained, {}, &ContainedModel::rank);
-    if (highest == contained.end() || !(highest->rank > rank + kSlack)) return std::nullopt;
-    return *highest;
-  }
-
   static bool is_higher(const std::optional<MixedEffectsFit>& smaller,
                         const MixedEffectsFit& whole) {
     return smaller && smaller->convergence.converged &&
            smaller->log_likelihood > whole.log_likelihood + kSlack;
-  }
-
-  /// A tenth of what moves the mean by a residual standard deviation.
-  double small_deviation(const SmallerStructure& smaller, const MixedEffectsFit& fit) const {
-    if (smaller.left_out < 0) return 0.0;
-    const ModelSpecification& specification = model_.specification();
-    const std::vector<Index> places = model_.coefficients_of(
-        smaller.is_outer ? specification.outer_random : specification.random);
-    NonlinearModel::Workspace workspace;
-    VectorXd mean;
-    Eigen::MatrixXd jacobian;
-    model_.evaluate(fit.estimate, mean, &jacobian, workspace);
-    const double slope = jacobian.col(places[static_cast<std::size_t>(smaller.left_out)]).norm() /
-                         std::sqrt(static_cast<double>(model_.observations()));
-    constexpr double kShare = 0.1;
-    const double deviation = kShare * fit.residual_sd.mean() / slope;
-    return std::isfinite(deviation) ? deviation : 0.0;
   }
 
   MixedEffectsFit marginal_maximum() {
@@ -342,29 +335,41 @@ class OptimumSearch {
       candidate.rank =
           marginal_log_likelihood(model_, candidate.fit, integration, options_.marginal);
     }
-    const std::vector<const Candidate*> starts = best_few(linearized_, linearized_.size());
-    MixedEffectsFit first = starts.front()->fit;
-    describe(model_, first);
-    judge(model_, first, Rounds::kAlternations, false);
-    maxima_.push_back(
-        {.fit = fit_marginal_from(model_, pooled_.estimate, first, integration, options_.marginal),
-         .origin = starts.front()->origin});
-    budget_.spend_evaluations(maxima_.front().fit.convergence.iterations);
-    // The user's starts do not displace the others.
-    const std::size_t tried = 3 * (1 + options_.linearized.starts.size());
-    for (std::size_t k = 1; k < starts.size(); ++k) {
-      // Further ones are tried only until one leads to a maximum.
-      const bool has_maximum = std::ranges::any_of(
-          maxima_, [](const Candidate& one) { return one.fit.convergence.converged; });
-      if (k >= tried ? has_maximum || budget_.is_spent() : has_maximum && budget_.is_spent()) break;
-      try_marginal(starts[k]->fit, starts[k]->origin);
-    }
+    follow_linearized();
+    if (!has_converged(maxima_)) follow_patiently();
     SearchEvidence evidence;
     evidence.contained = compare_marginal_with_smaller();
     evidence.first_order_maximum = first_order_maximum_;
     finish_highest();
     evidence.unfinished = highest_unfinished();
     return judged(best_of(by_own_likelihood(maxima_)), evidence);
+  }
+
+  /// The maximum from each of the linear models' ends.
+  void follow_linearized() {
+    // The user's starts do not displace the others.
+    const std::size_t tried = 3 * (1 + options_.linearized.starts.size());
+    const std::vector<const Candidate*> starts = best_few(linearized_, linearized_.size());
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      // Further ones are tried only until one leads to a maximum.
+      const bool is_enough = k >= tried ? has_converged(maxima_) || budget_.is_spent()
+                                        : has_converged(maxima_) && budget_.is_spent();
+      if (is_enough) return;
+      try_marginal(starts[k]->fit, starts[k]->origin);
+    }
+  }
+
+  /// Where no short search has ended at a maximum: a longer one from the best start, with all that
+  /// there is to fall back on.
+  void follow_patiently() {
+    const Candidate& start = best_of(linearized_);
+    MixedEffectsFit first = start.fit;
+    describe(model_, first);
+    judge(model_, first, Rounds::kAlternations, false);
+    MixedEffectsFit found = fit_marginal_from(
+        model_, pooled_.estimate, first, *options_.integration, options_.marginal);
+    budget_.spend_evaluations(found.convergence.iterations);
+    maxima_.push_back({.fit = std::move(found), .origin = start.origin});
   }
 
   /// Where Laplace's likelihood does not hold at a fixed point, the maximum of the first-order one,
@@ -391,12 +396,30 @@ class OptimumSearch {
     });
   }
 
-  /// A search that was given up at the highest point goes on to its end.
+  /// A search that was given up at the highest point, or ended there with few digits, goes on.
   void finish_highest() {
-    if (highest().fit.convergence.converged || !std::isfinite(highest().fit.log_likelihood)) return;
-    const Candidate start = highest();
-    auto found = marginal_from(model_, start.fit, *options_.integration, options_.marginal, true);
-    if (found) add_candidate(maxima_, {.fit = *std::move(found), .origin = start.origin});
+    const auto place = static_cast<std::size_t>(&highest() - maxima_.data());
+    const Candidate start = maxima_[place];
+    constexpr double kExact = 1e-9;  // squared standard errors
+    const bool is_finished =
+        start.fit.convergence.converged && start.fit.convergence.gradient <= kExact;
+    if (is_finished || !std::isfinite(start.fit.log_likelihood)) return;
+    Obstacle obstacle;
+    auto found = marginal_from(model_,
+                               start.fit,
+                               *options_.integration,
+                               options_.marginal,
+                               {.is_patient = true},
+                               &obstacle);
+    if (!found) return;
+    if (is_same(*found, start.fit) &&
+        found->convergence.gradient < start.fit.convergence.gradient) {
+      maxima_[place].fit = *std::move(found);
+      return;
+    }
+    add_candidate(
+        maxima_,
+        {.fit = *std::move(found), .origin = start.origin, .obstacle = std::move(obstacle)});
   }
 
   /// The log-likelihood of the highest point if no search has come to its end there; else NaN.
@@ -409,9 +432,17 @@ class OptimumSearch {
   }
 
   void try_marginal(const MixedEffectsFit& start, const std::string& origin) {
-    auto found = marginal_from(model_, start, *options_.integration, options_.marginal);
-    if (found) budget_.spend_evaluations(found->convergence.iterations);
-    if (found) add_candidate(maxima_, {.fit = *std::move(found), .origin = origin});
+    Obstacle obstacle;
+    auto found = marginal_from(model_,
+                               start,
+                               *options_.integration,
+                               options_.marginal,
+                               {.known = highest_converged(maxima_)},
+                               &obstacle);
+    if (!found) return;
+    budget_.spend_evaluations(found->convergence.iterations);
+    add_candidate(maxima_,
+                  {.fit = *std::move(found), .origin = origin, .obstacle = std::move(obstacle)});
   }
 
   std::optional<ContainedModel> compare_marginal_with_smaller() {
@@ -424,48 +455,34 @@ class OptimumSearch {
       const auto found = marginal_from(
           smaller.model, reduced(before, smaller), *options_.integration, options_.marginal);
       if (found) budget_.spend_evaluations(found->convergence.iterations);
-      if (!is_higher(found, before)) continue;
-      contained.push_back({.text = smaller.text,
-                           .log_likelihood = found->log_likelihood,
-                           .rank = found->log_likelihood});
-      try_marginal(enlarged(*found, smaller, small_deviation(smaller, before)),
+      if (!found || !found->convergence.converged) continue;
+      if (is_higher(found, before)) {
+        contained.push_back({.text = smaller.text,
+                             .log_likelihood = found->log_likelihood,
+                             .rank = found->log_likelihood});
+      }
+      if (!is_higher(found, before) && !has_several_ends()) continue;
+      try_marginal(enlarged(*found, smaller, small_deviation(model_, smaller, before)),
                    "the fit " + smaller.text);
     }
     return higher_than(best_of(by_own_likelihood(maxima_)).rank, contained);
   }
 
   MixedEffectsFit judged(const Candidate& best, const SearchEvidence& evidence = {}) {
+    const bool is_marginal = options_.integration.has_value();
     MixedEffectsFit fit = best.fit;
     // A fit that failed has been judged where the reason is known.
     if (fit.convergence.verdict.empty()) {
       describe(model_, fit);
-      const bool is_marginal = options_.integration.has_value();
       judge(model_,
             fit,
             is_marginal ? Rounds::kEvaluations : Rounds::kAlternations,
-            options_.linearized.reml);
+            options_.linearized.reml,
+            best.obstacle);
     }
-    fit.optima = optima_with(best);
+    fit.optima = optima_of(best, is_marginal ? maxima_ : linearized_, is_marginal);
     judge_search(fit, evidence);
     return fit;
-  }
-
-  std::vector<LocalOptimum> optima_with(const Candidate& best) const {
-    const bool is_marginal = options_.integration.has_value();
-    std::vector<LocalOptimum> result;
-    const auto add_optimum = [&](const Candidate& candidate) {
-      result.push_back({.origin = candidate.origin,
-                        .estimate = candidate.fit.estimate,
-                        .log_likelihood = candidate.fit.log_likelihood,
-                        .marginal_log_likelihood = is_marginal ? kNaN : candidate.rank});
-    };
-    add_optimum(best);
-    for (const Candidate& candidate : is_marginal ? maxima_ : linearized_) {
-      if (&candidate != &best && candidate.fit.convergence.converged) add_optimum(candidate);
-    }
-    std::ranges::stable_sort(
-        result.begin() + 1, result.end(), std::ranges::greater(), &LocalOptimum::log_likelihood);
-    return result;
   }
 
   const NonlinearModel& model_;

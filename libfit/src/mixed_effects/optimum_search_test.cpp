@@ -187,6 +187,14 @@ TEST_CASE("smaller structures leave out each effect, and correlations") {
   CHECK(independent.random_covariance.isDiagonal());
 }
 
+TEST_CASE("a fit with independent effects keeps their variances") {
+  MixedEffectsFit fit;
+  fit.random_covariance = Eigen::Matrix2d{{4.0, 1.0}, {1.0, 9.0}};
+  const MixedEffectsFit independent = with_independent_effects(fit);
+  CHECK(independent.random_covariance == Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.0}, {0.0, 9.0}}));
+  CHECK(independent.outer.covariance.size() == 0);
+}
+
 TEST_CASE("a search puts into the verdict what it has found") {
   MixedEffectsFit fit;
   fit.coefficient_names = {"a", "b"};

@@ -15,6 +15,10 @@ using Eigen::VectorXd;
 
 namespace {
 
+// How much less a model's likelihood may be than that of one that it contains: linearizations at
+// nearly the same point differ by as much.
+constexpr double kContainedSlack = 0.05;
+
 /// "a = 1.2, b = 3".
 std::string estimates_text(const MixedEffectsFit& fit, const VectorXd& estimate) {
   std::vector<std::string> parts;
@@ -51,6 +55,13 @@ double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evi
 }
 
 }  // namespace
+
+std::optional<ContainedModel> higher_than(double rank,
+                                          const std::vector<ContainedModel>& contained) {
+  const auto highest = std::ranges::max_element(contained, {}, &ContainedModel::rank);
+  if (highest == contained.end() || !(highest->rank > rank + kContainedSlack)) return std::nullopt;
+  return *highest;
+}
 
 void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   Convergence& convergence = fit.convergence;

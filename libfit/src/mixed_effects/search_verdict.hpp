@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -20,6 +21,11 @@ struct ContainedModel {
   double log_likelihood = 0.0;
   double rank = 0.0;  ///< the likelihood by which fits are compared: marginal, unless it is that
 };
+
+/// The model that a fit is below most, by the likelihood that ranks fits; nothing if there is
+/// none.
+std::optional<ContainedModel> higher_than(double rank,
+                                          const std::vector<ContainedModel>& contained);
 
 /// What a search over starting points has found besides the fit.
 struct SearchEvidence {

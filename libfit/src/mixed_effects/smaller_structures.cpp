@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -74,6 +75,14 @@ std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model) {
   return result;
 }
 
+MixedEffectsFit with_independent_effects(const MixedEffectsFit& fit) {
+  MixedEffectsFit result = fit;
+  for (MatrixXd* const covariance : {&result.random_covariance, &result.outer.covariance}) {
+    *covariance = MatrixXd(covariance->diagonal().asDiagonal());
+  }
+  return result;
+}
+
 MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller) {
   MixedEffectsFit result = fit;
   MatrixXd& covariance = smaller.is_outer ? result.outer.covariance : result.random_covariance;
@@ -86,6 +95,24 @@ MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smal
   covariance = MatrixXd(covariance(left, left));
   effects = MatrixXd(effects(left, Eigen::all));
   return result;
+}
+
+double small_deviation(const NonlinearModel& model,
+                       const SmallerStructure& smaller,
+                       const MixedEffectsFit& fit) {
+  if (smaller.left_out < 0) return 0.0;
+  const ModelSpecification& specification = model.specification();
+  const std::vector<Index> places =
+      model.coefficients_of(smaller.is_outer ? specification.outer_random : specification.random);
+  NonlinearModel::Workspace workspace;
+  Eigen::VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  const double slope = jacobian.col(places[static_cast<std::size_t>(smaller.left_out)]).norm() /
+                       std::sqrt(static_cast<double>(model.observations()));
+  constexpr double kShare = 0.1;
+  const double deviation = kShare * fit.residual_sd.mean() / slope;
+  return std::isfinite(deviation) ? deviation : 0.0;
 }
 
 MixedEffectsFit enlarged(const MixedEffectsFit& fit,

@@ -24,8 +24,17 @@ struct SmallerStructure {
 /// diagonal covariance.
 std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model);
 
+/// A fit as a start in which the random effects do not depend on each other.
+MixedEffectsFit with_independent_effects(const MixedEffectsFit& fit);
+
 /// A fit of the whole model as a start of the smaller one.
 MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller);
+
+/// A standard deviation for the effect that was left out: a tenth of what moves the mean by a
+/// residual standard deviation at a fit.
+double small_deviation(const NonlinearModel& model,
+                       const SmallerStructure& smaller,
+                       const MixedEffectsFit& fit);
 
 /// A fit of the smaller model as a start of the whole one, in which the effect that was left out
 /// has a small variance: none would be a stationary point.

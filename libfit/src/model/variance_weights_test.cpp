@@ -56,6 +56,22 @@ TEST_CASE("internal parameters mean what nlme's parameters mean") {
   }
 }
 
+TEST_CASE("the name of a column does not matter") {
+  for (const char* const function : {"exponential", "power", "constant-plus-power"}) {
+    const auto weights = [&](const std::string& column) {
+      const VarianceModel model(parse_variance_function(std::string(function) + "(" + column + ")"),
+                                {.response = values(), .columns = {{column, values()}}});
+      return model.scale(values(), VectorXd::Constant(model.parameter_count(), 0.8), false).weight;
+    };
+    const Eigen::ArrayXd expected = weights("dbh");
+    // Names that the formulas of the functions have for their parts.
+    for (const char* const column : {"a", "b", "d", "f", "k", "o", "t", "v"}) {
+      INFO(function << " of " << column);
+      CHECK((weights(column) == expected).all());
+    }
+  }
+}
+
 TEST_CASE("a constant variance is a point of every function") {
   for (const char* const function : {"exponential", "power", "constant-plus-power"}) {
     const VarianceModel model = model_of(function);

@@ -85,8 +85,12 @@ class Minimization {
       result_.decrement = -gradient_.dot(direction);
       // Rounding may take the Hessian's definiteness away; its direction means nothing then.
       if (!(result_.decrement >= 0.0)) result_.decrement = std::numeric_limits<double>::infinity();
-      if (result_.decrement <= options_.decrement) break;
+      if (result_.decrement <= options_.decrement || is_rounded()) break;
+      result_.is_blocked =
+          options_.most_short_steps > 0 && short_steps_ >= options_.most_short_steps;
+      if (result_.is_blocked) break;
       if (std::isfinite(result_.decrement) && advance(direction)) continue;
+      if (result_.decrement <= options_.rounded_decrement) break;
       // No descent: the Hessian is stale, or the value is exact to rounding.
       if (is_fresh_) break;
       result_.hessian = made_positive(fresh_hessian());
@@ -99,6 +103,16 @@ class Minimization {
   double evaluate(const VectorXd& x, VectorXd* gradient) {
     ++result_.evaluations;
     return function_(x, gradient);
+  }
+
+  bool is_rounded() {
+    constexpr int kSteps = 3;
+    if (result_.decrement < 0.5 * least_decrement_) {
+      least_decrement_ = result_.decrement;
+      vain_steps_ = 0;
+      return false;
+    }
+    return ++vain_steps_ >= kSteps && result_.decrement <= options_.rounded_decrement;
   }
 
   MatrixXd fresh_hessian() {
@@ -118,10 +132,14 @@ class Minimization {
     const double slope = gradient_.dot(direction);
     constexpr double kArmijo = 1e-4;
     constexpr int kHalvings = 40;
+    // Where rounding is about to hide all descent, shorter steps show no more of it.
+    constexpr int kRoundedHalvings = 4;
+    const int halvings =
+        result_.decrement <= options_.rounded_decrement ? kRoundedHalvings : kHalvings;
     // Near the optimum the value no longer resolves the descent that the slope promises.
     const double rounding = 1e-14 * std::max(1.0, std::abs(result_.value));
     double length = 1.0;
-    for (int halving = 0; halving < kHalvings; ++halving, length *= 0.5) {
+    for (int halving = 0; halving < halvings; ++halving, length *= 0.5) {
       const VectorXd x = result_.x + length * direction;
       VectorXd gradient(x.size());
       const double value = evaluate(x, &gradient);
@@ -133,6 +151,8 @@ class Minimization {
       result_.value = value;
       gradient_ = gradient;
       is_fresh_ = false;
+      constexpr double kShort = 0.1;
+      short_steps_ = length < kShort ? short_steps_ + 1 : 0;
       return true;
     }
     return false;
@@ -143,6 +163,9 @@ class Minimization {
   QuasiNewtonResult result_;
   VectorXd gradient_;
   bool is_fresh_ = false;
+  double least_decrement_ = std::numeric_limits<double>::infinity();
+  int vain_steps_ = 0;
+  int short_steps_ = 0;  ///< in a row
 };
 
 }  // namespace

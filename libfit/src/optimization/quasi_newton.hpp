@@ -16,11 +16,18 @@ struct QuasiNewtonResult {
   Eigen::MatrixXd hessian{};  ///< positive definite approximation at x
   double decrement = 0.0;     ///< g' H^-1 g at x
   int evaluations = 0;
+  bool is_blocked = false;  ///< whether it stopped because of short steps
 };
 
 struct QuasiNewtonOptions {
   double decrement = 1e-14;  ///< stop below this
+  /// Stop below this as well where some steps have not halved the decrement: rounding of the
+  /// function is in the way.
+  double rounded_decrement = 0.0;
   int maximum_steps = 100;
+  /// Stop after so many steps in a row that had to be made very short, as at an edge beyond which
+  /// the function has other values; 0 for never.
+  int most_short_steps = 0;
   double longest_step = 2.0;  ///< per step, in any variable
   /// Whether the first Hessian comes from differences to one side: half as many gradients, and
   /// digits enough to start with.

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "optimization/fixed_point.hpp"
 
@@ -58,6 +59,36 @@ TEST_CASE("mixing ends a two-cycle and speeds a slow iteration") {
     x = mixing.next(x, image);
   }
   CHECK((x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-9);
+}
+
+TEST_CASE("where rounding hides all descent, a search ends at once if it may") {
+  // Digits behind the tenth are noise that no step gets below.
+  int evaluations = 0;
+  const SmoothFunction noisy = [&](const VectorXd& x, VectorXd* gradient) {
+    const double noise = 1e-10 * std::sin(1e9 * x.sum() + ++evaluations);
+    if (gradient != nullptr) *gradient = (2.0 * x).array() + 1e3 * noise;
+    return x.squaredNorm() + noise;
+  };
+  const VectorXd start = Eigen::Vector3d(1.0, -0.5, 0.3);
+  minimize(noisy, start, {}, {.decrement = 1e-20});
+  const int without = std::exchange(evaluations, 0);
+  const QuasiNewtonResult found =
+      minimize(noisy, start, {}, {.decrement = 1e-20, .rounded_decrement = 1e-10});
+  CHECK(found.x.norm() < 1e-4);
+  CHECK(evaluations < without / 2);
+}
+
+TEST_CASE("steps that stay short at an edge end a search if they may") {
+  // Across x0 = 0.9 the function is a hundred higher; it falls towards that edge.
+  const SmoothFunction cliff = [](const VectorXd& x, VectorXd* gradient) {
+    if (gradient != nullptr) *gradient = Eigen::Vector2d(-1.0, 2.0 * x[1]);
+    return -x[0] + x[1] * x[1] + (x[0] > 0.9 ? 100.0 : 0.0);
+  };
+  const QuasiNewtonResult found =
+      minimize(cliff, Eigen::Vector2d(0.0, 1.0), {}, {.most_short_steps = 3});
+  CHECK(found.is_blocked);
+  CHECK(found.x[0] <= 0.9);
+  CHECK_FALSE(minimize(cliff, Eigen::Vector2d(0.0, 1.0)).is_blocked);
 }
 
 TEST_CASE("a Hessian beside which the function ends is that of the other side") {
