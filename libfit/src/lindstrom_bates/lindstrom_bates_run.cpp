@@ -37,21 +37,19 @@ class LindstromBates::Run {
       note(iteration);
       if (outcome_.converged) return outcome_;
       if (is_lost()) {
-        return ended("the effects of some groups have run off to where the curve does not follow");
+        return ended("the random effects of some groups diverge");
       }
       if (gives_up()) {
-        return ended(
-            "the two steps drive each other on, so that the method may have no point at which both "
-            "stand still");
+        return ended("the two steps of the method do not settle, so a fixed point may not exist");
       }
       if (!advance()) {
-        return ended(engine_.passes_left_ > 0
-                         ? "penalized least squares finds no further point, because the effects of "
-                           "some groups run off"
-                         : "the passes over the data that a search may take are used up");
+        return ended(
+            engine_.passes_left_ > 0
+                ? "penalized least squares fails, because the random effects of some groups diverge"
+                : "the limit of passes over the data is reached");
       }
     }
-    return ended("the alternations that a fit may take are used up");
+    return ended("the iteration limit is reached");
   }
 
  private:

@@ -216,11 +216,9 @@ class MarginalSearch {
     if (needs_curvature(integration_) && (outside_ > kOften || best_.is_blocked)) {
       return std::string(kNoClearMode);
     }
-    if (is_exhausted()) return "the evaluations that a search may take are used up";
+    if (is_exhausted()) return "the evaluation limit is reached";
     if (best_.is_blocked) {
-      return "a jump of the likelihood, where the mode of the random effects of a group changes, "
-             "is "
-             "in the way";
+      return "the likelihood has a jump, because the conditional mode of a group changes";
     }
     return {};
   }

@@ -393,8 +393,8 @@ std::string confounding(const NonlinearModel& model,
   const std::string names = listed(model, confounded.coefficients);
   if (!names.empty() && is_identifiable(model)) {
     return fmt::format(
-        "Not converged: the search has run off to where the mean hardly depends on {}, although it "
-        "does elsewhere. Try the method focei, other start values or fewer random effects.",
+        "Not converged: the search diverged to values at which the mean hardly depends on {}. Use "
+        "the method focei, other start values or fewer random effects.",
         names);
   }
   if (confounded.coefficients.size() == 1) {
