@@ -272,7 +272,7 @@ TEST_CASE("only the wanted columns are kept, in the wanted order") {
   CHECK(read_csv_table(file.path(), {.columns = {"c", "a"}}).names() ==
         std::vector<std::string>{"c", "a"});
   CHECK_THROWS_WITH(read_csv_table(file.path(), {.columns = {"d"}}),
-                    Contains("no column 'd'; available: a, b, c"));
+                    Contains("unknown column 'd'; available: a, b, c"));
 }
 
 TEST_CASE("blanks around text are no part of it") {

@@ -29,10 +29,10 @@ std::vector<std::string> names_of(const std::vector<std::pair<std::string, JsonR
 TEST_CASE("complaints name the file and the way to the value") {
   const JsonReader json = of(R"({"species": [{}, {"dbh": {"sd": "wide"}}]})");
   CHECK_THROWS_WITH(json.at("species").items()[1].at("dbh").at("sd").number(),
-                    "a.json: species[1].dbh.sd: must be a number, is \"wide\"");
+                    "a.json: species[1].dbh.sd: must be a number, not \"wide\"");
   CHECK_THROWS_WITH(json.at("trees"), "a.json: the key \"trees\" is missing");
-  CHECK_THROWS_WITH(json.at("species").text(), "a.json: species: must be a text, is a list of 2");
-  CHECK_THROWS_WITH(json.items(), "a.json: must be a list, is an object");
+  CHECK_THROWS_WITH(json.at("species").text(), "a.json: species: must be a text, not a list of 2");
+  CHECK_THROWS_WITH(json.items(), "a.json: must be a list, not an object");
   CHECK_THROWS_AS(json.at("trees"), InputError);
 }
 
@@ -48,11 +48,11 @@ TEST_CASE("a text that is no JSON is refused with its line") {
 
 TEST_CASE("what people write is read strictly, what programs write may lack values") {
   const JsonReader json = of(R"({"text": "", "number": null, "count": 0, "list": [1, null]})");
-  CHECK_THROWS_WITH(json.at("text").text(), Contains("text: must be a text, is \"\""));
+  CHECK_THROWS_WITH(json.at("text").text(), Contains("text: must be a text, not \"\""));
   CHECK(json.at("text").any_text().empty());
-  CHECK_THROWS_WITH(json.at("number").number(), Contains("must be a number, is null"));
+  CHECK_THROWS_WITH(json.at("number").number(), Contains("must be a number, not null"));
   CHECK(std::isnan(json.at("number").number_or_missing()));
-  CHECK_THROWS_WITH(json.at("count").count(), Contains("must be a whole number above 0, is 0"));
+  CHECK_THROWS_WITH(json.at("count").count(), Contains("must be a whole number above 0, not 0"));
   CHECK(json.at("count").count_or_zero() == 0);
   CHECK_THROWS_WITH(json.at("list").numbers(), Contains("list[1]: must be a number"));
   CHECK(json.at("list").vector(2)[0] == 1.0);

@@ -48,7 +48,7 @@ TEST_CASE("U and T compare by dbh, height or crown width") {
   options.size = SizeMeasure::kHeight;
   CHECK(std::isnan(structural_units(without_height, options).U[0]));
   without_height.h_m.clear();
-  CHECK_THROWS_WITH(structural_units(without_height, options), Contains("compared by h"));
+  CHECK_THROWS_WITH(structural_units(without_height, options), Contains("compare trees by h"));
 }
 
 TEST_CASE("Hegyi adds ratios of diameters over distances, of neighbors or within a radius") {
@@ -112,7 +112,7 @@ TEST_CASE("CCF is the crown area of open-grown trees in percent of the area") {
   options.open_grown_crown = "";
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("--open-grown: CCF needs"));
   options.open_grown_crown = "1 + 0.2*d";
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("no column 'd'"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("unknown column 'd'"));
   options.open_grown_crown = "-dbh";
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("is -20 m for dbh 20 cm"));
 }
@@ -205,7 +205,7 @@ TEST_CASE("species may have limit angles of their own") {
   trees[0].species = "B";
   CHECK(structural_units(stand_of(trees), options).W[0] == 0.0);
   options.alpha0_deg_of_species = {{"Z", 90.0}};
-  CHECK_THROWS_WITH(structural_units(stand_of(trees), options), Contains("no species 'Z'"));
+  CHECK_THROWS_WITH(structural_units(stand_of(trees), options), Contains("unknown species 'Z'"));
   options.alpha0_deg_of_species = {{"A", 190.0}};
   CHECK_THROWS_WITH(structural_units(stand_of(trees), options), Contains("190 degrees"));
 }

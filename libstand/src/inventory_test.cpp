@@ -128,7 +128,8 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
   std::ostringstream csv;
   write_excluded(checked.excluded, csv);
   CHECK_THAT(csv.str(), Contains("line,plot,tree,column,value,reason\n"));
-  CHECK_THAT(csv.str(), Contains("3,1,2,dbh,twenty,'twenty' is not a number; a missing value is"));
+  CHECK_THAT(csv.str(),
+             Contains("3,1,2,dbh,twenty,'twenty' is not a number; leave missing values empty"));
   CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is not a number;"));
 }
 
@@ -386,9 +387,10 @@ TEST_CASE("a single odd value is a note") {
 }
 
 TEST_CASE("a file without what is needed is refused with the remedy") {
-  CHECK_THROWS_WITH(read_text("plot,girth\n1,20\n"),
-                    Contains("no column dbh (diameter at breast height in cm); name yours with "
-                             "--columns dbh=COLUMN; available: plot, girth"));
+  CHECK_THROWS_WITH(
+      read_text("plot,girth\n1,20\n"),
+      Contains("no column dbh (diameter at breast height in cm) was found; name it with "
+               "--columns dbh=COLUMN; available: plot, girth"));
   CHECK_THROWS_WITH(read_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
                     Contains("no column y"));
   CHECK_THROWS_WITH(read_text("dbh\n20\n", {.needs = {"hcb"}}), Contains("no column hcb"));
@@ -508,7 +510,7 @@ TEST_CASE("empty fields below a plot are filled down, or the option is named") {
   CHECK(filled.inventory.plot[2] == "A");
   CHECK(filled.inventory.species[2] == "SM");
   CHECK_FALSE(has_note(filled, "empty"));
-  CHECK_THROWS_WITH(read_text(text, {.fill_down = {"stand"}}), Contains("no column 'stand'"));
+  CHECK_THROWS_WITH(read_text(text, {.fill_down = {"stand"}}), Contains("unknown column 'stand'"));
 }
 
 TEST_CASE("codes stand for missing values where a number belongs") {
@@ -539,7 +541,7 @@ TEST_CASE("mappings are read, and refused where they make no sense") {
   }
   CHECK_THROWS_WITH(parse_column_mappings("h=a,h=b"), Contains("'h' is given twice"));
   CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("h=Height")),
-                    Contains("no column 'Height' for h=Height; available: dbh"));
+                    Contains("unknown column 'Height' in h=Height; available: dbh"));
   CHECK_THROWS_AS(read_text("dbh\n20\n", with_columns("h=dbh+")), silvafit::FormulaError);
   CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("plot=dbh/10")),
                     Contains("plot must be a column"));

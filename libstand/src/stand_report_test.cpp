@@ -46,7 +46,8 @@ TEST_CASE("crown cover is that of the trees with a crown width, and others are c
              Contains("2 of 4 trees have no crown width and are not included in the crown "
                       "cover, which is therefore too small"));
   stand.cw_m[1] = 3;
-  CHECK_THAT(notes_of(), Contains("1 of 4 trees has no crown width and is not in the crown cover"));
+  CHECK_THAT(notes_of(),
+             Contains("1 of 4 trees has no crown width and is not included in the crown cover"));
   stand.cw_m[3] = 3;
   CHECK_THAT(notes_of(), !Contains("crown cover"));
   // Where none is known, neither is the cover.
@@ -149,7 +150,7 @@ TEST_CASE("a stratum of one plot has no standard error, and a note says why") {
   options.stratum_areas_ha.clear();
   options.stratum = "plot";
   CHECK_THAT(notes_on_plots(),
-             Catch::Matchers::StartsWith("the strata 1, 2, 3 have each one plot"));
+             Catch::Matchers::StartsWith("the strata 1, 2, 3 each have only one plot"));
   options.stratum.clear();
   CHECK(notes_on_plots().empty());
 }
@@ -241,7 +242,8 @@ TEST_CASE("thickest trees without a height are said, by plot") {
   CHECK(first.dominant_height_m == 20.0);
   CHECK(first.dominant_trees == 2);
   CHECK(first.dominant_trees_without_height == 1);
-  CHECK_THAT(notes_in(report), Contains("mean of the others: 1 (1 of 2); silvafit impute"));
+  CHECK_THAT(notes_in(report),
+             Contains("mean of the others: 1 (1 of 2); to impute heights, use silvafit impute"));
   stand.h_m[0] = 22.0;
   CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
   stand.h_m.clear();

@@ -112,6 +112,6 @@ TEST_CASE("strata are estimated as Cochran's ratio, and summed by their areas") 
   CHECK_THROWS_WITH(stratum_figures(stand, areas, {"A", "A", "A", "B", "B"}, {{"A", 30.0}}),
                     Contains("no area for stratum 'B'"));
   CHECK_THROWS_WITH(stratum_figures(stand, areas, {"A", "A", "A", "B", "B"}, {{"C", 30.0}}),
-                    Contains("no stratum 'C'"));
+                    Contains("unknown stratum 'C'"));
   CHECK(std::isnan(stratum_figures(stand, {areas[0]}, {}, {})[0].stems.standard_error));
 }

@@ -224,7 +224,7 @@ TEST_CASE("stems at one place are neighbors without a direction") {
   CHECK(neighbors_of(stand, units, 9) == Ids{"1", "2", "3", "4"});
   CHECK(units.W[9] == 1.0);
   REQUIRE(units.notes.size() == 1);
-  CHECK_THAT(units.notes[0], Contains("9 trees have a neighbor at the same place"));
+  CHECK_THAT(units.notes[0], Contains("9 trees have a neighbor at the same position"));
 }
 
 TEST_CASE("too few neighbors, no species or no crown width leave what cannot be known missing") {
@@ -347,7 +347,7 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
   CHECK(structural_units(stand, options).core == std::vector<char>{1, 1, 1, 0});
 
   options.windows = {{"a", left}};
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("none for plot b"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("no window for plot b"));
   options.windows = {{std::nullopt, left}};
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("use --per stand"));
   options.scope = SearchScope::kStand;
@@ -375,7 +375,7 @@ TEST_CASE("plots that lie on each other in a stand are noted, with what to do") 
   options.scope = SearchScope::kStand;
   // By hulls, whatever the window of the stand is.
   CHECK_THAT(overlap_note(trees, options),
-             Contains("3 plots overlap, a and ") && Contains("use --per plot"));
+             Contains("3 plots overlap, for example a and ") && Contains("use --per plot"));
   options.windows = {{std::nullopt, Window::rectangle({0, 0}, {40, 10})}};
   CHECK_THAT(overlap_note(trees, options), Contains("3 plots overlap"));
   options.windows = {{kEveryPlot, Window::circle({5, 5}, 8)}};
@@ -385,7 +385,7 @@ TEST_CASE("plots that lie on each other in a stand are noted, with what to do") 
                      {"b", Window::rectangle({9, 0}, {19, 10})},
                      {"c", Window::rectangle({0, 10}, {10, 20})}};
   CHECK_THAT(overlap_note(trees, options),
-             Contains("2 plots overlap, a and b among them") && Contains("--per plot"));
+             Contains("2 plots overlap, for example a and b") && Contains("--per plot"));
   // Side by side, with corners that differ by a millimeter.
   options.windows[1] = {"b", Window::rectangle({9.999, 0}, {19, 10})};
   CHECK(overlap_note(trees, options).empty());

@@ -308,7 +308,7 @@ TEST_CASE("windows are read from CSV, polygons and circles") {
   CHECK(circles[0].window.distance_to_boundary_m({13, 24}) == Approx(0.0).margin(1e-12));
   CHECK(circles[1].plot == kEveryPlot);
   CHECK_THROWS_WITH(read_csv("plot,x,y,r\n1,0,0,5\n"), Contains("wkt, or x, y and radius"));
-  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,-5\n"), Contains(":2: a circle around"));
+  CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,-5\n"), Contains(":2: the circle around"));
   CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,zero,5\n"), Contains("'zero' is not a number"));
   CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,5\n1,9,9,5\n"),
                     Contains("already has a window"));

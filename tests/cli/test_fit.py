@@ -251,7 +251,7 @@ class Failures(ProgramTest):
         self.write("two.csv", "x,y\n1,2\n2,5\n")
         fit = self.run_json("fit", "two.csv", "--formula", "y ~ a + b*x + c*x^2", status=4)
         self.assertIs(fit["converged"], False)
-        self.assertIn("there are 2: measure more", fit["verdict"])
+        self.assertIn("there are 2. Use a model", fit["verdict"])
         self.assertIsNone(fit["log_likelihood"])
         self.assertIsNone(fit["fixed"]["a"]["estimate"])
 
@@ -283,12 +283,12 @@ class Failures(ProgramTest):
         cases = {
             ("--formula", "y ~ a + * x"): "column 9",
             ("--formula", "y ~ x"): "nothing to estimate",
-            ("--formula", "y ~ a*x", "--parameter", "q ~ 1"): "'q' is no parameter",
-            ("--formula", "y ~ a*x", "--random", "a + q | x"): "column 5: 'q' is no coefficient",
-            ("--formula", "y ~ a*x", "--method", "magic"): "there are ols, gnls, lb",
+            ("--formula", "y ~ a*x", "--parameter", "q ~ 1"): "unknown parameter 'q'",
+            ("--formula", "y ~ a*x", "--random", "a + q | x"): "column 5: unknown coefficient 'q'",
+            ("--formula", "y ~ a*x", "--method", "magic"): "available: ols, gnls, lb",
             ("--formula", "y ~ a*x", "--method", "laplace"): "needs random effects",
             ("--formula", "y ~ a*x", "--reml"): "available for lb and gnls only",
-            ("--formula", "y ~ a*x", "--fix", "q=1"): "'q' is no coefficient",
+            ("--formula", "y ~ a*x", "--fix", "q=1"): "unknown coefficient 'q'",
             ("--formula", "y ~ a*x", "--bound", "a=1"): "not a range such as 0:1",
             ("--formula", "y ~ a*x", "--method", "lb"): "needs random effects",
             ("--formula", "y ~ a*x", "--start", "a:3"): "not NAME=VALUE",

@@ -322,7 +322,7 @@ class Libraries(ProgramTest):
         self.assertIn("library.json: models[0].fit.sigma: must be a number", error)
         self.library["schema"] = "silvafit-library/2"
         error = self.predict("species,dbh\nSM,20\n", status=3)
-        self.assertIn("library.json: schema: silvafit-library/2 is from a newer silvafit", error)
+        self.assertIn("library.json: schema: silvafit-library/2 was written by a newer version of silvafit", error)
 
     def with_crowding(self):
         """Heights of two species by models with and without C, and crown widths of one that need C."""

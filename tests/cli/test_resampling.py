@@ -52,7 +52,7 @@ class Bootstrap(ProgramTest):
             return json.loads(self.run_program(*cases, *more).stdout)["bootstrap"]["parameters"]
         self.assertEqual(figures("--group", "plot"), figures())
         error = self.run_program(*cases, "--group", "nosuch", status=2).stderr
-        self.assertIn("no column 'nosuch'", error)
+        self.assertIn("unknown column 'nosuch'", error)
         error = self.run_program(*cases, "--group", "dbh", status=2).stderr
         self.assertIn("name a coarser grouping", error)
         error = self.run_program(*MIXED, "--bootstrap", "10", "--group", "plot", status=2).stderr

@@ -34,7 +34,7 @@ class UsualColumns(ProgramTest):
     def test_names_in_a_formula_are_those_of_the_file(self):
         self.run_program("fit", "usual.csv", "--formula", "Height ~ a + b*DBH_cm")
         error = self.run_program("fit", "usual.csv", "--formula", "h ~ a + b*DBH_cm", status=3).stderr
-        self.assertIn("no column 'h'", error)
+        self.assertIn("unknown column 'h'", error)
 
     def test_predictions_and_calibration(self):
         fit = self.run_program("fit", "ours.csv", "--model", "M4", "--random", "a | plot", "--json").stdout

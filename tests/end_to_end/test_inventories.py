@@ -118,7 +118,7 @@ class Inventories(ProgramTest):
         notes = " ".join(folder.report["notes"])
         self.assertIn("no tree positions", notes)
         self.assertIn("no tree positions", self.done.stderr)
-        self.assertIn("no cw", notes)
+        self.assertIn("no column cw", notes)
         decisions = {option["name"]: option["value"] for option in folder.report["options"]}
         self.assertIn("left out", decisions["Level 2"])
         self.assert_report_opens()

@@ -130,7 +130,7 @@ TEST_CASE("impossible constraints are refused") {
   CHECK_THROWS_WITH(fit_model(model, table, {.fixed = {{"q", 1.0}}}),
                     Contains("unknown coefficient"));
   CHECK_THROWS_WITH(fit_model(model, table, {.fixed = {{"a", 1.0}, {"a:z", 1.0}, {"b", 1.0}}}),
-                    Contains("nothing to estimate"));
+                    Contains("at least one must be estimated"));
   CHECK_THROWS_WITH(fit_model(model, table, {.bounds = {{"b", {2.0, 1.0}}}}),
                     Contains("must be below its upper bound"));
   CHECK_THROWS_WITH(fit_model(model, table, {.fixed = {{"b", 1.0}}, .bounds = {{"b", {0.0, 1.0}}}}),

@@ -121,7 +121,7 @@ TEST_CASE("groups of the same column with other labels, or without, are not know
   smaller.group_labels.back() = "elsewhere";
   CHECK_THAT(nesting(larger, smaller).reason, Contains("the groups may differ"));
   smaller.group_labels.clear();
-  CHECK_THAT(nesting(larger, smaller).reason, Contains("does not name its groups by stand"));
+  CHECK_THAT(nesting(larger, smaller).reason, Contains("does not store its groups by stand"));
 }
 
 TEST_CASE("a column that is another one in the other fit makes no special case") {
@@ -210,7 +210,7 @@ TEST_CASE("a held coefficient is a special case of one that is estimated or held
   CHECK(nesting(free, at_nine).regular == 1);
   CHECK(nesting(at_nine_more, at_nine).regular == 1);
 
-  CHECK_THAT(nesting(at_nine_more, free).reason, Contains("holds a at 9"));
+  CHECK_THAT(nesting(at_nine_more, free).reason, Contains("fixes a at 9"));
   CHECK_THROWS_AS(likelihood_ratio_test(at_nine_more, free), UsageError);
   CHECK_THAT(nesting(at_eight_more, at_nine).reason,
              Contains("fixes a at 8; the smaller model has 9"));
@@ -247,7 +247,7 @@ TEST_CASE("a held exponent is no special case of a constant variance, nor contai
     return fitted_case(table, {.sub_models = std::move(more), .variance = variance});
   };
   const FittedModel held = with("stratum(stand) * power(x, delta = 0.5)");
-  CHECK_THAT(nesting(held, none).reason, Contains("holds the exponent of power(x, delta = 0.5)"));
+  CHECK_THAT(nesting(held, none).reason, Contains("fixes the exponent of power(x, delta = 0.5)"));
   CHECK_THROWS_AS(likelihood_ratio_test(held, none), UsageError);
   CHECK_FALSE(nesting(with("stratum(stand) * exponential(x, delta = 0.1)"), none).is_nested);
   // With delta estimated, delta = 0 is the constant; a power held at 0 is nothing but one.

@@ -262,7 +262,7 @@ TEST_CASE("a bootstrap refuses what it cannot do") {
   FittedModel fit = one_way_fit(table);
   CHECK_THROWS_AS(bootstrap(fit, table, {.replicates = 1}), UsageError);
   CHECK_THROWS_AS(bootstrap(fit, table, {.level = 1.0}), UsageError);
-  CHECK_THROWS_WITH(parse_resample("residuals"), Contains("there are parametric, cases"));
+  CHECK_THROWS_WITH(parse_resample("residuals"), Contains("available: parametric, cases"));
   fit.convergence.converged = false;
   CHECK_THROWS_WITH(bootstrap(fit, table), Contains("has not converged"));
 }

@@ -305,7 +305,7 @@ TEST_CASE("a wrong entry is refused with its file and key") {
   std::string message;
   SECTION("a misspelled name in the formula") {
     entry["formula"] = "h ~ 1.3 + a*(1 - exp(-b*dhb))";
-    message = "formula: 'dhb' is not known here";
+    message = "formula: unknown 'dhb'";
   }
   SECTION("a formula that cannot be read") {
     entry["formula"] = "h ~ 1.3 + a*(1 - exp(-b*dbh)";
@@ -321,11 +321,11 @@ TEST_CASE("a wrong entry is refused with its file and key") {
   }
   SECTION("a start rule with an unknown summary") {
     entry["parameters"][1]["start"] = "1/average_dbh";
-    message = "parameters[1].start: 'average_dbh' is not known here";
+    message = "parameters[1].start: unknown 'average_dbh'";
   }
   SECTION("a key that is not known") {
     entry["parametres"] = 1;
-    message = "the key \"parametres\" is not known here";
+    message = "unknown key \"parametres\"";
   }
   SECTION("a missing key") {
     entry.erase("source");

@@ -88,14 +88,15 @@ TEST_CASE("what is no library is refused with file and key") {
     const test::ScratchFile file(text, ".json");
     return read_library(file.path());
   };
-  CHECK_THROWS_WITH(read("{\"schema\": \"silvafit-library/9\"}"),
-                    Contains(".json: schema: silvafit-library/9 is from a newer silvafit"));
+  CHECK_THROWS_WITH(
+      read("{\"schema\": \"silvafit-library/9\"}"),
+      Contains(".json: schema: silvafit-library/9 was written by a newer version of silvafit"));
   CHECK_THROWS_WITH(read("{\"schema\": \"else\"}"), Contains("schema: must be"));
   CHECK_THROWS_WITH(read("{}"), Contains("\"schema\" is missing"));
   std::string text = to_json(library());
   const std::size_t place = text.find("\"response\": \"h\"");
   text.replace(place, 15, "\"response\": \"q\"");
-  CHECK_THROWS_WITH(read(text), Contains("models[0].response: is not the left side"));
+  CHECK_THROWS_WITH(read(text), Contains("models[0].response: is not the left-hand side"));
   for (const char* trees : {"1e77", "-1", "0.5", "null"}) {
     CHECK_THROWS_WITH(
         read(fmt::format(

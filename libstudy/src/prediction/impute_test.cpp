@@ -328,8 +328,9 @@ TEST_CASE("imputation says what it lacks") {
   data::Table table = inventory();
   CHECK_THROWS_WITH(impute(table, catalogue(), {.response = "volume"}),
                     Contains("unknown column 'volume'"));
-  CHECK_THROWS_WITH(impute(table, catalogue(), {.by = "kind"}), Contains("no column 'kind'"));
-  CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "dbh ~ p + q*h"}), Contains("not of h"));
+  CHECK_THROWS_WITH(impute(table, catalogue(), {.by = "kind"}), Contains("unknown column 'kind'"));
+  CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "dbh ~ p + q*h"}),
+                    Contains("not for h"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "h ~ p + q*dbh", .models = {"M1"}}),
                     Contains("either --formula or --model"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "h ~ p + q*species"}),

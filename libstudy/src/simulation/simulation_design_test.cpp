@@ -23,8 +23,9 @@ TEST_CASE("designs that cannot be drawn are refused with the reason") {
   SECTION("too few trees for neighbors") {
     design["species"][0]["density"] = 12;
     design["neighbors"] = {{"count", 4}, {"within", "plot"}};
-    CHECK_THROWS_WITH(stand_of(design),
-                      Catch::Contains("neighbors.count") && Catch::Contains("too few"));
+    CHECK_THROWS_WITH(
+        stand_of(design),
+        Catch::Contains("neighbors.count") && Catch::Contains("at least 4 neighbors"));
   }
   SECTION("a mean that is not finite") {
     design["species"][0]["h"]["formula"] = "h ~ a + b*log(5 - dbh)";
@@ -39,36 +40,34 @@ TEST_CASE("a wrong key or value of a design is named") {
     const char* message;
   };
   const Mistake mistakes[] = {
-      {"/plots/grid/rows", "0", "plots.grid.rows: must be a whole number above 0, is 0"},
+      {"/plots/grid/rows", "0", "plots.grid.rows: must be a whole number above 0, not 0"},
       {"/plots/grid/width", "-3", "plots.grid.width: must be above 0"},
       {"/plots",
        R"([{"id":"1","x0":0,"y0":0,"x1":9,"y1":9},{"id":"2","x0":5,"y0":0,"x1":9,"y1":9}])",
        "plots: the plots 1 and 2 overlap"},
       {"/plots", R"([{"id":"1","x0":9,"y0":0,"x1":0,"y1":9}])", "plots[0]: x0 must be below x1"},
       {"/schema", R"("silvafit-design/9")", "schema: must be one of silvafit-design/1"},
-      {"/specie", "1", "the key \"specie\" is not known here"},
-      {"/species/0/code", "7", "species[0].code: must be a text, is 7"},
-      {"/species/0/density", "\"many\"", "species[0].density: must be a number, is \"many\""},
+      {"/specie", "1", "unknown key \"specie\""},
+      {"/species/0/code", "7", "species[0].code: must be a text, not 7"},
+      {"/species/0/density", "\"many\"", "species[0].density: must be a number, not \"many\""},
       {"/species/0/density", "1e12", "species: the densities give 1e+12 trees on 1 ha"},
       {"/plots/grid/rows", "1000000000", "plots.grid: 2 columns and 1000000000 rows are more"},
       {"/species/0/dbh/mean", "4", "species[0].dbh.mean: must be above the minimum of 5 cm"},
-      {"/species/0/dbh/plot_log_sd", "2", "species[0].dbh.plot_log_sd: the plots alone"},
+      {"/species/0/dbh/plot_log_sd", "2", "species[0].dbh.plot_log_sd: the spread between plots"},
       {"/species/0/h/formula", R"("h ~ a + b*D")", "species[0].h"},
       {"/species/0/h/formula", R"("h ~ a + (b*dbh")", "species[0].h.formula: column"},
       {"/species/0/h/formula", R"("cw ~ a + b*dbh")", "species[0].h.formula: must begin with h ~"},
-      {"/species/0/h/formula",
-       R"("h ~ a + b*dbh + C")",
-       "'C' can enter by a parameter's sub-model"},
+      {"/species/0/h/formula", R"("h ~ a + b*dbh + C")", "'C' can be used only in a sub-model"},
       {"/species/0/h/parameters",
        R"(["b ~ 1 + X"])",
-       "species[0].h.parameters[0]: 'X' is no covariate"},
+       "species[0].h.parameters[0]: unknown covariate 'X'"},
       {"/species/0/h/parameters",
        R"(["q ~ 1 + C"])",
-       "species[0].h.parameters[0]: 'q' is no parameter"},
+       "species[0].h.parameters[0]: unknown parameter 'q'"},
       {"/species/0/h/parameters", R"(["b ~ 1 + C"])", "species[0].h.fixed: must give a, b, b:C"},
       {"/species/0/h/random",
        R"({"effects": ["c"], "variance": [1]})",
-       "species[0].h.random.effects: 'c' is no coefficient"},
+       "species[0].h.random.effects: unknown coefficient 'c'"},
       {"/species/0/h/random",
        R"({"effects": ["a"], "variance": [1, 2]})",
        "species[0].h.random.variance: must have 1 number"},

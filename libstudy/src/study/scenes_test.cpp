@@ -142,13 +142,13 @@ TEST_CASE("scenes need models of all responses, a DBH and possible trees") {
   // At the limit of no diameter, the height is breast height.
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"SM"}, .dbh_cm = {{"SM", 1e-300}}}),
                     Contains("not a possible tree"));
-  CHECK_THROWS_WITH(scenes_of(library, {.dbh_cm = {{"XX", 20.0}}}), Contains("no models of XX"));
+  CHECK_THROWS_WITH(scenes_of(library, {.dbh_cm = {{"XX", 20.0}}}), Contains("no models for XX"));
   CHECK_THROWS_WITH(scenes_of({}), Contains("no models with the role nlme"));
   library.inventory.commonest_dbh_cm.clear();
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"SM"}}), Contains("SM=20"));
   std::erase_if(library.models, [](const LibraryModel& model) { return model.response == "cw"; });
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"SM"}, .dbh_cm = {{"SM", 20.0}}}),
-                    Contains("no model of cw"));
+                    Contains("no model for cw"));
 }
 
 TEST_CASE("the commonest DBH is where diameters are densest") {

@@ -98,7 +98,7 @@ TEST_CASE("the configuration to start from reads back as a study's defaults") {
   CHECK_THAT(text, Contains("SM (240)"));
   CHECK_THAT(text, Contains("\"M4\",  // Meyer: h ~ 1.3 + a*(1 - exp(-b*dbh))"));
   const StudyConfiguration configuration = read(text);
-  CHECK(configuration.mentioned.size() == 29);
+  CHECK(configuration.mentioned.size() == 33);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
   CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has nothing else
@@ -136,7 +136,7 @@ TEST_CASE("candidates of another response are refused") {
   const data::Table table = test::stand({});
   StudyOptions options{.responses = {"h"}};
   options.candidates["h"] = {"M22"};
-  CHECK_THROWS_WITH(run_study(table, test::catalogue(), options), Contains("no model of h"));
+  CHECK_THROWS_WITH(run_study(table, test::catalogue(), options), Contains("no model for h"));
   options.candidates.clear();
   options.responses = {"volume"};
   CHECK_THROWS_WITH(run_study(table, test::catalogue(), options), Contains("study.json"));

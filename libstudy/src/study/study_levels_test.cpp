@@ -331,7 +331,7 @@ TEST_CASE("a model less likely than one that it contains has an objection") {
   CHECK(objection_to_likelihood(with_covariate, smaller).empty());
   with_covariate.log_likelihood = power.log_likelihood - 1.0;
   CHECK_THAT(objection_to_likelihood(with_covariate, smaller),
-             Catch::Matchers::Contains("lies below that of the model without W"));
+             Catch::Matchers::Contains("is lower than that of the model without W"));
   // The other way round nothing is contained.
   CHECK(objection_to_likelihood(power, {{.name = "with W", .fit = &with_covariate}}).empty());
 }

@@ -182,7 +182,7 @@ TEST_CASE("species and responses that are not there are usage errors that say wh
   options.responses = {"h", "cw"};
   const Study study = run_study(test::stand({}), test::catalogue(), options);
   CHECK(study.results.size() == 1);
-  CHECK(any_contains(study.notes, "no cw"));
+  CHECK(any_contains(study.notes, "no column cw"));
 }
 
 TEST_CASE("progress counts every fit of every stage once") {
@@ -226,7 +226,7 @@ TEST_CASE("of very many trees candidates are compared on some, and chosen models
   options.compared_trees = 480;
   const Study study = study_of(table, options);
   const ResponseStudy& result = study.results.front();
-  CHECK(any_contains(result.notes, "compared on 480 of the 720 trees"));
+  CHECK(any_contains(result.notes, "a representative sample of 480 of the 720 trees"));
   CHECK(result.base.front().fit.observations == 480);
   CHECK(result.random.front().fit.observations == 480);
   REQUIRE(result.nlme);

@@ -160,5 +160,5 @@ TEST_CASE("a plot that is not there is refused with those that are") {
     csv += std::to_string(plot) + ",1,20,15,5,3\n";
   }
   CHECK_THROWS_WITH(read_morphologies(table_of(csv), {.plots = {"Z"}}),
-                    Contains("the plots are 01, 2, 3, 4, 5, 6, 7, 8, 9, 10 and 2 more"));
+                    Contains("available: 01, 2, 3, 4, 5, 6, 7, 8, 9, 10 and 2 more"));
 }
