@@ -292,8 +292,8 @@ class Failures(ProgramTest):
             ("--formula", "y ~ a*x", "--bound", "a=1"): "not a range such as 0:1",
             ("--formula", "y ~ a*x", "--method", "lb"): "needs random effects",
             ("--formula", "y ~ a*x", "--start", "a:3"): "not NAME=VALUE",
-            ("--formula", "y ~ a*x", "--variance", "cubic"): "no variance function",
-            ("--model", "M99"): "no model M99",
+            ("--formula", "y ~ a*x", "--variance", "cubic"): "unknown variance function",
+            ("--model", "M99"): "unknown model M99",
             (): "either --formula or --model",
         }
         for arguments, message in cases.items():

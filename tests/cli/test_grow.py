@@ -270,7 +270,7 @@ class Grow(ProgramTest):
         done = self.run_program("grow", "in.csv", "--plot", "Z", "--out", "d", status=3)
         self.assertIn("in.csv: no trees in plot Z; the only plot is 01\n", done.stderr)
         done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--out", "d", status=2)
-        self.assertIn("remove one of the two", done.stderr)
+        self.assertIn("use one of the two", done.stderr)
 
     def test_plots_whose_names_have_commas(self):
         text = "plot,tree,species,dbh,h,hcb,cw\n\"B, north\",1,SM,20,15,5,3\nC,2,SM,20,15,5,3\n\"D, \"\"old\"\"\",3,SM,20,15,5,3\n"

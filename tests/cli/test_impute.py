@@ -102,7 +102,7 @@ class Impute(ProgramTest):
         self.write("other.csv", self.text.replace("plot", "place", 1))
         done = self.run_program("impute", "other.csv")
         self.assertIn("note: there is no column 'plot'", done.stderr)
-        self.assertIn("85 with the population's curve", done.stderr)
+        self.assertIn("85 with the population curve", done.stderr)
         lines = self.text.splitlines()
         one = [line for line in lines[1:] if line.split(",")[0] == lines[1].split(",")[0]]
         self.write("one.csv", "\n".join([lines[0], *one]) + "\n")
@@ -125,7 +125,7 @@ class Impute(ProgramTest):
         done = self.run_program("impute", "nested.csv", "--formula", "h ~ a + b*dbh",
                                 "--random", "a | stand/plot", "--variance", "none")
         self.assertIn("random a | stand; a | plot", done.stderr)
-        self.assertIn("6 with their stand, 24 with the population's curve", done.stderr)
+        self.assertIn("6 with their stand, 24 with the population curve", done.stderr)
         for row in self.rows(done.stdout):
             if row["h_source"] == "measured":
                 continue

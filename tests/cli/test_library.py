@@ -114,7 +114,7 @@ class Libraries(ProgramTest):
         fit = self.run_json("fit", "stand.csv", "--formula", FORMULA, "--random", "a | plot")
         self.write("fit.json", json.dumps(fit))
         error = self.run_program("library", "scenes", "fit.json", "--dbh", "=20", status=2).stderr
-        self.assertIn("no model of hcb", error)
+        self.assertIn("no model for hcb", error)
 
     def test_a_published_library_predicts_without_a_fit(self):
         self.write("new.csv", "tree,species,dbh,C,M,U\n1,SM,25.9,0.5,0,0.25\n2,XX,10,0,0,0\n")

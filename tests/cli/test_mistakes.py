@@ -51,7 +51,7 @@ class Commands(ProgramTest):
         self.assertIn("unknown option --parametr; did you mean --parameter?", error)
         error = self.error("fit", "trees.csv", "--model", "M4", "--xyzzy")
         self.assertIn("unknown option --xyzzy; silvafit fit --help lists the options", error)
-        self.assertIn("'more.csv' is one word too many", self.error("fit", "trees.csv", "more.csv", "--model", "M4"))
+        self.assertIn("unexpected argument 'more.csv'", self.error("fit", "trees.csv", "more.csv", "--model", "M4"))
 
     def test_every_command_prints_the_version(self):
         version = self.run_program("--version").stdout
@@ -128,8 +128,8 @@ class Columns(ProgramTest):
         with self.subTest(arguments):
             error = self.run_program(*arguments, status=3).stderr
             self.assertIn(file, error)
-            self.assertRegex(error, f"unknown column '?{column}")
-            self.assertIn("the columns are plot, ", error)
+            self.assertRegex(error, f"(unknown|no) column '?{column}")
+            self.assertIn("available: plot, ", error)
 
     def test_of_fits(self):
         fit = ("fit", "trees.csv", "--model", "M4")
@@ -226,7 +226,7 @@ class Notes(ProgramTest):
     def test_missing_values_are_explained(self):
         self.write("trees.csv", "plot,tree,species,x,y,dbh\n1,1,SM,0,0,n.v.\n1,2,SM,1,1,20\n1,3,SM,2,0,-\n1,4,SM,3,1,22\n")
         error = self.run_program("indices", "trees.csv", "--out", "i.csv", "--neighbors", "1").stderr
-        self.assertIn("'n.v.' is not a number; a missing value is an empty field or NA", error)
+        self.assertIn("'n.v.' is not a number; leave missing values empty or write NA", error)
         self.assertIn("dbh: is missing, and no tree can be used without it", error)
         self.assertIn("note: codes read as missing values: dbh 1 (-)", error)
 

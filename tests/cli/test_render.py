@@ -85,7 +85,7 @@ class Pictures(ProgramTest):
     def test_other_files_are_told_what_can_be_drawn(self):
         self.run_program("grow", "trees.csv", "--scene", "s.obj", "--quiet")
         for name in ("s.obj", "trees.csv"):
-            self.assertIn(f"{name}: is neither GLB nor glTF",
+            self.assertIn(f"{name}: not a GLB or glTF scene",
                           self.render(name, "--out", "x.png", status=3).stderr)
 
     def test_what_cannot_be_drawn_is_refused(self):

@@ -191,7 +191,7 @@ class Sheets(ProgramTest):
         dead = {(row["plot"], row["tree"]) for row in rows if int(row["tree"]) in (7, 9)}
         self.assertEqual(len(dead), 8)
         self.assertTrue(all(row["core"] == "0" for row in rows if (row["plot"], row["tree"]) in dead))
-        self.assertIn("the dead ones are neighbors only, the others are left out", said)
+        self.assertIn("dead trees are neighbors only, the others are skipped", said)
         self.assert_same_units("status.csv", "--dead", "include")
         plots = {name: self.run_json("stand", "status.csv", "--plot-area", "400", "--dead", name)["all"]["stems_per_ha"]
                  for name in ("leave-out", "neighbors", "include")}

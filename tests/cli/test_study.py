@@ -30,12 +30,12 @@ class ProgramWithoutPages(ProgramTest):
         # The inventory is not there, which would be said first if it were read.
         status, error = self.run_without_pages("study", "none.csv", "--out", "out")
         self.assertEqual(status, 3)
-        self.assertIn("viewer/report.html: the page to fill is not here", error)
+        self.assertIn("viewer/report.html: the page template was not found", error)
         self.assertIn("-DSILVAFIT_BUILD_VIEWER=ON", error)
         self.assertFalse((self.folder / "out").exists())
         status, error = self.run_without_pages("view", "none.csv", "--no-open")
         self.assertEqual(status, 3)
-        self.assertIn("viewer/scene.html: the page to fill is not here", error)
+        self.assertIn("viewer/scene.html: the page template was not found", error)
 
     def test_settings_to_start_from_need_no_page(self):
         self.assertEqual(self.run_without_pages("study", "trees.csv", "--init", "study.json")[0], 0)
@@ -139,7 +139,7 @@ class CoreTrees(ProgramTest):
         rows = [f"1,{7 * x + y},SM,{x},{y},20" for x in range(7) for y in range(7)]
         self.write("grid.csv", "\n".join(["plot,tree,species,x,y,dbh", *rows]) + "\n")
         indices = ("indices", "grid.csv", "--out", "i.csv")
-        note = "9 of 49 trees are core trees; 40 are near the edge or have no structural unit"
+        note = "9 of 49 trees are core trees; 40 are near the boundary or have no structural unit"
         self.assertIn(f"note: {note}\n", self.run_program(*indices, "--buffer", "2").stderr)
         self.assertNotIn("core trees", self.run_program(*indices, "--edge", "none").stderr)
 

@@ -64,7 +64,7 @@ class Pages(ViewTest):
     def test_columns_are_spelled_as_in_the_header_or_usual(self):
         self.write("other.csv", TREES.replace("x,y,dbh,h,hcb", "x_m,y_m,BHD [cm],height,crown base"))
         done = self.view("other.csv", "--columns", "dbh=BHD [cm],hcb=crown base")
-        self.assertIn("note: h is read from column height\n", done.stderr)
+        self.assertIn("note: x is read from column x_m, y from y_m, h from height\n", done.stderr)
         trees = self.data("other.html")["trees"]
         self.assertEqual((trees["dbh"], trees["hcb"]), ([25.9, 18.0, 18.0], [7.5, 4.0, 4.0]))
         self.assertIn("given twice",

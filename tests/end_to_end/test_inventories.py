@@ -61,8 +61,8 @@ class Inventories(ProgramTest):
         self.assertEqual(len(folder.predictions), len(rows) - 4)
         self.assertEqual(folder.report["inventory"]["excluded"], 4)
         self.assertEqual(folder.report["inventory"]["trees"], len(rows))
-        self.assertIn("4 of 240 rows left out", self.done.stderr)
-        self.assertNotIn("left out", self.done.stdout)
+        self.assertIn("4 of 240 rows skipped", self.done.stderr)
+        self.assertNotIn("skipped", self.done.stdout)
 
     def test_names_that_look_like_markup_stay_names(self):
         name = "<script>alert('x')</script> & \"b\""
@@ -105,7 +105,7 @@ class Inventories(ProgramTest):
         self.assertNotIn("h_conditional", folder.predictions[0])
         result = folder.report["results"][0]
         self.assertTrue(result["converged"])
-        self.assertIn("one plot: level 3 was left out", result["verdict"])
+        self.assertIn("one plot: level 3 was skipped", result["verdict"])
         self.assertEqual(result["gain"], {"population": None, "conditional": None})
         self.assert_report_opens()
 
@@ -120,7 +120,7 @@ class Inventories(ProgramTest):
         self.assertIn("no tree positions", self.done.stderr)
         self.assertIn("no column cw", notes)
         decisions = {option["name"]: option["value"] for option in folder.report["options"]}
-        self.assertIn("left out", decisions["Level 2"])
+        self.assertIn("skipped", decisions["Level 2"])
         self.assert_report_opens()
 
     def test_species_with_few_trees_are_noted(self):

@@ -40,7 +40,8 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
       random_(std::move(random)),
       r_(static_cast<Index>(random_.size())) {
   store_indicators();
-  if (indicators_.cols() > 0) {
+  // A quantity by one stratum, its reference, has a column of zeros without indicators.
+  if (std::ranges::any_of(variance.quantities(), [](const auto& one) { return one.strata >= 0; })) {
     quantity_rows_.resize(model.observations(), static_cast<Index>(variance.quantities().size()));
   }
   const ObservationTerms terms = observation_terms(model, variance, curvature, random_);
