@@ -119,7 +119,7 @@ class Indices(ProgramTest):
         for options, word in ((["--further", "Q"], "not one of CO, T"),
                               (["--circle", "1,2"], "X,Y,RADIUS"),
                               (["--alpha", "x"], "an angle in degrees"),
-                              (["--alpha", "72,OAK=60"], "no species 'OAK'"),
+                              (["--alpha", "72,OAK=60"], "unknown species 'OAK'"),
                               (["--further", "CCF"], "--open-grown")):
             done = self.run_program("indices", "inventory.csv", *options, status=2)
             self.assertIn(word, done.stderr)
@@ -227,7 +227,7 @@ class Covariates(ProgramTest):
         done = self.run_program(*study, "--covariates", "M,h", status=2)
         self.assertIn("'h' is a response and cannot be its own covariate", done.stderr)
         done = self.run_program(*study, "--group", "dbh", status=2)
-        self.assertIn("read 'dbh' as a number", done.stderr)
+        self.assertIn("use 'dbh' as a number", done.stderr)
 
     def test_a_study_takes_further_indices(self):
         self.write("inventory.csv", inventory(plots=("1", "2", "3", "4", "5"), trees=120))

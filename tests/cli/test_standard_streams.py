@@ -29,7 +29,7 @@ class StandardStreams(ProgramTest):
         self.write("stand.csv", "plot,tree,species,x,y,dbh\n" + "".join(
             f"1,{i},SM,{3 * (i % 5)},{3 * (i // 5)},{10 + i}\n" for i in range(25)) + "1,26,SM,1,1,-5\n")
         arguments = ["indices", "stand.csv", "--edge", "none"]
-        self.assertIn("1 of 26 rows left out", self.run_program(*arguments, "--out", "whole.csv").stderr)
+        self.assertIn("1 of 26 rows skipped", self.run_program(*arguments, "--out", "whole.csv").stderr)
         self.assertEqual(self.status(with_closed(2), *arguments, "--out", "other.csv"), 0)
         self.assertEqual((self.folder / "other.csv").read_bytes(), (self.folder / "whole.csv").read_bytes())
 

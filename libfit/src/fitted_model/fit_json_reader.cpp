@@ -154,7 +154,7 @@ RandomLevel read_random_level(const JsonReader& json, const std::vector<std::str
   }
   for (const JsonReader& effect : json.at("effects").items()) {
     if (std::ranges::find(known, effect.text()) == known.end()) {
-      effect.fail(fmt::format("'{}' is no coefficient of the model", effect.text()));
+      effect.fail(fmt::format("unknown coefficient '{}'", effect.text()));
     }
   }
   const std::vector<std::string>& names = level.effects.coefficients;

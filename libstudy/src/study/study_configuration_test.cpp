@@ -136,7 +136,7 @@ TEST_CASE("candidates of another response are refused") {
   const data::Table table = test::stand({});
   StudyOptions options{.responses = {"h"}};
   options.candidates["h"] = {"M22"};
-  CHECK_THROWS_WITH(run_study(table, test::catalogue(), options), Contains("no model for h"));
+  CHECK_THROWS_WITH(run_study(table, test::catalogue(), options), Contains("not a model for h"));
   options.candidates.clear();
   options.responses = {"volume"};
   CHECK_THROWS_WITH(run_study(table, test::catalogue(), options), Contains("study.json"));
