@@ -356,7 +356,8 @@ TEST_CASE("a hostile grammar ends in an error, soon") {
   for (int i = 0; i < 20000; ++i) still += "A(1)";
   CHECK(contains(mistake_in_step(still + "\nA(x) -> A(sin(x))", 1000, {.seconds = 0.2}),
                  "takes longer than 0.2 seconds"));
-  CHECK(contains(mistake("axiom: " + std::string(8'000'000, 'F')), "the limit for a grammar is 1048576"));
+  CHECK(contains(mistake("axiom: " + std::string(8'000'000, 'F')),
+                 "the limit for a grammar is 1048576"));
   CHECK(contains(mistake("axiom: F(" + std::string(500'000, '(') + "1"), "too deeply"));
   CHECK(contains(mistake("axiom: F(" + std::string(500'000, '-') + "1)"), "too deeply"));
   CHECK(contains(mistake("axiom: " + std::string(500'000, '[')), "too deeply"));
