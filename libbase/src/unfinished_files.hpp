@@ -27,14 +27,14 @@ class UnfinishedFiles {
     std::filesystem::path path{};
   };
 
-  /// Makes the file `TARGET.XXXXXX.part` beside its target, with six random letters.
+  /// Makes a file beside its target, named after it with six random letters and `.part`.
   /// \param mode  its permissions, less those that the process takes away (umask)
   Opened make_file(const std::filesystem::path& target, mode_t mode);
   /// Makes a file beside another one that has no name, so that it is gone when it is closed.
   /// \return its descriptor; -1: none could be made, for the reason in errno
   int make_nameless_file(const std::filesystem::path& beside);
   /// Makes a folder whose name ends in six random letters, for temporary files.
-  /// \param pattern  path that ends in XXXXXX
+  /// \param pattern  path that ends in six letters X, which the random ones replace (mkdtemp)
   /// \return its path; empty if none could be made, with the reason in errno
   std::filesystem::path make_temporary_folder(std::string pattern);
   /// Makes a folder and those above it that are missing.

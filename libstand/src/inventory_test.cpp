@@ -5,41 +5,15 @@
 #include <cmath>
 #include <sstream>
 
+#include "inventory_test_support.hpp"
 #include "reference.hpp"
-#include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
 
 using namespace silvafit::stand;
 using Catch::Matchers::Contains;
 using silvafit::InputError;
-using silvafit::test::ScratchFile;
 
 namespace {
-
-CheckedInventory read_text(const std::string& text, const InventoryOptions& options = {}) {
-  const ScratchFile file(text);
-  return read_inventory(file.path(), options);
-}
-
-/// `line column: reason` of each problem.
-std::vector<std::string> problems(const CheckedInventory& checked) {
-  std::vector<std::string> texts;
-  for (const ExcludedRow& row : checked.excluded) {
-    texts.push_back(std::to_string(row.line) + " " + row.column + ": " + row.reason);
-  }
-  return texts;
-}
-
-InventoryOptions with_columns(const std::string& text) {
-  return {.columns = parse_column_mappings(text)};
-}
-
-bool has_note(const CheckedInventory& checked, const std::string& text) {
-  for (const std::string& note : checked.notes) {
-    if (note.find(text) != std::string::npos) return true;
-  }
-  return false;
-}
 
 /// Twelve trees that differ in nothing but a factor on one column.
 std::string stand_with(const std::string& column, double factor) {
@@ -60,7 +34,7 @@ std::string stand_with(const std::string& column, double factor) {
 }  // namespace
 
 TEST_CASE("an inventory is read with its places in the file") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh,h,hcb,cw,note\n"
       "07,31,SM,1.5,2,20.4,18.5,9,4.2,leaning\n"
       "\n"
@@ -82,7 +56,7 @@ TEST_CASE("an inventory is read with its places in the file") {
 }
 
 TEST_CASE("every problem of every row is found, and none of the rows is used") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh,h,hcb,cw\n"
       "1,1,SM,0,0,20,15,7,4\n"
       "1,2,SM,0,1,twenty,15,7,4\n"
@@ -134,13 +108,13 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
 }
 
 TEST_CASE("without a need for coordinates trees without them are used") {
-  const CheckedInventory checked = read_text("plot,tree,species,x,y,dbh\n1,1,SM,,,20\n");
+  const CheckedInventory checked = read_inventory_text("plot,tree,species,x,y,dbh\n1,1,SM,,,20\n");
   CHECK(checked.inventory.size() == 1);
   CHECK(checked.excluded.empty());
 }
 
 TEST_CASE("a row that repeats a tree goes, a tree that has another's number stays") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh\n"
       "1,5,SM,0,0,20\n"
       "2,5,SM,0,0,20\n"
@@ -157,13 +131,13 @@ TEST_CASE("a row that repeats a tree goes, a tree that has another's number stay
   CHECK(has_note(checked, "2 trees have the number of another tree of the same plot"));
 
   const CheckedInventory unplaced =
-      read_text("plot,tree,species,dbh,h\n1,5,SM,20,15\n1,5,SM,20,15\n1,5,SM,20,16\n");
+      read_inventory_text("plot,tree,species,dbh,h\n1,5,SM,20,15\n1,5,SM,20,15\n1,5,SM,20,16\n");
   CHECK(unplaced.excluded_tree_count == 1);
   CHECK(unplaced.inventory.size() == 2);
 }
 
 TEST_CASE("stems of one stool have one number and place, and are trees of their own") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh,h\n"
       "1,1,A,1,1,20,10\n"
       "1,1,A,1,1,12,9\n"
@@ -199,14 +173,14 @@ TEST_CASE("a tree that was measured again in another year is no other tree") {
       "4 tree: the same tree is on line 2, measured at another time",
       "5 tree: the same tree is on line 2, measured at another time"};
   for (const char* column : {"year", "Year", "date"}) {
-    const CheckedInventory checked = read_text(column + rows);
+    const CheckedInventory checked = read_inventory_text(column + rows);
     CHECK(problems(checked) == expected);
     CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 12, 20, 21});
     CHECK(has_note(checked, "1 of these stands at the place of the other tree"));
   }
-  CHECK(problems(read_text("Jahr" + rows, with_columns("year=Jahr"))) == expected);
+  CHECK(problems(read_inventory_text("Jahr" + rows, with_columns("year=Jahr"))) == expected);
   // Without a time nothing tells them from stems of one stool, which the note says.
-  const CheckedInventory unknown = read_text("Jahr" + rows);
+  const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
   CHECK(unknown.inventory.size() == 6);
   CHECK(has_note(unknown, "--columns year=COLUMN"));
 }
@@ -221,24 +195,25 @@ TEST_CASE("a tree without a position that was measured again is counted once") {
       "2015,1,2,33,19\n"
       "2015,1,3,11,10\n"
       "2015,1,4,8,7\n";
-  const CheckedInventory checked = read_text("year" + rows);
+  const CheckedInventory checked = read_inventory_text("year" + rows);
   CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 30, 10, 8});
   CHECK(problems(checked) ==
         std::vector<std::string>{"5 tree: the same tree is on line 2, measured at another time",
                                  "6 tree: the same tree is on line 3, measured at another time",
                                  "7 tree: the same tree is on line 4, measured at another time"});
   CHECK_FALSE(has_note(checked, "year=COLUMN"));
-  const CheckedInventory unknown = read_text("Jahr" + rows);
+  const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
   CHECK(unknown.inventory.size() == 7);
   CHECK(has_note(unknown, "3 of these have no position; if they are later measurements"));
   // Two trees of one number and one time are two.
-  const CheckedInventory one_time = read_text("plot,tree,dbh,year\n1,1,20,2010\n1,1,21,2010\n");
+  const CheckedInventory one_time =
+      read_inventory_text("plot,tree,dbh,year\n1,1,20,2010\n1,1,21,2010\n");
   CHECK(one_time.inventory.size() == 2);
   CHECK_FALSE(has_note(one_time, "year=COLUMN"));
 }
 
 TEST_CASE("a tree whose position was surveyed again is counted once") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "year,plot,tree,x,y,dbh\n"
       "2010,1,1,1,1,20\n"
       "2015,1,1,1.02,0.99,22\n"  // surveyed again, across a line of whole meters
@@ -255,8 +230,8 @@ TEST_CASE("a tree whose position was surveyed again is counted once") {
 }
 
 TEST_CASE("labels of a file with decimal commas keep their commas") {
-  const CheckedInventory checked =
-      read_text("plot;tree;species;x;y;dbh\n1,2;3,1;A;0,5;1;12,5\n1.2;\"3,1\";A;2,5;1;13,5\n");
+  const CheckedInventory checked = read_inventory_text(
+      "plot;tree;species;x;y;dbh\n1,2;3,1;A;0,5;1;12,5\n1.2;\"3,1\";A;2,5;1;13,5\n");
   const Inventory& inventory = checked.inventory;
   CHECK(inventory.plot.levels() == std::vector<std::string>{"1,2", "1.2"});
   CHECK(inventory.tree[0] == "3,1");
@@ -269,24 +244,24 @@ TEST_CASE("places that stand for missing ones are none") {
   const std::string text =
       "plot,tree,species,x,y,z,dbh\n1,1,A,-9999,1,5,10\n1,2,A,-999,-10000,5,10\n"
       "1,3,A,1,-99999,5,10\n1,4,A,1,1,-9999,10\n";
-  const CheckedInventory checked = read_text(text, {.needs_coordinates = true});
+  const CheckedInventory checked = read_inventory_text(text, {.needs_coordinates = true});
   CHECK(checked.inventory.x == std::vector<double>{-999, 1});
   CHECK(std::isnan(checked.inventory.z[1]));
   CHECK(problems(checked) == std::vector<std::string>{"2 x: is missing, so the tree has no place",
                                                       "4 y: is missing, so the tree has no place"});
   CHECK(has_note(checked, "codes read as missing values: x 1 (-9999), y 1 (-99999), z 1 (-9999)"));
-  CHECK(read_text(text).inventory.size() == 4);
+  CHECK(read_inventory_text(text).inventory.size() == 4);
 }
 
 TEST_CASE("places beyond all maps are refused") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh\n1,1,A,1e9,-1e9,10\n1,2,A,1.1e9,1,10\n1,3,A,1,-1e300,10\n");
   CHECK(checked.inventory.x == std::vector<double>{1e9});
   CHECK_THAT(problems(checked).at(0), Contains("3 x: 1100000000 m is further than 1000000000 m"));
 }
 
 TEST_CASE("columns are named by mappings, expressions included") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "Plot,Nr.,sp,xk,yk,D (cm),unit,height,age\n"
       "A,1,SM,53,54,20.3,m,18,70\n"
       "A,2,SM,57,93,10.7,cm,950,NA\n",
@@ -309,20 +284,20 @@ TEST_CASE("columns are named by mappings, expressions included") {
 TEST_CASE("other columns are kept on request, for the rows that are used") {
   const std::string text =
       "plot,tree,species,dbh,age,site\n1,1,SM,20,70,dry\n1,2,SM,-1,60,wet\n1,3,SM,20,NA,wet\n";
-  const Inventory kept = read_text(text, {.keep = {"site", "dbh"}}).inventory;
+  const Inventory kept = read_inventory_text(text, {.keep = {"site", "dbh"}}).inventory;
   CHECK(kept.other.names() == std::vector<std::string>{"site"});
   CHECK(kept.other.text("site")[1] == "wet");
 
-  const auto table = to_table(read_text(text, {.keep_all = true}).inventory);
+  const auto table = to_table(read_inventory_text(text, {.keep_all = true}).inventory);
   CHECK(table.names() == std::vector<std::string>{"plot", "tree", "species", "dbh", "age", "site"});
   CHECK(table.numbers("age")[0] == 70.0);
   CHECK(std::isnan(table.numbers("age")[1]));
   CHECK(table.line(1) == 4);
-  CHECK_THROWS_AS(read_text(text, {.keep = {"slope"}}), InputError);
+  CHECK_THROWS_AS(read_inventory_text(text, {.keep = {"slope"}}), InputError);
 }
 
 TEST_CASE("what the file leaves out is assumed and said") {
-  const CheckedInventory checked = read_text("DBH,H\n20,15\n30,20\n");
+  const CheckedInventory checked = read_inventory_text("DBH,H\n20,15\n30,20\n");
   CHECK(checked.inventory.plot[1] == "1");
   CHECK(checked.inventory.tree[1] == "2");
   CHECK(checked.inventory.species[1] == "unknown");
@@ -333,7 +308,7 @@ TEST_CASE("what the file leaves out is assumed and said") {
 }
 
 TEST_CASE("crown width comes from four radii where it is missing") {
-  const CheckedInventory checked = read_text(
+  const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,dbh,cw,cr_e,cr_w,cr_s,cr_n\n"
       "1,1,SM,20,NA,1,2,1.5,0\n"
       "1,2,SM,20,5,1,2,1.5,0\n"
@@ -353,11 +328,11 @@ TEST_CASE("crown width comes from four radii where it is missing") {
 TEST_CASE("a whole column in another unit is an error with its remedy") {
   const auto remedy = [](const std::string& column, double factor, const std::string& text) {
     INFO(column << " times " << factor);
-    CHECK_THROWS_AS(read_text(stand_with(column, factor)), InputError);
-    CHECK_THROWS_WITH(read_text(stand_with(column, factor)), Contains(text));
-    CHECK_NOTHROW(read_text(stand_with(column, factor), {.trust_units = true}));
+    CHECK_THROWS_AS(read_inventory_text(stand_with(column, factor)), InputError);
+    CHECK_THROWS_WITH(read_inventory_text(stand_with(column, factor)), Contains(text));
+    CHECK_NOTHROW(read_inventory_text(stand_with(column, factor), {.trust_units = true}));
   };
-  CHECK_NOTHROW(read_text(stand_with("", 1.0)));
+  CHECK_NOTHROW(read_inventory_text(stand_with("", 1.0)));
   remedy("h", 100.0, "in centimeters, use --columns h=h/100");
   remedy("h", 1000.0, "in millimeters, use --columns h=h/1000");
   remedy("h", 10.0, "in decimeters, use --columns h=h/10");
@@ -366,165 +341,43 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
   remedy("cw", 100.0, "in centimeters, use --columns cw=cw/100");
   remedy("cw", 10.0, "in decimeters, use --columns cw=cw/10");
   remedy("y", 0.0, "on one point or line");
-  CHECK_THROWS_WITH(read_text(stand_with("hcb", 100.0)),
+  CHECK_THROWS_WITH(read_inventory_text(stand_with("hcb", 100.0)),
                     Contains("swapped, or in different units"));
-  CHECK_THROWS_WITH(read_text(stand_with("h", 1000.0), with_columns("h=h/10")),
+  CHECK_THROWS_WITH(read_inventory_text(stand_with("h", 1000.0), with_columns("h=h/10")),
                     Contains("use --columns h=(h/10)/100"));
-  CHECK_THROWS_WITH(read_text("dbh,H [old]\n20,1500\n21,1600\n", with_columns("h=H [old]")),
-                    Contains("use --columns h=`H [old]`/100"));
+  CHECK_THROWS_WITH(
+      read_inventory_text("dbh,H [old]\n20,1500\n21,1600\n", with_columns("h=H [old]")),
+      Contains("use --columns h=`H [old]`/100"));
 }
 
 TEST_CASE("saplings, giants and sparse woods pass the question for units") {
-  CHECK_NOTHROW(read_text("dbh,h\n0.5,1.6\n0.7,1.9\n0.4,1.5\n"));
-  CHECK_NOTHROW(read_text("dbh,h\n400,85\n520,90\n350,78\n"));
-  CHECK_NOTHROW(read_text("dbh\n30\n40\n"));
+  CHECK_NOTHROW(read_inventory_text("dbh,h\n0.5,1.6\n0.7,1.9\n0.4,1.5\n"));
+  CHECK_NOTHROW(read_inventory_text("dbh,h\n400,85\n520,90\n350,78\n"));
+  CHECK_NOTHROW(read_inventory_text("dbh\n30\n40\n"));
 }
 
 TEST_CASE("a single odd value is a note") {
-  const CheckedInventory checked = read_text("dbh,h\n20,15\n21,160\n22,16\n");
+  const CheckedInventory checked = read_inventory_text("dbh,h\n20,15\n21,160\n22,16\n");
   CHECK(checked.inventory.size() == 3);
   CHECK(has_note(checked, ":3: h: 160 m is odd (plot 1, tree 2)"));
 }
 
 TEST_CASE("a file without what is needed is refused with the remedy") {
   CHECK_THROWS_WITH(
-      read_text("plot,girth\n1,20\n"),
+      read_inventory_text("plot,girth\n1,20\n"),
       Contains("no column dbh (diameter at breast height in cm) was found; name it with "
                "--columns dbh=COLUMN; available: plot, girth"));
-  CHECK_THROWS_WITH(read_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
+  CHECK_THROWS_WITH(read_inventory_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
                     Contains("no column y"));
-  CHECK_THROWS_WITH(read_text("dbh\n20\n", {.needs = {"hcb"}}), Contains("no column hcb"));
-  CHECK_NOTHROW(read_text("dbh,cr_e,cr_w,cr_s,cr_n\n20,1,1,1,1\n", {.needs = {"cw"}}));
-  CHECK_THROWS_WITH(read_text("dbh,h\n"), Contains("the file has a header but no trees"));
-  CHECK_THROWS_WITH(read_text("dbh,h\n-1,5\nx,5\n"),
+  CHECK_THROWS_WITH(read_inventory_text("dbh\n20\n", {.needs = {"hcb"}}),
+                    Contains("no column hcb"));
+  CHECK_NOTHROW(read_inventory_text("dbh,cr_e,cr_w,cr_s,cr_n\n20,1,1,1,1\n", {.needs = {"cw"}}));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,h\n"), Contains("the file has a header but no trees"));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,h\n-1,5\nx,5\n"),
                     Contains("no usable row: 2 of 2 rows skipped, 2 problems") &&
                         Contains("'x' is not a number"));
-  CHECK_THROWS_WITH(read_text("DBH,Dbh\n1,2\n"), Contains("'DBH' and 'Dbh' could both be dbh"));
-}
-
-TEST_CASE("columns of usual spelling are found where a file has no column of our name") {
-  const std::vector<std::string> header{"Plot_ID", "dbh", "DBH_cm", "Height", "x_m", "age"};
-  const auto all_but = [](const std::string& known) {
-    return [known](const std::string& name) { return name != known; };
-  };
-  const auto found = usual_columns(header, all_but("x"), "trees.csv");
-  REQUIRE(found.size() == 2);
-  CHECK(describe_usual_columns(found) == "plot is read from column Plot_ID, h from Height");
-  CHECK_THROWS_WITH(usual_columns({"height", "hauteur"}, all_but("x"), "trees.csv"),
-                    Contains("trees.csv: 'height' and 'hauteur' could both be h"));
-  CHECK(usual_columns({"height", "hauteur"}, all_but("h"), "trees.csv").empty());
-  // Our own name goes before a usual one, and that before one that may mean something else.
-  CHECK(usual_columns({"height", "h_m"}, all_but("x"), "trees.csv").at(0).source == "h_m");
-  CHECK(usual_columns({"d", "BHD"}, all_but("x"), "trees.csv").at(0).source == "BHD");
-}
-
-TEST_CASE("units in headers and in a row below them are converted to ours") {
-  for (const char* text : {"plot,DBH_mm,h [dm],CW (ft)\n1,203,185,10\n",
-                           "plot,dbh,h,cw\n,[mm],dm,ft\n1,203,185,10\n",
-                           "plot,BHD in mm,Höhe/dm,\"Kronenbreite, ft\"\n1,203,185,10\n"}) {
-    const Inventory inventory = read_text(text).inventory;
-    REQUIRE(inventory.size() == 1);
-    CHECK(inventory.dbh_cm[0] == 20.3);
-    CHECK(inventory.h_m[0] == 18.5);
-    CHECK(inventory.cw_m[0] == Approx(3.048).epsilon(1e-15));
-  }
-  const CheckedInventory mapped =
-      read_text("a,b (mm),d1.3 (cm),DBH (1.3 m)\n1,203,4,5\n", with_columns("dbh=b (mm)"));
-  CHECK(mapped.inventory.dbh_cm[0] == 20.3);
-  CHECK(has_note(mapped, "dbh is read from column `b (mm)`/10"));
-  // The breast height in a header is no unit.
-  CHECK(read_text("DBH (1.3 m)\n20\n").inventory.dbh_cm[0] == 20.0);
-  CHECK(read_text("d1.3 (mm)\n203\n").inventory.dbh_cm[0] == 20.3);
-  // An expression is what it says.
-  CHECK(read_text("DBH_mm\n20\n", with_columns("dbh=DBH_mm*1")).inventory.dbh_cm[0] == 20.0);
-}
-
-TEST_CASE("columns are found under the usual names of several languages") {
-  const auto names = [](const std::string& header) {
-    return describe_usual_columns(usual_columns(
-        {header}, [](const std::string&) { return true; }, "trees.csv"));
-  };
-  const std::vector<std::pair<std::string, std::string>> known{
-      {"plot", "Probefläche"}, {"plot", "PLACETTE"},  {"plot", "Parcela"},
-      {"plot", "Koeala"},      {"plot", "样地"},      {"tree", "Baum-Nr."},
-      {"tree", "N° arbre"},    {"tree", "Puu nro"},   {"tree", "树号"},
-      {"species", "Baumart"},  {"species", "Espèce"}, {"species", "especie"},
-      {"species", "Puulaji"},  {"species", "树种"},   {"dbh", "BHD"},
-      {"dbh", "DAP (cm)"},     {"dbh", "Läpimitta"},  {"dbh", "胸径（cm）"},
-      {"h", "HÖHE"},           {"h", "Hoehe [m]"},    {"h", "Hauteur_totale"},
-      {"h", "altura"},         {"h", "Pituus"},       {"h", "树高"},
-      {"hcb", "Kronenansatz"}, {"hcb", "枝下高"},     {"cw", "冠幅"},
-      {"cw", "Kronenbreite"},  {"h", "Ho\xCC\x88he"}};  // the accent as a character of its own
-  for (const auto& [name, header] : known) {
-    CHECK(names(header) == name + " is read from column " + header);
-  }
-  for (const char* header : {"Altitude", "BA", "Umfang", "h (°)", "Pflanzjahr", "hcb_note", ""}) {
-    CHECK(names(header).empty());
-  }
-}
-
-TEST_CASE("dead trees are left out, neighbors only, or like others") {
-  const std::string text =
-      "plot,tree,species,x,y,dbh,Zustand\n1,1,SM,0,0,20,lebend\n1,2,SM,1,0,20,tot\n"
-      "1,3,SM,0,1,,gefällt\n1,4,SM,1,1,20,?\n1,5,SM,1,2,20,krank\n";
-  const CheckedInventory checked = read_text(text);
-  CHECK(checked.inventory.size() == 3);
-  CHECK(checked.inventory.neighbor_only.empty());
-  CHECK(checked.excluded_tree_count == 2);
-  CHECK(problems(checked) ==
-        std::vector<std::string>{"3 Zustand: the tree is dead",
-                                 "4 Zustand: the tree is cut, fallen or a stump"});
-  CHECK(describe_excluded(checked).empty());
-  CHECK(has_note(checked,
-                 "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, skipped; "
-                 "with --dead neighbors, dead trees count as neighbors; unknown status, used as "
-                 "alive: 'krank' (1)"));
-  const CheckedInventory neighbors = read_text(text, {.dead = DeadTrees::kNeighbors});
-  CHECK(neighbors.inventory.neighbor_only == std::vector<char>{0, 1, 0, 0});
-  const CheckedInventory all = read_text(text, {.dead = DeadTrees::kInclude});
-  CHECK(all.inventory.size() == 4);
-  CHECK(problems(all) ==
-        std::vector<std::string>{"4 dbh: is missing, and no tree can be used without it"});
-}
-
-TEST_CASE("spellings of a species that differ in capitals and blanks are one") {
-  const std::string text =
-      "plot,tree,species,dbh\n1,1,sm,20\n1,2,SM ,20\n1,3,SM,20\n1,4,Sm,20\n1,5,-,20\n";
-  const CheckedInventory checked = read_text(text);
-  CHECK(checked.inventory.species.levels() == std::vector<std::string>{"SM"});
-  CHECK(checked.inventory.species.is_missing(4));
-  CHECK(has_note(checked, "'Sm' as 'SM' (1 tree), 'sm' as 'SM' (1 tree)"));
-  CHECK(read_text(text, {.case_sensitive = true}).inventory.species.levels().size() == 3);
-}
-
-TEST_CASE("empty fields below a plot are filled down, or the option is named") {
-  const std::string text =
-      "plot,tree,species,dbh\nA,1,SM,20\n,2,SM,20\n,3,,20\nB,1,SM,20\n,2,SM,20\n";
-  const CheckedInventory empty = read_text(text);
-  CHECK(empty.inventory.size() == 2);
-  CHECK(has_note(empty,
-                 "3 rows have a plot that is empty, as in merged cells; with --fill-down plot, the "
-                 "value above is used"));
-  const CheckedInventory filled = read_text(text, {.fill_down = {"plot", "species"}});
-  CHECK(filled.inventory.size() == 5);
-  CHECK(filled.inventory.plot[2] == "A");
-  CHECK(filled.inventory.species[2] == "SM");
-  CHECK_FALSE(has_note(filled, "empty"));
-  CHECK_THROWS_WITH(read_text(text, {.fill_down = {"stand"}}), Contains("unknown column 'stand'"));
-}
-
-TEST_CASE("codes stand for missing values where a number belongs") {
-  const CheckedInventory checked = read_text(
-      "plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,-,n/a,-999\n1,2,SM,20,#N/A,0,0\n"
-      "1,3,SM,20,?,.,k.A.\n1,4,SM,20,-88,-9999,99\n",
-      {.missing = {"-88", "99.0"}});
-  CHECK(checked.inventory.size() == 4);
-  CHECK(checked.excluded.empty());
-  for (const double h : checked.inventory.h_m) CHECK(std::isnan(h));
-  for (const double cw : checked.inventory.cw_m) CHECK(std::isnan(cw));
-  CHECK(checked.inventory.hcb_m[1] == 0.0);
-  CHECK(
-      has_note(checked, "h 4 (-, #N/A, ?, -88), hcb 3 (n/a, ., -9999), cw 4 (-999, k.A., 99, 0)"));
+  CHECK_THROWS_WITH(read_inventory_text("DBH,Dbh\n1,2\n"),
+                    Contains("'DBH' and 'Dbh' could both be dbh"));
 }
 
 TEST_CASE("mappings are read, and refused where they make no sense") {
@@ -540,10 +393,10 @@ TEST_CASE("mappings are read, and refused where they make no sense") {
     CHECK_THROWS_WITH(parse_column_mappings(text), Contains("is not NAME=COLUMN"));
   }
   CHECK_THROWS_WITH(parse_column_mappings("h=a,h=b"), Contains("'h' is given twice"));
-  CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("h=Height")),
+  CHECK_THROWS_WITH(read_inventory_text("dbh\n20\n", with_columns("h=Height")),
                     Contains("unknown column 'Height' in h=Height; available: dbh"));
-  CHECK_THROWS_AS(read_text("dbh\n20\n", with_columns("h=dbh+")), silvafit::FormulaError);
-  CHECK_THROWS_WITH(read_text("dbh\n20\n", with_columns("plot=dbh/10")),
+  CHECK_THROWS_AS(read_inventory_text("dbh\n20\n", with_columns("h=dbh+")), silvafit::FormulaError);
+  CHECK_THROWS_WITH(read_inventory_text("dbh\n20\n", with_columns("plot=dbh/10")),
                     Contains("plot must be a column"));
 }
 

@@ -40,16 +40,16 @@ double geometric_mean(const VectorXd& values) {
   return count == 0 ? 1.0 : std::exp(sum / static_cast<double>(count));
 }
 
-/// A text with v, d, k and numbers filled in. The names in the text are first made such as no
-/// column has, since what is filled in for one may have the name of another.
+/// A text with v, d, k and numbers substituted. A substituted column may have the name of a
+/// variable of the text, so these first get names in parentheses, which no column of a formula has.
 Expression filled(std::string_view text,
                   const std::vector<std::pair<std::string_view, Expression>>& parts) {
   Expression result = Expression::parse(text);
-  const auto placeholder = [](std::string_view name) { return fmt::format("({})", name); };
+  const auto distinct = [](std::string_view name) { return fmt::format("({})", name); };
   for (const auto& [name, value] : parts) {
-    result = result.substitute(name, Expression::variable(placeholder(name)));
+    result = result.substitute(name, Expression::variable(distinct(name)));
   }
-  for (const auto& [name, value] : parts) result = result.substitute(placeholder(name), value);
+  for (const auto& [name, value] : parts) result = result.substitute(distinct(name), value);
   return result;
 }
 

@@ -206,12 +206,13 @@ void add_notes(const ChosenModels& chosen, const data::Table& table, Names& note
       const bool is_of_all = species.front().empty();
       parts.push_back(is_of_all ? what : fmt::format("{} ({})", what, fmt::join(species, ", ")));
     }
-    notes.push_back(fmt::format(
-        "{} {} missing: {}{}",
-        columns.size() == 1 ? "column" : "columns",
-        fmt::format("{} {}", fmt::join(columns, ", "), columns.size() == 1 ? "is" : "are"),
-        fmt::join(parts, "; "),
-        origin_of_missing(columns, table)));
+    const bool is_one = columns.size() == 1;
+    notes.push_back(fmt::format("{} {} {} missing: {}{}",
+                                is_one ? "column" : "columns",
+                                fmt::join(columns, ", "),
+                                is_one ? "is" : "are",
+                                fmt::join(parts, "; "),
+                                origin_of_missing(columns, table)));
   }
 }
 

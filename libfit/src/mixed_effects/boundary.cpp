@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/boundary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "model/symmetric_eigen.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The random effects of one grouping.
+struct GroupingEffects {
+  const std::vector<std::string>& names;
+  const MatrixXd& covariance;
+  const MatrixXd& frame;  ///< coordinates of the effects
+  std::string group{};    ///< " | stand" in the name, if there are two groupings
+};
+
+/// Random effects whose standard deviation moves the mean by a negligible share of the residual
+/// standard deviation.
+std::vector<std::string> vanished_effects(const NonlinearModel& model,
+                                          const GroupingEffects& level,
+                                          const VectorXd& slopes,
+                                          double residual_sd) {
+  constexpr double kShareOfSigma = 1e-4;
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < level.names.size(); ++k) {
+    const auto at = static_cast<Index>(k);
+    const double effect =
+        std::sqrt(level.covariance(at, at)) * slopes[model.coefficient_index(level.names[k])];
+    if (effect < kShareOfSigma * residual_sd) {
+      names.push_back(fmt::format("sd({}{}) = 0", level.names[k], level.group));
+    }
+  }
+  return names;
+}
+
+// Smallest eigenvalue of a correlation matrix below which the effects are linearly dependent.
+constexpr double kDependence = 1e-6;
+
+MatrixXd correlation_of(const MatrixXd& covariance) {
+  return MixedEffectsFit{.random_covariance = covariance}.random_correlation();
+}
+
+/// Whether the covariance of the effects is positive definite in orthogonal coordinates. A
+/// covariate with a large mean makes correlations nearly 1 in the coordinates of the coefficients.
+bool is_inside_in_frame(const GroupingEffects& level) {
+  if (level.frame.isDiagonal(0.0)) return false;
+  const auto frame = level.frame.triangularView<Eigen::Lower>();
+  const MatrixXd half = frame.solve(level.covariance);
+  const MatrixXd correlation = correlation_of(frame.solve(half.transpose()));
+  return correlation.allFinite() && symmetric_eigen(correlation).values[0] >= kDependence;
+}
+
+/// Correlations of 1 or -1, or a linear dependence of three or more effects.
+std::vector<std::string> dependent_effects(const GroupingEffects& level) {
+  std::vector<std::string> names;
+  const MatrixXd correlation = correlation_of(level.covariance);
+  if (!correlation.allFinite() || correlation.rows() < 2) return names;
+  if (is_inside_in_frame(level)) return names;
+  for (Index i = 0; i < correlation.rows(); ++i) {
+    for (Index j = 0; j < i; ++j) {
+      if (1.0 - std::abs(correlation(i, j)) > kDependence) continue;
+      names.push_back(fmt::format("cor({}, {}{}) = {}",
+                                  level.names[static_cast<std::size_t>(j)],
+                                  level.names[static_cast<std::size_t>(i)],
+                                  level.group,
+                                  correlation(i, j) > 0 ? 1 : -1));
+    }
+  }
+  if (names.empty() && symmetric_eigen(correlation).values[0] < kDependence) {
+    names.push_back(fmt::format("the random effects {}{} depend linearly on each other",
+                                fmt::join(level.names, ", "),
+                                level.group));
+  }
+  return names;
+}
+
+std::vector<std::string> boundary_of(const NonlinearModel& model,
+                                     const PopulationSlopes& slopes,
+                                     const MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  std::vector<GroupingEffects> levels;
+  if (specification.random) {
+    levels.push_back({fit.random_names, fit.random_covariance, slopes.frame.inner});
+  }
+  if (specification.outer_random) {
+    levels.front().group = " | " + specification.random->group;
+    levels.push_back({fit.outer.names,
+                      fit.outer.covariance,
+                      slopes.frame.outer,
+                      " | " + specification.outer_random->group});
+  }
+  std::vector<std::string> boundary;
+  for (const GroupingEffects& level : levels) {
+    std::vector<std::string> names =
+        vanished_effects(model, level, slopes.sizes, fit.residual_sd.mean());
+    if (names.empty()) names = dependent_effects(level);
+    boundary.insert(boundary.end(), names.begin(), names.end());
+  }
+  return boundary;
+}
+
+/// Whether the constant of constant-plus-power is negligible beside the power in a stratum.
+bool is_pure_power(const VarianceFactorEstimate& factor, const VectorXd& values) {
+  constexpr double kTiny = 1e-8;
+  const double mean_log = values.array().abs().max(1e-300).log().mean();
+  for (Index s = 0; s < factor.constant.size(); ++s) {
+    const double power = std::exp(factor.delta[std::min(s, factor.delta.size() - 1)] * mean_log);
+    if (factor.constant[s] < kTiny * power) return true;
+  }
+  return false;
+}
+
+/// The number of observations at which the power exceeds a share of the constant.
+Index count_with_power(const VarianceFactorEstimate& factor, const VectorXd& v, double share) {
+  const Eigen::ArrayXd power = v.array().abs().max(1e-300).pow(factor.delta[0]);
+  return (power > share * factor.constant[0]).count();
+}
+
+bool has_one_constant(const VarianceFactorEstimate& factor) {
+  return factor.constant.size() == 1 && !factor.factor.constant;
+}
+
+/// Whether the power is negligible beside the constant at all observations.
+bool is_constant(const VarianceFactorEstimate& factor, const VectorXd& v) {
+  constexpr double kNothing = 1e-8;
+  return factor.constant.array().isInf().any() ||
+         (has_one_constant(factor) && count_with_power(factor, v, kNothing) == 0);
+}
+
+}  // namespace
+
+PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  const double root = std::sqrt(static_cast<double>(jacobian.rows()));
+  PopulationSlopes result{.sizes = jacobian.colwise().norm() / root};
+  result.frame = orthogonal_frame(model, std::move(jacobian), 1.0);
+  return result;
+}
+
+VectorXd variable_of(const NonlinearModel& model,
+                     const MixedEffectsFit& fit,
+                     const VarianceFactorEstimate& factor) {
+  const std::string& column = factor.factor.column;
+  return column.empty() ? fit.fitted_conditional : model.column(column);
+}
+
+Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v) {
+  if (!has_one_constant(factor) || std::isinf(factor.constant[0])) return 0;
+  constexpr double kCounts = 0.1;
+  constexpr double kFew = 0.1;
+  const Index count = count_with_power(factor, v, kCounts);
+  return static_cast<double>(count) < kFew * static_cast<double>(v.size()) ? count : 0;
+}
+
+void name_boundary(const NonlinearModel& model,
+                   const PopulationSlopes& slopes,
+                   MixedEffectsFit& fit) {
+  std::vector<std::string>& boundary = fit.convergence.boundary;
+  boundary = boundary_of(model, slopes, fit);
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.factor.constant || factor.constant.size() == 0) continue;
+    const VectorXd v = variable_of(model, fit, factor);
+    if (is_constant(factor, v)) boundary.emplace_back("the variance is constant");
+    if (is_pure_power(factor, v)) {
+      boundary.emplace_back("the constant of the variance function = 0");
+    }
+  }
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Boundary (singular) fits: variance components at the end of their range.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "model/coefficient_frame.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// The derivatives of the population's mean at the estimates.
+struct PopulationSlopes {
+  Eigen::VectorXd sizes{};   ///< (p) root mean squares of the derivatives by the coefficients
+  CoefficientFrame frame{};  ///< of the coefficients
+};
+
+PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffectsFit& fit);
+
+/// (N) the variable of a factor of the variance function.
+Eigen::VectorXd variable_of(const NonlinearModel& model,
+                            const MixedEffectsFit& fit,
+                            const VarianceFactorEstimate& factor);
+
+/// The number of observations for which the power of constant-plus-power matters, if these are few;
+/// otherwise 0.
+/// \param v  (N) the variable of the factor
+Eigen::Index few_with_power(const VarianceFactorEstimate& factor, const Eigen::VectorXd& v);
+
+/// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,
+/// and variance functions whose constant or power vanishes.
+void name_boundary(const NonlinearModel& model,
+                   const PopulationSlopes& slopes,
+                   MixedEffectsFit& fit);
+
+}  // namespace silvafit::fit

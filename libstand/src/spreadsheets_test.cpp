@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+// Inventories as spreadsheets save them: names, units, codes and gaps.
+#include <catch2/catch.hpp>
+
+#include "inventory_test_support.hpp"
+#include "silvafit/base/error.hpp"
+
+using namespace silvafit::stand;
+using Catch::Matchers::Contains;
+
+TEST_CASE("columns of usual spelling are found where a file has no column of our name") {
+  const std::vector<std::string> header{"Plot_ID", "dbh", "DBH_cm", "Height", "x_m", "age"};
+  const auto all_but = [](const std::string& known) {
+    return [known](const std::string& name) { return name != known; };
+  };
+  const auto found = usual_columns(header, all_but("x"), "trees.csv");
+  REQUIRE(found.size() == 2);
+  CHECK(describe_usual_columns(found) == "plot is read from column Plot_ID, h from Height");
+  CHECK_THROWS_WITH(usual_columns({"height", "hauteur"}, all_but("x"), "trees.csv"),
+                    Contains("trees.csv: 'height' and 'hauteur' could both be h"));
+  CHECK(usual_columns({"height", "hauteur"}, all_but("h"), "trees.csv").empty());
+  // Our own name goes before a usual one, and that before one that may mean something else.
+  CHECK(usual_columns({"height", "h_m"}, all_but("x"), "trees.csv").at(0).source == "h_m");
+  CHECK(usual_columns({"d", "BHD"}, all_but("x"), "trees.csv").at(0).source == "BHD");
+}
+
+TEST_CASE("units in headers and in a row below them are converted to ours") {
+  for (const char* text : {"plot,DBH_mm,h [dm],CW (ft)\n1,203,185,10\n",
+                           "plot,dbh,h,cw\n,[mm],dm,ft\n1,203,185,10\n",
+                           "plot,BHD in mm,Höhe/dm,\"Kronenbreite, ft\"\n1,203,185,10\n"}) {
+    const Inventory inventory = read_inventory_text(text).inventory;
+    REQUIRE(inventory.size() == 1);
+    CHECK(inventory.dbh_cm[0] == 20.3);
+    CHECK(inventory.h_m[0] == 18.5);
+    CHECK(inventory.cw_m[0] == Approx(3.048).epsilon(1e-15));
+  }
+  const CheckedInventory mapped = read_inventory_text("a,b (mm),d1.3 (cm),DBH (1.3 m)\n1,203,4,5\n",
+                                                      with_columns("dbh=b (mm)"));
+  CHECK(mapped.inventory.dbh_cm[0] == 20.3);
+  CHECK(has_note(mapped, "dbh is read from column `b (mm)`/10"));
+  // The breast height in a header is no unit.
+  CHECK(read_inventory_text("DBH (1.3 m)\n20\n").inventory.dbh_cm[0] == 20.0);
+  CHECK(read_inventory_text("d1.3 (mm)\n203\n").inventory.dbh_cm[0] == 20.3);
+  // An expression is what it says.
+  CHECK(read_inventory_text("DBH_mm\n20\n", with_columns("dbh=DBH_mm*1")).inventory.dbh_cm[0] ==
+        20.0);
+}
+
+TEST_CASE("columns are found under the usual names of several languages") {
+  const auto names = [](const std::string& header) {
+    return describe_usual_columns(usual_columns(
+        {header}, [](const std::string&) { return true; }, "trees.csv"));
+  };
+  const std::vector<std::pair<std::string, std::string>> known{
+      {"plot", "Probefläche"}, {"plot", "PLACETTE"},  {"plot", "Parcela"},
+      {"plot", "Koeala"},      {"plot", "样地"},      {"tree", "Baum-Nr."},
+      {"tree", "N° arbre"},    {"tree", "Puu nro"},   {"tree", "树号"},
+      {"species", "Baumart"},  {"species", "Espèce"}, {"species", "especie"},
+      {"species", "Puulaji"},  {"species", "树种"},   {"dbh", "BHD"},
+      {"dbh", "DAP (cm)"},     {"dbh", "Läpimitta"},  {"dbh", "胸径（cm）"},
+      {"h", "HÖHE"},           {"h", "Hoehe [m]"},    {"h", "Hauteur_totale"},
+      {"h", "altura"},         {"h", "Pituus"},       {"h", "树高"},
+      {"hcb", "Kronenansatz"}, {"hcb", "枝下高"},     {"cw", "冠幅"},
+      {"cw", "Kronenbreite"},  {"h", "Ho\xCC\x88he"}};  // the accent as a character of its own
+  for (const auto& [name, header] : known) {
+    CHECK(names(header) == name + " is read from column " + header);
+  }
+  for (const char* header : {"Altitude", "BA", "Umfang", "h (°)", "Pflanzjahr", "hcb_note", ""}) {
+    CHECK(names(header).empty());
+  }
+}
+
+TEST_CASE("dead trees are left out, neighbors only, or like others") {
+  const std::string text =
+      "plot,tree,species,x,y,dbh,Zustand\n1,1,SM,0,0,20,lebend\n1,2,SM,1,0,20,tot\n"
+      "1,3,SM,0,1,,gefällt\n1,4,SM,1,1,20,?\n1,5,SM,1,2,20,krank\n";
+  const CheckedInventory checked = read_inventory_text(text);
+  CHECK(checked.inventory.size() == 3);
+  CHECK(checked.inventory.neighbor_only.empty());
+  CHECK(checked.excluded_tree_count == 2);
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"3 Zustand: the tree is dead",
+                                 "4 Zustand: the tree is cut, fallen or a stump"});
+  CHECK(describe_excluded(checked).empty());
+  CHECK(has_note(checked,
+                 "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, skipped; "
+                 "with --dead neighbors, dead trees count as neighbors; unknown status, used as "
+                 "alive: 'krank' (1)"));
+  const CheckedInventory neighbors = read_inventory_text(text, {.dead = DeadTrees::kNeighbors});
+  CHECK(neighbors.inventory.neighbor_only == std::vector<char>{0, 1, 0, 0});
+  const CheckedInventory all = read_inventory_text(text, {.dead = DeadTrees::kInclude});
+  CHECK(all.inventory.size() == 4);
+  CHECK(problems(all) ==
+        std::vector<std::string>{"4 dbh: is missing, and no tree can be used without it"});
+}
+
+TEST_CASE("spellings of a species that differ in capitals and blanks are one") {
+  const std::string text =
+      "plot,tree,species,dbh\n1,1,sm,20\n1,2,SM ,20\n1,3,SM,20\n1,4,Sm,20\n1,5,-,20\n";
+  const CheckedInventory checked = read_inventory_text(text);
+  CHECK(checked.inventory.species.levels() == std::vector<std::string>{"SM"});
+  CHECK(checked.inventory.species.is_missing(4));
+  CHECK(has_note(checked, "'Sm' as 'SM' (1 tree), 'sm' as 'SM' (1 tree)"));
+  CHECK(read_inventory_text(text, {.case_sensitive = true}).inventory.species.levels().size() == 3);
+}
+
+TEST_CASE("empty fields below a plot are filled down, or the option is named") {
+  const std::string text =
+      "plot,tree,species,dbh\nA,1,SM,20\n,2,SM,20\n,3,,20\nB,1,SM,20\n,2,SM,20\n";
+  const CheckedInventory empty = read_inventory_text(text);
+  CHECK(empty.inventory.size() == 2);
+  CHECK(has_note(empty,
+                 "3 rows have a plot that is empty, as in merged cells; with --fill-down plot, the "
+                 "value above is used"));
+  const CheckedInventory filled = read_inventory_text(text, {.fill_down = {"plot", "species"}});
+  CHECK(filled.inventory.size() == 5);
+  CHECK(filled.inventory.plot[2] == "A");
+  CHECK(filled.inventory.species[2] == "SM");
+  CHECK_FALSE(has_note(filled, "empty"));
+  CHECK_THROWS_WITH(read_inventory_text(text, {.fill_down = {"stand"}}),
+                    Contains("unknown column 'stand'"));
+}
+
+TEST_CASE("codes stand for missing values where a number belongs") {
+  const CheckedInventory checked = read_inventory_text(
+      "plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,-,n/a,-999\n1,2,SM,20,#N/A,0,0\n"
+      "1,3,SM,20,?,.,k.A.\n1,4,SM,20,-88,-9999,99\n",
+      {.missing = {"-88", "99.0"}});
+  CHECK(checked.inventory.size() == 4);
+  CHECK(checked.excluded.empty());
+  for (const double h : checked.inventory.h_m) CHECK(std::isnan(h));
+  for (const double cw : checked.inventory.cw_m) CHECK(std::isnan(cw));
+  CHECK(checked.inventory.hcb_m[1] == 0.0);
+  CHECK(
+      has_note(checked, "h 4 (-, #N/A, ?, -88), hcb 3 (n/a, ., -9999), cw 4 (-999, k.A., 99, 0)"));
+}
