@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The program silvafit: reads the command line, runs a subcommand, maps errors to exit statuses.
 #include <fmt/format.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <exception>
 #include <filesystem>
@@ -36,6 +39,18 @@ int report_lack(const std::string& reason) {
 }
 
 int report(const std::exception& error, ExitStatus status) { return report(error.what(), status); }
+
+/// Keeps freed memory in the process.
+///
+/// A fit allocates and frees arrays of some MB in each pass over the data. Returning them to the
+/// system costs a page fault a page, and interrupts the other threads.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+  mallopt(M_TOP_PAD, 16 << 20);
+#endif
+}
 
 int run(int argc, char** argv) {
   CLI::App program("Turns a forest inventory into height and crown models and 3D trees.",
@@ -114,6 +129,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     silvafit::cli::occupy_closed_streams();
+    silvafit::cli::keep_freed_memory();
     silvafit::cli::clean_up_on_interrupts();
     return silvafit::cli::run(argc, argv);
   } catch (...) {

@@ -6,6 +6,9 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <map>
+#include <optional>
+
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
 #endif
@@ -47,6 +50,15 @@ class LoopOrder {
   char end_ = 0;
 };
 
+/// The arena of the calling thread with this many workers.
+///
+/// Arenas live as long as their thread: the workers of a new arena must be woken, which takes longer
+/// than a short loop.
+tbb::task_arena& arena_of(std::size_t workers) {
+  thread_local std::map<std::size_t, tbb::task_arena> arenas;
+  return arenas.try_emplace(workers, static_cast<int>(workers)).first->second;
+}
+
 }  // namespace
 
 std::size_t worker_count(unsigned threads) {
@@ -68,10 +80,11 @@ void parallel_for(std::size_t count,
     return;
   }
   // Lets TBB have more threads than there are cores, where the caller asks for them.
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, workers);
-  tbb::task_arena arena(static_cast<int>(workers));
+  std::optional<tbb::global_control> limit;
+  if (workers > static_cast<std::size_t>(tbb::info::default_concurrency()))
+    limit.emplace(tbb::global_control::max_allowed_parallelism, workers);
   LoopOrder order;
-  arena.execute([&] {
+  const auto loop = [&] {
     // One task at a time: fits differ in cost by orders of magnitude.
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, 1),
@@ -82,7 +95,10 @@ void parallel_for(std::size_t count,
           for (std::size_t i = range.begin(); i != range.end(); ++i) task(i, worker);
         },
         tbb::simple_partitioner());
-  });
+  };
+  // Isolated, so that a worker that waits for a loop within its task begins no other task of the
+  // outer loop, whose buffers of the same worker are in use.
+  arena_of(workers).execute([&] { tbb::this_task_arena::isolate(loop); });
 }
 
 }  // namespace silvafit

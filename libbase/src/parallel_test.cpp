@@ -26,6 +26,21 @@ TEST_CASE("no two tasks at work have the same worker") {
   }
 }
 
+TEST_CASE("a task that waits for a loop of its own keeps its worker to itself") {
+  for (const unsigned threads : {2U, 5U}) {
+    std::vector<std::atomic<int>> at_work(silvafit::worker_count(threads));
+    std::atomic<int> shared = 0;
+    std::atomic<int> runs = 0;
+    silvafit::parallel_for(50, threads, [&](std::size_t, std::size_t worker) {
+      if (++at_work.at(worker) > 1) ++shared;
+      silvafit::parallel_for(50, threads, [&](std::size_t) { ++runs; });
+      --at_work.at(worker);
+    });
+    CHECK(shared == 0);
+    CHECK(runs == 2500);
+  }
+}
+
 TEST_CASE("an exception of a task reaches the caller") {
   CHECK_THROWS_WITH(silvafit::parallel_for(10,
                                            2,
