@@ -91,7 +91,7 @@ class LevelAlgebra {
 
   /// Fills what a group keeps from its cross products: the triangle U of A = U U' with the inverse
   /// of its diagonal, and U^-1 L'Z'[X w].
-  void take_out(const double* products, double* kept, LogOfProduct& determinant) const {
+  void eliminate(const double* products, double* kept, LogOfProduct& determinant) const {
     const Index q = size();
     const Index w = width();
     const auto l = factor();

@@ -132,14 +132,14 @@ class Evaluation {
         add_group(group, part, sum);
       }
       if (!has_clusters()) continue;
-      outer_algebra_.take_out(sum, cluster_kept(cluster), part.determinant);
+      outer_algebra_.eliminate(sum, cluster_kept(cluster), part.determinant);
       outer_algebra_.add_remainder(sum, cluster_kept(cluster), part.total.data());
     }
   }
 
   void add_group(Index group, Part& part, double* sum) {
     const double* const of = products(group, part);
-    inner_algebra_.take_out(of, kept(group), part.determinant);
+    inner_algebra_.eliminate(of, kept(group), part.determinant);
     inner_algebra_.add_remainder(of, kept(group), sum);
   }
 

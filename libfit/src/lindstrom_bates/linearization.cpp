@@ -61,7 +61,7 @@ Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& varianc
 }
 
 bool Linearizer::is_curved() const {
-  return !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_straight);
+  return !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_linear);
 }
 
 void Linearizer::make_segments() {
@@ -130,7 +130,7 @@ void Linearizer::make_programs() {
       outputs.push_back(logarithm.derivative(quantity.name));
     }
     for (const QuantityPair& pair : quantity_pairs_) {
-      if (pair.is_straight) continue;
+      if (pair.is_linear) continue;
       outputs.push_back(logarithm.derivative(quantities[pair.first].name)
                             .derivative(quantities[pair.second].name));
     }

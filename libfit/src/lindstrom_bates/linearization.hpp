@@ -96,7 +96,7 @@ class Linearizer {
   struct QuantityPair {
     std::size_t first = 0;
     std::size_t second = 0;
-    bool is_straight = false;
+    bool is_linear = false;
   };
   /// A term of the series of the weights: its internal parameters' places in the quantities.
   struct Term {
@@ -157,7 +157,7 @@ class Linearizer {
   void add_carried(const LinearizationPoint& point,
                    const std::vector<ChunkSums>& chunks,
                    Linearization& result) const;
-  bool is_straight(const Term& term) const;
+  bool is_linear(const Term& term) const;
   /// The quantities by which a term is a derivative, the same one twice for a first derivative.
   std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
   /// (rows) derivative of log g by a quantity.

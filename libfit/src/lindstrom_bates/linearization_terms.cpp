@@ -24,11 +24,11 @@ void Linearizer::make_terms() {
   }
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     for (std::size_t l = k; l < quantities.size(); ++l) {
-      const bool is_straight = variance_.log_scale()
-                                   .derivative(quantities[k].name)
-                                   .derivative(quantities[l].name)
-                                   .is_zero();
-      quantity_pairs_.push_back({.first = k, .second = l, .is_straight = is_straight});
+      const bool is_linear = variance_.log_scale()
+                                 .derivative(quantities[k].name)
+                                 .derivative(quantities[l].name)
+                                 .is_zero();
+      quantity_pairs_.push_back({.first = k, .second = l, .is_linear = is_linear});
       for (Index i = 0; i < quantities[k].count; ++i) {
         for (Index j = 0; j < quantities[l].count; ++j) {
           // No row lies in two strata.
@@ -64,7 +64,7 @@ void Linearizer::add_terms(const Segment& segment,
     const Term& term = terms_[t];
     if (term.pair != pair) {
       pair = term.pair;
-      if (!is_straight(term)) ++second;
+      if (!is_linear(term)) ++second;
     }
     double sum = fill_term(term, segment, offset, second, scratch, result);
     if (term.stratum >= 0 || term.other_stratum >= 0) {
@@ -78,8 +78,8 @@ void Linearizer::add_terms(const Segment& segment,
   }
 }
 
-bool Linearizer::is_straight(const Term& term) const {
-  return term.pair < 0 || quantity_pairs_[static_cast<std::size_t>(term.pair)].is_straight;
+bool Linearizer::is_linear(const Term& term) const {
+  return term.pair < 0 || quantity_pairs_[static_cast<std::size_t>(term.pair)].is_linear;
 }
 
 std::pair<std::size_t, std::size_t> Linearizer::quantities_of(const Term& term) const {
@@ -112,7 +112,7 @@ double Linearizer::fill_term(const Term& term,
     values = -2.0 * weight * by_a;
     return by_a.sum();
   }
-  if (is_straight(term)) {
+  if (is_linear(term)) {
     values = 4.0 * weight * by_a * by_b;
     return 0.0;
   }
@@ -140,7 +140,7 @@ std::optional<double> Linearizer::mask_term(
     }
     is_present = true;
     if (term.pair < 0) sum += by_a[i];
-    if (!is_straight(term)) sum += scratch.outputs(offset + i, second);
+    if (!is_linear(term)) sum += scratch.outputs(offset + i, second);
   }
   return is_present ? std::optional(sum) : std::nullopt;
 }

@@ -86,16 +86,16 @@ class MarginalSearch {
                     integration == Integration::kQuadrature ? options.quadrature_points : 1),
         coordinates_(model, variance_, frame_at(model, linearized.estimate)) {}
 
-  /// Gives up early, since there is another way: near the maximum rounding can hide all descent,
-  /// and searches in vain cost more than a start from scratch.
-  void be_impatient() {
+  /// Limits the iterations where other starts follow: near the maximum rounding can hide all
+  /// descent, and a search that fails costs more than a start from scratch.
+  void limit_search() {
     rounds_ = 3;
     steps_ = 30;
     short_steps_ = 3;
     most_evaluations_ = 100 + 20 * static_cast<int>(coordinates_.layout().size());
   }
 
-  /// Gives up where it falls behind a log-likelihood that another search has reached.
+  /// Stops where it falls behind a log-likelihood that another search has reached.
   void race(double known) { known_ = -known; }
 
   /// From a fit by another method.
@@ -460,11 +460,11 @@ MixedEffectsFit result_of(MarginalSearch& search,
                           const NonlinearModel& model,
                           Integration integration,
                           const MarginalOptions& options,
-                          bool is_patient) {
+                          bool is_complete) {
   MixedEffectsFit fit = search.result();
   if (!search.is_out_of_scale(fit)) return fit;
   MarginalSearch anew(model, integration, options, fit);
-  if (!is_patient) anew.be_impatient();
+  if (!is_complete) anew.limit_search();
   anew.try_fit(fit);
   if (!anew.has_optimum()) return fit;
   MixedEffectsFit again = anew.result();
@@ -551,12 +551,12 @@ std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MarginalEffort& effort,
                                              Obstacle* obstacle) {
   MarginalSearch search(model, integration, options, start);
-  if (!effort.is_patient) search.be_impatient();
+  if (!effort.is_complete) search.limit_search();
   search.race(effort.known);
   search.try_fit(start);
   if (!search.has_optimum()) return std::nullopt;
   if (obstacle != nullptr) *obstacle = search.obstacle();
-  return result_of(search, model, integration, options, effort.is_patient);
+  return result_of(search, model, integration, options, effort.is_complete);
 }
 
 double marginal_log_likelihood(const NonlinearModel& model,

@@ -17,13 +17,13 @@ void check_marginal(const NonlinearModel& model,
                     Integration integration,
                     const MarginalOptions& options);
 
-/// How long a search goes on.
+/// Limits of a search.
 struct MarginalEffort {
-  /// Whether it has all evaluations that a fit may have; else it gives up early where it gets
-  /// nowhere.
-  bool is_patient = false;
-  /// Log-likelihood of a maximum that is known: a search that falls behind, and at its pace will
-  /// not reach it, gives up.
+  /// Whether it has all evaluations that a fit may have; otherwise it stops early where it makes
+  /// no progress.
+  bool is_complete = false;
+  /// Log-likelihood of a known maximum: a search stops if it is below and its progress is too slow
+  /// to reach it.
   double known = -std::numeric_limits<double>::infinity();
 };
 

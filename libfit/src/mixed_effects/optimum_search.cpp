@@ -409,7 +409,7 @@ class OptimumSearch {
                                start.fit,
                                *options_.integration,
                                options_.marginal,
-                               {.is_patient = true},
+                               {.is_complete = true},
                                &obstacle);
     if (!found) return;
     if (is_same(*found, start.fit) &&

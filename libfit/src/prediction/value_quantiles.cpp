@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 
-#include "prediction/bent_directions.hpp"
 #include "prediction/mixture_quantile.hpp"
+#include "prediction/nonlinear_directions.hpp"
 #include "prediction/prediction_rules.hpp"
 #include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
@@ -52,10 +52,10 @@ class Part {
       at.row(k) += move(static_cast<std::size_t>(k)).transpose();
     return mean_.mean(at);
   }
-  /// \param straight  (n) standard deviations of what is straight
-  VectorXd deviation(const VectorXd& mean, const VectorXd& straight) const {
+  /// \param linear  (n) standard deviations of the linear part
+  VectorXd deviation(const VectorXd& mean, const VectorXd& linear) const {
     const VectorXd residual = residual_sd_if_known(fit_, mean, table_);
-    return (residual.array().square() + straight.array().square()).sqrt();
+    return (residual.array().square() + linear.array().square()).sqrt();
   }
 
  private:
@@ -91,13 +91,13 @@ class Quadrature {
       rows_of_width[directions_[row].root.cols()].push_back(row);
     }
     for (const auto& [width, rows] : rows_of_width) {
-      const std::vector<bool> is_bent = bent(rows, width);
+      const std::vector<bool> is_nonlinear = nonlinear_beside_main(rows, width);
       const std::vector<MainPoints> needed = main_points(rows, width);
       for (const MainPoints points : {MainPoints::kFew, MainPoints::kDense, MainPoints::kGapless}) {
         for (const bool many : {false, true}) {
           Rows chosen;
           for (std::size_t k = 0; k < rows.size(); ++k) {
-            if (is_bent[k] == many && needed[k] == points) chosen.push_back(rows[k]);
+            if (is_nonlinear[k] == many && needed[k] == points) chosen.push_back(rows[k]);
           }
           if (chosen.empty()) continue;
           const PredictionRule rule = prediction_rule(width, points, many);
@@ -113,10 +113,10 @@ class Quadrature {
  private:
   const MatrixXd& root(std::size_t row) const { return directions_[row].root; }
 
-  VectorXd straight(const Rows& rows) const {
+  VectorXd linear_deviation(const Rows& rows) const {
     VectorXd result(static_cast<Index>(rows.size()));
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      result[static_cast<Index>(k)] = directions_[rows[k]].straight;
+      result[static_cast<Index>(k)] = directions_[rows[k]].linear;
     }
     return result;
   }
@@ -129,17 +129,17 @@ class Quadrature {
       width = std::max(width, all_.roots[row].cols());
     }
     const bool split = !residual_follows_mean(all_.fit);
-    const auto numbers = static_cast<std::size_t>(width * bend_places(width));
+    const auto numbers = static_cast<std::size_t>(width * probe_count(width));
     by_parts(rows, numbers, [&](const Rows& some) {
       const Part part(all_, some);
       std::vector<MatrixXd> roots;
       for (const std::size_t row : some) roots.push_back(all_.roots[row]);
-      std::vector<BentDirections> found = bent_directions(part.mean(),
-                                                          part.center(),
-                                                          all_.gradient(some, Eigen::all),
-                                                          roots,
-                                                          kStraight * all_.error(some),
-                                                          split);
+      std::vector<NonlinearDirections> found = nonlinear_directions(part.mean(),
+                                                                    part.center(),
+                                                                    all_.gradient(some, Eigen::all),
+                                                                    roots,
+                                                                    kStraight * all_.error(some),
+                                                                    split);
       for (std::size_t k = 0; k < some.size(); ++k) directions_[some[k]] = std::move(found[k]);
     });
   }
@@ -156,7 +156,7 @@ class Quadrature {
   /// deviations of what has no points; infinite where the mean is not finite everywhere.
   VectorXd steepness(const Rows& rows) const {
     const Part part(all_, rows);
-    const VectorXd spread = straight(rows);
+    const VectorXd spread = linear_deviation(rows);
     constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
     constexpr double kStep = 1.5;
     VectorXd result = VectorXd::Zero(spread.size());
@@ -180,7 +180,7 @@ class Quadrature {
 
   /// Whether each of some rows needs many points in the directions in which its mean does not
   /// change to first order.
-  std::vector<bool> bent(const Rows& rows, Index width) const {
+  std::vector<bool> nonlinear_beside_main(const Rows& rows, Index width) const {
     std::vector<bool> result(rows.size(), false);
     if (width < 2) return result;
     const Part part(all_, rows);
@@ -201,7 +201,7 @@ class Quadrature {
   void integrate(const Rows& rows, const PredictionRule& chosen, double tail) {
     const QuadratureRule& rule = chosen.points;
     const Part part(all_, rows);
-    const VectorXd spread = straight(rows);
+    const VectorXd spread = linear_deviation(rows);
     const auto count = static_cast<Index>(rows.size());
     MatrixXd means(rule.weights.size(), count);
     MatrixXd deviations(rule.weights.size(), count);
@@ -223,7 +223,7 @@ class Quadrature {
   }
 
   const UnknownValues& all_;
-  std::vector<BentDirections> directions_;
+  std::vector<NonlinearDirections> directions_;
   MatrixXd result_;
 };
 

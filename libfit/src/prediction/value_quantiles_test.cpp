@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Prediction intervals of means with many unknown arguments, straight and bent.
+// Prediction intervals of means with many unknown arguments, linear and nonlinear.
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "prediction/bent_directions.hpp"
+#include "prediction/nonlinear_directions.hpp"
 #include "silvafit/fit/prediction.hpp"
 
 using Eigen::Index;
@@ -99,55 +99,55 @@ double probability_below(double limit, double deviation, const Function& f) {
   return below / total;
 }
 
-BentDirections directions(const FittedModel& fit, const Table& table, bool split) {
+NonlinearDirections directions(const FittedModel& fit, const Table& table, bool split) {
   const RowMean mean(fit.specification, table);
   const MatrixXd center = mean.arguments(fit.estimate, std::vector<Index>(table.rows(), 0));
   const MatrixXd root = fit.covariance.llt().matrixL();
-  return bent_directions(mean,
-                         center,
-                         mean.gradient(center),
-                         std::vector<MatrixXd>(table.rows(), root),
-                         VectorXd::Constant(center.rows(), 1e-9),
-                         split)
+  return nonlinear_directions(mean,
+                              center,
+                              mean.gradient(center),
+                              std::vector<MatrixXd>(table.rows(), root),
+                              VectorXd::Constant(center.rows(), 1e-9),
+                              split)
       .front();
 }
 
 }  // namespace
 
-TEST_CASE("directions in which the mean is straight need no points") {
+TEST_CASE("directions in which the mean is linear need no points") {
   const Table table = columns(8, 1);
   FittedModel fit = model(straight_line(8), names(9));
   fit.covariance = correlated(9);
   const double deviation = std::sqrt(variances(table, fit.covariance)[0]);
   SECTION("all of a linear model") {
-    const BentDirections found = directions(fit, table, true);
+    const NonlinearDirections found = directions(fit, table, true);
     CHECK(found.root.cols() == 0);
-    CHECK(found.straight == Approx(deviation).epsilon(1e-12));
+    CHECK(found.linear == Approx(deviation).epsilon(1e-12));
   }
   SECTION("but one, where the residual's spread follows the mean") {
-    const BentDirections found = directions(fit, table, false);
+    const NonlinearDirections found = directions(fit, table, false);
     REQUIRE(found.root.cols() == 1);
-    CHECK(found.straight == Approx(0.0).margin(1e-12));
+    CHECK(found.linear == Approx(0.0).margin(1e-12));
   }
   SECTION("but that of a function of one sum") {
     fit.specification.formula = silvafit::data::parse_formula("y ~ exp(" + straight_line(8) + ")");
-    const BentDirections found = directions(fit, table, true);
+    const NonlinearDirections found = directions(fit, table, true);
     CHECK(found.root.cols() == 1);
-    CHECK(found.straight == Approx(0.0).margin(1e-9));
+    CHECK(found.linear == Approx(0.0).margin(1e-9));
   }
-  SECTION("but those that are bent") {
+  SECTION("but nonlinear directions do") {
     fit.specification.formula =
         silvafit::data::parse_formula("y ~ " + straight_line(7) + " + b8^2");
     fit.covariance = MatrixXd::Identity(9, 9);
-    const BentDirections found = directions(fit, table, true);
+    const NonlinearDirections found = directions(fit, table, true);
     REQUIRE(found.root.cols() == 1);
     CHECK(std::abs(found.root(8, 0)) == Approx(1.0).epsilon(1e-9));
-    CHECK(found.straight ==
+    CHECK(found.linear ==
           Approx(std::sqrt(variances(table, MatrixXd::Identity(8, 8))[0])).epsilon(1e-9));
   }
 }
 
-TEST_CASE("what is bent only if several arguments change at once is found") {
+TEST_CASE("a mean that is nonlinear only if several arguments change together is recognized") {
   // At a = 1 and b = 0 the mean a b does not change with a, at a = b = c = 0 the product of three
   // with none.
   FittedModel two = model("a*b + 0*x1", {"a", "b"});
@@ -174,7 +174,8 @@ TEST_CASE("predicted intervals of a linear model with many slopes are those of t
   CHECK((prediction.value - prediction.lower - margin).cwiseAbs().maxCoeff() < 1e-8);
 }
 
-TEST_CASE("predicted intervals of a function of one sum, or beside straight terms, are exact") {
+TEST_CASE(
+    "predicted intervals of a function of one sum, or with linear terms beside it, are exact") {
   const Table table = columns(8, 3);
   FittedModel fit = model("exp(" + straight_line(8) + ")", names(9));
   fit.covariance = correlated(9);
@@ -203,7 +204,7 @@ TEST_CASE("predicted intervals of a function of one sum, or beside straight term
   }
 }
 
-TEST_CASE("many directions that are all bent take a bounded number of points") {
+TEST_CASE("many nonlinear directions take a bounded number of points") {
   // A sum of squares of standard normal variables is chi-squared.
   const int count = GENERATE(3, 5, 6, 12, 30);
   std::string sum = "0*x1";
