@@ -19,12 +19,12 @@ namespace silvafit::fit {
 /// Coefficients and the values that they are held at.
 using HeldValues = std::map<std::string, double>;
 
-/// Fits with some coefficients held. From a fit nearby, unless null, uphill only: to the maximum
-/// that belongs to it, or to no fit that has converged. A fit that cannot be is one that has not
-/// converged, with NaN.
+/// Fits with some coefficients held. From a fit nearby, unless null, by ascent only: to the
+/// maximum that belongs to it, or to a fit that has not converged. An impossible fit is one that
+/// has not converged, with NaN.
 using HeldFit = std::function<FitResult(const HeldValues& held, const FittedModel* nearby)>;
 
-/// What is known of the likelihood at a converged fit; see at_held.
+/// Slopes of the likelihood at a converged fit; see at_held.
 using SlopesOf = std::function<HeldPoint(const FittedModel& fit, const HeldValues& held)>;
 
 /// The search that fit_constrained describes. Used once.
@@ -38,7 +38,7 @@ class BoundedSearch {
   FitResult run();
 
  private:
-  /// A fit with coefficients held at bounds, and what it is worth.
+  /// A fit with coefficients held at bounds, and its properties.
   struct Candidate {
     FitResult result;
     HeldValues held{};
@@ -51,12 +51,12 @@ class BoundedSearch {
     /// Fulfils the conditions of Karush, Kuhn and Tucker.
     bool is_optimal() const { return converged() && is_inside() && rising.empty(); }
   };
-  /// A set of held coefficients that is still to be tried.
+  /// A set of held coefficients that has not been fitted yet.
   struct Branch {
     HeldValues held{};
     double limit = std::numeric_limits<double>::infinity();  ///< no fit of it can be better
   };
-  /// What is remembered of the sets that were tried.
+  /// Results of the sets that were fitted.
   struct Outcome {
     bool converged = false;
     double value = 0.0;

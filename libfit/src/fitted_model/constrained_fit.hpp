@@ -18,7 +18,7 @@ ModelSpecification with_held(const ModelSpecification& specification,
                              const std::map<std::string, double>& held);
 
 /// How a model without constraints is fitted.
-/// \param nearby  a converged fit to go uphill from, described as that of the whole model; null to
+/// \param nearby  a converged fit to ascend from, described as that of the whole model; null to
 ///   search for starts
 using FreeFit =
     std::function<FitResult(const ModelSpecification& specification, const FittedModel* nearby)>;
@@ -31,13 +31,13 @@ using FreeFit =
 /// branched over: a fit that left its range at some coefficients is followed by two for each of
 /// them, with it held at the lower and at the upper bound; one that did not converge is branched
 /// at the coefficients that it ran out of the range with, or at all that are free if none did. A
-/// set with several coefficients held is left out if the fit with one of them less is no better
+/// set with several coefficients held is skipped if the fit with one of them less is no better
 /// than the best found, unless a fit has shown that such limits do not hold (it had several
 /// maxima); the most promising set comes first. Three bounded coefficients make 26 fits at most.
-/// From a bound where the likelihood rises into the range a fit goes uphill; where it has to turn
-/// on the way, rising from both ends (or the only one), or higher there than at the best point, but
-/// was not seen to, the range is halved where the slope of the profile changes its sign. With one
-/// maximum inside the bounds it is found; of several, the best that these fits show.
+/// If the likelihood increases from a bound into the range, a fit ascends from there. If there must
+/// be a maximum on the way that was not found (the likelihood increases from both ends, or is
+/// higher there than at the best point), the range is halved where the slope of the profile changes
+/// its sign. A single maximum inside the bounds is found; of several, the best of these fits.
 ///
 /// Held coefficients have no standard error. Those at a bound count as parameters and are named in
 /// the evidence. A result has not converged if no point fulfils the conditions, or a fit that did

@@ -11,7 +11,7 @@
 
 namespace silvafit::fit {
 
-/// What an earlier fit says of the parameters of a model and its groups.
+/// The start of a model and its groups from an earlier fit.
 ///
 /// Coefficients, strata and groups are found by name; groups that the earlier fit has not seen have
 /// effects of zero, strata a typical parameter.
@@ -31,7 +31,7 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               Integration integration,
                                               const MarginalOptions& options);
 
-/// Internal variance parameters of an estimate, moved inside the range where they are on its edge:
+/// Internal variance parameters of an estimate, moved inside the range if they are at its boundary:
 /// there the likelihood is flat by symmetry, and a search would not leave it.
 Eigen::VectorXd inside_range(const VarianceModel& variance, const VarianceEstimate& estimate);
 

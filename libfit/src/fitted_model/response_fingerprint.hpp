@@ -8,7 +8,7 @@
 namespace silvafit::fit {
 
 /// "sum64:" and sixteen hexadecimal digits: the sum of a hash of each value's bits, so that the
-/// order of the rows does not matter. Tells data apart by accident, not against intent.
+/// order of the rows does not matter. It detects accidental differences, not deliberate ones.
 /// \param response  (N) the observations
 /// The hash is the finalizer of MurmurHash3 (Appleby 2011, public domain).
 std::string response_fingerprint(const Eigen::Ref<const Eigen::VectorXd>& response);

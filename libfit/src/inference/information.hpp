@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The Hessian of a likelihood at its maximum, and what it says of the parameters that people read.
+// The Hessian of a likelihood at its maximum, and the covariance of the reported parameters.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@ namespace silvafit::fit {
 /// exact gradient, and for ols exact.
 ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface);
 
-/// Groupings whose covariance is on the edge of its range: none of its standard deviations and
+/// Groupings whose covariance is singular (boundary fits): none of its standard deviations and
 /// correlations has a standard error.
 struct EdgeGroupings {
   bool outer = false;
@@ -29,12 +29,12 @@ struct EdgeGroupings {
 };
 EdgeGroupings edge_groupings(const SurfaceLayout& layout, const Eigen::VectorXd& x);
 
-/// What the data cannot tell apart of the variance components of a fit that counts as converged, as
-/// those of earlier versions may.
+/// Variance components that are not identifiable although the fit counts as converged, which is
+/// possible in files of earlier versions.
 ConfoundedVariances confounded_variances(const SurfaceSetting& setting);
 
 /// (K x K) covariance of parameters on their symmetric scales, by the delta method; NaN where a
-/// parameter is on the edge of its range, or the data cannot tell it from others.
+/// parameter is at the boundary of its range or not identifiable.
 Eigen::MatrixXd symmetric_covariance(const SurfaceSetting& setting,
                                      const LikelihoodSurface& surface,
                                      const std::vector<NaturalParameter>& parameters,

@@ -21,11 +21,11 @@ struct StartSearchOptions {
   int further_hops = 0;   ///< besides those that a formula with many coefficients gets
 };
 
-/// Good starts for a model without covariates, best first, each in a valley of its own.
+/// Good starts for a model without covariates, best first, each near another minimum.
 ///
 /// Candidates cover sign and logarithm of the nonlinear coefficients around the scales of the data
 /// (a rate times a column is of order one) and, thinner, far beyond; the linear coefficients are
-/// solved for. The best go downhill on at most 200 observations spread over the response.
+/// solved for. The best descend on at most 200 observations spread over the response.
 /// \throws DomainError if an observation has no finite mean for any candidate
 std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
                                            const StartSearchOptions& options);

@@ -53,18 +53,18 @@ struct SmallerVariance {
 
 /// How the two steps follow each other.
 enum class Alternation {
-  /// One step of each a round; where a step of the coefficients does not do what the linear model
-  /// expects, a careful round.
+  /// One step of each per iteration; if a step of the coefficients differs from the prediction of
+  /// the linear model, a careful iteration.
   kInterleaved,
-  /// Penalized least squares to the end, with short steps where needed, then theta to the end.
+  /// Penalized least squares to convergence, with short steps if necessary, then theta likewise.
   kCareful,
 };
 
-/// The model at the coefficients of a fit that knows nothing of groups.
+/// The model at the coefficients of the pooled fit (without groups).
 struct PooledFit {
   Eigen::VectorXd coefficients{};  ///< (p)
   Eigen::VectorXd scale{};         ///< (p) units in which the Jacobian's columns have size one
-  Eigen::MatrixXd mixing{};        ///< (p x p) that takes nearly dependent columns apart, or empty
+  Eigen::MatrixXd mixing{};        ///< (p x p) orthogonalizes nearly dependent columns, or empty
   double log_likelihood = 0.0;     ///< without random effects, which every mixed model contains
 };
 PooledFit pooled_fit(const NonlinearModel& model,
@@ -82,9 +82,9 @@ class LindstromBates {
 
   /// A start with all random effects zero and standard deviations of a typical size times `spread`.
   LindstromBatesState start(double spread);
-  /// A start with the variance components that the model linear around the pooled fit asks for.
+  /// A start with the variance components of the model linearized at the pooled fit.
   LindstromBatesState first_order_start();
-  /// What a larger variance function starts from.
+  /// The start of a larger variance function.
   SmallerVariance variance_of(const LindstromBatesOutcome& outcome) const;
   /// A start from a fit whose variance function this one contains.
   /// \param factors_of  for each factor of the smaller function, the one of this function that it
@@ -93,25 +93,25 @@ class LindstromBates {
                                  const std::vector<std::size_t>& factors_of);
   /// A start at a fit of the same model, perhaps to other data.
   LindstromBatesState start_at(const MixedEffectsFit& fit);
-  /// How many short steps in a row penalized least squares may take before it gives up (6 at
-  /// first).
+  /// Maximum number of short steps in a row of penalized least squares before it stops (default
+  /// 6).
   void set_patience(int short_steps) { short_steps_ = short_steps; }
-  /// How many linearizations runs from now on may take; one is a pass over the data.
+  /// Maximum number of linearizations of the following runs; one is a pass over the data.
   void set_passes(int passes) { passes_left_ = passes; }
   /// Squared standard errors that theta may still move when an alternation has converged.
   void set_tolerance(double decrement) { tolerance_ = decrement; }
-  /// Alternates until both steps stand still.
+  /// Alternates until both steps leave the estimates unchanged.
   LindstromBatesOutcome run(LindstromBatesState state, Alternation how);
-  /// If a covariance stopped on the edge of its range although the likelihood rises inwards, a
-  /// state inside.
+  /// If a covariance is singular although the likelihood increases towards the interior, a state
+  /// inside.
   bool leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
   /// The result in the model's own coordinates.
   MixedEffectsFit result(const LindstromBatesOutcome& outcome);
 
  private:
   class Run;
-  /// Steps of the variance components a round: enough to settle once the linearization has; before
-  /// that, more would be wasted.
+  /// Steps of the variance components per iteration: enough to converge once the linearization
+  /// has; before that, more would be wasted.
   static constexpr int kThetaSteps = 30;
 
   Eigen::Index random_parameter_count() const {

@@ -66,7 +66,7 @@ class MarginalBlock {
   /// Searches modes without a value.
   /// \param known       as in ClusterModes::search
   /// \param objectives  (C) out: what modes minimize, infinite where the mode is a known one
-  /// \returns false if there is no clear mode
+  /// \returns false if a conditional mode is flat
   bool find_modes(const RandomDesign& design,
                   Modes& modes,
                   Eigen::MatrixXd& effects,

@@ -44,8 +44,8 @@ double marginal_log_likelihood(const NonlinearModel& model,
                                Integration integration,
                                const MarginalOptions& options);
 
-/// Fits from the end of Lindstrom and Bates' method and, where that leads nowhere, from the maximum
-/// of the first-order method and the pooled fit.
+/// Fits from the end of Lindstrom and Bates' method and, if this does not converge, from the
+/// maximum of the first-order method and the pooled fit.
 /// \param pooled      (p) coefficients of the pooled fit
 /// \param linearized  a described and judged fit by Lindstrom and Bates' method, converged or not
 MixedEffectsFit fit_marginal_from(const NonlinearModel& model,

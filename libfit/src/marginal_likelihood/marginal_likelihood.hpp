@@ -37,7 +37,7 @@ class MarginalLikelihood {
   /// \param modes  in: where they begin
   /// \param known  other modes, or null: searches that come near them end there
   /// \returns (C) what modes minimize, but for a constant; infinite where the mode is a known one.
-  ///   Nothing if a search leads to no clear mode.
+  ///   Nothing if a search ends at a flat conditional mode.
   std::optional<Eigen::VectorXd> find_modes(const MarginalPoint& point,
                                             Modes& modes,
                                             const Modes* known);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which variance components the data cannot tell apart.
+// Variance components that are not identifiable from the data.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,15 +29,15 @@ struct ConfoundedVariances {
   int directions = 0;  ///< in which they can be moved without changing the likelihood
 };
 
-/// Variance components that can take each other's place: along some direction of them the
-/// covariance of the observations stays what it is, and so does their likelihood.
+/// Variance components that are not identifiable: along some direction of them the covariance of
+/// the observations does not change, and so their likelihood does not either.
 ///
 /// With V = sum of Z Psi Z' of the groupings + R, the derivatives of V by the elements of Psi, the
-/// parameters of the variance function and sigma are matrices; the components are told apart if and
-/// only if these do not depend linearly on each other, which is seen from their Gram matrix
-/// tr(R^-1 V_k R^-1 V_l). That holds on the edge of the covariances, too, where the Hessian of the
-/// likelihood says nothing. A direction that leaves no room for Psi to remain a covariance does not
-/// count, nor do parameters of constant-plus-power at the ends of their ranges.
+/// parameters of the variance function and sigma are matrices; the components are identifiable if
+/// and only if these matrices are linearly independent, which their Gram matrix tr(R^-1 V_k R^-1
+/// V_l) shows. This also holds for boundary (singular) fits, where the Hessian of the likelihood
+/// cannot be used. A direction in which Psi would not remain a covariance does not count, nor do
+/// parameters of constant-plus-power at their bounds.
 /// \param variance  the variance function of the model
 /// Cost: a pass over the data for the derivatives, then one over the groups; for the restricted
 /// likelihood memory for N values for each component and coefficient.

@@ -9,11 +9,11 @@
 
 namespace silvafit::fit {
 
-/// Why the likelihood of a mixed model rises for ever, as a sentence with what to do; empty where
-/// nothing shows that it does:
+/// Why the likelihood of a mixed model is unbounded, as a sentence with the remedy; empty if there
+/// is no sign that it is:
 /// - The model goes through all observations, so that the residual variance goes to zero.
-/// - A random effect has run to where the curve means nothing: at two standard deviations it is
-///   beyond all measure of the response, or no longer depends on the effect on either side.
+/// - The standard deviation of a random effect grows without bound: at two standard deviations the
+///   curve is far beyond the response, or it no longer depends on the effect on either side.
 /// - A coefficient has a standard error far below what its random effect allows.
 /// \param frame  of the coefficients at the estimates
 std::string degeneracy(const NonlinearModel& model,

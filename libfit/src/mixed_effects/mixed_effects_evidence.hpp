@@ -27,7 +27,7 @@ enum class Rounds { kAlternations, kEvaluations };
 void describe(const NonlinearModel& model, MixedEffectsFit& fit);
 
 /// Fills in rank and boundary of a fit's convergence and puts its evidence into a sentence. A fit
-/// whose data cannot tell coefficients or variance components apart has not converged, and such
+/// with coefficients or variance components that are not identifiable has not converged, and such
 /// coefficients have no standard errors.
 /// \param is_restricted  whether the likelihood is the restricted one
 /// \param obstacle       of a fit that has not converged

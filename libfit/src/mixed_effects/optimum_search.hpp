@@ -24,8 +24,8 @@ struct OptimumSearchOptions {
 /// Lindstrom and Bates' method runs from each starting point. Its fixed points are ranked by their
 /// marginal likelihood, because its own is that of a different linear model at each. The best lead
 /// to the maximum of the marginal likelihood, and that back to a further fixed point. Then each
-/// random effect is left out in turn: a model that contains another must not end below it. The fit
-/// is described and judged; docs/local-maxima.md tells how.
+/// random effect is left out in turn: the fit of a model must not have a lower likelihood than that
+/// of a model that it contains. docs/local-maxima.md describes the search.
 /// \param pooled  the least-squares fit, with its other minima
 MixedEffectsFit search_optimum(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The coefficients that the rows of a table are predicted with, and what is not known of them.
+// The coefficients that the rows of a table are predicted with, and their uncertainty.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,11 +9,11 @@
 
 namespace silvafit::fit {
 
-/// M sets of p coefficients: of groups, of coarser groups, of the population. What is not known of
-/// a set has two parts: the error of what was estimated, and the random effects of which nothing
-/// was estimated.
+/// M sets of p coefficients: of groups, of coarser groups, of the population. The
+/// uncertainty of a set has two parts: the error of the estimates, and the random effects that were
+/// not estimated.
 struct CoefficientSets {
-  /// Which random effects are left open.
+  /// Which random effects are not estimated.
   enum class Open {
     kNothing,  ///< those of the group are estimated
     kInner,    ///< the coarser group's are estimated, or there is one grouping

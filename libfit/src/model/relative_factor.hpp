@@ -12,7 +12,7 @@
 namespace silvafit::fit {
 
 /// Psi / sigma^2 = L L' with L lower triangular; its diagonal may be zero or negative, so that the
-/// edge of the set of covariance matrices is nothing special to an optimizer.
+/// boundary of the set of covariance matrices is an ordinary point for an optimizer.
 class RelativeFactor {
  public:
   /// \param random  the form of the covariance

@@ -9,18 +9,18 @@ namespace silvafit::fit {
 /// Newton's decrement and the sign of the curvature, direction by direction, with variables scaled
 /// so that the Hessian has ones on its diagonal.
 ///
-/// A likelihood at the edge of the covariances has directions without curvature, such as rotations
-/// of a factor that has lost rank; there the gradient has to be nothing as well. So do ridges of a
-/// likelihood that cannot tell parameters apart, which it is not for this to tell from the edge:
-/// see mixed_effects/confounded_variances.hpp.
+/// The likelihood of a boundary (singular) fit has directions without curvature, such as rotations
+/// of a factor that has lost rank; there the gradient has to be zero as well. So does a likelihood
+/// with parameters that are not identifiable. This class does not distinguish the two cases: see
+/// mixed_effects/confounded_variances.hpp.
 class CurvatureCertificate {
  public:
-  /// \param hessian   (n x n) as it comes from differences of gradients; how far it is from
-  ///   symmetric tells how exact its eigenvalues are
+  /// \param hessian   (n x n) as it comes from differences of gradients; its asymmetry
+  ///   is a measure of the error of its eigenvalues
   /// \param gradient  (n)
   CurvatureCertificate(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& gradient);
 
-  /// g'H^-1 g: twice what a Newton step would gain; infinite if it is not known.
+  /// g'H^-1 g, twice the decrease by a Newton step; infinite if it is not known.
   double decrement() const { return decrement_; }
   /// The direction of the most negative curvature, one standard deviation long; empty where no
   /// curvature is negative beyond doubt.
@@ -31,8 +31,8 @@ class CurvatureCertificate {
   Eigen::VectorXd downwards_;
 };
 
-/// The inverse of a Hessian over the directions in which it is positive; the others have none, so
-/// that it says nothing of a parameter that has a part in one of them. NaN where the Hessian is not
+/// The inverse of a Hessian over the directions in which it is positive. It is not valid for a
+/// parameter that has a component in one of the other directions. NaN where the Hessian is not
 /// finite.
 Eigen::MatrixXd informed_inverse(const Eigen::MatrixXd& hessian);
 

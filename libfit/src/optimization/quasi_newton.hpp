@@ -21,12 +21,11 @@ struct QuasiNewtonResult {
 
 struct QuasiNewtonOptions {
   double decrement = 1e-14;  ///< stop below this
-  /// Stop below this as well where some steps have not halved the decrement: rounding of the
-  /// function is in the way.
+  /// Stop below this as well if some steps have not halved the decrement: rounding of the function
+  /// prevents it.
   double rounded_decrement = 0.0;
   int maximum_steps = 100;
-  /// Stop after so many steps in a row that had to be made very short, as at an edge beyond which
-  /// the function has other values; 0 for never.
+  /// Stop after so many very short steps in a row, as at a jump of the function; 0 for never.
   int most_short_steps = 0;
   double longest_step = 2.0;  ///< per step, in any variable
   /// Whether the first Hessian comes from differences to one side: half as many gradients, and
@@ -48,8 +47,8 @@ QuasiNewtonResult minimize(const SmoothFunction& function,
 /// and columns are NaN.
 Eigen::MatrixXd hessian_from_gradients(const SmoothFunction& function, const Eigen::VectorXd& x);
 
-/// The Hessian from differences of the exact gradient to one side, as it comes: how far it is from
-/// symmetric tells how exact it is. Where the function ends there, the other
+/// The Hessian from differences of the exact gradient to one side, not symmetrized: its
+/// asymmetry is a measure of its error. Where the function ends there, the other
 /// side is taken; where it ends on both, the column is NaN.
 /// \param gradient  at x
 Eigen::MatrixXd one_sided_hessian(const SmoothFunction& function,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the observations of a group say of its random effects at a fit's estimates.
+// Density of a group's observations given its random effects, at the estimates of a fit.
 #pragma once
 
 #include <Eigen/Core>

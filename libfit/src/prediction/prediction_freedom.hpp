@@ -23,14 +23,15 @@ struct VarianceParts {
 
 /// The t distribution of predictions by Satterthwaite's approximation.
 ///
-/// It asks for variances that are estimated independently, each with all that it drives added up
-/// before squares are taken. Without random effects all of a prediction's variance goes with
-/// sigma^2, and the degrees of freedom are those of the residual, which is exact in a linear model.
-/// With them, the independent estimates are the spread of the groups' own curves, in a balanced
-/// layout the mean square between groups, and the residual variance within groups. The former is
-/// Psi and what the groups' trees leave open of their curves; hence what goes with Psi, V_b, takes
-/// V_b / reliability of the variance, reliability being the share of Psi in that spread. Shares are
-/// not negative, so that there are never fewer degrees of freedom than the fewest of the estimates.
+/// It needs variances that are estimated independently; the terms of each are added before the sum
+/// is squared. Without random effects the variance of a prediction is proportional to sigma^2, and
+/// the degrees of freedom are those of the residual, which is exact in a linear model. With them,
+/// the independent estimates are the variance between the curves of the groups (in a balanced
+/// layout the mean square between groups) and the residual variance within groups. The former is
+/// the sum of Psi and of the error of the estimated curves. The part V_b, which is proportional to
+/// Psi, therefore takes V_b / reliability of the variance, with the reliability the share of Psi in
+/// that sum. Shares are not negative: the degrees of freedom are at least the smallest of the
+/// estimates.
 /// In the balanced one-way layout all of this is exact to the order of Satterthwaite's
 /// approximation, and confidence intervals of the mean are those of the t test.
 /// Source: Satterthwaite 1946, Biometrics Bulletin 2, 110-114.

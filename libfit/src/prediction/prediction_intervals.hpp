@@ -9,7 +9,7 @@
 
 namespace silvafit::fit {
 
-/// Fills in errors, degrees of freedom and, if asked for, the ends of intervals.
+/// Fills in errors, degrees of freedom and, if required, the limits of intervals.
 /// \param values  the predictions so far: values and residual standard deviations
 /// \param marginal_gradients  (N x p) derivatives of marginal means; rows that have none are not
 ///   read

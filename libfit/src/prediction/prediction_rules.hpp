@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Points to integrate predictions over what is not known of their arguments.
+// Quadrature points for predictions over the errors of their arguments.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ namespace silvafit::fit {
 /// Points in the main direction, by how much the mean changes in it against the residual.
 enum class MainPoints { kFew, kDense, kGapless };
 
-/// Points to integrate over what is not known.
+/// Quadrature points over the errors of the arguments.
 struct PredictionRule {
   QuadratureRule points{};
   Eigen::Index stride = 0;  ///< of close_gaps, which the components then need; else 0

@@ -11,8 +11,8 @@
 
 namespace silvafit::fit {
 
-/// Rows of which a value f(x) + s e is asked for; the arguments x, parameters by row and uncertain
-/// columns as RowMean has them, are normal around a center.
+/// Rows for whose value f(x) + s e quantiles are needed; the arguments x, parameters by row and
+/// uncertain columns as RowMean has them, are normal around a center.
 struct UnknownValues {
   const FittedModel& fit;
   const data::Table& table;                   ///< N rows

@@ -16,7 +16,7 @@ void require_model_numbers(const data::Table& table,
                            const ImputeOptions& options);
 
 /// The model of some trees.
-/// \param notes  gets what was tried in vain, and why there are no random effects
+/// \param notes  receives the models that failed, and why there are no random effects
 /// \throws NumericalError if none converges
 fit::FittedModel imputation_model(const data::Table& measured,
                                   const Catalogue& catalogue,

@@ -51,8 +51,8 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
 std::vector<Trial> variance_trials(const Candidate& mixed,
                                    const std::vector<std::string>& functions);
 
-/// What speaks against the candidate of an index, as a sentence; empty: nothing. Asked of no
-/// candidate twice, and only of those that would be chosen.
+/// The reason for rejecting the candidate of an index, as a sentence; empty: none. Called at most
+/// once per candidate, and only for those that would be chosen.
 using Examination = std::function<std::string(std::size_t)>;
 
 /// The choices of the levels (run_study has the rules). Each ranks its candidates, passes over

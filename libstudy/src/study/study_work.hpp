@@ -29,12 +29,12 @@ struct Work {
   /// The chosen least-squares model as it was compared: its fit to the sample, if there is one.
   std::optional<fit::FittedModel> compared{};
 
-  /// Base models whose mixed models were all passed over, by their numbers, and why.
+  /// Base models whose mixed models were all rejected, by their numbers, with the reason.
   std::map<std::size_t, std::string> barred{};
 
   bool is_sampled() const { return sample.rows() > 0; }
   const data::Table& compared_trees() const { return is_sampled() ? sample : table; }
-  /// What is wrong with the curves of a fit to the trees, as a sentence; empty if nothing is.
+  /// Why the curves of a fit to the trees are implausible, as a sentence; empty if they are not.
   std::string objection_to_curves(const fit::FittedModel& fit) const;
 };
 

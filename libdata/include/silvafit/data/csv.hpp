@@ -118,7 +118,7 @@ bool is_missing_field(std::string_view field);
 bool is_missing_number(std::string_view field);
 
 /// Reads a whole field as a number, blanks around it allowed; false if it is none. `inf` and `nan`
-/// are numbers here: whoever needs finite ones says so with a message of their own.
+/// are numbers here: a caller that needs finite numbers has to check this.
 bool parse_number(std::string_view field, double& value);
 
 /// A number with a decimal comma, 12,5 or 1,5E-05, with a point in its place; empty if the field is

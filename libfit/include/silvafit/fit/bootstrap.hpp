@@ -48,7 +48,7 @@ struct Interval {
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// What the replicates say of one parameter, theta* of those where it has a value.
+/// Bootstrap results of one parameter, theta* of those where it has a value.
 struct BootstrapParameter {
   std::string name{};           ///< as parameter_values() has it
   double estimate = 0.0;        ///< theta of the fit
@@ -79,7 +79,7 @@ struct Bootstrap {
   /// Replicates without a converged fit, by verdict, commonest first; they count in no figure
   /// above.
   std::vector<CountedReason> failures{};
-  /// Converged replicates on the edge of the range, by what lies there; they count above.
+  /// Converged boundary (singular) replicates, by the parameter at the boundary; they count above.
   std::vector<CountedReason> on_edge{};
 };
 

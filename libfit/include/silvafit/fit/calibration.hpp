@@ -12,7 +12,7 @@
 
 namespace silvafit::fit {
 
-/// What counts for a group that the fit has seen.
+/// Random effects of a group that was in the fit.
 enum class SeenGroups {
   /// The fit's own random effects. Its trees in the table are taken for those that were fitted to,
   /// and do not count a second time.

@@ -10,8 +10,8 @@
 namespace silvafit::fit {
 
 /// A mixture of chi-squared distributions: weights[i] is the probability of i degrees of freedom
-/// above `base`. The reference of a likelihood ratio where parameters lie on the edge of their
-/// range under the hypothesis, such as variances at zero.
+/// above `base`. The reference of a likelihood ratio where parameters are at a boundary of
+/// their range under the hypothesis, such as variances at zero.
 struct ChiBarSquared {
   int base = 0;
   std::vector<double> weights{1.0};  ///< add up to one

@@ -19,7 +19,7 @@ std::string to_json(const FittedModel& fit, int indent = -1);
 /// The object itself.
 nlohmann::ordered_json json_of(const FittedModel& fit);
 
-/// The fit of a JSON object. Keys that are not known are passed over.
+/// The fit of a JSON object. Unknown keys are ignored.
 /// \throws InputError that names file and key if a key is missing or does not fit to the others, or
 ///   a newer version of silvafit wrote it
 FittedModel from_json(const data::JsonReader& json);

@@ -124,7 +124,7 @@ struct FittedModel {
                               const data::Table& table) const;
 };
 
-/// The fit and what it says of each observation.
+/// The fit, and the fitted values of each observation.
 struct FitResult {
   FittedModel fit;
   std::vector<std::size_t> rows{};       ///< (N) row of the table of each observation
@@ -144,7 +144,7 @@ struct FitModelOptions {
   std::map<std::string, double> start{};  ///< by coefficient, never needed
   /// An earlier fit of the same specification, perhaps to other data, if given: its coefficients,
   /// covariance and variance parameters and, by the groups' labels, random effects are where the
-  /// fit starts. Searches for starts are left out if this converges; else they follow. It has to
+  /// fit starts. Other starts follow only if this does not converge. It has to
   /// live as long as the call.
   const FittedModel* from = nullptr;
   std::map<std::string, double> rule{};           ///< by parameter, from the catalogue

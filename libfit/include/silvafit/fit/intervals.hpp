@@ -55,7 +55,7 @@ struct IntervalOptions {
 /// the observed information on the scales of R nlme's intervals(). Profile: the values c at which
 /// twice the fall of the log-likelihood, maximized with the parameter held at c, is the quantile of
 /// chi-squared with one degree of freedom; for ols that of the squared t, as R's confint() of nls.
-/// Where an estimate is on the edge of its range (a standard deviation of 0, a correlation of 1),
+/// Where an estimate is at its boundary (a standard deviation of 0, a correlation of 1),
 /// the interval has one limit only, and the reference is the half-and-half mixture of chi-squared
 /// with 0 and 1 degrees of freedom. docs/inference.md says which likelihood a method has.
 /// \param table  the rows that the fit was made of

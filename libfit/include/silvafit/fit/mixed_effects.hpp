@@ -126,11 +126,11 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
 /// objective, by maximum or restricted maximum likelihood.
 ///
 /// Alternates penalized nonlinear least squares in beta and b with the profile likelihood of the
-/// model that is linear around them, until both stand still together. Psi = sigma^2 L L' is never
-/// inverted, so that a singular Psi is an ordinary point; the reported log-likelihood is that of
-/// the linearized model, as nlme's. Without random effects it is generalized nonlinear least
-/// squares (nlme's gnls). A fit that fails is a result with converged = false and a verdict, not an
-/// exception.
+/// model that is linear around them, until both leave the estimates unchanged. Psi = sigma^2 L L'
+/// is never inverted, so that a singular Psi is an ordinary point; the reported log-likelihood is
+/// that of the linearized model, as nlme's. Without random effects it is generalized nonlinear
+/// least squares (nlme's gnls). A fit that fails is a result with converged = false and a verdict,
+/// not an exception.
 /// \param start  (p) coefficients to start from: the pooled least-squares fit
 /// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Pinheiro and Bates 2000, chapters 5
 /// and 7.

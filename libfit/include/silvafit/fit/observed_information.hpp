@@ -20,7 +20,7 @@ struct ObservedInformation {
   std::vector<std::string> names{};   ///< (K)
   Eigen::VectorXd estimate{};         ///< (K)
   std::vector<std::string> scales{};  ///< (K) "identity", "log", "fisher": log((1+r)/(1-r))
-  /// (K x K) on these scales. Rows and columns of parameters on the edge of their range are NaN.
+  /// (K x K) on these scales. Rows and columns of parameters at a boundary are NaN.
   Eigen::MatrixXd covariance{};
   /// (p x p) of the coefficients that are estimated, free of nlme's factor N / (N - p); empty for
   /// restricted likelihood, which has no coefficients.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a fitted model says of new data.
+// Predictions of a fitted model for new data.
 #pragma once
 
 #include <Eigen/Core>
@@ -82,12 +82,12 @@ struct Prediction {
 
 /// Predicts the response of each row. Without random effects all levels are the same.
 ///
-/// Standard errors are first-order ones. Ends of prediction intervals are quantiles of the mixture
-/// of normal distributions that a new tree has over what is not known of the coefficients, by
-/// quadrature, widened for the degrees of freedom; those of confidence intervals are values of the
-/// mean at coefficients that lie t standard deviations away in the direction in which it changes
-/// most. Both keep to the range of the mean function and are not symmetric where that is not
-/// linear. Coefficients without a standard error (held ones) count as known.
+/// Standard errors are first-order ones. Limits of prediction intervals are quantiles of the
+/// distribution of a new tree, a mixture of normal distributions over the errors of the
+/// coefficients, by quadrature, widened for the degrees of freedom. Those of confidence intervals
+/// are values of the mean at coefficients t standard deviations away in the direction in which it
+/// changes most. They follow the mean function and are asymmetric where it is nonlinear.
+/// Coefficients without a standard error (fixed ones) count as known.
 ///
 /// A column that only the variance function reads may be missing: residual_sd and prediction
 /// intervals are NaN then. Only calibration from measured trees, which it weighs, needs it.

@@ -85,7 +85,7 @@ struct CrossValidated {
   std::size_t measured = 0;  ///< trees of each plot that calibrate the others; 0: b = 0
 };
 
-/// One model that was tried at a level.
+/// One candidate of a level.
 struct Candidate {
   std::vector<std::string> terms{};  ///< level 2: sub-models; level 3: random coefficients
   fit::FittedModel fit;
@@ -94,13 +94,13 @@ struct Candidate {
   int rank = 0;  ///< from 1 by the level's criterion; 0 if it did not converge
   bool chosen = false;
   /// Whether its curves and its likelihood were examined, as is done from the best rank down to the
-  /// chosen one, and what was found that speaks against it, as a sentence; empty: nothing.
+  /// chosen one, and the reason for rejecting it, as a sentence; empty: none.
   bool is_examined = false;
   std::string objection{};
 };
 
 /// How the chosen models predict plots that were left out of their fits, by cross-validation:
-/// random effects are zero, since nothing is known of such a plot.
+/// random effects are zero, since no tree of such a plot is measured.
 struct LeftOutPlots {
   std::size_t folds = 0;
   std::size_t trees = 0;  ///< that all models predict: a fold whose fit failed has none
@@ -137,15 +137,15 @@ struct ResponseStudy {
   std::optional<fit::FitResult> with_covariates{};  ///< chosen at level 2, or that of level 1
   std::optional<fit::FitResult> nlme{};             ///< chosen at level 3
   std::optional<LeftOutPlots> left_out{};           ///< where there is a mixed model
-  /// What speaks against the chosen models although they converged, as sentences.
+  /// Reasons why the chosen models are doubtful although they converged, as sentences.
   std::vector<std::string> doubts{};
 
-  /// Whether the final model converged and nothing speaks against the chosen models.
+  /// Whether the final model converged and there are no doubts about the chosen models.
   bool is_sound() const { return converged() && doubts.empty(); }
   /// Whether the last level that was tried ended in a model to rely on, and the sentence on it.
   bool converged() const;
   std::string verdict() const;
-  /// A sentence for each level whose best candidates were passed over, on the first of them.
+  /// A sentence for each level whose best candidates were rejected, on the first of them.
   std::vector<std::string> passed_over() const;
 };
 
@@ -174,11 +174,11 @@ using ProgressCallback =
 /// fewest parameters. Level 2: every subset of the covariates on each parameter in turn, or on
 /// pairs of them; lowest BIC, where its likelihood-ratio test against level 1 is significant at
 /// 5 %; the chosen one also without intercept. Level 3: random effects of the group on every subset
-/// of the coefficients (at most maximum_random_effects), lowest BIC of those that converge away
-/// from the edge; then the variance functions, lowest AIC where the test against a constant
-/// variance is significant at 5 %. Candidates whose curves cannot be those of trees, and mixed
-/// models that are less likely than a model that they contain, are passed over (docs/study.md). The
-/// options change criteria and thresholds. All fits of a species and response use the same trees.
+/// of the coefficients (at most maximum_random_effects), lowest BIC of those that are not
+/// boundary (singular) fits; then the variance functions, lowest AIC where the test against a
+/// constant variance is significant at 5 %. Candidates with implausible curves, and mixed models
+/// that are less likely than a model that they contain, are rejected (docs/study.md). The options
+/// change criteria and thresholds. All fits of a species and response use the same trees.
 /// Deterministic whatever the number of threads. A fit that fails is listed with its reason.
 ///
 /// \param table  an inventory with our column names, optionally W, M, U, C and `core` (only rows
