@@ -24,11 +24,11 @@ struct AddedColumns {
   std::vector<std::string> mapped{};     ///< of --columns
 };
 
-/// Writes the table of the file without titles and units, byte for byte a field but for the
-/// replaced ones, with the new columns behind: into a file, or to standard output, or with --json
-/// nowhere. Numbers of a file with decimal commas get points, since commas separate what is
-/// written: those of columns of numbers that are no labels of plots, trees or species. \param out
-/// file to write; empty: standard output
+/// Writes the table of the file without titles and units, with the new columns at the end. Fields
+/// that are not replaced are copied byte for byte. The table goes to a file or to standard output;
+/// with --json it is not written. In a file with decimal commas, numbers get decimal points,
+/// because commas separate the fields; labels of plots, trees and species are not changed.
+/// \param out  file to write; empty: standard output
 void write_with_columns(const std::string& in,
                         const std::string& out,
                         const AddedColumns& columns,

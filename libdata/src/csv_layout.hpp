@@ -28,9 +28,10 @@ std::size_t count_line_ends(std::string_view text);
 /// Finds the header in the first bytes of a file.
 ///
 /// The first record is the header unless it is a comment (#), or a title above a record of names
-/// that fills more fields and has numbers below it. \param text       the first bytes of a file,
-/// without byte order mark \param is_whole   the file has no more bytes \param separator  if the
-/// file says it; else the one that the header shows
+/// that fills more fields and has numbers below it.
+/// \param text       the first bytes of a file, without byte order mark
+/// \param is_whole   the file has no more bytes
+/// \param separator  if the file names it; otherwise the header determines it
 TableStart start_of_table(std::string_view text, bool is_whole, std::optional<char> separator);
 
 }  // namespace silvafit::data

@@ -103,7 +103,7 @@ void BoundedSearch::branch_from(const Candidate& at, double limit) {
       if (std::isfinite(bound)) open(with(at.held, name, bound), limit);
     }
   }
-  // What is free there is held by the sets that led here, perhaps in vain.
+  // The sets that led here hold coefficients that should perhaps be free.
   for (const std::string& name : at.rising) {
     open(without(at.held, name), std::numeric_limits<double>::infinity());
   }

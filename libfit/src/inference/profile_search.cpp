@@ -140,7 +140,7 @@ class ProfileSearch {
   }
 
   /// Whether a point may be on the profile that leads through those inside it, rather than in
-  /// another valley of the likelihood: there, the deviance jumps.
+  /// near another maximum of the likelihood: there, the deviance jumps.
   bool is_plausible(const ProfilePoint& point,
                     const ProfilePoint& inside,
                     const std::optional<ProfilePoint>& before) const {
@@ -207,7 +207,7 @@ class ProfileSearch {
     const std::optional<ProfilePoint> point =
         minimized(t, value, guess(t, inside, before), inside.hessian);
     if (point && is_plausible(*point, inside, before)) return *point;
-    // A guess may lie where there is no likelihood, or in another valley.
+    // A guess may lie where there is no likelihood, or near another maximum.
     const std::optional<ProfilePoint> again = minimized(t, value, inside.free, inside.hessian);
     if (again && !again->is_above && (!point || point->is_above || again->root < point->root)) {
       return *again;

@@ -140,7 +140,7 @@ class StartSearch {
   }
 
   /// Of formulas with many nonlinear coefficients, such as sums of peaks, points spread over all
-  /// of them miss most valleys. From the lowest point found, some coefficients at a time jump
+  /// of them miss most minima. From the lowest point found, some coefficients at a time jump
   /// elsewhere, and the descent begins again.
   /// Source: basin hopping, Wales and Doye 1997, J. Phys. Chem. A 101, 5111-5116, at temperature
   /// zero.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One run of the alternation of Lindstrom and Bates, from a state to where both steps stand still.
+// One run of the alternation of Lindstrom and Bates, from a state to a fixed point of both steps.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,8 +58,8 @@ class LindstromBates::Run {
     return outcome_;
   }
 
-  /// The method has no fixed point for some data with small groups: its two steps then drive each
-  /// other on for ever. True when many alternations have not halved the best decrement.
+  /// The method has no fixed point for some data with small groups: its two steps then never
+  /// converge. True when many alternations have not halved the best decrement.
   bool stagnates() {
     constexpr int kPatience = 15;
     const double decrement = outcome_.decrement;
@@ -208,7 +208,7 @@ class LindstromBates::Run {
   }
 
   bool careful_step(const VectorXd& theta) {
-    // Moves of the variance components that have to be shorter than this lead nowhere.
+    // Moves of the variance components that have to be shorter than this make no progress.
     constexpr double kShortestMove = 1e-2;
     VectorXd target = theta;
     for (length_ = 1.0; length_ >= kShortestMove; length_ *= 0.5) {

@@ -23,16 +23,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Two log-likelihoods that differ by less are the same but for rounding.
+// Smaller differences of log-likelihoods are rounding.
 constexpr double kSameLikelihood = 1e-7;
-// Most runs that lead to a fit take fewer passes over the data, most that do not go on for ever.
+// Most runs that converge take fewer passes over the data; most others never end.
 constexpr int kPassesOfOneRun = 500;
 constexpr int kPassesOfAllRuns = 2000;
-// Converged means that a round would move theta by less than 1e-6 standard errors.
+// Converged means that an iteration would move theta by less than 1e-6 standard errors.
 constexpr double kTolerance = 1e-12;
 
-/// One run, and further ones from inside if it stopped on the edge while the likelihood rises
-/// inwards.
+/// One run, and further ones from inside if it stopped at a singular covariance while the
+/// likelihood increases towards the interior.
 LindstromBatesOutcome run_from(LindstromBates& engine,
                                const LindstromBatesState& start,
                                Alternation how) {
@@ -78,10 +78,10 @@ class Search {
              spread < 1.0 ? Alternation::kCareful : Alternation::kInterleaved);
   }
 
-  /// From the first-order start, then from spreads of the random effects from wide to narrow, the
-  /// narrow ones again with patience. A narrow start keeps groups that are far from the pooled fit
-  /// from running into mirror images of their curves in the first step; the widest gives each group
-  /// its own least-squares fit.
+  /// From the first-order start, then with random effects from large to small, the small ones again
+  /// with more short steps. A start with small effects keeps groups that are far from the pooled
+  /// fit from running into mirror images of their curves in the first step; the widest gives each
+  /// group its own least-squares fit.
   void try_all_starts() {
     constexpr int kPatient = 100;
     // So wide that nothing holds a group's coefficients but its own observations.

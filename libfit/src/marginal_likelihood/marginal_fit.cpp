@@ -390,8 +390,8 @@ class MarginalSearch {
     return {};
   }
 
-  /// If the covariance stopped on the edge of its range although the likelihood rises inwards, a
-  /// point inside; else nothing. At the edge the gradient is zero by symmetry.
+  /// If the covariance is singular although the likelihood increases towards the interior, a point
+  /// inside; else nothing. At the boundary the gradient is zero by symmetry.
   VectorXd inside_of(const Optimum& optimum) {
     for (const bool is_outer : {false, true}) {
       const MatrixXd covariance = coordinates_.scaled_covariance(optimum.x, is_outer);
@@ -454,8 +454,8 @@ class MarginalSearch {
 
 namespace {
 
-/// The result, measured in units that suit it: where the search began far away, steps in those of
-/// its start tell nothing of the curvature at its end.
+/// The result, in units of the end of the search: if the start was far away, differences in its
+/// units do not measure the curvature at the end.
 MixedEffectsFit result_of(MarginalSearch& search,
                           const NonlinearModel& model,
                           Integration integration,
@@ -582,7 +582,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
                                   const MarginalOptions& options) {
   MarginalSearch search(model, integration, options, linearized);
   const bool is_first_order = !needs_curvature(integration);
-  // Where the data cannot tell parameters apart, the linear model is at a maximum all the same.
+  // With parameters that are not identifiable, the linear model is nevertheless at a maximum.
   const bool is_at_maximum =
       linearized.convergence.converged || linearized.convergence.rank < pooled.size();
   if (is_at_maximum || is_first_order) search.try_fit(linearized);

@@ -201,7 +201,8 @@ void ObservationSums::fill_parameter(const VaryingParameter& varying,
 }
 
 /// Fills in what differs by group for some rows from `row` on, and where its groups begin among
-/// them. \returns the group of the row behind them
+/// them.
+/// \returns the group of the row behind them
 Index ObservationSums::fill_rows(
     const GroupValues& values, Index group, Index row, Index rows, Workspace& workspace) const {
   double* const parameters = workspace.inputs.data();

@@ -96,7 +96,7 @@ class Components {
     };
     std::vector<Direction> candidates;
     for (Index k = 0; k < count; ++k) candidates.push_back(direction_of(null.col(k)));
-    // On the edge there may be room only where one component gives to another what it has.
+    // At a boundary, a move may be possible only from one component to another.
     for (const VectorXd& gift : gifts()) {
       const VectorXd part = sizes_(known).cwiseProduct(gift(known));
       candidates.push_back(direction_of(null * (null.transpose() * part)));

@@ -47,14 +47,14 @@ MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& 
   return result;
 }
 
-/// What the data cannot tell apart at a maximum.
+/// Parameters that are not identifiable at a maximum.
 struct Confounded {
   std::vector<Index> coefficients{};
-  std::vector<Index> nearly{};  ///< those among them that only digits far behind tell apart
+  std::vector<Index> nearly{};  ///< those among them that are nearly not identifiable
   ConfoundedVariances variances{};
 };
 
-/// Coefficients that the mean cannot tell apart.
+/// Coefficients that are not identifiable from the mean.
 std::vector<Index> confounded_at(const NonlinearModel& model,
                                  const MatrixXd& coefficients,
                                  double tolerance = JacobianFactors::kRankTolerance) {
@@ -62,7 +62,7 @@ std::vector<Index> confounded_at(const NonlinearModel& model,
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
-  // With all coefficients held, there are none to tell apart.
+  // All coefficients are held.
   if (jacobian.cols() == 0 || !jacobian.allFinite()) return {};
   return JacobianFactors(jacobian, tolerance).confounded();
 }
@@ -72,7 +72,7 @@ Confounded confounded_parameters(const NonlinearModel& model,
                                  bool has_full_rank,
                                  bool is_restricted) {
   const MatrixXd coefficients = group_coefficients(model, fit);
-  // Where the population's curve cannot tell coefficients apart, groups that differ may seem to.
+  // Differences between groups may hide that the population curve does not identify coefficients.
   Confounded result{.coefficients = has_full_rank ? confounded_at(model, coefficients)
                                                   : confounded_at(model, fit.estimate)};
   result.nearly = confounded_at(model, fit.estimate, JacobianFactors::kNearTolerance);
@@ -89,7 +89,7 @@ Confounded confounded_parameters(const NonlinearModel& model,
   return result;
 }
 
-/// Coefficients that the data can tell apart, from the information matrix at the optimum, in
+/// Number of identifiable coefficients, from the information matrix at the optimum, in
 /// coordinates in which the origin of a covariate does not matter.
 int information_rank(const CoefficientFrame& frame, const MixedEffectsFit& fit) {
   if (fit.covariance.size() == 0 || !fit.covariance.allFinite()) return 0;
@@ -265,8 +265,8 @@ std::string confounding(const NonlinearModel& model,
   return {};
 }
 
-/// Takes note of what the data cannot tell apart; false where nothing was found. Where a fit has
-/// not converged, only coefficients that no place of the mean tells apart explain it.
+/// Records parameters that are not identifiable; false if there are none. If a fit has not
+/// converged, only coefficients that the mean does not identify anywhere explain it.
 bool note_confounding(const NonlinearModel& model,
                       bool has_full_rank,
                       bool is_restricted,

@@ -70,7 +70,7 @@ class OptimumSearch {
                : fit_lindstrom_bates(model_, pooled_.estimate, options_.linearized);
   }
 
-  /// Many observations make each start dear; a part of them tells which lead to something new.
+  /// With many observations each start is expensive; a part of them shows which starts differ.
   void learn_from_part() {
     const NonlinearModel part = model_.subset(representative_rows(model_));
     const LeastSquaresFit pooled =
@@ -167,8 +167,8 @@ class OptimumSearch {
     return higher;
   }
 
-  /// Runs that were given up above the best fixed point, often where the covariance is on the edge
-  /// of its range, go on from there with independent random effects.
+  /// Runs that stopped early above the best fixed point, often at a singular covariance, continue
+  /// from there with independent random effects.
   void finish_given_up() {
     constexpr std::size_t kMost = 2;
     const Candidate best = best_of(linearized_);
@@ -422,8 +422,8 @@ class OptimumSearch {
         {.fit = *std::move(found), .origin = start.origin, .obstacle = std::move(obstacle)});
   }
 
-  /// The log-likelihood of the highest point if no search has come to its end there; else NaN.
-  /// Laplace's rises without bound towards points at which it does not hold, which tells nothing.
+  /// The log-likelihood of the highest point if no search has converged there; else NaN.
+  /// Laplace's increases without bound towards points at which it is not valid and is not used.
   double highest_unfinished() const {
     const bool is_first_order = options_.integration == Integration::kInteraction ||
                                 options_.integration == Integration::kFirstOrder;

@@ -25,7 +25,8 @@ struct StartingPointOptions {
 /// the same place: values that were given; the pooled least-squares fit; coefficients that fit the
 /// pooled data as well with terms exchanged, or nearly as well; medians of least-squares fits to
 /// single groups; the fit of the formula solved for its coefficients, as h = d^2/(a + b d) is
-/// linear in d^2/h; and spread points. \param pooled  the least-squares fit, with its other minima
+/// linear in d^2/h; and spread points.
+/// \param pooled  the least-squares fit, with its other minima
 std::vector<StartingPoint> starting_points(const NonlinearModel& model,
                                            const LeastSquaresFit& pooled,
                                            const StartingPointOptions& options = {});

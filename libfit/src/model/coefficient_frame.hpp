@@ -26,8 +26,8 @@ struct CoefficientFrame {
 /// Effects are only mixed within blocks whose covariance is free, and only where their columns
 /// nearly depend on each other: any other mixing would change the model.
 /// Where columns depend on those before them, units of those coordinates do not move the mean.
-/// \param jacobian  (N x p) of the mean by the coefficients; a column that is not finite is left
-/// out \param length    positive
+/// \param jacobian  (N x p) of the mean by the coefficients; a column that is not finite is omitted
+/// \param length    positive
 CoefficientFrame orthogonal_frame(const NonlinearModel& model,
                                   Eigen::MatrixXd jacobian,
                                   double length);

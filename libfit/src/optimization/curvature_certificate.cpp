@@ -19,8 +19,8 @@ using Eigen::VectorXd;
 constexpr double kSmallestCurvature = 1e-9;
 // Variables whose own curvature is a smaller share of the largest have none.
 constexpr double kSmallestDiagonal = 1e-6;
-// A slope along a direction without curvature that is smaller leads nowhere: it would take a
-// hundred standard deviations to gain a thousandth.
+// A slope along a direction without curvature that is smaller counts as zero: a step of a
+// hundred standard deviations would gain a thousandth.
 constexpr double kNoSlope = 1e-5;
 
 /// One over the square root of the diagonal; directions without curvature keep their unit.

@@ -33,14 +33,14 @@ void update_bfgs(MatrixXd& hessian, const VectorXd& step, const VectorXd& change
   const double curvature = step.dot(change);
   const VectorXd product = hessian * step;
   const double old_curvature = step.dot(product);
-  // Too little curvature along the step would spoil the matrix more than it tells.
+  // Too little curvature along the step would make the matrix less accurate.
   if (!(curvature > 1e-10 * old_curvature) || !(old_curvature > 0.0)) return;
   hessian +=
       change * change.transpose() / curvature - product * product.transpose() / old_curvature;
 }
 
-/// Of a variable whose unit is of order one. Where it is far from zero, as a constant near 1e6 with
-/// residuals of order one, the function bends no less for that.
+/// The step of a variable whose unit is of order one. It does not grow with a variable far from
+/// zero, such as a constant near 1e6 with residuals of order one: the curvature does not change.
 double step_of(double x) { return 1e-5 * std::clamp(std::abs(x), 1.0, 10.0); }
 
 VectorXd unknown(Index size) {

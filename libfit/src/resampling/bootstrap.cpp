@@ -179,7 +179,7 @@ std::vector<Replicate> run(const FittedModel& fit,
       replicates[i] =
           refitted(parametric ? parametric->draw(random) : cases->draw(random), fit, refit);
     } catch (const Error& error) {
-      // What the data of one replicate cannot mean says nothing against the others.
+      // An error with the data of one replicate does not concern the others.
       replicates[i] = {.verdict = error.message()};
     }
     if (options.progress) options.progress(++done, options.replicates);

@@ -237,7 +237,7 @@ ordered_json curves_object(const Curves& curves) {
   return object;
 }
 
-/// What was noted, and the best candidates that were passed over.
+/// The notes, and the best candidates that were rejected.
 std::vector<std::string> joined_notes(const ResponseStudy& result) {
   std::vector<std::string> notes = result.notes;
   for (std::string& sentence : result.passed_over()) notes.push_back(std::move(sentence));

@@ -76,7 +76,7 @@ double error_between_folds(const fit::CrossValidation& result) {
 std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
                                               const data::Table& table,
                                               const std::string& group) {
-  // Models on the edge are passed over; where all are, the simplest is taken.
+  // Boundary (singular) fits are rejected; if all are, the simplest is used.
   if (!fit.convergence.converged || !fit.convergence.boundary.empty()) return std::nullopt;
   const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
   try {

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kFolds = 10;
 /// One-sided significance of being worse.
 constexpr double kSignificance = 0.05;
-/// Worse by this share of the error is said whatever the noise.
+/// A difference of this share of the error is reported even if it is not significant.
 constexpr double kMuchWorse = 0.05;
 /// Many plots make any difference significant; one below this share changes no decision.
 constexpr double kWorse = 0.01;

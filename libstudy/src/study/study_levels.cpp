@@ -82,7 +82,7 @@ std::optional<std::size_t> mark(std::vector<Candidate>& candidates, std::size_t 
   return chosen;
 }
 
-/// Whether nothing speaks against a candidate.
+/// Whether there is no objection to a candidate.
 bool passes(Candidate& candidate, std::size_t index, const Examination& examine) {
   if (!examine) return true;
   if (!candidate.is_examined) candidate.objection = examine(index);

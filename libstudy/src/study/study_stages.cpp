@@ -70,7 +70,7 @@ struct Settled {
   fit::FitResult result;
 };
 
-/// What speaks against the fit of a chosen candidate: to all trees, of which some were compared, or
+/// The objection to the fit of a chosen candidate: to all trees, of which some were compared, or
 /// from all starts, where one was.
 std::string objection_to_final_fit(const Work& work, const fit::FittedModel& fit) {
   if (!fit.convergence.converged) {
@@ -79,7 +79,7 @@ std::string objection_to_final_fit(const Work& work, const fit::FittedModel& fit
   return work.objection_to_curves(fit);
 }
 
-/// Takes a fit over unless something speaks against it, which is returned.
+/// Uses a fit unless there is an objection, which is returned.
 std::string take_if_sound(const Work& work,
                           fit::FitResult fit,
                           std::optional<fit::FitResult>& target) {
@@ -210,7 +210,7 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
   run_without_intercept(works, study, progress);
 }
 
-/// A mixed model on the edge of its range is the best only where no other is left.
+/// A boundary (singular) fit is the best mixed model only if there is no other.
 void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
   if (fit.convergence.boundary.empty()) return;
   notes.push_back(
@@ -219,7 +219,7 @@ void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
                   fmt::join(fit.convergence.boundary, "; ")));
 }
 
-/// Says why no mixed model stands, by the best of those that were passed over.
+/// Reports why no mixed model is used, by the best of the rejected ones.
 void doubt_mixed_models(ResponseStudy& result) {
   const auto best = std::ranges::min_element(result.random, {}, [](const Candidate& candidate) {
     return candidate.objection.empty() ? std::numeric_limits<int>::max() : candidate.rank;
@@ -325,7 +325,7 @@ void run_levels(std::vector<Work>& works, Study& study, const ProgressCallback& 
   run_variance(works, study, progress);
 }
 
-/// Whether mixed models were fitted and all of them passed over.
+/// Whether mixed models were fitted and all of them rejected.
 bool lacks_mixed_model(const ResponseStudy& result) {
   return !result.nlme && std::ranges::any_of(result.random, [](const Candidate& candidate) {
     return !candidate.objection.empty();

@@ -53,8 +53,8 @@ struct SpeciesTableOptions {
 
 /// A row for each species, by decreasing importance. Quadrats are counted from the south-west
 /// corner of the window of each area; a tree on the border of two belongs to the one farther east
-/// or north, on the window's own border to the last quadrat. \throws UsageError if layers are not
-/// increasing, or quadrats are requested without positions
+/// or north, on the window's own border to the last quadrat.
+/// \throws UsageError if layers are not increasing, or quadrats are requested without positions
 std::vector<SpeciesRow> species_table(const Inventory& inventory,
                                       const std::vector<SampledArea>& areas,
                                       const SpeciesTableOptions& options = {});
