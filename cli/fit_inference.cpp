@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "silvafit/fit/conditional_errors.hpp"
+#include "silvafit/fit/intervals.hpp"
 
 namespace silvafit::cli {
 namespace {

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Holds the sources to the order of the libraries: layering.py ROOT prints each breach and fails if there is one.
 
-A library includes headers of itself and of the libraries below it only. Its public headers show nothing
+A library includes headers of itself and of the libraries below it only, and so do the folders within a library. Its public headers show nothing
 but the standard library, Eigen, the names (not the classes) of nlohmann-json, and our own public headers:
 what else it is built with stays its own business. Headers have no `using namespace`, and every source
 says its licence on top.
@@ -21,6 +21,17 @@ MAY_INCLUDE = {
     "tree": {"base", "data"},
     "render": {"base", "data", "tree"},
     "study": {"base", "data", "fit", "stand", "tree"},
+}
+
+# The folders below src of a library, lowest first: a file includes files of its own folder and of the folders above
+# it in this list. A public header belongs to the folder of the source of the same name. Tests may include everything.
+FOLDERS = {
+    "fit": ["model", "optimization", "result", "conditional_modes", "likelihood", "least_squares", "mixed_effects",
+            "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference", "prediction",
+            "resampling"],
+    "tree": ["morphology", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
+             "builders", "stand", "files"],
+    "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],
 }
 
 LICENCE = re.compile(r"(//|#|/\*|<!--) SPDX-License-Identifier: MIT")
@@ -70,10 +81,52 @@ def breach_of_include(path, header):
     return None
 
 
+def is_test(path):
+    return "_test" in path.stem or path.parts[2:3] == ("test_support",)
+
+
+def folder_of(path):
+    """The folder below src of a library's file, None for files elsewhere."""
+    in_folder = library_of(path) in FOLDERS and path.parts[1] == "src" and len(path.parts) > 3
+    return path.parts[2] if in_folder else None
+
+
+def folders_of_headers(root):
+    """The folder of each header of the libraries in FOLDERS, by the name that it is included by."""
+    folders = {}
+    for library in FOLDERS:
+        for file in pathlib.Path(root, f"lib{library}", "src").rglob("*.?pp"):
+            path = file.relative_to(root)
+            if folder_of(path) is None or is_test(path):
+                continue
+            own = "/".join(path.parts[2:])
+            public = f"silvafit/{library}/{path.stem}.hpp"
+            if path.suffix == ".hpp":
+                folders[(library, own)] = path.parts[2]
+            elif pathlib.Path(root, f"lib{library}", "include", public).exists() and (library, own) not in folders:
+                folders[(library, public)] = path.parts[2]
+    return folders
+
+
+def breach_of_folders(path, header, folders):
+    """What is wrong with the folder of a header that a library's source includes, or None."""
+    library, folder = library_of(path), folder_of(path)
+    if folder is None or is_test(path):
+        return None
+    order = FOLDERS[library]
+    if folder not in order:
+        return f"the folder {folder} has no place in the order of lib{library}"
+    other = folders.get((library, header), folder)
+    if order.index(other) > order.index(folder):
+        return f"{folder} must not know {other} ({header})"
+    return None
+
+
 def breaches(root):
     """All breaches below root, each as "path:line: what"."""
     root = pathlib.Path(root)
     found = []
+    folders = folders_of_headers(root)
     for file in sources(root):
         path = file.relative_to(root)
         lines = file.read_text(encoding="utf-8").splitlines()
@@ -88,7 +141,9 @@ def breaches(root):
             continue
         for number, line in enumerate(lines, start=1):
             include = INCLUDE.match(line)
-            what = breach_of_include(path, include[1]) if include else None
+            what = None
+            if include:
+                what = breach_of_include(path, include[1]) or breach_of_folders(path, include[1], folders)
             if path.suffix == ".hpp" and USING_NAMESPACE.match(line):
                 what = "a header must not say `using namespace`"
             if what:

@@ -33,6 +33,22 @@ class Layering(unittest.TestCase):
             "viewer/node_modules/package/index.js": "export {};\n",
         }), [])
 
+    def test_folders_of_a_library_have_an_order(self):
+        head = SPDX + "#pragma once\n"
+        tree = {
+            "libfit/include/silvafit/fit/bootstrap.hpp": head,
+            "libfit/src/resampling/bootstrap.cpp": SPDX + '#include "silvafit/fit/bootstrap.hpp"\n',
+            "libfit/src/model/rows.hpp": head,
+            "libfit/src/inference/profile.hpp": head + '#include "model/rows.hpp"\n',
+            "libfit/src/model/rows_test.cpp": SPDX + '#include "inference/profile.hpp"\n',
+        }
+        self.assertEqual(self.found(tree), [])
+        self.assertEqual(self.found(tree | {"libfit/src/model/rows.cpp": SPDX + '#include "inference/profile.hpp"\n'}),
+                         ["libfit/src/model/rows.cpp:2: model must not know inference (inference/profile.hpp)"])
+        self.assertEqual(len(self.found(
+            tree | {"libfit/src/model/rows.cpp": SPDX + '#include "silvafit/fit/bootstrap.hpp"\n'})), 1)
+        self.assertEqual(len(self.found(tree | {"libfit/src/elsewhere/a.cpp": SPDX + '#include "model/rows.hpp"\n'})), 1)
+
     def test_a_library_may_not_look_up_or_sideways(self):
         for library, header in [("base", "data"), ("data", "fit"), ("fit", "stand"), ("fit", "tree"),
                                 ("stand", "fit"), ("stand", "tree"), ("tree", "fit"), ("tree", "stand"),

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "lindstrom_bates/linearization.hpp"
+#include "likelihood/linearization.hpp"
 #include "model/variance_weights.hpp"
 #include "silvafit/base/error.hpp"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "inference/group_effects.hpp"
 #include "least_squares/least_squares_curvature.hpp"
+#include "likelihood/group_effects.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"

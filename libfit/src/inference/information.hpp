@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "inference/likelihood_surface.hpp"
 #include "inference/natural_parameters.hpp"
 #include "inference/profile_search.hpp"
+#include "likelihood/likelihood_surface.hpp"
 #include "mixed_effects/confounded_variances.hpp"
 
 namespace silvafit::fit {

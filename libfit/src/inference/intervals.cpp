@@ -158,16 +158,6 @@ void add_profiles(const FittedModel& fit,
 
 }  // namespace
 
-IntervalMethod parse_interval_method(std::string_view text) {
-  if (text == "wald") return IntervalMethod::kWald;
-  if (text == "profile") return IntervalMethod::kProfile;
-  throw UsageError(fmt::format("unknown kind of interval '{}'; available: wald, profile", text));
-}
-
-std::string interval_method_text(IntervalMethod method) {
-  return method == IntervalMethod::kWald ? "wald" : "profile";
-}
-
 Intervals confidence_intervals(const FittedModel& fit,
                                const data::Table& table,
                                const IntervalOptions& options) {

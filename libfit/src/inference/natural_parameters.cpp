@@ -159,7 +159,8 @@ void add_random(const SurfaceSetting& setting,
 /// The coordinate of the exponent of a factor.
 Index delta_of(const VarianceModel& variance, const SurfaceLayout& layout, std::size_t factor) {
   for (const VarianceModel::Quantity& quantity : variance.quantities()) {
-    const bool is_delta = quantity.factor == factor && quantity.name.starts_with("delta");
+    const bool is_delta =
+        quantity.factor == factor && quantity.kind == VarianceModel::Quantity::Kind::kDelta;
     if (is_delta) return layout.variance_at() + quantity.first;
   }
   return layout.variance_at();
@@ -176,7 +177,7 @@ void add_variance(const SurfaceSetting& setting,
     for (Index s = 0; s < quantity.count; ++s) {
       NaturalParameter parameter{.kind = ParameterKind::kVariance,
                                  .coordinate = layout.variance_at() + quantity.first + s};
-      if (quantity.name.starts_with("delta")) {
+      if (quantity.kind == VarianceModel::Quantity::Kind::kDelta) {
         parameter.name = "delta";
         const bool is_rate = factor.kind == VarianceFactor::Kind::kExponential;
         if (is_rate) parameter.scale = 1.0 / setting.variance.typical_value(quantity.factor);

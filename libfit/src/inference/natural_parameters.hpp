@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "inference/likelihood_surface.hpp"
-#include "silvafit/fit/intervals.hpp"
+#include "likelihood/likelihood_surface.hpp"
+#include "silvafit/fit/parameter_intervals.hpp"
 
 namespace silvafit::fit {
 

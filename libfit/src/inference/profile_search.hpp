@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include "inference/likelihood_surface.hpp"
 #include "inference/natural_parameters.hpp"
+#include "likelihood/likelihood_surface.hpp"
 #include "silvafit/fit/intervals.hpp"
 
 namespace silvafit::fit {

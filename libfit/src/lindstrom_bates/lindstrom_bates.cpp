@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "model/coefficient_frame.hpp"
-#include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 
 namespace silvafit::fit {
@@ -196,13 +196,12 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
                                                const std::vector<std::size_t>& factors_of) {
   VectorXd parameters = variance_.start();
   for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
-    const std::string kind = quantity.name.substr(0, quantity.name.find(" of "));
     bool is_known = false;
     bool has_factor = false;
     for (const VarianceModel::Quantity& from : smaller.quantities) {
       if (factors_of[from.factor] != quantity.factor) continue;
       has_factor = true;
-      if (!from.name.starts_with(kind)) continue;
+      if (from.kind != quantity.kind) continue;
       is_known = true;
       auto target = parameters.segment(quantity.first, quantity.count);
       if (from.count == quantity.count) {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "lindstrom_bates/linear_mixed_profile.hpp"
-#include "lindstrom_bates/linearization.hpp"
+#include "likelihood/linear_mixed_profile.hpp"
+#include "likelihood/linearization.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
 #include "silvafit/fit/mixed_effects.hpp"

@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "fitted_model/refit.hpp"
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/constant_variance.hpp"

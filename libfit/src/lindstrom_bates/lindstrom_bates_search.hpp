@@ -40,6 +40,12 @@ std::optional<MixedEffectsFit> lindstrom_bates_from(const NonlinearModel& model,
                                                     const MixedEffectsFit& start,
                                                     const MixedEffectsOptions& options);
 
+/// The same, described and judged.
+/// \returns nothing if it does not converge
+std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
+                                                     const MixedEffectsFit& start,
+                                                     const MixedEffectsOptions& options);
+
 /// Why penalized least squares found no first step.
 std::string why_no_step(const NonlinearModel& model, const Eigen::VectorXd& start);
 

@@ -2,7 +2,6 @@
 // Where the alternation of Lindstrom and Bates stands at a given fit.
 #include <Eigen/QR>
 
-#include "fitted_model/refit.hpp"
 #include "lindstrom_bates/lindstrom_bates.hpp"
 
 namespace silvafit::fit {
@@ -28,7 +27,7 @@ MatrixXd spherical_of(const MatrixXd& factor, const MatrixXd& effects) {
 
 LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
   adopt_units(pooled_.scale, pooled_.mixing);
-  const VectorXd parameters = inside_range(variance_, fit.variance);
+  const VectorXd parameters = variance_.inside_range(fit.variance);
   const double sigma = fit.sigma / variance_.sigma_factor(parameters);
   LindstromBatesState state{
       .scale = scale_, .mixing = mixing_, .beta = scaled_values(all_, fit.estimate)};

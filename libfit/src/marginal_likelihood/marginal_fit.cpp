@@ -9,17 +9,16 @@
 #include <optional>
 #include <utility>
 
-#include "fitted_model/refit.hpp"
-#include "marginal_likelihood/marginal_coordinates.hpp"
-#include "marginal_likelihood/marginal_likelihood.hpp"
-#include "marginal_likelihood/other_modes.hpp"
+#include "likelihood/marginal_coordinates.hpp"
+#include "likelihood/marginal_likelihood.hpp"
+#include "likelihood/other_modes.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
-#include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 

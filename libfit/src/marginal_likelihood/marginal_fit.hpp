@@ -38,6 +38,13 @@ std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MarginalEffort& effort = {},
                                              Obstacle* obstacle = nullptr);
 
+/// The same, described and judged.
+/// \returns nothing if it does not converge
+std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
+                                              const MixedEffectsFit& start,
+                                              Integration integration,
+                                              const MarginalOptions& options);
+
 /// The log-likelihood at the estimates of a fit; NaN where it does not hold.
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,

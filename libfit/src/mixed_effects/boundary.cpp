@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// The random effects of one grouping.
-struct GroupingEffects {
+struct GroupingCovariance {
   const std::vector<std::string>& names;
   const MatrixXd& covariance;
   const MatrixXd& frame;  ///< coordinates of the effects
@@ -29,7 +29,7 @@ struct GroupingEffects {
 /// Random effects whose standard deviation moves the mean by a negligible share of the residual
 /// standard deviation.
 std::vector<std::string> vanished_effects(const NonlinearModel& model,
-                                          const GroupingEffects& level,
+                                          const GroupingCovariance& level,
                                           const VectorXd& slopes,
                                           double residual_sd) {
   constexpr double kShareOfSigma = 1e-4;
@@ -54,7 +54,7 @@ MatrixXd correlation_of(const MatrixXd& covariance) {
 
 /// Whether the covariance of the effects is positive definite in orthogonal coordinates. A
 /// covariate with a large mean makes correlations nearly 1 in the coordinates of the coefficients.
-bool is_inside_in_frame(const GroupingEffects& level) {
+bool is_inside_in_frame(const GroupingCovariance& level) {
   if (level.frame.isDiagonal(0.0)) return false;
   const auto frame = level.frame.triangularView<Eigen::Lower>();
   const MatrixXd half = frame.solve(level.covariance);
@@ -63,7 +63,7 @@ bool is_inside_in_frame(const GroupingEffects& level) {
 }
 
 /// Correlations of 1 or -1, or a linear dependence of three or more effects.
-std::vector<std::string> dependent_effects(const GroupingEffects& level) {
+std::vector<std::string> dependent_effects(const GroupingCovariance& level) {
   std::vector<std::string> names;
   const MatrixXd correlation = correlation_of(level.covariance);
   if (!correlation.allFinite() || correlation.rows() < 2) return names;
@@ -90,7 +90,7 @@ std::vector<std::string> boundary_of(const NonlinearModel& model,
                                      const PopulationSlopes& slopes,
                                      const MixedEffectsFit& fit) {
   const ModelSpecification& specification = model.specification();
-  std::vector<GroupingEffects> levels;
+  std::vector<GroupingCovariance> levels;
   if (specification.random) {
     levels.push_back({fit.random_names, fit.random_covariance, slopes.frame.inner});
   }
@@ -102,7 +102,7 @@ std::vector<std::string> boundary_of(const NonlinearModel& model,
                       " | " + specification.outer_random->group});
   }
   std::vector<std::string> boundary;
-  for (const GroupingEffects& level : levels) {
+  for (const GroupingCovariance& level : levels) {
     std::vector<std::string> names =
         vanished_effects(model, level, slopes.sizes, fit.residual_sd.mean());
     if (names.empty()) names = dependent_effects(level);

@@ -410,7 +410,8 @@ class Components {
     const std::vector<VarianceFactor>& factors = model_.specification().variance.factors;
     for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
       const VarianceFactor& factor = factors[quantity.factor];
-      std::string name = quantity.name.starts_with("delta") ? "delta" : "constant";
+      std::string name =
+          quantity.kind == VarianceModel::Quantity::Kind::kDelta ? "delta" : "constant";
       if (factor.kind == VarianceFactor::Kind::kStratum) name = "ratio";
       if (factors.size() > 1) name += " of " + factor.text();
       for (Index k = 0; k < quantity.count; ++k) {

@@ -9,6 +9,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/observed_information.hpp"
 
 using namespace silvafit;

@@ -16,9 +16,9 @@
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "model/coefficient_frame.hpp"
-#include "model/group_coefficients.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/text.hpp"
 

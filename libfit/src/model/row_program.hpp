@@ -13,6 +13,10 @@
 
 namespace silvafit::fit {
 
+/// Rows that a program works on at a time: inputs and sums of so many stay in the second-level
+/// cache.
+constexpr Eigen::Index kProgramRows = 512;
+
 /// Several expressions compiled together.
 /// \tparam Source  where the values of an input come from; `is_scalar()` says whether they are one
 ///   value for all rows

@@ -151,11 +151,12 @@ int VarianceModel::strata_index(const VarianceFactor& factor) const {
 }
 
 Expression VarianceModel::quantity(std::size_t factor,
-                                   std::string_view what,
+                                   Quantity::Kind kind,
                                    double start,
                                    double at_constant) {
   const VarianceFactor& of = function_.factors[factor];
-  Quantity added{.name = fmt::format("{} of factor {}", what, factor),
+  Quantity added{.kind = kind,
+                 .name = fmt::format("quantity {}", quantities_.size()),
                  .factor = factor,
                  .strata = strata_index(of),
                  .first = parameter_count_,
@@ -172,13 +173,14 @@ Expression VarianceModel::quantity(std::size_t factor,
 }
 
 Expression VarianceModel::factor_expression(const VarianceFactor& factor, std::size_t index) {
-  if (factor.kind == Kind::kStratum) return quantity(index, "log ratio", 0.0, 0.0);
+  if (factor.kind == Kind::kStratum) return quantity(index, Quantity::Kind::kLogRatio, 0.0, 0.0);
   const bool has_strata = !factor.stratum.empty();
   const double typical = typical_[index];
   const Expression v = Expression::variable(factor.column.empty() ? fitted_name() : factor.column);
   if (factor.kind == Kind::kExponential) {
-    const Expression d = factor.delta ? Expression::constant(*factor.delta * typical)
-                                      : quantity(index, "delta", kStartExponent, 0.0);
+    const Expression d = factor.delta
+                             ? Expression::constant(*factor.delta * typical)
+                             : quantity(index, Quantity::Kind::kDelta, kStartExponent, 0.0);
     return filled("d*(v/t - o)",
                   {{"v", v},
                    {"t", Expression::constant(typical)},
@@ -197,7 +199,7 @@ Expression VarianceModel::factor_expression(const VarianceFactor& factor, std::s
   }
   logarithm = logarithm - Expression::constant(std::log(base));
   const Expression d = factor.delta ? Expression::constant(*factor.delta)
-                                    : quantity(index, "delta", kStartExponent, 0.0);
+                                    : quantity(index, Quantity::Kind::kDelta, kStartExponent, 0.0);
   if (factor.kind == Kind::kPower) return filled("d*l", {{"d", d}, {"l", logarithm}});
   if (factor.constant) {
     const Expression constant = Expression::constant(*factor.constant);
@@ -205,11 +207,11 @@ Expression VarianceModel::factor_expression(const VarianceFactor& factor, std::s
   }
   if (is_plain) {
     const double start = std::pow(typical, 0.5 * factor.delta.value_or(kStartExponent));
-    const Expression k = quantity(index, "constant", start, 1.0);
+    const Expression k = quantity(index, Quantity::Kind::kConstant, start, 1.0);
     return filled("log(k*k + exp(d*l))", {{"k", k}, {"d", d}, {"l", logarithm}});
   }
   constexpr double kPi = std::numbers::pi;
-  const Expression k = quantity(index, "constant", kPi / 4.0, kPi / 2.0);
+  const Expression k = quantity(index, Quantity::Kind::kConstant, kPi / 4.0, kPi / 2.0);
   return filled("log(sin(k)^2 + cos(k)^2*exp(d*l))", {{"k", k}, {"d", d}, {"l", logarithm}});
 }
 
@@ -302,15 +304,16 @@ Index VarianceModel::floored(const VectorXd& fitted) const {
   return count;
 }
 
-int VarianceModel::find(std::size_t factor, std::string_view what) const {
-  const auto found =
-      std::ranges::find(quantities_, fmt::format("{} of factor {}", what, factor), &Quantity::name);
+int VarianceModel::find(std::size_t factor, Quantity::Kind kind) const {
+  const auto found = std::ranges::find_if(quantities_, [&](const Quantity& quantity) {
+    return quantity.factor == factor && quantity.kind == kind;
+  });
   return found == quantities_.end() ? -1 : static_cast<int>(found - quantities_.begin());
 }
 
 bool VarianceModel::is_without_power(std::size_t index, const VectorXd& parameters) const {
-  const double angle = values(find(index, "constant"), parameters)[0];
-  const double delta = values(find(index, "delta"), parameters)[0];
+  const double angle = values(find(index, Quantity::Kind::kConstant), parameters)[0];
+  const double delta = values(find(index, Quantity::Kind::kDelta), parameters)[0];
   const ArrayXd shares =
       (values_of(function_.factors[index]).array().abs() / typical_[index]).max(kSmallestShare);
   const double growth =
@@ -326,14 +329,14 @@ VarianceFactorEstimate VarianceModel::factor_estimate(std::size_t index,
   if (strata >= 0) result.strata = data_.strata[static_cast<std::size_t>(strata)].labels;
   const auto count = static_cast<Index>(result.strata.size());
   if (factor.kind == Kind::kStratum) {
-    result.ratio = values(find(index, "log ratio"), parameters).array().exp();
+    result.ratio = values(find(index, Quantity::Kind::kLogRatio), parameters).array().exp();
     return result;
   }
-  const int delta = find(index, "delta");
+  const int delta = find(index, Quantity::Kind::kDelta);
   result.delta = delta < 0 ? VectorXd::Constant(count, *factor.delta) : values(delta, parameters);
   if (delta >= 0 && factor.kind == Kind::kExponential) result.delta /= typical_[index];
   if (factor.kind != Kind::kConstantPlusPower) return result;
-  const int constant = find(index, "constant");
+  const int constant = find(index, Quantity::Kind::kConstant);
   if (constant < 0) {
     result.constant = VectorXd::Constant(count, *factor.constant);
   } else if (strata >= 0 || factor.delta) {
@@ -362,7 +365,7 @@ VectorXd VarianceModel::parameters(const VarianceEstimate& estimate) const {
     auto target = result.segment(quantity.first, quantity.count);
     if (of.factor.kind == Kind::kStratum) {
       target = of.ratio.tail(quantity.count).array().log();
-    } else if (quantity.name.starts_with("delta")) {
+    } else if (quantity.kind == Quantity::Kind::kDelta) {
       const bool is_rate = of.factor.kind == Kind::kExponential;
       target = of.delta * (is_rate ? typical_[quantity.factor] : 1.0);
     } else if (quantity.strata >= 0 || of.factor.delta) {
@@ -375,13 +378,31 @@ VectorXd VarianceModel::parameters(const VarianceEstimate& estimate) const {
   return result;
 }
 
+VectorXd VarianceModel::inside_range(const VarianceEstimate& estimate) const {
+  constexpr double kShare = 0.1;
+  VectorXd parameters = this->parameters(estimate);
+  for (const Quantity& quantity : quantities_) {
+    if (quantity.kind != Quantity::Kind::kConstant) continue;
+    const double least = kShare * quantity.start;
+    // Of one number it is an angle up to a right one; of strata, a root without an upper end.
+    const bool is_angle =
+        quantity.strata < 0 && !estimate.factors[quantity.factor].factor.delta.has_value();
+    for (Index k = quantity.first; k < quantity.first + quantity.count; ++k) {
+      double& value = parameters[k];
+      value = std::max(value, least);
+      if (is_angle) value = std::min(value, std::numbers::pi / 2.0 - least);
+    }
+  }
+  return parameters;
+}
+
 double VarianceModel::sigma_factor(const VectorXd& parameters) const {
   double result = 1.0;
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     const VarianceFactor& factor = function_.factors[k];
     // These are used as they are defined.
     if (!factor.stratum.empty() || factor.delta || factor.constant) continue;
-    const double delta = values(find(k, "delta"), parameters)[0];
+    const double delta = values(find(k, Quantity::Kind::kDelta), parameters)[0];
     if (factor.kind == Kind::kExponential) {
       result *= std::exp(-delta);
       continue;
@@ -389,7 +410,8 @@ double VarianceModel::sigma_factor(const VectorXd& parameters) const {
     result *= std::pow(typical_[k], -delta);
     if (factor.kind == Kind::kConstantPlusPower) {
       // An infinite constant stands for the factor 1, so that sigma is the residual scale itself.
-      const double share = std::pow(std::cos(values(find(k, "constant"), parameters)[0]), 2);
+      const double share =
+          std::pow(std::cos(values(find(k, Quantity::Kind::kConstant), parameters)[0]), 2);
       result *= is_without_power(k, parameters) ? std::pow(typical_[k], delta) : share;
     }
   }

@@ -40,6 +40,8 @@ class VarianceModel {
  public:
   /// A quantity in log g: one number, or one a stratum.
   struct Quantity {
+    enum class Kind { kDelta, kConstant, kLogRatio };
+    Kind kind = Kind::kDelta;
     std::string name{};          ///< of the variable in log_scale()
     std::size_t factor = 0;      ///< of the function
     int strata = -1;             ///< index into VarianceData::strata, -1 for one number
@@ -85,6 +87,9 @@ class VarianceModel {
   VarianceEstimate estimate(const Eigen::VectorXd& parameters) const;
   /// Internal parameters of an estimate; NaN where it is.
   Eigen::VectorXd parameters(const VarianceEstimate& estimate) const;
+  /// The same, moved inside the range if they are at its boundary: there the likelihood is flat by
+  /// symmetry, and a search would not leave it.
+  Eigen::VectorXd inside_range(const VarianceEstimate& estimate) const;
   /// The factor from the internal residual scale to nlme's sigma; a factor whose constant is
   /// infinite counts as 1.
   double sigma_factor(const Eigen::VectorXd& parameters) const;
@@ -94,7 +99,7 @@ class VarianceModel {
   data::Expression factor_expression(const VarianceFactor& factor, std::size_t index);
   /// A variable for an estimated quantity, or the constant that it is held at.
   data::Expression quantity(std::size_t factor,
-                            std::string_view what,
+                            Quantity::Kind kind,
                             double start,
                             double at_constant);
   /// (N) what a factor is a function of; of the fitted value, the response in its place.
@@ -104,7 +109,7 @@ class VarianceModel {
   bool is_without_power(std::size_t factor, const Eigen::VectorXd& parameters) const;
   int strata_index(const VarianceFactor& factor) const;
   /// The number of a quantity of a factor, by its kind; -1 if it is held or there is none.
-  int find(std::size_t factor, std::string_view what) const;
+  int find(std::size_t factor, Quantity::Kind kind) const;
   /// Values of a quantity by stratum, a single one without strata.
   Eigen::VectorXd values(int quantity, const Eigen::VectorXd& parameters) const;
   VarianceFactorEstimate factor_estimate(std::size_t factor,

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "conditional_modes/calibration_search.hpp"
 #include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
-#include "prediction/calibration_search.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"

@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "marginal_likelihood/quadrature_rule.hpp"
+#include "conditional_modes/quadrature_rule.hpp"
 #include "model/covariance_factor.hpp"
 #include "silvafit/base/constants.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "model/coefficient_sets.hpp"
+#include "prediction/coefficient_sets.hpp"
 #include "prediction/known_levels.hpp"
 #include "prediction/marginal_mean.hpp"
 #include "prediction/prediction_intervals.hpp"

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/coefficient_sets.hpp"
 #include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
 #include "model/symmetric_eigen.hpp"
+#include "prediction/coefficient_sets.hpp"
 
 namespace silvafit::fit {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "model/coefficient_sets.hpp"
+#include "prediction/coefficient_sets.hpp"
 #include "silvafit/fit/prediction.hpp"
 
 namespace silvafit::fit {

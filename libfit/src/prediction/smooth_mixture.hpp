@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "marginal_likelihood/quadrature_rule.hpp"
+#include "conditional_modes/quadrature_rule.hpp"
 
 namespace silvafit::fit {
 

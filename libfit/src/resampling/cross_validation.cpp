@@ -10,7 +10,7 @@
 #include <numeric>
 #include <utility>
 
-#include "inference/variance_shares.hpp"
+#include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "model/covariance_factor.hpp"
-#include "model/group_coefficients.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {

@@ -8,15 +8,15 @@
 #include <string_view>
 #include <utility>
 
-#include "library/json_values.hpp"
+#include "catalogue/json_values.hpp"
 #include "library/published_library.hpp"
-#include "library/unit_settings_json.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "study/unit_settings_json.hpp"
 
 namespace silvafit::study {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "library/json_values.hpp"
+#include "catalogue/json_values.hpp"
 #include "report/comparison_curves.hpp"
 #include "report/report_fit.hpp"
 #include "report/report_repeat.hpp"

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "library/json_values.hpp"
+#include "catalogue/json_values.hpp"
 
 namespace silvafit::study {
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "library/json_values.hpp"
+#include "catalogue/json_values.hpp"
 #include "report/left_out_json.hpp"
 #include "report/report_fit.hpp"
 #include "report/report_map.hpp"

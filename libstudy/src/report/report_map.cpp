@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "library/json_values.hpp"
+#include "catalogue/json_values.hpp"
 #include "silvafit/stand/species_table.hpp"
 
 namespace silvafit::study {

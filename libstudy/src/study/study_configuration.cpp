@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/study_configuration.hpp"
 
-#include "library/unit_settings_json.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/variance_function.hpp"
+#include "study/unit_settings_json.hpp"
 
 namespace silvafit::study {
 namespace {

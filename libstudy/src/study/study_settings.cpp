@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "study/study_settings.hpp"
 
-#include "library/unit_settings_json.hpp"
+#include "study/unit_settings_json.hpp"
 
 namespace silvafit::study {
 namespace {

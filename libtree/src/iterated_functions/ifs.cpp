@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "iterated_functions/linear_part.hpp"
+#include "segments/linear_part.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "catalogue/json_entry.hpp"
-#include "catalogue/leaf_look.hpp"
 #include "catalogue/preset_head.hpp"
+#include "mesh/leaf_look.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/ifs.hpp"

@@ -8,8 +8,8 @@
 #include <numbers>
 #include <optional>
 
-#include "catalogue/leaf_look.hpp"
 #include "catalogue/preset_head.hpp"
+#include "mesh/leaf_look.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/turtle.hpp"

@@ -15,9 +15,9 @@
 #include "silvafit/fit/convergence.hpp"
 #include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
-#include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/model_specification.hpp"
+#include "silvafit/fit/parameter_intervals.hpp"
 
 namespace silvafit::fit {
 

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include "conditional_modes/arrow_factor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+
+/// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
+/// The factors of the determinant are multiplied as long as they can be, which saves logarithms.
+bool factorize(
+    double* a, Index n, double& product, double& log_determinant, double& smallest_pivot) {
+  for (Index j = 0; j < n; ++j) {
+    double pivot = a[j + j * n];
+    for (Index k = 0; k < j; ++k) pivot -= a[j + k * n] * a[j + k * n];
+    if (!(pivot > 0.0) || !std::isfinite(pivot)) return false;
+    product *= pivot;
+    if (product > 1e150 || product < 1e-150) {
+      log_determinant += std::log(product);
+      product = 1.0;
+    }
+    smallest_pivot = std::min(smallest_pivot, pivot);
+    const double root = std::sqrt(pivot);
+    a[j + j * n] = root;
+    for (Index i = j + 1; i < n; ++i) {
+      double value = a[i + j * n];
+      for (Index k = 0; k < j; ++k) value -= a[i + k * n] * a[j + k * n];
+      a[i + j * n] = value / root;
+      a[j + i * n] = 0.0;
+    }
+  }
+  return true;
+}
+
+/// Solves L L' x = b in place.
+void solve_factorized(const double* l, Index n, double* x) {
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < i; ++k) x[i] -= l[i + k * n] * x[k];
+    x[i] /= l[i + i * n];
+  }
+  for (Index i = n - 1; i >= 0; --i) {
+    for (Index k = i + 1; k < n; ++k) x[i] -= l[k + i * n] * x[k];
+    x[i] /= l[i + i * n];
+  }
+}
+
+}  // namespace
+
+SmallMatrix unpacked(const double* triangle, Index size) {
+  SmallMatrix result(size, size);
+  for (Index column = 0; column < size; ++column) {
+    for (Index row = column; row < size; ++row) {
+      result(row, column) = result(column, row) = *triangle++;
+    }
+  }
+  return result;
+}
+
+void ArrowFactor::resize(Index s, Index q, Index m) {
+  s_ = s;
+  q_ = q;
+  m_ = m;
+  memory_.resize(static_cast<std::size_t>(m * (q * q + 2 * s * q) + s * s));
+}
+
+template <class DesignOf>
+bool ArrowFactor::compute_with(const DesignOf& design_of,
+                               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                               double ridge) {
+  resize(design_of(0).outer.cols(), design_of(0).inner.cols(), curvatures.cols());
+  product_ = 1.0;
+  log_determinant_ = 0.0;
+  smallest_pivot_ = std::numeric_limits<double>::infinity();
+  Map complement(group(m_), s_, s_);
+  complement.setZero();
+  complement.diagonal().setConstant(1.0 + ridge);
+  for (Index k = 0; k < m_; ++k) {
+    const RandomDesign& design = design_of(k);
+    const SmallMatrix curvature = unpacked(curvatures.col(k).data(), design.inner.rows());
+    const SmallMatrix curved = curvature.lazyProduct(design.inner);
+    Map block(group(k), q_, q_);
+    block = design.inner.transpose().lazyProduct(curved);
+    block.diagonal().array() += 1.0 + ridge;
+    if (!factorize(group(k), q_, product_, log_determinant_, smallest_pivot_)) return false;
+    if (s_ == 0) continue;
+    Map coupling(group(k) + q_ * q_, s_, q_);
+    Map solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+    coupling = design.outer.transpose().lazyProduct(curved);
+    solved = coupling.transpose();
+    for (Index j = 0; j < s_; ++j) solve_factorized(group(k), q_, solved.col(j).data());
+    const SmallMatrix curved_outer = curvature.lazyProduct(design.outer);
+    complement += design.outer.transpose().lazyProduct(curved_outer);
+    complement -= coupling.lazyProduct(solved);
+  }
+  return factorize(group(m_), s_, product_, log_determinant_, smallest_pivot_);
+}
+
+bool ArrowFactor::compute(const RandomDesign& design,
+                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                          double ridge) {
+  const auto same = [&design](Index) -> const RandomDesign& { return design; };
+  return compute_with(same, curvatures, ridge);
+}
+
+bool ArrowFactor::compute(const std::vector<const RandomDesign*>& designs,
+                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures) {
+  const auto own = [&designs](Index k) -> const RandomDesign& {
+    return *designs[static_cast<std::size_t>(k)];
+  };
+  return compute_with(own, curvatures, 0.0);
+}
+
+void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const {
+  for (Index k = 0; k < m_ && s_ > 0; ++k) {
+    const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+    u -= solved.transpose().lazyProduct(v.col(k));
+  }
+  solve_factorized(group(m_), s_, u.data());
+  for (Index k = 0; k < m_; ++k) {
+    solve_factorized(group(k), q_, v.col(k).data());
+    if (s_ == 0) continue;
+    const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+    v.col(k) -= solved.lazyProduct(u);
+  }
+}
+
+SmallMatrix ArrowFactor::inverse_block(Index k) const {
+  SmallMatrix inverse = SmallMatrix::Identity(s_ + q_, s_ + q_);
+  SmallMatrix own = SmallMatrix::Identity(q_, q_);
+  for (Index j = 0; j < q_; ++j) solve_factorized(group(k), q_, own.col(j).data());
+  inverse.bottomRightCorner(q_, q_) = own;
+  if (s_ == 0) return inverse;
+  const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
+  SmallMatrix outer = SmallMatrix::Identity(s_, s_);
+  for (Index j = 0; j < s_; ++j) solve_factorized(group(m_), s_, outer.col(j).data());
+  const SmallMatrix cross = solved.lazyProduct(outer);
+  inverse.topLeftCorner(s_, s_) = outer;
+  inverse.bottomLeftCorner(q_, s_) = -cross;
+  inverse.topRightCorner(s_, q_) = -cross.transpose();
+  inverse.bottomRightCorner(q_, q_) += cross.lazyProduct(solved.transpose());
+  return inverse;
+}
+
+double ArrowFactor::log_determinant() const { return log_determinant_ + std::log(product_); }
+
+SmallMatrix ArrowFactor::lower(Index k) const { return ConstMap(group(k), q_, q_); }
+
+}  // namespace silvafit::fit

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// Random effects of the clusters of a model at a fit's estimates, and what the data leave open.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "conditional_modes/calibration_terms.hpp"
+
+namespace silvafit::fit {
+
+/// What is known of the random effects of a cluster's groups before their trees are looked at, by
+/// independent standard normal z: u = mean + outer z_u, v = mean + coupling z_u + inner z_v.
+struct EffectRoots {
+  Eigen::MatrixXd outer{};     ///< (s x s)
+  Eigen::MatrixXd coupling{};  ///< (q x s)
+  Eigen::MatrixXd inner{};     ///< (q x q)
+};
+
+/// The same of all groups. Means depend on the coefficients where they come from a fit.
+struct EffectPriors {
+  std::vector<EffectRoots> roots{};      ///< those that differ
+  std::vector<Eigen::Index> roots_of{};  ///< (G) groups of a cluster share `outer`
+  Eigen::MatrixXd outer_mean{};          ///< (s x C)
+  Eigen::MatrixXd inner_mean{};          ///< (q x G)
+  Eigen::MatrixXd outer_slope{};         ///< (s p x C) d mean / d beta', by columns
+  Eigen::MatrixXd inner_slope{};         ///< (q p x G)
+};
+
+/// Where random effects act, as places among the coefficients and among the random coefficients.
+struct EffectPlaces {
+  std::vector<Eigen::Index> random{};      ///< (r) coefficients, ascending
+  std::vector<Eigen::Index> outer_rows{};  ///< (s)
+  std::vector<Eigen::Index> inner_rows{};  ///< (q)
+
+  explicit EffectPlaces(const FittedModel& fit);
+  Eigen::Index s() const { return static_cast<Eigen::Index>(outer_rows.size()); }
+  Eigen::Index q() const { return static_cast<Eigen::Index>(inner_rows.size()); }
+};
+
+/// Random effects with their uncertainty, in the order of the model's clusters and groups; NaN for
+/// clusters whose effects were not found.
+struct EffectPosteriors {
+  Eigen::MatrixXd outer{};  ///< (s x C)
+  Eigen::MatrixXd inner{};  ///< (q x G)
+  EffectUncertainty outer_uncertainty{};
+  EffectUncertainty inner_uncertainty{};
+};
+
+/// Finds the effects by Newton's method, all clusters of a block of rows at once.
+/// \param threads  over blocks; the result does not depend on it
+EffectPosteriors find_effects(const NonlinearModel& model,
+                              const FittedModel& fit,
+                              const EffectPriors& priors,
+                              unsigned threads);
+
+/// What is left open of effects that are known already: those of a fit, by its own model.
+EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit);
+
+/// Priors of groups that nothing is known of.
+EffectPriors unseen_priors(const NonlinearModel& model, const FittedModel& fit);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "conditional_modes/cluster_modes.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "conditional_modes/rounded_decrement.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Squared distance to the mode in standard deviations at which a search ends: 1e-9 of one, so that
+// one Newton step suffices after the small moves that Hessians are made of.
+constexpr double kModeDecrement = 1e-18;
+// Below this, Newton's steps converge by themselves, and rounding of the objective may hide their
+// descent: of a mean that is the difference of large terms, eleven digits are left.
+constexpr double kSettledDecrement = 1e-9;
+// Where modes need but be told from known ones.
+constexpr double kRoughDecrement = 1e-8;
+constexpr int kModeSteps = 100;
+// So few rows of clusters that are done are evaluated again rather than leave a gap.
+constexpr Index kGapRows = 128;
+
+}  // namespace
+
+ClusterModes::ClusterModes(const NonlinearModel& model,
+                           const ObservationSums& sums,
+                           Index first,
+                           Index last)
+    : model_(model),
+      sums_(sums),
+      first_(first),
+      last_(last),
+      begin_(model.cluster_begin(first)),
+      end_(model.cluster_begin(last)),
+      r_(sums.random_count()),
+      triangle_(r_ * (r_ + 1) / 2),
+      clusters_(static_cast<std::size_t>(last - first)) {}
+
+bool ClusterModes::search(const RandomDesign& design,
+                          Modes& modes,
+                          MatrixXd& effects,
+                          ObservationSums::Workspace& workspace,
+                          const Modes* known) {
+  outer_ = modes.outer.middleCols(first_, last_ - first_);
+  inner_ = modes.inner.middleCols(begin_, end_ - begin_);
+  outer_step_.resize(outer_.rows(), outer_.cols());
+  inner_step_.resize(inner_.rows(), inner_.cols());
+  density_.resize(1 + r_ + triangle_ * (sums_.has_approximation() ? 2 : 1), end_ - begin_);
+  for (Cluster& cluster : clusters_) {
+    cluster.objective = std::numeric_limits<double>::infinity();
+    cluster.decrement = std::numeric_limits<double>::infinity();
+    cluster.length = 1.0;
+    cluster.is_done = false;
+    cluster.is_known = false;
+  }
+  for (int step = 0; evaluate_open(design, effects, workspace); ++step) {
+    if (step == kModeSteps) return false;
+    for (Index c = 0; c < cluster_count(); ++c) {
+      if (!clusters_[static_cast<std::size_t>(c)].is_done && !advance(design, c, known)) {
+        return false;
+      }
+    }
+  }
+  modes.outer.middleCols(first_, last_ - first_) = outer_;
+  modes.inner.middleCols(begin_, end_ - begin_) = inner_;
+  return true;
+}
+
+void ClusterModes::place_effects(const RandomDesign& design, Index cluster, MatrixXd& effects) {
+  const SmallVector shared = design.outer.lazyProduct(outer_.col(cluster));
+  for (Index g = group_begin(cluster); g < group_begin(cluster + 1); ++g) {
+    effects.col(begin_ + g) = design.inner.lazyProduct(inner_.col(g));
+    if (shared.size() > 0 && design.outer.cols() > 0) effects.col(begin_ + g) += shared;
+  }
+}
+
+/// Sums at the trial modes of all clusters that are still searched; false if there are none.
+bool ClusterModes::evaluate_open(const RandomDesign& design,
+                                 MatrixXd& effects,
+                                 ObservationSums::Workspace& workspace) {
+  const auto is_done = [&](Index c) { return clusters_[static_cast<std::size_t>(c)].is_done; };
+  const auto first_row = [&](Index c) { return model_.group_begin(begin_ + group_begin(c)); };
+  bool any = false;
+  for (Index c = 0; c < cluster_count(); ++c) {
+    if (is_done(c)) continue;
+    any = true;
+    Index end = c;  // past the last open cluster of the run
+    for (Index k = c; k < cluster_count() && first_row(k) - first_row(end) <= kGapRows; ++k) {
+      if (is_done(k)) continue;
+      place_effects(design, k, effects);
+      end = k + 1;
+    }
+    const Index from = group_begin(c);
+    sums_.density(begin_ + from, begin_ + group_begin(end), effects, trial_, workspace);
+    density_.middleCols(from, trial_.cols()) = trial_;
+    c = end - 1;
+  }
+  return any;
+}
+
+double ClusterModes::objective_of(Index cluster) const {
+  double sum = 0.5 * outer_.col(cluster).squaredNorm();
+  for (Index g = group_begin(cluster); g < group_begin(cluster + 1); ++g) {
+    sum += density_(0, g) + 0.5 * inner_.col(g).squaredNorm();
+  }
+  return sum;
+}
+
+double ClusterModes::objective() const {
+  double sum = 0.0;
+  for (const Cluster& cluster : clusters_) sum += cluster.objective;
+  return sum;
+}
+
+/// Takes the trial modes if they are better, and proposes the next; else goes back half way.
+bool ClusterModes::advance(const RandomDesign& design, Index c, const Modes* known) {
+  Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
+  const double reached = objective_of(c);
+  const double rounding = 1e-13 * (1.0 + std::abs(cluster.objective));
+  const bool is_settled = cluster.decrement < kSettledDecrement && std::isfinite(reached);
+  if (!is_settled && !(reached <= cluster.objective + rounding)) {
+    constexpr double kShortest = 1e-9;
+    if (!std::isfinite(cluster.objective) || cluster.length < kShortest) return false;
+    cluster.length *= 0.5;
+    move(c, -cluster.length);
+    return true;
+  }
+  cluster.objective = reached;
+  const double last = cluster.decrement;
+  if (!propose(design, c)) return false;
+  const bool is_rounding =
+      cluster.decrement < kRoundedDecrement && cluster.decrement >= 0.25 * last;
+  cluster.is_known = known != nullptr && leads_to(*known, c);
+  const double enough = known != nullptr ? kRoughDecrement : kModeDecrement;
+  if (cluster.decrement < enough || is_rounding || cluster.is_known) {
+    cluster.is_done = true;
+    return true;
+  }
+  cluster.length = 1.0;
+  move(c, 1.0);
+  return true;
+}
+
+/// Whether the next step goes straight to a known mode from nearby.
+bool ClusterModes::leads_to(const Modes& known, Index c) const {
+  constexpr double kNear = 1.0;  // squared standard deviation
+  constexpr double kShare = 0.05;
+  if (!(clusters_[static_cast<std::size_t>(c)].decrement < kNear)) return false;
+  const Index groups = group_count(c);
+  const auto inner = inner_.middleCols(group_begin(c), groups);
+  const auto inner_step = inner_step_.middleCols(group_begin(c), groups);
+  const auto known_inner = known.inner.middleCols(begin_ + group_begin(c), groups);
+  double before = (inner - known_inner).squaredNorm();
+  double after = (inner + inner_step - known_inner).squaredNorm();
+  if (outer_.rows() > 0) {
+    const auto known_outer = known.outer.col(first_ + c);
+    before += (outer_.col(c) - known_outer).squaredNorm();
+    after += (outer_.col(c) + outer_step_.col(c) - known_outer).squaredNorm();
+  }
+  return after <= kShare * kShare * before;
+}
+
+void ClusterModes::move(Index c, double length) {
+  outer_.col(c) += length * outer_step_.col(c);
+  const Index groups = group_count(c);
+  inner_.middleCols(group_begin(c), groups) +=
+      length * inner_step_.middleCols(group_begin(c), groups);
+}
+
+/// The Newton step from the current modes.
+bool ClusterModes::propose(const RandomDesign& design, Index c) {
+  Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
+  if (!factorize(design, c)) return false;
+  auto outer = outer_step_.col(c);
+  auto inner = inner_step_.middleCols(group_begin(c), group_count(c));
+  outer = -outer_.col(c);
+  for (Index k = 0; k < inner.cols(); ++k) {
+    const Index g = group_begin(c) + k;
+    inner.col(k) = -inner_.col(g) - design.inner.transpose().lazyProduct(slope(g));
+    if (outer.size() > 0) outer -= design.outer.transpose().lazyProduct(slope(g));
+  }
+  // The decrement is the product of the step with the right side, which the solution overwrites.
+  const SmallVector outer_right = outer;
+  right_ = inner;
+  cluster.hessian.solve(outer, inner);
+  cluster.decrement = outer_right.dot(outer) + right_.cwiseProduct(inner).sum();
+  return std::isfinite(cluster.decrement);
+}
+
+/// Away from the mode the Hessian may have to be made positive definite.
+bool ClusterModes::factorize(const RandomDesign& design, Index c) {
+  Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
+  ArrowFactor& hessian = cluster.hessian;
+  cluster.is_convex = hessian.compute(design, curvatures(c));
+  if (cluster.is_convex) return true;
+  constexpr double kLargestRidge = 1e12;
+  for (double ridge = 1e-2; ridge < kLargestRidge; ridge *= 4.0) {
+    if (hessian.compute(design, curvatures(c), ridge)) return true;
+  }
+  return false;
+}
+
+}  // namespace silvafit::fit

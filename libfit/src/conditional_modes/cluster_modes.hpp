@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// The modes of the random effects of some clusters given the data.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "conditional_modes/arrow_factor.hpp"
+#include "conditional_modes/observation_sums.hpp"
+
+namespace silvafit::fit {
+
+/// Modes v of the random effects, b = L v.
+struct Modes {
+  Eigen::MatrixXd outer{};  ///< (s x C)
+  Eigen::MatrixXd inner{};  ///< (q x G)
+};
+
+/// Spherical random effects of consecutive clusters, and Newton's search for their modes: the
+/// minimum of sum rho + |u|^2/2 + sum |v_k|^2/2 of each cluster. Memory is kept between searches.
+class ClusterModes {
+ public:
+  /// Clusters [first, last) of the model.
+  ClusterModes(const NonlinearModel& model,
+               const ObservationSums& sums,
+               Eigen::Index first,
+               Eigen::Index last);
+
+  /// Searches from given modes.
+  /// \param modes    of the model, in: starts; out: modes
+  /// \param effects  (r x G), out: how the coefficients of each group are moved
+  /// \param known    modes of the model, or null: a search that comes near them ends there, and
+  ///   others need but be told from them
+  /// \returns false if the search of a cluster failed
+  bool search(const RandomDesign& design,
+              Modes& modes,
+              Eigen::MatrixXd& effects,
+              ObservationSums::Workspace& workspace,
+              const Modes* known = nullptr);
+
+  Eigen::Index first_cluster() const { return first_; }
+  Eigen::Index first_group() const { return begin_; }
+  Eigen::Index end_group() const { return end_; }
+  Eigen::Index cluster_count() const { return last_ - first_; }
+  /// First group of a cluster, by its number from 0, counted from first_group().
+  Eigen::Index group_begin(Eigen::Index cluster) const {
+    return model_.cluster_begin(first_ + cluster) - begin_;
+  }
+
+  /// At the modes: the objective of all clusters, and Hessians.
+  double objective() const;
+  double objective(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].objective;
+  }
+  /// Whether the search came near a known mode.
+  bool is_known(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].is_known;
+  }
+  const ArrowFactor& hessian(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].hessian;
+  }
+  /// Whether the search ended at a minimum: at a saddle, from which no slope leads away, the
+  /// Hessian is that of a ridge added.
+  bool is_minimum(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].is_convex;
+  }
+  auto outer(Eigen::Index cluster) const { return outer_.col(cluster); }  ///< (s) u
+  auto inner(Eigen::Index group) const { return inner_.col(group); }      ///< (q) v_k
+  const Eigen::MatrixXd& outer() const { return outer_; }
+  const Eigen::MatrixXd& inner() const { return inner_; }
+  /// The sums of density terms at the modes, one column a group.
+  const Eigen::MatrixXd& density() const { return density_; }
+  /// (r) d rho / d b, summed over a group
+  auto slope(Eigen::Index group) const { return density_.col(group).segment(1, r_); }
+  /// (triangle x groups of the cluster) second derivatives by b
+  auto curvatures(Eigen::Index cluster) const {
+    return density_.block(1 + r_, group_begin(cluster), triangle_, group_count(cluster));
+  }
+  /// The same of the matrix K in the log-determinant.
+  auto approximations(Eigen::Index cluster) const {
+    const Eigen::Index row = 1 + r_ + (sums_.has_approximation() ? triangle_ : 0);
+    return density_.block(row, group_begin(cluster), triangle_, group_count(cluster));
+  }
+  Eigen::Index group_count(Eigen::Index cluster) const {
+    return group_begin(cluster + 1) - group_begin(cluster);
+  }
+
+ private:
+  struct Cluster {
+    double objective = 0.0;
+    double decrement = 0.0;
+    double length = 1.0;  ///< of the step that is tried
+    bool is_done = false;
+    bool is_known = false;
+    bool is_convex = false;  ///< at the modes, without a ridge
+    ArrowFactor hessian{};
+  };
+  bool evaluate_open(const RandomDesign& design,
+                     Eigen::MatrixXd& effects,
+                     ObservationSums::Workspace& workspace);
+  void place_effects(const RandomDesign& design, Eigen::Index cluster, Eigen::MatrixXd& effects);
+  bool advance(const RandomDesign& design, Eigen::Index cluster, const Modes* known);
+  bool leads_to(const Modes& known, Eigen::Index cluster) const;
+  bool propose(const RandomDesign& design, Eigen::Index cluster);
+  bool factorize(const RandomDesign& design, Eigen::Index cluster);
+  void move(Eigen::Index cluster, double length);
+  double objective_of(Eigen::Index cluster) const;
+
+  const NonlinearModel& model_;
+  const ObservationSums& sums_;
+  Eigen::Index first_;
+  Eigen::Index last_;
+  Eigen::Index begin_;
+  Eigen::Index end_;
+  Eigen::Index r_;
+  Eigen::Index triangle_;
+  std::vector<Cluster> clusters_;
+  Eigen::MatrixXd outer_;
+  Eigen::MatrixXd inner_;
+  Eigen::MatrixXd outer_step_;
+  Eigen::MatrixXd inner_step_;
+  Eigen::MatrixXd density_;  ///< sums of density terms, one column a group
+  Eigen::MatrixXd trial_;
+  Eigen::MatrixXd right_;  ///< of a Newton system
+};
+
+}  // namespace silvafit::fit

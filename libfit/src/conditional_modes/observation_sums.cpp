@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "conditional_modes/observation_sums.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "silvafit/data/row_sums.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using data::Expression;
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+/// Makes room for so many numbers. Less room than before would be filled with zeros the next time.
+void make_room(std::vector<double>& memory, std::size_t count) {
+  if (memory.size() < count) memory.resize(count);
+}
+
+void append(std::vector<Expression>& target, const std::vector<Expression>& more) {
+  target.insert(target.end(), more.begin(), more.end());
+}
+
+bool has_covariates(const NonlinearModel& model, Index parameter) {
+  return !model.specification().parameters[static_cast<std::size_t>(parameter)].covariates.empty();
+}
+
+}  // namespace
+
+ObservationSums::ObservationSums(const NonlinearModel& model,
+                                 const VarianceModel& variance,
+                                 Curvature curvature,
+                                 std::vector<Index> random)
+    : model_(model),
+      variance_(variance),
+      random_(std::move(random)),
+      r_(static_cast<Index>(random_.size())) {
+  store_indicators();
+  // A quantity by one stratum, its reference, has a column of zeros without indicators.
+  if (std::ranges::any_of(variance.quantities(), [](const auto& one) { return one.strata >= 0; })) {
+    quantity_rows_.resize(model.observations(), static_cast<Index>(variance.quantities().size()));
+  }
+  const ObservationTerms terms = observation_terms(model, variance, curvature, random_);
+  has_approximation_ = !terms.approximation.empty();
+  others_ = terms.others;
+
+  std::vector<Expression> outputs{terms.density};
+  append(outputs, terms.by_random);
+  append(outputs, terms.curvature);
+  append(outputs, terms.approximation);
+  density_ = task_of(outputs);
+
+  outputs = {terms.density};
+  append(outputs, terms.density_by_fixed);
+  append(outputs, terms.density_by_variance);
+  slopes_ = task_of(outputs);
+
+  outputs = terms.penalty_by_random;
+  append(outputs, terms.by_other);
+  append(outputs, terms.by_variance);
+  append(outputs, terms.other_random);
+  append(outputs, terms.variance_random);
+  total_ = task_of(outputs);
+}
+
+void ObservationSums::store_indicators() {
+  Index count = 0;
+  for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
+    indicator_begin_.push_back(count);
+    if (quantity.strata >= 0) count += quantity.count;
+  }
+  indicators_.setZero(model_.observations(), count);
+  for (std::size_t k = 0; k < variance_.quantities().size(); ++k) {
+    const VarianceModel::Quantity& quantity = variance_.quantities()[k];
+    if (quantity.strata < 0) continue;
+    const auto& strata = variance_.data().strata[static_cast<std::size_t>(quantity.strata)].of_rows;
+    for (Index i = 0; i < indicators_.rows(); ++i) {
+      const Index s = strata[static_cast<std::size_t>(i)] - (quantity.has_reference ? 1 : 0);
+      if (s >= 0) indicators_(i, indicator_begin_[k] + s) = 1.0;
+    }
+  }
+}
+
+ObservationSums::Task ObservationSums::task_of(const std::vector<Expression>& outputs) {
+  return row_program(outputs, [this](const std::string& name) { return source_of(name); });
+}
+
+ObservationSums::Source ObservationSums::source_of(const std::string& name) {
+  using Kind = Source::Kind;
+  const auto& parameters = model_.specification().parameters;
+  const std::size_t count = parameters.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (name == parameters[k].name) return parameter_source(name, static_cast<Index>(k), false);
+    if (name == term_names::population(parameters[k].name)) {
+      return parameter_source(name, static_cast<Index>(k), true);
+    }
+  }
+  const auto& quantities = variance_.quantities();
+  for (std::size_t k = 0; k < quantities.size(); ++k) {
+    if (name == quantities[k].name) return quantity_source(k);
+    for (Index s = 0; s < quantities[k].count; ++s) {
+      if (name != term_names::indicator(k, s)) continue;
+      return {.kind = Kind::kColumn, .column = indicators_.col(indicator_begin_[k] + s).data()};
+    }
+  }
+  if (name == term_names::log_sigma()) {
+    return {.kind = Kind::kScalar, .index = count + quantities.size()};
+  }
+  for (Index j = 0; j < model_.coefficient_count(); ++j) {
+    if (name == term_names::multiplier(j)) {
+      return {.kind = Kind::kColumn, .column = model_.multiplier_values(j)};
+    }
+  }
+  std::size_t weight = 0;
+  for (Index j = 0; j < r_; ++j) {
+    for (Index i = j; i < r_; ++i, ++weight) {
+      if (name == term_names::weight(i, j)) return {.kind = Kind::kWeight, .index = weight};
+    }
+  }
+  const auto variable = std::ranges::find(model_.variables(), name);
+  return {.kind = Kind::kColumn,
+          .column = model_.variable_values().col(variable - model_.variables().begin()).data()};
+}
+
+ObservationSums::Source ObservationSums::parameter_source(const std::string& name,
+                                                          Index parameter,
+                                                          bool at_population) {
+  using Kind = Source::Kind;
+  VaryingParameter varying{.name = name};
+  bool varies = has_covariates(model_, parameter);
+  for (Index j = 0; j < model_.coefficient_count(); ++j) {
+    if (model_.parameter_of(j) != parameter) continue;
+    const auto effect = std::ranges::find(random_, j);
+    const bool is_random = !at_population && effect != random_.end();
+    varying.terms.push_back({.coefficient = j,
+                             .effect = is_random ? effect - random_.begin() : -1,
+                             .multiplier = model_.multiplier_values(j)});
+    varies = varies || is_random;
+  }
+  if (!varies) return {.kind = Kind::kScalar, .index = static_cast<std::size_t>(parameter)};
+  const auto known = std::ranges::find(varying_, name, &VaryingParameter::name);
+  const auto index = static_cast<std::size_t>(known - varying_.begin());
+  if (known == varying_.end()) varying_.push_back(std::move(varying));
+  return {.kind = Kind::kParameter, .index = index};
+}
+
+ObservationSums::Source ObservationSums::quantity_source(std::size_t quantity) {
+  if (variance_.quantities()[quantity].strata < 0) {
+    const std::size_t parameter_count = model_.specification().parameters.size();
+    return {.kind = Source::Kind::kScalar, .index = parameter_count + quantity};
+  }
+  return {.kind = Source::Kind::kColumn,
+          .column = quantity_rows_.col(static_cast<Index>(quantity)).data()};
+}
+
+void ObservationSums::set_point(const ObservationPoint& point) {
+  const std::size_t parameter_count = model_.specification().parameters.size();
+  const auto& quantities = variance_.quantities();
+  scalars_.assign(parameter_count + quantities.size() + 1, 0.0);
+  scalars_.back() = point.log_sigma;
+  beta_ = point.beta;
+  for (Index j = 0; j < beta_.size(); ++j) {
+    // A parameter of several coefficients is none of the scalars.
+    scalars_[static_cast<std::size_t>(model_.parameter_of(j))] = beta_[j];
+  }
+  for (std::size_t k = 0; k < quantities.size(); ++k) {
+    const VarianceModel::Quantity& quantity = quantities[k];
+    if (quantity.strata < 0) {
+      scalars_[parameter_count + k] = point.variance[quantity.first];
+    } else {
+      quantity_rows_.col(static_cast<Index>(k)) =
+          indicators_.middleCols(indicator_begin_[k], quantity.count) *
+          point.variance.segment(quantity.first, quantity.count);
+    }
+  }
+}
+
+void ObservationSums::fill_parameter(const VaryingParameter& varying,
+                                     const MatrixXd& effects,
+                                     Index group,
+                                     Index row,
+                                     Index rows,
+                                     double* target) const {
+  Eigen::Map<Eigen::VectorXd> values(target, rows);
+  const auto value_of = [&](const VaryingParameter::Term& term) {
+    return beta_[term.coefficient] + (term.effect < 0 ? 0.0 : effects(term.effect, group));
+  };
+  double constant = 0.0;
+  for (const VaryingParameter::Term& term : varying.terms) {
+    if (term.multiplier == nullptr) constant += value_of(term);
+  }
+  values.setConstant(constant);
+  for (const VaryingParameter::Term& term : varying.terms) {
+    if (term.multiplier == nullptr) continue;
+    values += value_of(term) * Eigen::Map<const Eigen::VectorXd>(term.multiplier + row, rows);
+  }
+}
+
+/// Fills in what differs by group for some rows from `row` on, and where its groups begin among
+/// them.
+/// \returns the group of the row behind them
+Index ObservationSums::fill_rows(
+    const GroupValues& values, Index group, Index row, Index rows, Workspace& workspace) const {
+  double* const parameters = workspace.inputs.data();
+  double* const weights = parameters + varying_.size() * kProgramRows;
+  workspace.begins.assign(1, 0);
+  for (Index done = 0; done < rows;) {
+    const Index stop = std::min(rows, model_.group_begin(group + 1) - row);
+    for (std::size_t k = 0; k < varying_.size(); ++k) {
+      double* const target = parameters + k * kProgramRows + done;
+      fill_parameter(varying_[k], values.effects, group, row + done, stop - done, target);
+    }
+    for (std::size_t k = 0; k < values.weight_count(); ++k) {
+      const double weight = (*values.weights)(static_cast<Index>(k), group - values.first);
+      std::fill_n(weights + k * kProgramRows + done, stop - done, weight);
+    }
+    workspace.begins.push_back(static_cast<std::size_t>(stop));
+    done = stop;
+    if (row + done == model_.group_begin(group + 1)) ++group;
+  }
+  return group;
+}
+
+void ObservationSums::connect_inputs(const Task& task, Index row, Workspace& workspace) const {
+  const double* const parameters = workspace.inputs.data();
+  const double* const weights = parameters + varying_.size() * kProgramRows;
+  workspace.input_columns.resize(task.sources.size());
+  for (std::size_t k = 0; k < task.sources.size(); ++k) {
+    const Source& source = task.sources[k];
+    const double*& input = workspace.input_columns[k];
+    switch (source.kind) {
+      case Source::Kind::kScalar:
+        input = &scalars_[source.index];
+        break;
+      case Source::Kind::kColumn:
+        input = source.column + row;
+        break;
+      case Source::Kind::kParameter:
+        input = parameters + source.index * kProgramRows;
+        break;
+      case Source::Kind::kWeight:
+        input = weights + source.index * kProgramRows;
+        break;
+    }
+  }
+}
+
+void ObservationSums::run(const Task& task,
+                          const GroupValues& values,
+                          Index last,
+                          MatrixXd& sums,
+                          Workspace& workspace) const {
+  const auto width = static_cast<Index>(task.outputs);
+  sums.setZero(width, last - values.first);
+  make_room(workspace.inputs, (varying_.size() + values.weight_count()) * kProgramRows);
+  make_room(workspace.outputs, task.outputs * kProgramRows);
+  workspace.output_columns.resize(task.outputs);
+  for (std::size_t k = 0; k < task.outputs; ++k) {
+    workspace.output_columns[k] = workspace.outputs.data() + k * kProgramRows;
+  }
+  const std::vector<const double*> columns(workspace.output_columns.begin(),
+                                           workspace.output_columns.end());
+  const Index end = model_.group_begin(last);
+  Index group = values.first;
+  for (Index row = model_.group_begin(group); row < end; row += kProgramRows) {
+    const Index rows = std::min(kProgramRows, end - row);
+    const Index first_group = group;
+    group = fill_rows(values, group, row, rows, workspace);
+    connect_inputs(task, row, workspace);
+    task.program.evaluate(workspace.input_columns,
+                          static_cast<std::size_t>(rows),
+                          workspace.output_columns,
+                          workspace.program);
+    const std::size_t segments = workspace.begins.size() - 1;
+    make_room(workspace.sums, segments * task.outputs);
+    data::segment_sums(columns, workspace.begins, workspace.sums.data());
+    sums.middleCols(first_group - values.first, static_cast<Index>(segments)) +=
+        Eigen::Map<const MatrixXd>(workspace.sums.data(), width, static_cast<Index>(segments));
+  }
+}
+
+void ObservationSums::density(
+    Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const {
+  run(density_, {.effects = effects, .first = first}, last, sums, workspace);
+}
+
+void ObservationSums::slopes(
+    Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const {
+  run(slopes_, {.effects = effects, .first = first}, last, sums, workspace);
+}
+
+void ObservationSums::total(Index first,
+                            Index last,
+                            const MatrixXd& effects,
+                            const MatrixXd& weights,
+                            MatrixXd& sums,
+                            Workspace& workspace) const {
+  run(total_, {.effects = effects, .weights = &weights, .first = first}, last, sums, workspace);
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// Sums of the observations' terms over the rows of each group.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "conditional_modes/observation_terms.hpp"
+#include "model/row_program.hpp"
+#include "silvafit/data/program.hpp"
+
+namespace silvafit::fit {
+
+/// Where terms are evaluated: fixed effects, internal parameters of the variance, log sigma.
+struct ObservationPoint {
+  Eigen::VectorXd beta{};      ///< (p)
+  Eigen::VectorXd variance{};  ///< (m)
+  double log_sigma = 0.0;
+};
+
+/// Which terms of ObservationTerms are summed, and where each is among a group's sums.
+///
+/// p coefficients, r random ones, m + 1 parameters of the variance; triangles are lower ones by
+/// columns.
+class ObservationSums {
+ public:
+  /// Scratch memory of one caller.
+  struct Workspace {
+    data::Program::Workspace program{};
+    std::vector<double> inputs{};
+    std::vector<double> outputs{};
+    std::vector<double> sums{};
+    std::vector<std::size_t> begins{};
+    std::vector<const double*> input_columns{};
+    std::vector<double*> output_columns{};
+  };
+
+  ObservationSums(const NonlinearModel& model,
+                  const VarianceModel& variance,
+                  Curvature curvature,
+                  std::vector<Eigen::Index> random);
+
+  Eigen::Index random_count() const { return r_; }
+  const std::vector<Eigen::Index>& random() const { return random_; }
+  bool has_approximation() const { return has_approximation_; }
+  /// See ObservationTerms::others.
+  const std::vector<Eigen::Index>& others() const { return others_; }
+
+  /// What all sums are evaluated at from now on.
+  void set_point(const ObservationPoint& point);
+
+  /// Of density (1), by_random (r), curvature (triangle), approximation (triangle, if any), for
+  /// groups [first, last): one column a group.
+  /// \param effects  (r x G) random effects b of all groups
+  void density(Eigen::Index first,
+               Eigen::Index last,
+               const Eigen::MatrixXd& effects,
+               Eigen::MatrixXd& sums,
+               Workspace& workspace) const;
+  /// Of density (1), density_by_fixed (p), density_by_variance (m + 1).
+  void slopes(Eigen::Index first,
+              Eigen::Index last,
+              const Eigen::MatrixXd& effects,
+              Eigen::MatrixXd& sums,
+              Workspace& workspace) const;
+  /// Of penalty_by_random (r), by_other (o), by_variance (m + 1), other_random (o r), and
+  /// variance_random ((m + 1) r), for o other coefficients.
+  /// \param weights  (triangle x last - first) the matrices M
+  void total(Eigen::Index first,
+             Eigen::Index last,
+             const Eigen::MatrixXd& effects,
+             const Eigen::MatrixXd& weights,
+             Eigen::MatrixXd& sums,
+             Workspace& workspace) const;
+
+ private:
+  /// Where the values of a program's input come from.
+  struct Source {
+    enum class Kind { kScalar, kColumn, kParameter, kWeight };
+    Kind kind = Kind::kScalar;
+    std::size_t index = 0;           ///< of the scalar, the parameter or the weight
+    const double* column = nullptr;  ///< (N) of a column
+
+    bool is_scalar() const { return kind == Kind::kScalar; }
+  };
+  using Task = RowProgram<Source>;
+  /// A parameter of the model as it varies by row: the sum of its coefficients, each with the
+  /// random effect of the group, times their multipliers.
+  struct VaryingParameter {
+    struct Term {
+      Eigen::Index coefficient = 0;
+      Eigen::Index effect = -1;            ///< number of b, -1 for none
+      const double* multiplier = nullptr;  ///< (N), null for 1
+    };
+    std::string name{};  ///< of the input
+    std::vector<Term> terms{};
+  };
+
+  Task task_of(const std::vector<data::Expression>& outputs);
+  Source source_of(const std::string& name);
+  Source parameter_source(const std::string& name, Eigen::Index parameter, bool at_population);
+  Source quantity_source(std::size_t quantity);
+  void store_indicators();
+  /// What differs by group.
+  struct GroupValues {
+    const Eigen::MatrixXd& effects;            ///< (r x G)
+    const Eigen::MatrixXd* weights = nullptr;  ///< one column a group from the first on, or null
+    Eigen::Index first = 0;
+    std::size_t weight_count() const {
+      return weights == nullptr ? 0 : static_cast<std::size_t>(weights->rows());
+    }
+  };
+  void run(const Task& task,
+           const GroupValues& values,
+           Eigen::Index last,
+           Eigen::MatrixXd& sums,
+           Workspace& workspace) const;
+  Eigen::Index fill_rows(const GroupValues& values,
+                         Eigen::Index group,
+                         Eigen::Index row,
+                         Eigen::Index rows,
+                         Workspace& workspace) const;
+  void connect_inputs(const Task& task, Eigen::Index row, Workspace& workspace) const;
+  void fill_parameter(const VaryingParameter& varying,
+                      const Eigen::MatrixXd& effects,
+                      Eigen::Index group,
+                      Eigen::Index row,
+                      Eigen::Index rows,
+                      double* target) const;
+
+  const NonlinearModel& model_;
+  const VarianceModel& variance_;
+  std::vector<Eigen::Index> random_;
+  Eigen::Index r_ = 0;
+  bool has_approximation_ = false;
+  std::vector<Eigen::Index> others_;
+  std::vector<VaryingParameter> varying_;
+  Task density_;
+  Task slopes_;
+  Task total_;
+  Eigen::MatrixXd indicators_;  ///< (N x strata of all quantities)
+  std::vector<Eigen::Index> indicator_begin_;
+  // Values at the current point.
+  std::vector<double> scalars_;    ///< parameters, quantities, log sigma
+  Eigen::VectorXd beta_;           ///< (p)
+  Eigen::MatrixXd quantity_rows_;  ///< (N x quantities) if some have strata
+};
+
+}  // namespace silvafit::fit

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: MIT
+// Fits with bounds, from the formula to the verdict, against R and against fits with held values.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "fit_model/bound_slopes.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// Trees whose heights bend so little that no curve has an asymptote to speak of: the free fits run
+/// off to 137 m, to negative heights, or on for ever.
+const std::vector<double> kDbh{26.8, 38.0, 30.9, 21.3, 38.0, 9.0,  21.4, 25.1, 5.5,  37.1,
+                               31.8, 9.9,  26.6, 35.5, 12.3, 35.5, 15.1, 28.7, 12.2, 38.8,
+                               36.3, 10.8, 10.1, 26.1, 5.1,  15.8, 33.6, 21.8, 29.7, 5.8,
+                               31.2, 32.6, 17.8, 6.6,  11.3, 31.5, 37.5, 17.4, 23.4, 31.2};
+const std::vector<double> kHeight{17.288, 22.322, 20.054, 13.966, 22.825, 4.969,  14.167, 17.612,
+                                  4.768,  24.352, 21.341, 8.746,  17.302, 22.643, 9.292,  25.376,
+                                  11.569, 18.222, 10.048, 24.025, 22.794, 8.683,  8.137,  17.297,
+                                  3.963,  9.963,  20.595, 14.485, 21.665, 5.733,  20.127, 20.702,
+                                  11.861, 5.196,  8.715,  20.016, 24.659, 11.413, 15.417, 19.548};
+
+data::Table trees() {
+  data::Table table;
+  table.set("dbh", kDbh);
+  table.set("h", kHeight);
+  return table;
+}
+
+constexpr const char* kLogistic = "h ~ 1.3 + a/(1 + 1/(b*dbh^c))";
+constexpr const char* kKorf = "h ~ 1.3 + a*exp(-b*dbh^(-c))";
+constexpr const char* kChapmanRichards = "h ~ 1.3 + a*(1 - exp(-b*dbh))^c";
+
+struct PublishedFit {
+  const char* formula;
+  std::map<std::string, Bounds> bounds;
+  Eigen::Vector3d estimate;
+  double log_likelihood;
+  std::vector<std::string> boundary;
+};
+
+/// Heights of eight plots, whose rate b differs, along the curve 1.3 + 80 (1 - exp(-b dbh))^1.1.
+data::Table plots() {
+  Random random(5);
+  std::vector<double> dbh;
+  std::vector<double> height;
+  data::TextColumn plot;
+  for (int g = 0; g < 8; ++g) {
+    const double rate = 0.011 + 0.001 * random.normal();
+    for (int i = 0; i < 12; ++i) {
+      dbh.push_back(random.uniform(6.0, 40.0));
+      height.push_back(1.3 + 80.0 * std::pow(1.0 - std::exp(-rate * dbh.back()), 1.1) +
+                       0.8 * random.normal());
+      plot.append("p" + std::to_string(g));
+    }
+  }
+  data::Table table;
+  table.set("plot", plot);
+  table.set("dbh", dbh);
+  table.set("h", height);
+  return table;
+}
+
+ModelSpecification mixed_model(const data::Table& table) {
+  ModelSpecification model = specify_model(kChapmanRichards, {}, table);
+  add_random_effects(model, "b | plot", table);
+  return model;
+}
+
+}  // namespace
+
+TEST_CASE("bounded least squares are those of R's nls with algorithm port") {
+  // R 4, d with the trees above, for instance
+  //   nls(h ~ 1.3 + a/(1 + 1/(b*dbh^c)), d, start = c(a = 50, b = 0.02, c = 1.1), algorithm =
+  //       "port", lower = c(5, -Inf, -Inf), upper = c(60, Inf, Inf),
+  //       control = nls.control(maxiter = 500, tol = 1e-10))
+  // and its coef() and logLik(). The last one has its maximum inside; at a = 137 port itself stops
+  // six digits before the end.
+  const std::vector<PublishedFit> fits{
+      {kLogistic,
+       {{"a", {5.0, 60.0}}},
+       {60.0, 0.00650245686069, 1.24069148655833},
+       -55.2424488239,
+       {"a = 60, its upper bound"}},
+      {kKorf,
+       {{"a", {5.0, 60.0}}},
+       {60.0, 9.573774284312, 0.616688111429},
+       -63.3615568575,
+       {"a = 60, its upper bound"}},
+      {kChapmanRichards,
+       {{"a", {5.0, 60.0}}},
+       {60.0, 0.0142205360204, 1.1218746473738},
+       -54.1020990076,
+       {"a = 60, its upper bound"}},
+      // With c at its bound a comes back inside, though the free fit has it outside.
+      {kChapmanRichards,
+       {{"a", {5.0, 60.0}}, {"c", {1.3, 2.0}}},
+       {42.2316817904010, 0.0250604796332, 1.3},
+       -55.5428693813,
+       {"c = 1.3, its lower bound"}},
+      {kChapmanRichards,
+       {{"a", {5.0, 60.0}}, {"b", {0.02, 0.2}}},
+       {47.88793626418, 0.02, 1.20337979115},
+       -54.6858232999,
+       {"b = 0.02, its lower bound"}},
+      {kChapmanRichards,
+       {{"a", {5.0, 60.0}}, {"b", {0.02, 0.2}}, {"c", {1.5, 3.0}}},
+       {34.571701968522, 0.035973919678, 1.5},
+       -57.9477039033,
+       {"c = 1.5, its lower bound"}},
+      {kLogistic,
+       {{"a", {5.0, 60.0}}, {"c", {0.5, 1.2}}},
+       {60.0, 0.00744632617898, 1.2},
+       -55.7410648546,
+       {"a = 60, its upper bound", "c = 1.2, its upper bound"}},
+  };
+  const data::Table table = trees();
+  for (const PublishedFit& expected : fits) {
+    INFO(expected.formula);
+    const ModelSpecification model = specify_model(expected.formula, {}, table);
+    const FittedModel fit = fit_model(model, table, {.bounds = expected.bounds}).fit;
+    REQUIRE(fit.convergence.converged);
+    CHECK(fit.convergence.boundary == expected.boundary);
+    // Port stops where the sum of squares stands still to ten digits, so that the coefficients have
+    // half as many at least.
+    CHECK(fit.log_likelihood == Approx(expected.log_likelihood).epsilon(1e-10));
+    for (Eigen::Index j = 0; j < 3; ++j) {
+      CHECK(fit.estimate[j] == Approx(expected.estimate[j]).epsilon(1e-5));
+    }
+  }
+}
+
+TEST_CASE("a range that is far off neither stops a fit nor is forgotten") {
+  // At c = 10,000 the mean is infinite.
+  const data::Table table = trees();
+  const ModelSpecification model = specify_model(kLogistic, {}, table);
+  const FittedModel fit = fit_model(model, table, {.bounds = {{"c", {1.3, 1e4}}}}).fit;
+  const FittedModel held = fit_model(model, table, {.fixed = {{"c", 1.3}}}).fit;
+  REQUIRE(fit.convergence.converged);
+  CHECK(fit.log_likelihood == held.log_likelihood);
+  CHECK_THAT(fit.convergence.verdict, Contains("c = 1.3, its lower bound"));
+}
+
+TEST_CASE("a maximum within the bounds is found though the best fit of all lies outside") {
+  // sin(b x) has many frequencies that nearly fit; that of the data is 2.
+  Random random(8);
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i < 40; ++i) {
+    x.push_back(0.25 * i);
+    y.push_back(std::sin(2.0 * x.back()) + 0.5 * std::sin(1.0 * x.back()) + 0.1 * random.normal());
+  }
+  data::Table table;
+  table.set("x", x);
+  table.set("y", y);
+  const ModelSpecification model = specify_model("y ~ a*sin(b*x)", {}, table);
+  const FittedModel fit = fit_model(model, table, {.bounds = {{"b", {0.8, 1.2}}}}).fit;
+  REQUIRE(fit.convergence.converged);
+  CHECK(fit.convergence.boundary.empty());
+  double highest = -kInfinity;
+  for (int k = 0; k <= 400; ++k) {
+    const double b = 0.8 + 0.001 * k;
+    const FittedModel held = fit_model(model, table, {.fixed = {{"b", b}}}).fit;
+    highest = std::max(highest, held.log_likelihood);
+  }
+  CHECK(fit.log_likelihood >= highest);
+  // A grid of 0.001 is a hundredth of a standard error wide.
+  CHECK(fit.log_likelihood == Approx(highest).margin(1e-3));
+}
+
+TEST_CASE("a fit whose maximum is at infinity has not converged with a bound on the near side") {
+  const data::Table table = trees();
+  // These heights bend upwards, as 1 - exp(-b dbh) never does: a straight line comes nearest.
+  std::vector<double> height;
+  height.reserve(kDbh.size());
+  for (const double dbh : kDbh) height.push_back(1.3 + 0.5 * dbh + 0.002 * dbh * dbh);
+  data::Table bent = table;
+  bent.set("h", height);
+  const ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, bent);
+  const FittedModel open = fit_model(model, bent, {.bounds = {{"a", {5.0, kInfinity}}}}).fit;
+  CHECK(!open.convergence.converged);
+  const FittedModel closed = fit_model(model, bent, {.bounds = {{"a", {5.0, 1000.0}}}}).fit;
+  REQUIRE(closed.convergence.converged);
+  CHECK(closed.estimate[0] == 1000.0);
+}
+
+TEST_CASE("generalized least squares lie on the bound where the likelihood falls inwards") {
+  const data::Table table = trees();
+  ModelSpecification model = specify_model(kChapmanRichards, {}, table);
+  model.variance = parse_variance_function("power");
+  for (const bool reml : {false, true}) {
+    const FittedModel fit =
+        fit_model(model, table, {.bounds = {{"a", {5.0, 60.0}}}, .reml = reml}).fit;
+    const FittedModel held = fit_model(model, table, {.fixed = {{"a", 60.0}}, .reml = reml}).fit;
+    REQUIRE(fit.convergence.converged);
+    CHECK(fit.estimate[0] == 60.0);
+    CHECK(fit.log_likelihood == held.log_likelihood);
+    CHECK(fit.parameter_count == held.parameter_count + 1);
+    const FittedModel inside = fit_model(model, table, {.fixed = {{"a", 59.0}}, .reml = false}).fit;
+    const FittedModel at = fit_model(model, table, {.fixed = {{"a", 60.0}}, .reml = false}).fit;
+    CHECK(inside.log_likelihood < at.log_likelihood);
+  }
+}
+
+TEST_CASE("a bounded fit by restricted likelihood does not depend on the unit of the response") {
+  // With b = 0 delta and sigma are one, so that this set of the search has not converged; its
+  // restricted likelihood has other coefficients and another unit than that of the others.
+  Random random(3);
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i < 120; ++i) {
+    x.push_back(i / 6.0);
+    y.push_back(20.0 + 0.06 * x.back() + random.normal());
+  }
+  for (const double unit : {1.0, 1e4, 1e-4}) {
+    data::Table table;
+    std::vector<double> scaled;
+    scaled.reserve(y.size());
+    for (const double value : y) scaled.push_back(unit * value);
+    table.set("x", x);
+    table.set("y", scaled);
+    ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+    model.variance = parse_variance_function("power");
+    const FittedModel fit =
+        fit_model(model, table, {.bounds = {{"b", {0.0, 0.03 * unit}}}, .reml = true}).fit;
+    INFO(unit << ": " << fit.convergence.verdict);
+    CHECK(fit.convergence.converged);
+    CHECK(fit.estimate[1] == 0.03 * unit);
+  }
+}
+
+TEST_CASE("a bound that the formula has no value at does not hide the fit outside") {
+  Random random(8);
+  std::vector<double> d;
+  std::vector<double> y;
+  for (int i = 0; i < 60; ++i) {
+    d.push_back(4.0 + 0.5 * i);
+    y.push_back(3.0 + 3.0 * std::log(d.back() + 1.0) + 0.1 * random.normal());
+  }
+  data::Table table;
+  table.set("d", d);
+  table.set("y", y);
+  // log(d - 5) does not exist for the first two rows.
+  const FittedModel fit = fit_model(specify_model("y ~ a + b*log(d - c)", {}, table),
+                                    table,
+                                    {.bounds = {{"c", {5.0, 100.0}}}})
+                              .fit;
+  CHECK_FALSE(fit.convergence.converged);
+  CHECK_THAT(fit.convergence.verdict, Catch::Contains("The fit without bounds is shown"));
+  CHECK(fit.estimate[2] == Approx(-1.0).margin(1.0));
+}
+
+TEST_CASE("mixed fits of all methods lie on the bound where the likelihood falls inwards") {
+  const data::Table table = plots();
+  const ModelSpecification model = mixed_model(table);
+  for (const Method method : {Method::kLindstromBates,
+                              Method::kLaplace,
+                              Method::kQuadrature,
+                              Method::kFirstOrder,
+                              Method::kInteraction}) {
+    INFO(method_text(method));
+    const auto fitted = [&](const std::map<std::string, double>& fixed,
+                            const std::map<std::string, Bounds>& bounds) {
+      return fit_model(model,
+                       table,
+                       {.method = method, .fixed = fixed, .bounds = bounds, .quadrature_points = 3})
+          .fit;
+    };
+    const FittedModel fit = fitted({}, {{"a", {5.0, 50.0}}});
+    const FittedModel held = fitted({{"a", 50.0}}, {});
+    REQUIRE(fit.convergence.converged);
+    CHECK(fit.estimate[0] == 50.0);
+    CHECK(fit.log_likelihood == held.log_likelihood);
+    CHECK(fit.parameter_count == held.parameter_count + 1);
+    CHECK_THAT(fit.convergence.verdict, Contains("a = 50, its upper bound"));
+
+    // The slope by differences of fits with a held. Linear around its own estimates, the model of
+    // lb is another one at each a, so that its slope is only like that.
+    const double step = 0.05;
+    const double rise = (fitted({{"a", 50.0 + step}}, {}).log_likelihood -
+                         fitted({{"a", 50.0 - step}}, {}).log_likelihood) /
+                        (2.0 * step);
+    const HeldPoint point = at_held(fit, table, {}, {{"a", 50.0}});
+    CHECK(rise > 0.0);
+    CHECK(point.slopes.at("a") > 0.0);
+    CHECK(point.value == fit.log_likelihood);
+  }
+}
+
+TEST_CASE("the slope at a held value is that of the profile likelihood") {
+  const data::Table table = trees();
+  const ModelSpecification model = specify_model(kChapmanRichards, {}, table);
+  const auto held = [&](double a) { return fit_model(model, table, {.fixed = {{"a", a}}}).fit; };
+  const FittedModel fit = held(60.0);
+  const double slope = at_held(fit, table, {}, {{"a", 60.0}}).slopes.at("a");
+  const double rise = (held(60.01).log_likelihood - held(59.99).log_likelihood) / 0.02;
+  // The slope is one a standard error of a alone: sigma over the length of the mean's derivative
+  // (1 - exp(-b dbh))^c, with n in the denominator of sigma.
+  double squares = 0.0;
+  for (const double dbh : kDbh) {
+    squares += std::pow(1.0 - std::exp(-fit.estimate[1] * dbh), 2.0 * fit.estimate[2]);
+  }
+  const double sigma = fit.sigma * std::sqrt((40.0 - 2.0) / 40.0);
+  // Differences of log-likelihoods of 1e-13 each over 0.02, and of the second order.
+  CHECK(slope == Approx(rise * sigma / std::sqrt(squares)).epsilon(1e-5));
+}

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+#include "fit_model/bounded_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace silvafit::fit {
+namespace {
+
+constexpr double kNone = -std::numeric_limits<double>::infinity();
+/// Log-likelihoods that differ by less are the same.
+constexpr double kSame = 1e-8;
+/// A fit that did not converge is better where its log-likelihood is higher by more than this,
+/// which no rounding makes.
+constexpr double kClearly = 1e-4;
+/// Sets of held coefficients that are tried at most: all 3^4 of four coefficients, of more the most
+/// promising.
+constexpr std::size_t kMostSets = 81;
+
+double estimate_of(const FittedModel& fit, const std::string& name) {
+  return fit
+      .estimate[std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin()];
+}
+
+bool is_outside(const Bounds& range, double value) {
+  return value < range.low || value > range.high;
+}
+
+HeldValues with(HeldValues held, const std::string& name, double value) {
+  held[name] = value;
+  return held;
+}
+
+HeldValues without(HeldValues held, const std::string& name) {
+  held.erase(name);
+  return held;
+}
+
+}  // namespace
+
+FitResult BoundedSearch::run() {
+  open({}, std::numeric_limits<double>::infinity());
+  while (!open_.empty() && outcomes_.size() < kMostSets) {
+    const Branch branch = take_most_promising();
+    if (!can_be_better(branch.limit)) break;
+    Candidate found = candidate(branch.held, nullptr);
+    outcomes_[branch.held] = {found.converged(), found.point.value, found.rising};
+    // Fits that end in a lower one of several maxima set no limit to others.
+    const Outcome& free = outcomes_.begin()->second;  // the empty set is the first
+    const double limit = free.converged ? std::min(free.value, branch.limit) : branch.limit;
+    if (found.converged() && found.point.value > limit + kSame) limits_hold_ = false;
+    const bool is_limit = found.converged() && !branch.held.empty();
+    branch_from(found, is_limit ? found.point.value : branch.limit);
+    keep(std::move(found));
+  }
+  search_between();
+  return conclusion();
+}
+
+BoundedSearch::Candidate BoundedSearch::candidate(const HeldValues& held,
+                                                  const FittedModel* nearby) const {
+  Candidate result{.result = fit_(held, nearby), .held = held};
+  const FittedModel& fit = result.result.fit;
+  for (const auto& [name, range] : bounds_) {
+    const double value = estimate_of(fit, name);
+    if (!held.contains(name) && (is_outside(range, value) || std::isnan(value))) {
+      result.crossed.push_back(name);
+    }
+  }
+  const bool is_known = std::isfinite(fit.log_likelihood) && fit.sigma > 0.0;
+  // Restricted likelihoods of fits with other coefficients cannot be compared.
+  const bool is_restricted = fit.reml && is_known && !result.converged();
+  result.point.value = is_restricted ? slopes_of_(fit, held).value : fit.log_likelihood;
+  if (std::isnan(result.point.value)) result.point.value = kNone;
+  if (!result.converged()) return result;
+  result.point = slopes_of_(fit, held);
+  for (const auto& [name, slope] : result.point.slopes) {
+    if (rises_inwards(name, slope, held.at(name))) result.rising.push_back(name);
+  }
+  return result;
+}
+
+/// A slope that is not known is none that is right.
+bool BoundedSearch::rises_inwards(const std::string& name, double slope, double at) const {
+  if (!is_slope(slope)) return false;
+  if (std::isnan(slope)) return true;
+  return at == bounds_.at(name).low ? slope > 0.0 : slope < 0.0;
+}
+
+void BoundedSearch::branch_from(const Candidate& at, double limit) {
+  std::vector<std::string> names = at.crossed;
+  if (names.empty() && !at.converged()) {
+    for (const auto& [name, range] : bounds_) {
+      if (!at.held.contains(name)) names.push_back(name);
+    }
+  }
+  for (const std::string& name : names) {
+    const Bounds& range = bounds_.at(name);
+    for (const double bound : {range.low, range.high}) {
+      if (std::isfinite(bound)) open(with(at.held, name, bound), limit);
+    }
+  }
+  // The sets that led here hold coefficients that should perhaps be free.
+  for (const std::string& name : at.rising) {
+    open(without(at.held, name), std::numeric_limits<double>::infinity());
+  }
+}
+
+void BoundedSearch::open(const HeldValues& held, double limit) {
+  if (known_.insert(held).second) open_.push_back({held, limit});
+}
+
+BoundedSearch::Branch BoundedSearch::take_most_promising() {
+  const auto chosen = std::ranges::min_element(open_, [](const Branch& a, const Branch& b) {
+    return a.limit != b.limit ? a.limit > b.limit : a.held.size() < b.held.size();
+  });
+  Branch result = std::move(*chosen);
+  open_.erase(chosen);
+  return result;
+}
+
+bool BoundedSearch::can_be_better(double limit) const {
+  return !best_ || !limits_hold_ || !(limit <= best_->point.value + kSame);
+}
+
+void BoundedSearch::keep(Candidate candidate) {
+  const auto is_above = [&](const std::optional<Candidate>& other) {
+    return !other || candidate.point.value > other->point.value;
+  };
+  if (candidate.is_optimal()) {
+    if (is_above(best_)) best_ = std::move(candidate);
+    return;
+  }
+  if (!candidate.is_inside()) {
+    if (!first_) first_ = std::move(candidate);
+  } else if (candidate.converged()) {
+    ends_.push_back(std::move(candidate));
+  } else if (is_above(unfinished_) && (candidate.point.value > kNone || !first_)) {
+    // A set that the formula has no value with says less than a fit outside the bounds.
+    unfinished_ = std::move(candidate);
+  }
+}
+
+/// A fit from each end that the likelihood rises from, and a longer search where it has to turn.
+void BoundedSearch::search_between() {
+  std::vector<Candidate> ends = std::exchange(ends_, {});
+  std::ranges::stable_sort(ends, std::ranges::greater{}, value_of);
+  for (const Candidate& end : ends) {
+    for (const std::string& name : end.rising) {
+      if (release(end.result.fit, without(end.held, name))) continue;
+      if (has_to_turn(end, name)) halve(end, name);
+    }
+  }
+  ends_ = std::move(ends);
+}
+
+bool BoundedSearch::release(const FittedModel& from, const HeldValues& held) {
+  Candidate released = candidate(held, &from);
+  const bool is_found = released.is_optimal();
+  if (is_found) keep(std::move(released));
+  return is_found;
+}
+
+/// From this end of the range the likelihood rises inwards: there is a maximum inside if it does so
+/// from the other end too, or is lower there. An end at infinity or without a fit may be such a
+/// one.
+bool BoundedSearch::has_to_turn(const Candidate& end, const std::string& name) const {
+  if (best_ && end.point.value > best_->point.value + kSame) return true;
+  const auto inner = outcomes_.find(without(end.held, name));
+  if (inner != outcomes_.end() && inner->second.converged) {
+    if (!can_be_better(inner->second.value)) return false;
+  }
+  const Bounds& range = bounds_.at(name);
+  const double other = end.held.at(name) == range.low ? range.high : range.low;
+  if (!std::isfinite(other)) return true;
+  const auto across = outcomes_.find(with(end.held, name, other));
+  if (across == outcomes_.end()) return false;
+  return !across->second.converged ||
+         std::ranges::find(across->second.rising, name) != across->second.rising.end();
+}
+
+/// Between a point from which the likelihood rises and one towards which it does not, each half is
+/// told by the slope of the profile in the middle; from each point nearer a fit is tried.
+void BoundedSearch::halve(const Candidate& end, const std::string& name) {
+  constexpr int kHalvings = 12;
+  const HeldValues others = without(end.held, name);
+  const Bounds& range = bounds_.at(name);
+  const bool is_from_low = end.held.at(name) == range.low;
+  double near = end.held.at(name);
+  double far = is_from_low ? range.high : range.low;
+  double stride = (is_from_low ? 1.0 : -1.0) * std::max(std::abs(near), 1.0);
+  FittedModel from = end.result.fit;
+  for (int halving = 0; halving < kHalvings; ++halving) {
+    const double middle = std::isfinite(far) ? near + 0.5 * (far - near) : near + stride;
+    stride *= 2.0;
+    Candidate at = candidate(with(others, name, middle), &from);
+    const bool rises_on = at.converged() && (at.point.slopes.at(name) > 0.0) == is_from_low;
+    (rises_on ? near : far) = middle;
+    if (!at.converged()) continue;
+    from = std::move(at.result.fit);
+    if (release(from, others)) return;
+  }
+}
+
+double BoundedSearch::value_of(const Candidate& candidate) { return candidate.point.value; }
+
+/// "a = 60, its upper bound", by coefficient.
+std::vector<std::string> BoundedSearch::in_words(const HeldValues& held) const {
+  std::vector<std::string> result;
+  for (const auto& [name, value] : held) {
+    const bool is_upper = value == bounds_.at(name).high;
+    result.push_back(fmt::format(
+        "{} = {}, its {} bound", name, data::shortest(value), is_upper ? "upper" : "lower"));
+  }
+  return result;
+}
+
+FitResult BoundedSearch::on_bounds(Candidate candidate) const {
+  FittedModel& fit = candidate.result.fit;
+  const std::vector<std::string> words = in_words(candidate.held);
+  if (words.empty()) return std::move(candidate.result);
+  fit.convergence.verdict += fmt::format(
+      " At its bound, with the likelihood decreasing into the range: {}.", fmt::join(words, "; "));
+  if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(words.size());
+  auto& boundary = fit.convergence.boundary;
+  boundary.insert(boundary.end(), words.begin(), words.end());
+  return std::move(candidate.result);
+}
+
+FitResult BoundedSearch::unfinished(Candidate candidate) const {
+  const std::vector<std::string> words = in_words(candidate.held);
+  if (!words.empty()) {
+    std::string& verdict = candidate.result.fit.convergence.verdict;
+    verdict += fmt::format(
+        "{} At its bound: {}.", verdict.ends_with('.') ? "" : ".", fmt::join(words, "; "));
+  }
+  return std::move(candidate.result);
+}
+
+FitResult BoundedSearch::rising_inwards(Candidate candidate) const {
+  Convergence& convergence = candidate.result.fit.convergence;
+  convergence.converged = false;
+  convergence.verdict = fmt::format(
+      "Not converged: with {} the likelihood increases into the range of {}, but no maximum was "
+      "found there. Give start values or narrower bounds.",
+      fmt::join(in_words(candidate.held), " and "),
+      fmt::join(candidate.rising, " and "));
+  return std::move(candidate.result);
+}
+
+FitResult BoundedSearch::outside(Candidate candidate) const {
+  Convergence& convergence = candidate.result.fit.convergence;
+  const bool was_converged = std::exchange(convergence.converged, false);
+  convergence.verdict = fmt::format(
+      "Not converged: no fit within the bounds was found. The fit without bounds is shown{}",
+      was_converged ? "." : ". " + convergence.verdict);
+  return std::move(candidate.result);
+}
+
+/// The best that there is, which counts for nothing if something better is within the bounds.
+FitResult BoundedSearch::conclusion() {
+  const auto end = std::ranges::max_element(ends_, {}, value_of);
+  const double end_value = end == ends_.end() ? kNone : value_of(*end);
+  const double unfinished_value = unfinished_ ? value_of(*unfinished_) : kNone;
+  if (best_ && std::max(end_value, unfinished_value) <= value_of(*best_) + kClearly) {
+    return on_bounds(std::move(*best_));
+  }
+  if (unfinished_ && (end == ends_.end() || unfinished_value >= end_value)) {
+    return unfinished(std::move(*unfinished_));
+  }
+  if (end != ends_.end()) return rising_inwards(std::move(*end));
+  return outside(std::move(*first_));
+}
+
+}  // namespace silvafit::fit

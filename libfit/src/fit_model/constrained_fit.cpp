@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "fit_model/constrained_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "fit_model/bound_slopes.hpp"
+#include "fit_model/bounded_search.hpp"
+#include "model/held_coefficients.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using data::Expression;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Values = std::map<std::string, double>;
+
+/// The result of the model with held coefficients, described as that of the whole model.
+FitResult expanded(FitResult result, const ModelSpecification& whole, const Values& held) {
+  FittedModel& fit = result.fit;
+  const std::vector<std::string> names = whole.coefficient_names();
+  const auto p = static_cast<Index>(names.size());
+  VectorXd estimate(p);
+  MatrixXd covariance = MatrixXd::Constant(p, p, kNaN);
+  std::vector<Index> places;
+  for (Index j = 0; j < p; ++j) {
+    const auto found = held.find(names[static_cast<std::size_t>(j)]);
+    if (found == held.end()) {
+      estimate[j] = fit.estimate[static_cast<Index>(places.size())];
+      places.push_back(j);
+    } else {
+      estimate[j] = found->second;
+    }
+  }
+  covariance(places, places) = fit.covariance;
+  VectorXd freedom = VectorXd::Constant(p, kNaN);
+  freedom(places) = fit.degrees_of_freedom;
+  fit.degrees_of_freedom = std::move(freedom);
+  fit.estimate = std::move(estimate);
+  fit.covariance = std::move(covariance);
+  fit.coefficient_names = names;
+  fit.specification = whole;
+  return result;
+}
+
+/// The result where the formula has no value with these coefficients held.
+FitResult impossible(const ModelSpecification& whole, const Values& held, const Error& reason) {
+  FitResult result{.fit = {.specification = whole}};
+  FittedModel& fit = result.fit;
+  const auto p = static_cast<Index>(whole.coefficient_names().size() - held.size());
+  fit.estimate = VectorXd::Constant(p, kNaN);
+  fit.covariance = MatrixXd::Constant(p, p, kNaN);
+  fit.degrees_of_freedom = fit.estimate;
+  fit.log_likelihood = kNaN;
+  std::vector<std::string> values;
+  for (const auto& [name, value] : held) values.push_back(name + " = " + data::shortest(value));
+  fit.convergence.verdict = fmt::format(
+      "Not converged: with {} held, {}", fmt::join(values, " and "), std::string(reason.what()));
+  return expanded(std::move(result), whole, held);
+}
+
+void check_bounds(const ModelSpecification& specification, const FitModelOptions& options) {
+  for (const auto& [name, bounds] : options.bounds) {
+    check_holdable(specification, name);
+    if (!(bounds.low < bounds.high)) {
+      throw UsageError(fmt::format("the lower bound of {} must be below its upper bound", name));
+    }
+    if (options.fixed.contains(name)) {
+      throw UsageError(fmt::format("{} is both fixed and bounded; use one of the two", name));
+    }
+  }
+}
+
+}  // namespace
+
+FitResult fit_constrained(const ModelSpecification& specification,
+                          const data::Table& table,
+                          const FitModelOptions& options,
+                          const FreeFit& fit) {
+  check_bounds(specification, options);
+  if (options.bounds.empty()) {
+    return expanded(
+        fit(with_held(specification, options.fixed), nullptr), specification, options.fixed);
+  }
+  const HeldFit fit_held = [&](const Values& at_bound, const FittedModel* nearby) {
+    Values held = options.fixed;
+    held.insert(at_bound.begin(), at_bound.end());
+    try {
+      return expanded(fit(with_constants(specification, held), nearby), specification, held);
+    } catch (const DomainError& error) {
+      // A bound may be so far off that the formula has no value there.
+      if (at_bound.empty()) throw;
+      return impossible(specification, held, error);
+    }
+  };
+  const SlopesOf slopes_of = [&](const FittedModel& found, const Values& at_bound) {
+    return at_held(found, table, options.fixed, at_bound);
+  };
+  return BoundedSearch(options.bounds, fit_held, slopes_of).run();
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "conditional_modes/calibration_search.hpp"
+#include "fit_model/constrained_fit.hpp"
+#include "least_squares/start_search.hpp"
+#include "lindstrom_bates/lindstrom_bates_search.hpp"
+#include "marginal_likelihood/marginal_fit.hpp"
+#include "model/response_fingerprint.hpp"
+#include "optimum_search/optimum_search.hpp"
+#include "result/earlier_fit.hpp"
+#include "result/variance_shares.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/least_squares.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+void check_method(const ModelSpecification& specification, Method method, bool reml) {
+  if (specification.random && !is_mixed(method)) {
+    throw UsageError(fmt::format("the method {} does not fit random effects; use lb or laplace",
+                                 method_text(method)));
+  }
+  if (!specification.random && is_mixed(method)) {
+    throw UsageError(fmt::format(
+        "the method {} needs random effects; for a model without random effects use ols or gnls",
+        method_text(method)));
+  }
+  if (reml && method != Method::kLindstromBates && method != Method::kGeneralized) {
+    throw UsageError(fmt::format(
+        "restricted maximum likelihood (REML) is available for lb and gnls only, not for {}",
+        method_text(method)));
+  }
+  if (method == Method::kOrdinary && !specification.variance.is_constant()) {
+    throw UsageError("the method ols does not fit a variance function; use gnls");
+  }
+}
+
+void check_start(const ModelSpecification& specification,
+                 const std::map<std::string, double>& start) {
+  const std::vector<std::string> known = specification.coefficient_names();
+  for (const auto& [name, value] : start) {
+    if (std::ranges::find(known, name) == known.end()) {
+      throw UsageError(
+          fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
+    }
+    if (!std::isfinite(value))
+      throw UsageError(fmt::format("the start value of {} is not a number", name));
+  }
+}
+
+std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
+  std::vector<ColumnRange> ranges;
+  for (const std::string& name : model.specification().predictors()) {
+    data::TextMatch match;
+    if (data::is_text_match(name, match)) continue;
+    const VectorXd values = model.column(name);
+    ranges.push_back({.column = name, .low = values.minCoeff(), .high = values.maxCoeff()});
+  }
+  return ranges;
+}
+
+FitResult described(const NonlinearModel& model, Method method, const FitModelOptions& options) {
+  FitResult result{.fit = {.specification = model.specification()}};
+  FittedModel& fit = result.fit;
+  fit.method = method;
+  fit.reml = options.reml;
+  if (method == Method::kQuadrature) fit.quadrature_points = options.quadrature_points;
+  fit.observations = model.observations();
+  fit.excluded = static_cast<Index>(model.excluded());
+  fit.response_fingerprint = response_fingerprint(model.response());
+  fit.coefficient_names = model.coefficient_names();
+  fit.ranges = ranges_of(model);
+  for (const auto& [column, labels] : model.levels()) {
+    fit.levels.push_back({.column = column, .labels = {labels.begin(), labels.end()}});
+  }
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
+  if (model.specification().random) {
+    fit.random_names = model.specification().random->coefficients;
+    fit.group_labels = model.group_labels();
+    const auto q = static_cast<Index>(fit.random_names.size());
+    fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
+    fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  }
+  if (model.specification().outer_random) {
+    fit.outer.names = model.specification().outer_random->coefficients;
+    fit.outer.labels = model.outer_labels();
+    const auto r = static_cast<Index>(fit.outer.names.size());
+    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
+    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
+  }
+  result.rows = model.rows();
+  return result;
+}
+
+void take_over(FitResult& result, LeastSquaresFit&& found) {
+  // Fewer observations than coefficients leave no degrees of freedom to tell of.
+  const double freedom = found.degrees_of_freedom() < 0.0 ? kNaN : found.degrees_of_freedom();
+  FittedModel& fit = result.fit;
+  fit.estimate = std::move(found.estimate);
+  fit.degrees_of_freedom.setConstant(fit.estimate.size(), freedom);
+  fit.covariance = std::move(found.covariance);
+  fit.sigma = found.sigma;
+  fit.log_likelihood = found.log_likelihood;
+  fit.parameter_count = found.parameter_count;
+  fit.convergence = std::move(found.convergence);
+  result.residual_sd = VectorXd::Constant(fit.observations, fit.sigma);
+  result.fitted_population = std::move(found.fitted);
+  result.fitted_conditional = result.fitted_population;
+}
+
+void take_over(FitResult& result, MixedEffectsFit&& found) {
+  FittedModel& fit = result.fit;
+  fit.estimate = std::move(found.estimate);
+  fit.covariance = std::move(found.covariance);
+  fit.degrees_of_freedom = std::move(found.degrees_of_freedom);
+  fit.coefficients_between = std::move(found.coefficients_between);
+  if (fit.has_random_effects()) {
+    fit.random_covariance = std::move(found.random_covariance);
+    fit.random_effects = std::move(found.random_effects);
+  }
+  if (!fit.outer.names.empty()) fit.outer = std::move(found.outer);
+  fit.variance = std::move(found.variance);
+  fit.sigma = found.sigma;
+  fit.log_likelihood = found.log_likelihood;
+  fit.parameter_count = found.parameter_count;
+  fit.convergence = std::move(found.convergence);
+  fit.optima = std::move(found.optima);
+  result.fitted_population = std::move(found.fitted_population);
+  result.fitted_conditional = std::move(found.fitted_conditional);
+  result.residual_sd = std::move(found.residual_sd);
+}
+
+/// A mixed or generalized fit that has nowhere to start.
+void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
+  const std::string reason = std::move(least_squares.convergence.verdict);
+  take_over(result, std::move(least_squares));
+  FittedModel& fit = result.fit;
+  fit.covariance.setConstant(kNaN);
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.parameter_count = 0;
+  fit.variance = VarianceEstimate::missing(fit.specification.variance);
+  fit.convergence = {
+      .verdict = "Not converged: the least-squares fit for the start values failed. " + reason};
+}
+
+/// Keeps what the data leave open of the random effects, for predictions without the data.
+void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
+  if (!fit.has_random_effects() || !fit.random_effects.allFinite() || !(fit.sigma > 0.0)) return;
+  EffectPosteriors described = describe_effects(model, fit);
+  fit.uncertainty = std::move(described.inner_uncertainty);
+  fit.outer_uncertainty = std::move(described.outer_uncertainty);
+}
+
+void compute_statistics(FitResult& result, const NonlinearModel& model) {
+  FittedModel& fit = result.fit;
+  fit.population = fit_statistics(model.response(), result.fitted_population);
+  fit.conditional = fit_statistics(model.response(), result.fitted_conditional);
+  if (!fit.has_random_effects()) return;
+  const VarianceShares shares = variance_shares(fit, model, result.residual_sd);
+  fit.r2_marginal = shares.marginal;
+  fit.r2_conditional = shares.conditional;
+}
+
+/// How a method integrates the random effects out; nothing for lb and gnls.
+std::optional<Integration> integration_of(Method method) {
+  switch (method) {
+    case Method::kFirstOrder:
+      return Integration::kFirstOrder;
+    case Method::kInteraction:
+      return Integration::kInteraction;
+    case Method::kLaplace:
+      return Integration::kLaplace;
+    case Method::kQuadrature:
+      return Integration::kQuadrature;
+    default:
+      return std::nullopt;
+  }
+}
+
+MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOptions& options) {
+  return {.starts = complete_starts(model, options.start),
+          .quadrature_points = options.quadrature_points,
+          .trace = options.trace};
+}
+
+MixedEffectsOptions alternation_options(const NonlinearModel& model,
+                                        const FitModelOptions& options) {
+  return {.starts = complete_starts(model, options.start),
+          .maximum_iterations = options.maximum_iterations,
+          .reml = options.reml,
+          .trace = options.trace};
+}
+
+MixedEffectsFit fit_mixed(const NonlinearModel& model,
+                          const LeastSquaresFit& pooled,
+                          Method method,
+                          const FitModelOptions& options) {
+  const auto integration = integration_of(method);
+  if (options.effort == SearchEffort::kThorough) {
+    return search_optimum(model,
+                          pooled,
+                          {.integration = integration,
+                           .linearized = alternation_options(model, options),
+                           .marginal = marginal_options(model, options),
+                           .spread_starts = options.spread_starts});
+  }
+  if (integration) {
+    return fit_marginal(model, pooled.estimate, *integration, marginal_options(model, options));
+  }
+  return fit_lindstrom_bates(model, pooled.estimate, alternation_options(model, options));
+}
+
+/// The fit that an earlier one leads to; nothing if there is none, or its way does not converge.
+std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
+                                                Method method,
+                                                const FitModelOptions& options) {
+  if (options.from == nullptr || method == Method::kOrdinary) return std::nullopt;
+  const std::optional<MixedEffectsFit> start = as_start(*options.from, model);
+  if (!start) return std::nullopt;
+  if (const auto integration = integration_of(method)) {
+    return refit_marginal(model, *start, *integration, marginal_options(model, options));
+  }
+  return refit_lindstrom_bates(model, *start, alternation_options(model, options));
+}
+
+/// Start values are for coefficients of the whole model; those that are held need none. What the
+/// options do not say is taken from an earlier fit by least squares.
+std::map<std::string, double> starts_of(const NonlinearModel& model,
+                                        Method method,
+                                        const FitModelOptions& options) {
+  const FittedModel* const earlier = method == Method::kOrdinary ? options.from : nullptr;
+  std::map<std::string, double> result;
+  for (const std::string& name : model.coefficient_names()) {
+    if (const auto found = options.start.find(name); found != options.start.end()) {
+      result.insert(*found);
+    } else if (earlier != nullptr && earlier->convergence.converged) {
+      const auto& known = earlier->coefficient_names;
+      const auto place = std::ranges::find(known, name) - known.begin();
+      if (place == std::ssize(known)) continue;
+      const double value = earlier->estimate[place];
+      if (std::isfinite(value)) result.emplace(name, value);
+    }
+  }
+  return result;
+}
+
+FitResult with_statistics(FitResult result, const NonlinearModel& model) {
+  compute_statistics(result, model);
+  keep_uncertainty(model, result.fit);
+  return result;
+}
+
+/// The least-squares fit. A thorough search tries starts that name all coefficients beside those
+/// that it finds without them, so that they only add to what is tried.
+LeastSquaresFit pooled_fit_of(const NonlinearModel& model,
+                              Method method,
+                              const FitModelOptions& options,
+                              bool is_thorough) {
+  LeastSquaresOptions least_squares{
+      .rule = options.rule, .other_minima = is_thorough, .further_starts = options.spread_starts};
+  const bool has_start = !complete_starts(model, options.start).empty();
+  if (is_thorough && has_start) {
+    LeastSquaresFit fit = fit_least_squares(model, least_squares);
+    if (fit.estimate.allFinite()) return fit;
+  }
+  least_squares.start = starts_of(model, method, options);
+  return fit_least_squares(model, least_squares);
+}
+
+FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelOptions& options) {
+  FitResult result = described(model, method, options);
+  if (auto found = fit_from_earlier(model, method, options)) {
+    take_over(result, *std::move(found));
+    return with_statistics(std::move(result), model);
+  }
+  const bool is_thorough = method != Method::kOrdinary && options.effort == SearchEffort::kThorough;
+  LeastSquaresFit least_squares = pooled_fit_of(model, method, options, is_thorough);
+  if (method == Method::kOrdinary) {
+    take_over(result, std::move(least_squares));
+  } else if (least_squares.estimate.allFinite()) {
+    take_over(result, fit_mixed(model, least_squares, method, options));
+  } else {
+    give_up(result, std::move(least_squares));
+  }
+  return with_statistics(std::move(result), model);
+}
+
+/// From a fit nearby without a search for starts, which may lead far away.
+FitResult fit_nearby(const NonlinearModel& model,
+                     Method method,
+                     FitModelOptions options,
+                     const FittedModel& nearby) {
+  options.from = &nearby;
+  options.start.clear();
+  if (method == Method::kOrdinary) return fit_freely(model, method, options);
+  FitResult result = described(model, method, options);
+  if (auto found = fit_from_earlier(model, method, options)) {
+    take_over(result, *std::move(found));
+    return with_statistics(std::move(result), model);
+  }
+  FittedModel& fit = result.fit;
+  const Index p = model.coefficient_count();
+  fit.estimate = fit.degrees_of_freedom = VectorXd::Constant(p, kNaN);
+  fit.covariance = MatrixXd::Constant(p, p, kNaN);
+  fit.sigma = fit.log_likelihood = kNaN;
+  fit.convergence.verdict = "Not converged from the start values of the original fit.";
+  return result;
+}
+
+}  // namespace
+
+FitResult fit_model(const ModelSpecification& specification,
+                    const data::Table& table,
+                    const FitModelOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Method method = options.method.value_or(default_method(specification));
+  check_method(specification, method, options.reml);
+  check_start(specification, options.start);
+  const FreeFit fit = [&](const ModelSpecification& model, const FittedModel* nearby) {
+    const NonlinearModel bound(model, table, options.threads);
+    return nearby == nullptr ? fit_freely(bound, method, options)
+                             : fit_nearby(bound, method, options, *nearby);
+  };
+  const bool is_free = options.fixed.empty() && options.bounds.empty();
+  FitResult result =
+      is_free ? fit(specification, nullptr) : fit_constrained(specification, table, options, fit);
+  // What is kept there is for the coefficients that were free.
+  if (!is_free) {
+    keep_uncertainty(NonlinearModel(specification, table, options.threads), result.fit);
+  }
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+  result.fit.seconds = elapsed.count();
+  return result;
+}
+
+}  // namespace silvafit::fit

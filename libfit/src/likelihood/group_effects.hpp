@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// The estimated random effects of a fit, by group of its data.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "likelihood/likelihood_surface.hpp"
+
+namespace silvafit::fit {
+
+/// (p x G) random effects of each group, of both groupings together; zero for coefficients that
+/// have none.
+Eigen::MatrixXd group_effects(const SurfaceSetting& setting);
+
+}  // namespace silvafit::fit

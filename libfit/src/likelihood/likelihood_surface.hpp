@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The likelihood that a fit maximized, as a function of all of its parameters around the estimates.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "likelihood/surface_layout.hpp"
+#include "model/variance_weights.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// What surfaces of one fit share: the model bound to the data, without coefficients that are held.
+struct SurfaceSetting {
+  /// \throws UsageError if the fit did not converge, or the table is not the one it was made of
+  SurfaceSetting(const FittedModel& fit, const data::Table& table);
+  /// \param held  coefficients that the surface does not have, and their values; it has all others,
+  ///   also those that the fit held
+  /// \throws UsageError if the table is not the one that the fit was made of
+  SurfaceSetting(const FittedModel& fit,
+                 const data::Table& table,
+                 const std::map<std::string, double>& held);
+
+  /// The estimates as a vector.
+  /// \param log_sigma  of the internal sigma
+  Eigen::VectorXd coordinates(const SurfaceLayout& layout, double log_sigma) const;
+
+  const FittedModel& fit;
+  NonlinearModel model;
+  VarianceModel variance;
+  Eigen::VectorXd estimate{};  ///< (p) of the coefficients that are not held
+  CoefficientFrame frame{};    ///< whose units move the mean by about one residual sd
+  Eigen::VectorXd internal{};  ///< (m) estimates of the variance parameters
+  double log_sigma = 0.0;      ///< of the internal sigma
+};
+
+/// F(x) = -log-likelihood. One surface belongs to one thread.
+class LikelihoodSurface {
+ public:
+  virtual ~LikelihoodSurface() = default;
+  LikelihoodSurface() = default;
+  LikelihoodSurface(const LikelihoodSurface&) = delete;
+  LikelihoodSurface& operator=(const LikelihoodSurface&) = delete;
+
+  /// The value and, unless null, the exact gradient; infinite where there is none.
+  virtual double value(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) = 0;
+  virtual const SurfaceLayout& layout() const = 0;
+  /// The estimates.
+  virtual const Eigen::VectorXd& optimum() const = 0;
+};
+
+/// A new surface: for the methods of the marginal likelihood that likelihood; for lb, and gnls by
+/// restricted likelihood, that of the model linear around the estimates; for ols and gnls that of
+/// the nonlinear mean, with the weights of fitted values those of the estimates.
+std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting);
+
+/// In words for people, what make_surface gives for a fit.
+std::string likelihood_in_words(const FittedModel& fit);
+
+std::unique_ptr<LikelihoodSurface> make_marginal_surface(const SurfaceSetting& setting);
+std::unique_ptr<LikelihoodSurface> make_linearized_surface(const SurfaceSetting& setting);
+std::unique_ptr<LikelihoodSurface> make_least_squares_surface(const SurfaceSetting& setting);
+
+}  // namespace silvafit::fit

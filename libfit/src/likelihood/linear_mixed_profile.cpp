@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: MIT
+#include "likelihood/linear_mixed_profile.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "likelihood/level_algebra.hpp"
+#include "silvafit/base/parallel.hpp"
+
+namespace silvafit::fit {
+
+using namespace level_algebra;
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Groups that one thread works on at a time: enough to be worth handing over.
+constexpr Index kPartGroups = 512;
+
+/// One evaluation: sums over groups and clusters on the way up, derivatives on the way down. Parts
+/// of the clusters are worked on in parallel and their sums added in order.
+template <int kInner, int kWidth>
+class Evaluation {
+ public:
+  Evaluation(const LinearMixedModel& model,
+             const RelativeFactors& factors,
+             const VectorXd& displacement,
+             const HeldParameters& held)
+      : model_(model),
+        held_(held),
+        moments_(model.moments),
+        displacement_(displacement),
+        term_weights_(moments_.term_weights(displacement)),
+        is_displaced_(displacement.size() > 0 && !displacement.isZero(0.0)),
+        width_(moments_.width()),
+        inner_(model.random.inner, factors.inner, width_),
+        outer_(model.random.outer, factors.outer, width_),
+        inner_algebra_(inner_),
+        outer_algebra_(outer_) {
+    cut_into_parts();
+  }
+
+  LinearMixedProfile run(bool with_derivatives) {
+    sum_up();
+    LinearMixedProfile result = solve();
+    if (result.is_valid && with_derivatives) differentiate(result);
+    return result;
+  }
+
+ private:
+  /// Consecutive clusters, with their share of all sums.
+  struct Part {
+    Index begin = 0;  ///< first cluster
+    Index end = 0;
+    std::vector<double> products{};  ///< room for the cross products of one group
+    std::vector<double> by_products{};
+    LogOfProduct determinant{};
+    MatrixXd total{};
+    RelativeFactors by_factor{};
+    RelativeFactors by_covariance{};
+    VectorXd by_term{};
+  };
+
+  bool has_clusters() const { return outer_.size > 0; }
+  Index clusters() const { return static_cast<Index>(model_.random.cluster_begin.size()) - 1; }
+  double* kept(Index group) { return inner_kept_.data() + group * inner_.kept(); }
+  double* cluster_kept(Index cluster) { return outer_kept_.data() + cluster * outer_.kept(); }
+  double* cluster_products(Index cluster) {
+    return cluster_products_.data() + cluster * width_ * width_;
+  }
+  /// The groups of a cluster, or of no cluster in particular: one each.
+  Index first_group(Index cluster) const {
+    return has_clusters() ? model_.random.cluster_begin[static_cast<std::size_t>(cluster)]
+                          : cluster;
+  }
+
+  void cut_into_parts() {
+    const Index count = has_clusters() ? clusters() : moments_.groups();
+    Index begin = 0;
+    for (Index cluster = 0; cluster < count; ++cluster) {
+      const bool is_last = cluster + 1 == count;
+      if (first_group(cluster + 1) - first_group(begin) < kPartGroups && !is_last) continue;
+      parts_.push_back({.begin = begin, .end = cluster + 1});
+      begin = cluster + 1;
+    }
+  }
+
+  template <typename Work>
+  void for_each_part(const Work& work) {
+    parallel_for(parts_.size(), model_.threads, [&](std::size_t k) { work(parts_[k]); });
+  }
+
+  /// The cross products of a group at the displacement.
+  const double* products(Index group, Part& part) const {
+    if (!is_displaced_) return moments_.term(group, 0);
+    const Index size = width_ * width_;
+    const double* const terms = moments_.term(group, 0);
+    part.products.resize(static_cast<std::size_t>(size));
+    for (Index k = 0; k < size; ++k) part.products[k] = term_weights_[0] * terms[k];
+    for (Index term = 1; term < moments_.terms(); ++term) {
+      const double weight = term_weights_[term];
+      const double* const of = terms + term * size;
+      for (Index k = 0; k < size; ++k) part.products[k] += weight * of[k];
+    }
+    return part.products.data();
+  }
+
+  void sum_up() {
+    inner_kept_.resize(static_cast<std::size_t>(moments_.groups() * inner_.kept()));
+    if (has_clusters()) {
+      outer_kept_.resize(static_cast<std::size_t>(clusters() * outer_.kept()));
+      cluster_products_.assign(static_cast<std::size_t>(clusters() * width_ * width_), 0.0);
+    }
+    for_each_part([this](Part& part) { sum_up(part); });
+    total_.setZero(width_, width_);
+    for (const Part& part : parts_) {
+      total_ += part.total;
+      log_determinant_ += part.determinant.value();
+    }
+  }
+
+  void sum_up(Part& part) {
+    part.total.setZero(width_, width_);
+    for (Index cluster = part.begin; cluster < part.end; ++cluster) {
+      double* const sum = has_clusters() ? cluster_products(cluster) : part.total.data();
+      for (Index group = first_group(cluster); group < first_group(cluster + 1); ++group) {
+        add_group(group, part, sum);
+      }
+      if (!has_clusters()) continue;
+      outer_algebra_.eliminate(sum, cluster_kept(cluster), part.determinant);
+      outer_algebra_.add_remainder(sum, cluster_kept(cluster), part.total.data());
+    }
+  }
+
+  void add_group(Index group, Part& part, double* sum) {
+    const double* const of = products(group, part);
+    inner_algebra_.eliminate(of, kept(group), part.determinant);
+    inner_algebra_.add_remainder(of, kept(group), sum);
+  }
+
+  LinearMixedProfile solve() {
+    LinearMixedProfile result;
+    const Index p = width_ - 1;
+    result.information = total_.topLeftCorner(p, p);
+    information_.compute(result.information);
+    if (information_.info() != Eigen::Success) return result;
+    const VectorXd right = total_.col(p).head(p);
+    result.coefficients = information_.solve(right);
+    result.sum_of_squares = total_(p, p) - result.coefficients.dot(right);
+    if (held_.coefficients.size() > 0) {
+      const VectorXd away = held_.coefficients - result.coefficients;
+      result.sum_of_squares += away.dot(result.information * away);
+      result.coefficients = held_.coefficients;
+    }
+    const double freedom = static_cast<double>(model_.observations - (model_.restricted ? p : 0));
+    result.sigma2 = held_.sigma2 > 0.0 ? held_.sigma2 : result.sum_of_squares / freedom;
+    if (!(result.sigma2 > 0.0)) return result;
+    result.minus_log_likelihood =
+        0.5 * freedom * (std::log(2.0 * std::numbers::pi * result.sigma2) + 1.0) +
+        log_determinant_ + moments_.sum_log_at(displacement_);
+    if (held_.sigma2 > 0.0) {
+      result.minus_log_likelihood += 0.5 * (result.sum_of_squares / result.sigma2 - freedom);
+    }
+    result.by_coefficients = (result.information * result.coefficients - right) / result.sigma2;
+    result.by_log_sigma = freedom - result.sum_of_squares / result.sigma2;
+    if (model_.restricted) {
+      const MatrixXd& triangle = information_.matrixLLT();
+      result.minus_log_likelihood +=
+          triangle.diagonal().array().log().sum() + 0.5 * model_.log_units;
+    }
+    result.is_valid = std::isfinite(result.minus_log_likelihood);
+    return result;
+  }
+
+  /// dF / d total: the residuals' part of S and, restricted, that of log|X'V^-1 X| / 2.
+  Adjoint adjoint_of_total(const LinearMixedProfile& at) const {
+    const Index p = width_ - 1;
+    Adjoint result{.count = 1};
+    const double scale = 1.0 / std::sqrt(2.0 * at.sigma2);
+    for (const double value : at.coefficients) result.vectors.push_back(-value * scale);
+    result.vectors.push_back(scale);
+    if (!model_.restricted) return result;
+    const MatrixXd inverse = information_.matrixL().solve(MatrixXd::Identity(p, p));
+    for (Index k = 0; k < p; ++k) {
+      for (Index c = 0; c < p; ++c) {
+        result.vectors.push_back(std::numbers::sqrt2 / 2.0 * inverse(k, c));
+      }
+      result.vectors.push_back(0.0);
+      ++result.count;
+    }
+    return result;
+  }
+
+  void differentiate(LinearMixedProfile& result) {
+    const Index q = inner_.size;
+    const Index r = outer_.size;
+    result.spherical.resize(q, moments_.groups());
+    if (has_clusters()) result.outer_spherical.resize(r, clusters());
+    // Row by row here, and put upright at the end.
+    result.by_factor = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
+    result.by_covariance = result.by_factor;
+    const Adjoint of_total = adjoint_of_total(result);
+    for_each_part([&](Part& part) { differentiate(part, of_total, result); });
+    VectorXd by_term = VectorXd::Zero(moments_.terms());
+    for (const Part& part : parts_) {
+      result.by_factor.inner += part.by_factor.inner;
+      result.by_factor.outer += part.by_factor.outer;
+      result.by_covariance.inner += part.by_covariance.inner;
+      result.by_covariance.outer += part.by_covariance.outer;
+      by_term += part.by_term;
+    }
+    // The residuals were divided by sqrt(2) sigma.
+    const double scale = std::sqrt(2.0 * result.sigma2);
+    result.spherical *= scale;
+    result.outer_spherical *= scale;
+    result.by_factor.inner.transposeInPlace();
+    result.by_factor.outer.transposeInPlace();
+    result.by_variance =
+        moments_.by_displacement(by_term, displacement_) + moments_.sum_log_gradient(displacement_);
+  }
+
+  void differentiate(Part& part, const Adjoint& of_total, LinearMixedProfile& result) {
+    part.by_factor = {.inner = MatrixXd::Zero(inner_.size, inner_.size),
+                      .outer = MatrixXd::Zero(outer_.size, outer_.size)};
+    part.by_covariance = part.by_factor;
+    part.by_term = VectorXd::Zero(moments_.terms());
+    for (Index cluster = part.begin; cluster < part.end; ++cluster) {
+      Adjoint inside;
+      if (has_clusters()) {
+        outer_algebra_.differentiate(cluster_products(cluster),
+                                     cluster_kept(cluster),
+                                     of_total,
+                                     {.spherical = result.outer_spherical.col(cluster).data(),
+                                      .by_factor = part.by_factor.outer.data(),
+                                      .by_covariance = part.by_covariance.outer.data(),
+                                      .inside = &inside});
+      }
+      const Adjoint& from = has_clusters() ? inside : of_total;
+      for (Index group = first_group(cluster); group < first_group(cluster + 1); ++group) {
+        differentiate_group(group, from, part, result.spherical.col(group).data());
+      }
+    }
+  }
+
+  void differentiate_group(Index group, const Adjoint& from, Part& part, double* spherical) {
+    const bool varies = moments_.parameters() > 0;
+    const Index size = width_ * width_;
+    const double* const of = products(group, part);
+    part.by_products.assign(static_cast<std::size_t>(size), 0.0);
+    inner_algebra_.differentiate(of,
+                                 kept(group),
+                                 from,
+                                 {.spherical = spherical,
+                                  .by_factor = part.by_factor.inner.data(),
+                                  .by_covariance = part.by_covariance.inner.data(),
+                                  .by_products = varies ? part.by_products.data() : nullptr});
+    if (!varies) return;
+    for (Index term = 0; term < moments_.terms(); ++term) {
+      const double* const by = moments_.term(group, term);
+      double sum = 0.0;
+      for (Index k = 0; k < size; ++k) sum += part.by_products[k] * by[k];
+      part.by_term[term] += sum;
+    }
+  }
+
+  const LinearMixedModel& model_;
+  const HeldParameters& held_;
+  const GroupMoments& moments_;
+  const VectorXd& displacement_;
+  VectorXd term_weights_;
+  bool is_displaced_;
+  Index width_;
+  Level inner_;
+  Level outer_;
+  LevelAlgebra<kInner, kWidth> inner_algebra_;
+  LevelAlgebra<0, 0> outer_algebra_;
+  std::vector<Part> parts_;
+  std::vector<double> inner_kept_;
+  std::vector<double> outer_kept_;
+  std::vector<double> cluster_products_;
+  double log_determinant_ = 0.0;
+  MatrixXd total_;
+  Eigen::LLT<MatrixXd> information_;
+};
+
+/// (G) the cluster of each group; empty without clusters.
+std::vector<Index> clusters_of_groups(const RandomColumns& random) {
+  std::vector<Index> result;
+  if (random.outer.empty()) return result;
+  for (std::size_t cluster = 0; cluster + 1 < random.cluster_begin.size(); ++cluster) {
+    result.resize(static_cast<std::size_t>(random.cluster_begin[cluster + 1]),
+                  static_cast<Index>(cluster));
+  }
+  return result;
+}
+
+template <int kInner>
+LinearMixedProfile profile_of_width(const LinearMixedModel& model,
+                                    const RelativeFactors& factors,
+                                    const VectorXd& displacement,
+                                    bool with_derivatives,
+                                    const HeldParameters& held) {
+  const auto run = [&]<int kWidth>() {
+    return Evaluation<kInner, kWidth>(model, factors, displacement, held).run(with_derivatives);
+  };
+  switch (model.moments.width()) {
+    case 3:
+      return run.template operator()<3>();
+    case 4:
+      return run.template operator()<4>();
+    case 5:
+      return run.template operator()<5>();
+    case 6:
+      return run.template operator()<6>();
+    default:
+      return run.template operator()<0>();
+  }
+}
+
+}  // namespace
+
+LinearMixedProfile profile(const LinearMixedModel& model,
+                           const RelativeFactors& factors,
+                           const VectorXd& displacement,
+                           bool with_derivatives,
+                           const HeldParameters& held) {
+  switch (model.random.inner.size()) {
+    case 1:
+      return profile_of_width<1>(model, factors, displacement, with_derivatives, held);
+    case 2:
+      return profile_of_width<2>(model, factors, displacement, with_derivatives, held);
+    case 3:
+      return profile_of_width<3>(model, factors, displacement, with_derivatives, held);
+    default:
+      return Evaluation<0, 0>(model, factors, displacement, held).run(with_derivatives);
+  }
+}
+
+VectorXd expected_squares(const LinearMixedModel& model,
+                          const RelativeFactors& factors,
+                          const LinearMixedProfile& at) {
+  const GroupMoments& moments = model.moments;
+  const Index p = moments.width() - 1;
+  const MatrixXd effects = factors.inner * at.spherical;
+  const MatrixXd outer_effects = factors.outer * at.outer_spherical;
+  const std::vector<Index> cluster_of = clusters_of_groups(model.random);
+  VectorXd result(moments.groups());
+  const auto fill = [&](Index begin, Index end) {
+    VectorXd combination(p + 1);
+    VectorXd product(p + 1);
+    for (Index group = begin; group < end; ++group) {
+      combination.head(p) = -at.coefficients;
+      combination[p] = 1.0;
+      for (std::size_t k = 0; k < model.random.inner.size(); ++k) {
+        combination[model.random.inner[k]] -= effects(static_cast<Index>(k), group);
+      }
+      for (std::size_t k = 0; k < model.random.outer.size(); ++k) {
+        combination[model.random.outer[k]] -=
+            outer_effects(static_cast<Index>(k), cluster_of[static_cast<std::size_t>(group)]);
+      }
+      const Eigen::Map<const MatrixXd> products(moments.term(group, 0), p + 1, p + 1);
+      product.noalias() = products * combination;
+      result[group] = combination.dot(product);
+    }
+  };
+  const auto parts = static_cast<std::size_t>((moments.groups() + kPartGroups - 1) / kPartGroups);
+  parallel_for(parts, model.threads, [&](std::size_t part) {
+    const Index begin = static_cast<Index>(part) * kPartGroups;
+    fill(begin, std::min(begin + kPartGroups, moments.groups()));
+  });
+  return result;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// A nonlinear mixed model as the linear one that touches it at a point, in one pass over the data.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "likelihood/linear_mixed_profile.hpp"
+#include "model/variance_weights.hpp"
+#include "silvafit/data/program.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// Where to linearize; all in the coefficients' own units. The columns of X are those of J M, M
+/// with ones on its diagonal, times the units.
+struct LinearizationPoint {
+  Eigen::VectorXd coefficients{};  ///< (p) fixed effects
+  Eigen::MatrixXd effects{};   ///< (p x G) random effects of each group, zeros where there are none
+  Eigen::VectorXd variance{};  ///< (m) internal parameters of the variance function
+  Eigen::VectorXd units{};     ///< (p) what one unit of each column of X is worth
+  /// (p x p) M; empty where it is the identity. A column with random effects is a combination of
+  /// such columns alone.
+  Eigen::MatrixXd mixing{};
+};
+
+/// The model around a point.
+struct Linearization {
+  /// w = X beta + Z b + e with X = the Jacobian in these units and beta the step from the point;
+  /// the random effects are whole.
+  LinearMixedModel model{};
+  Eigen::VectorXd mean{};            ///< (N) f
+  Eigen::ArrayXd weight{};           ///< (N) g^-2; empty for a constant variance
+  Eigen::VectorXd squares{};         ///< (G) weighted residual squares
+  Eigen::VectorXd squares_before{};  ///< (G) the same with the weights of an earlier point
+  Eigen::VectorXd variance{};        ///< (m) at which the weights were taken
+  Eigen::VectorXd longest_change{};  ///< (m) for which the series in the parameters is good
+};
+
+/// Computes linearizations of one model. Rows go through in blocks that stay in cache, from the
+/// mean function to the cross products of each group; nothing as long as the data is kept but the
+/// mean and the weights. Chunks of blocks are worked on in parallel and their sums added in order.
+class Linearizer {
+ public:
+  Linearizer(const NonlinearModel& model, const VarianceModel& variance);
+
+  /// \param expand  whether the weights' derivatives by the variance parameters are wanted
+  /// \param before  weights of an earlier point, or null
+  /// \returns false where something is not finite
+  bool linearize(const LinearizationPoint& point,
+                 bool expand,
+                 const Linearization* before,
+                 Linearization& result);
+
+  /// Whether log g is not linear in the variance parameters.
+  bool is_curved() const;
+
+ private:
+  /// Rows of one group that are processed together: all of them unless there are very many.
+  struct Segment {
+    Eigen::Index group = 0;
+    Eigen::Index begin = 0;  ///< first row
+    Eigen::Index end = 0;
+    bool is_first = true;  ///< of its group
+    bool is_last = true;
+  };
+  /// Memory to work in: columns of one block.
+  struct Scratch {
+    Eigen::MatrixXd parameter_values{};
+    Eigen::MatrixXd quantity_values{};
+    Eigen::MatrixXd outputs{};   ///< mean, df/dphi; log g, weight; its derivatives
+    Eigen::MatrixXd products{};  ///< df/d coefficient where that is not df/dphi
+    Eigen::MatrixXd mixed{};     ///< (rows x p) columns of J M, where M is not the identity
+    Eigen::VectorXd residual{};
+    Eigen::VectorXd term_weight{};
+    std::vector<const double*> columns{};
+    std::vector<double> group_products{};
+    data::Program::Workspace workspace{};
+  };
+  /// What a chunk of rows adds to sums over all rows, and to a group that begins in an earlier one.
+  struct ChunkSums {
+    Eigen::VectorXd sum_log{};      ///< as GroupMoments::sum_log
+    Eigen::VectorXd log_squares{};  ///< by quantity
+    std::vector<double> carried{};  ///< (terms x width x width) of that group, empty without one
+    double carried_before = 0.0;    ///< of its squares_before
+  };
+  struct Parameter {
+    bool is_scalar = false;
+    std::vector<Eigen::Index> coefficients{};
+  };
+  /// A derivative of log g by two quantities, whose second derivative may be zero everywhere.
+  struct QuantityPair {
+    std::size_t first = 0;
+    std::size_t second = 0;
+    bool is_linear = false;
+  };
+  /// A term of the series of the weights: its internal parameters' places in the quantities.
+  struct Term {
+    int pair = -1;              ///< index into quantity_pairs_, -1 for a first derivative
+    std::size_t quantity = 0;   ///< of a first derivative
+    Eigen::Index stratum = -1;  ///< of the first quantity's rows, -1 for all rows
+    Eigen::Index other_stratum = -1;
+  };
+
+  void make_segments();
+  void make_parameters();
+  void make_programs();
+  void make_terms();
+  const NonlinearModel::Strata* strata_of(std::size_t quantity) const;
+  void prepare(Scratch& scratch) const;
+  void fill_parameters(const LinearizationPoint& point,
+                       std::size_t first,
+                       std::size_t last,
+                       Scratch& scratch) const;
+  void fill_quantities(const LinearizationPoint& point,
+                       Eigen::Index begin,
+                       Eigen::Index rows,
+                       Scratch& scratch) const;
+  /// The column of df/d coefficient in the block at work.
+  const double* slope_column(Eigen::Index coefficient, const Scratch& scratch) const;
+  void linearize_chunk(const LinearizationPoint& point,
+                       bool expand,
+                       const Linearization* before,
+                       std::size_t chunk,
+                       Scratch& scratch,
+                       ChunkSums& sums,
+                       Linearization& result) const;
+  void evaluate_block(const LinearizationPoint& point,
+                      bool expand,
+                      std::size_t first,
+                      std::size_t last,
+                      Scratch& scratch,
+                      Linearization& result) const;
+  /// \param products  (terms x width x width) of the segment's group
+  /// \param squares_before  of it
+  void add_segment(const Segment& segment,
+                   Eigen::Index block_begin,
+                   const LinearizationPoint& point,
+                   bool expand,
+                   const Linearization* before,
+                   Scratch& scratch,
+                   double* products,
+                   double& squares_before,
+                   ChunkSums& sums,
+                   const Linearization& result) const;
+  void add_terms(const Segment& segment,
+                 Eigen::Index offset,
+                 Scratch& scratch,
+                 double* products,
+                 ChunkSums& sums,
+                 const Linearization& result) const;
+  /// Puts together what chunks had of the same groups.
+  void add_carried(const LinearizationPoint& point,
+                   const std::vector<ChunkSums>& chunks,
+                   Linearization& result) const;
+  bool is_linear(const Term& term) const;
+  /// The quantities by which a term is a derivative, the same one twice for a first derivative.
+  std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
+  /// (rows) derivative of log g by a quantity.
+  Eigen::Map<const Eigen::VectorXd> log_scale_slope(std::size_t quantity,
+                                                    Eigen::Index offset,
+                                                    Eigen::Index rows,
+                                                    const Scratch& scratch) const;
+  /// Fills in what g^-2 changes by in a term.
+  /// \returns the sum of that of log g
+  /// \param second  output of the second derivative, of terms that are curved
+  double fill_term(const Term& term,
+                   const Segment& segment,
+                   Eigen::Index offset,
+                   Eigen::Index second,
+                   Scratch& scratch,
+                   const Linearization& result) const;
+  /// Takes out the rows of other strata.
+  /// \returns the sum of the rows that stay, nothing if there are none
+  std::optional<double> mask_term(const Term& term,
+                                  const Segment& segment,
+                                  Eigen::Index offset,
+                                  Eigen::Index second,
+                                  Scratch& scratch) const;
+  /// Puts the combinations of a block's columns in their place.
+  void mix(const Eigen::MatrixXd& mixing, Eigen::Index rows, Scratch& scratch) const;
+  void finish_group(Eigen::Index group,
+                    const LinearizationPoint& point,
+                    Linearization& result) const;
+  /// How far the series reaches.
+  void center(const Eigen::VectorXd& log_squares, Linearization& result) const;
+  static void add_products(const double* weight,
+                           Eigen::Index rows,
+                           Scratch& scratch,
+                           double* target);
+
+  const NonlinearModel& model_;
+  const VarianceModel& variance_;
+  RandomColumns random_;
+  std::vector<Eigen::Index> effect_columns_;  ///< of X with random effects at any level
+  std::vector<Segment> segments_;
+  std::vector<std::size_t> blocks_;  ///< first segment of each block, and the end
+  std::vector<std::size_t> chunks_;  ///< first block of each chunk, and the end
+  std::vector<Parameter> parameters_;
+  std::vector<QuantityPair> quantity_pairs_;
+  std::vector<Term> terms_;  ///< of the series, in the order of GroupMoments less term 0
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
+  std::array<data::Program, 2> programs_;  ///< without and with derivatives of log g
+
+  std::size_t output_count_ = 0;
+  std::vector<Scratch> scratch_;  ///< by worker
+};
+
+}  // namespace silvafit::fit

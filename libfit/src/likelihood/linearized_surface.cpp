@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// The likelihood of the linear mixed model that touches the nonlinear one at the estimates.
+#include <cmath>
+#include <limits>
+
+#include "likelihood/group_effects.hpp"
+#include "likelihood/likelihood_surface.hpp"
+#include "likelihood/linear_mixed_profile.hpp"
+#include "likelihood/linearization.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The frame with ones on its diagonal; empty where it is diagonal.
+MatrixXd mixing_of(const CoefficientFrame& frame) {
+  if (frame.beta.isDiagonal(0.0)) return {};
+  return frame.beta * frame.beta.diagonal().cwiseInverse().asDiagonal();
+}
+
+class LinearizedSurface : public LikelihoodSurface {
+ public:
+  explicit LinearizedSurface(const SurfaceSetting& setting)
+      : is_restricted_(setting.fit.reml),
+        layout_(setting.model,
+                setting.variance,
+                setting.frame,
+                is_restricted_ ? 0 : setting.estimate.size()),
+        linearizer_(setting.model, setting.variance),
+        point_{.coefficients = setting.estimate,
+               .effects = group_effects(setting),
+               .variance = setting.internal,
+               .units = setting.frame.beta.diagonal(),
+               .mixing = mixing_of(setting.frame)} {
+    optimum_ = setting.coordinates(layout_, setting.log_sigma);
+    is_valid_ = linearize(setting.internal);
+  }
+
+  double value(const VectorXd& x, VectorXd* gradient) override {
+    constexpr double kOutside = std::numeric_limits<double>::infinity();
+    if (!x.allFinite()) return kOutside;
+    const VectorXd variance = layout_.variance_part(x);
+    if (variance != point_.variance || !is_valid_) is_valid_ = linearize(variance);
+    if (!is_valid_) return kOutside;
+    const double sigma = std::exp(x[layout_.sigma_at()]);
+    const MatrixXd outer = layout_.factor(true).factor(layout_.factor_part(x, true)) / sigma;
+    const MatrixXd inner = layout_.factor(false).factor(layout_.factor_part(x, false)) / sigma;
+    HeldParameters held{.sigma2 = sigma * sigma};
+    if (!is_restricted_) {
+      held.coefficients = x.head(layout_.beta_count()) - optimum_.head(layout_.beta_count());
+    }
+    const LinearMixedProfile at = profile(at_.model,
+                                          {.inner = inner, .outer = outer},
+                                          VectorXd::Zero(variance.size()),
+                                          gradient != nullptr,
+                                          held);
+    if (!at.is_valid) return kOutside;
+    if (gradient == nullptr) return at.minus_log_likelihood;
+    gradient->setZero(layout_.size());
+    if (!is_restricted_) gradient->head(layout_.beta_count()) = at.by_coefficients;
+    // L is the factor relative to sigma, so that sigma moves it too.
+    double by_log_sigma = at.by_log_sigma;
+    for (const bool is_outer : {true, false}) {
+      const RelativeFactor& factor = layout_.factor(is_outer);
+      if (factor.size() == 0) continue;
+      const MatrixXd& by = is_outer ? at.by_factor.outer : at.by_factor.inner;
+      const VectorXd slopes = factor.gradient(by) / sigma;
+      gradient->segment(layout_.factor_at(is_outer), slopes.size()) = slopes;
+      by_log_sigma -= slopes.dot(layout_.factor_part(x, is_outer));
+    }
+    if (variance.size() > 0) {
+      gradient->segment(layout_.variance_at(), variance.size()) = at.by_variance;
+    }
+    (*gradient)[layout_.sigma_at()] = by_log_sigma;
+    return at.minus_log_likelihood;
+  }
+
+  const SurfaceLayout& layout() const override { return layout_; }
+  const VectorXd& optimum() const override { return optimum_; }
+
+ private:
+  /// Takes the weights at other variance parameters; mean and Jacobian stay those of the estimates.
+  bool linearize(const VectorXd& variance) {
+    point_.variance = variance;
+    at_.model.restricted = is_restricted_;
+    at_.model.log_units = -2.0 * point_.units.array().log().sum();
+    return linearizer_.linearize(point_, variance.size() > 0, nullptr, at_);
+  }
+
+  bool is_restricted_;
+  SurfaceLayout layout_;
+  Linearizer linearizer_;
+  LinearizationPoint point_;
+  Linearization at_;
+  VectorXd optimum_;
+  bool is_valid_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<LikelihoodSurface> make_linearized_surface(const SurfaceSetting& setting) {
+  return std::make_unique<LinearizedSurface>(setting);
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: MIT
+#include "likelihood/marginal_block.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The derivative by H from that by its Cholesky factor C.
+/// Source: Murray 2016, Differentiation of the Cholesky decomposition, arXiv:1602.07527.
+SmallMatrix by_cholesky(const SmallMatrix& lower, const SmallMatrix& by_lower) {
+  SmallMatrix inside = lower.transpose() * by_lower;
+  inside = inside.triangularView<Eigen::Lower>().toDenseMatrix().eval();
+  inside.diagonal() *= 0.5;
+  SmallMatrix result = inside + inside.transpose();
+  lower.transpose().triangularView<Eigen::Upper>().solveInPlace(result);
+  result.transposeInPlace();
+  lower.transpose().triangularView<Eigen::Upper>().solveInPlace(result);
+  return 0.5 * result;
+}
+
+}  // namespace
+
+void MarginalValue::add(const MarginalValue& other) {
+  minus_log_likelihood += other.minus_log_likelihood;
+  by_beta += other.by_beta;
+  by_variance += other.by_variance;
+  by_log_sigma += other.by_log_sigma;
+  by_outer_factor += other.by_outer_factor;
+  by_inner_factor += other.by_inner_factor;
+}
+
+MarginalBlock::MarginalBlock(const NonlinearModel& model,
+                             const ObservationSums& sums,
+                             const RandomPlaces& places,
+                             const QuadratureRule* rule,
+                             Index first,
+                             Index last)
+    : model_(model),
+      sums_(sums),
+      places_(places),
+      rule_(rule),
+      r_(sums.random_count()),
+      modes_(model, sums, first, last),
+      determinants_(sums.has_approximation() ? static_cast<std::size_t>(last - first) : 0) {}
+
+MarginalValue MarginalBlock::value(const MarginalPoint& point,
+                                   const RandomDesign& design,
+                                   Modes& modes,
+                                   MatrixXd& effects,
+                                   ObservationSums::Workspace& workspace,
+                                   bool with_gradient) {
+  const Index s = design.outer.cols();
+  const Index q = design.inner.cols();
+  MarginalValue result{.by_beta = VectorXd::Zero(model_.coefficient_count()),
+                       .by_variance = VectorXd::Zero(point.observation.variance.size()),
+                       .by_outer_factor = MatrixXd::Zero(s, s),
+                       .by_inner_factor = MatrixXd::Zero(q, q)};
+  if (!modes_.search(design, modes, effects, workspace) || !factorize_determinants(design) ||
+      !has_clear_modes()) {
+    result.minus_log_likelihood = std::numeric_limits<double>::infinity();
+    return result;
+  }
+  if (rule_ != nullptr) {
+    integrate(point, design, effects, workspace, result, with_gradient);
+  } else {
+    result.minus_log_likelihood = modes_.objective();
+    for (Index c = 0; c < modes_.cluster_count(); ++c) {
+      result.minus_log_likelihood += 0.5 * determinant(c).log_determinant();
+    }
+  }
+  if (with_gradient && std::isfinite(result.minus_log_likelihood)) {
+    differentiate(design, effects, workspace, result);
+  }
+  return result;
+}
+
+bool MarginalBlock::find_modes(const RandomDesign& design,
+                               Modes& modes,
+                               MatrixXd& effects,
+                               ObservationSums::Workspace& workspace,
+                               const Modes* known,
+                               VectorXd& objectives) {
+  if (!modes_.search(design, modes, effects, workspace, known)) return false;
+  if (!factorize_determinants(design) || !has_clear_modes()) return false;
+  for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    objectives[modes_.first_cluster() + c] =
+        modes_.is_known(c) ? std::numeric_limits<double>::infinity() : modes_.objective(c);
+  }
+  return true;
+}
+
+bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
+  for (std::size_t c = 0; c < determinants_.size(); ++c) {
+    const auto cluster = static_cast<Index>(c);
+    if (modes_.is_known(cluster)) continue;
+    if (!determinants_[c].compute(design, modes_.approximations(cluster))) return false;
+  }
+  return true;
+}
+
+/// Where a distribution is about to split in two, its log-determinant runs to minus infinity and
+/// would be taken for a likelihood without bound.
+bool MarginalBlock::has_clear_modes() const {
+  constexpr double kClear = 0.05;
+  for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    if (modes_.is_known(c)) continue;
+    if (rule_ == nullptr && !modes_.is_minimum(c)) return false;
+    if (determinant(c).smallest_pivot() < kClear) return false;
+  }
+  return true;
+}
+
+const ArrowFactor& MarginalBlock::determinant(Index cluster) const {
+  return determinants_.empty() ? modes_.hessian(cluster)
+                               : determinants_[static_cast<std::size_t>(cluster)];
+}
+
+// ---- adaptive quadrature, for one grouping: each cluster is one group ----
+
+/// The random effects at a node: mode + C^-T x, with H = C C'.
+SmallVector MarginalBlock::node(Index group, Index number) const {
+  const SmallMatrix lower = modes_.hessian(group).lower(0);
+  const SmallVector x = rule_->nodes.col(number);
+  return modes_.inner(group) + lower.transpose().triangularView<Eigen::Upper>().solve(x);
+}
+
+void MarginalBlock::evaluate_nodes(const RandomDesign& design,
+                                   MatrixXd& effects,
+                                   ObservationSums::Workspace& workspace,
+                                   std::vector<MatrixXd>& node_sums,
+                                   bool with_gradient) {
+  const Index nodes = rule_->weights.size();
+  const Index begin = modes_.first_group();
+  const Index groups = modes_.end_group() - begin;
+  shares_.resize(nodes, groups);
+  const MatrixXd at_modes = effects.middleCols(begin, groups);
+  for (Index k = 0; k < nodes; ++k) {
+    MatrixXd& here = node_sums[static_cast<std::size_t>(k)];
+    for (Index g = 0; g < groups; ++g) effects.col(begin + g) = design.inner * node(g, k);
+    if (with_gradient) {
+      sums_.slopes(begin, begin + groups, effects, here, workspace);
+    } else {
+      sums_.density(begin, begin + groups, effects, here, workspace);
+    }
+    const double constant = std::log(rule_->weights[k]) + 0.5 * rule_->nodes.col(k).squaredNorm();
+    for (Index g = 0; g < groups; ++g) {
+      shares_(k, g) = constant - here(0, g) - 0.5 * node(g, k).squaredNorm();
+    }
+  }
+  effects.middleCols(begin, groups) = at_modes;
+}
+
+void MarginalBlock::integrate(const MarginalPoint& point,
+                              const RandomDesign& design,
+                              MatrixXd& effects,
+                              ObservationSums::Workspace& workspace,
+                              MarginalValue& result,
+                              bool with_gradient) {
+  // Many nodes make much of it, which one block at a time may have.
+  std::vector<MatrixXd> node_sums(static_cast<std::size_t>(rule_->weights.size()));
+  evaluate_nodes(design, effects, workspace, node_sums, with_gradient);
+  const Index groups = shares_.cols();
+  for (Index g = 0; g < groups; ++g) {
+    auto shares = shares_.col(g).array();
+    const double largest = shares.maxCoeff();
+    shares = (shares - largest).exp();
+    result.minus_log_likelihood -= largest + std::log(shares.sum());
+    result.minus_log_likelihood += 0.5 * modes_.hessian(g).log_determinant();
+    shares /= shares.sum();
+  }
+  if (!with_gradient) return;
+  const Index q = design.inner.cols();
+  spread_.resize(q * q, groups);
+  inner_follow_.resize(q, groups);
+  for (Index g = 0; g < groups; ++g) add_node_slopes(point, node_sums, g, result);
+  const Index begin = modes_.first_group();
+  sums_.slopes(begin, begin + groups, effects, mode_slopes_, workspace);
+}
+
+/// What the integrand's slopes at the nodes add to the gradient, and how the value depends on where
+/// the nodes are.
+void MarginalBlock::add_node_slopes(const MarginalPoint& point,
+                                    const std::vector<MatrixXd>& node_sums,
+                                    Index g,
+                                    MarginalValue& result) {
+  const Index p = result.by_beta.size();
+  const Index m = result.by_variance.size();
+  const Index q = point.inner_factor.rows();
+  const SmallMatrix lower = modes_.hessian(g).lower(0);
+  SmallMatrix by_lower = SmallMatrix::Zero(q, q);
+  inner_follow_.col(g).setZero();
+  for (Index k = 0; k < shares_.rows(); ++k) {
+    const double share = shares_(k, g);
+    const auto here = node_sums[static_cast<std::size_t>(k)].col(g);
+    result.by_beta += share * here.segment(1, p);
+    result.by_variance += share * here.segment(1 + p, m);
+    result.by_log_sigma += share * here[1 + p + m];
+    const SmallVector v = node(g, k);
+    SmallVector by_effects(q);
+    for (Index i = 0; i < q; ++i) {
+      by_effects[i] = here[1 + places_.inner[static_cast<std::size_t>(i)]];
+    }
+    result.by_inner_factor += share * by_effects * v.transpose();
+    const SmallVector slope = point.inner_factor.transpose() * by_effects + v;
+    inner_follow_.col(g) += share * slope;
+    const SmallVector distance = v - modes_.inner(g);
+    by_lower -= share * distance * lower.triangularView<Eigen::Lower>().solve(slope).transpose();
+  }
+  by_lower.diagonal() += lower.diagonal().cwiseInverse();
+  Eigen::Map<MatrixXd>(spread_.col(g).data(), q, q) = 2.0 * by_cholesky(lower, by_lower);
+}
+
+// ---- gradient ----
+
+void MarginalBlock::differentiate(const RandomDesign& design,
+                                  MatrixXd& effects,
+                                  ObservationSums::Workspace& workspace,
+                                  MarginalValue& result) {
+  const Index s = design.outer.cols();
+  const Index q = design.inner.cols();
+  const Index begin = modes_.first_group();
+  const Index end = modes_.end_group();
+  SmallMatrix joint(r_, s + q);
+  joint << design.outer, design.inner;
+  weigh(joint, weights_);
+  sums_.total(begin, end, effects, weights_, totals_, workspace);
+  follow_modes(design);
+  for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    for (Index g = modes_.group_begin(c); g < modes_.group_begin(c + 1); ++g) {
+      add_group(design, joint, c, g, result);
+    }
+  }
+}
+
+/// The matrices M = Lambda H^-1 Lambda' of all groups.
+void MarginalBlock::weigh(const SmallMatrix& joint, MatrixXd& weights) {
+  const Index groups = modes_.end_group() - modes_.first_group();
+  const Index size = joint.cols();
+  weights.resize(r_ * (r_ + 1) / 2, groups);
+  if (rule_ == nullptr) spread_.resize(size * size, groups);
+  for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    for (Index g = modes_.group_begin(c); g < modes_.group_begin(c + 1); ++g) {
+      Eigen::Map<MatrixXd> spread(spread_.col(g).data(), size, size);
+      if (rule_ == nullptr) spread = determinant(c).inverse_block(g - modes_.group_begin(c));
+      const SmallMatrix half = joint.lazyProduct(spread);
+      const SmallMatrix matrix = half.lazyProduct(joint.transpose());
+      Index packed = 0;
+      for (Index column = 0; column < r_; ++column) {
+        for (Index row = column; row < r_; ++row) weights(packed++, g) = matrix(row, column);
+      }
+    }
+  }
+}
+
+/// Solves for how the modes follow the parameters: (u, v) = H^-1 of the value's slopes by them.
+void MarginalBlock::follow_modes(const RandomDesign& design) {
+  outer_follow_.setZero(design.outer.cols(), modes_.cluster_count());
+  if (rule_ == nullptr) inner_follow_.setZero(design.inner.cols(), totals_.cols());
+  for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    for (Index g = modes_.group_begin(c); g < modes_.group_begin(c + 1); ++g) {
+      const auto turn = totals_.col(g).head(r_);
+      if (design.outer.cols() > 0) {
+        outer_follow_.col(c) += design.outer.transpose().lazyProduct(turn);
+      }
+      inner_follow_.col(g) += design.inner.transpose().lazyProduct(turn);
+    }
+    modes_.hessian(c).solve(outer_follow_.col(c),
+                            inner_follow_.middleCols(modes_.group_begin(c), modes_.group_count(c)));
+  }
+}
+
+void MarginalBlock::add_group(const RandomDesign& design,
+                              const SmallMatrix& joint,
+                              Index cluster,
+                              Index group,
+                              MarginalValue& result) const {
+  const Index s = design.outer.cols();
+  const Index q = design.inner.cols();
+  const Index k = group - modes_.group_begin(cluster);
+  const auto turn = totals_.col(group).head(r_);
+  const auto slope = modes_.slope(group);
+  SmallVector mode(s + q);
+  mode << modes_.outer(cluster), modes_.inner(group);
+  SmallVector follow(s + q);
+  follow << outer_follow_.col(cluster), inner_follow_.col(group);
+  const SmallVector shift = joint.lazyProduct(follow);
+  const SmallMatrix curvature = unpacked(modes_.curvatures(cluster).col(k).data(), r_);
+  const SmallVector bend = curvature.lazyProduct(shift);
+
+  add_coefficients(group, shift, bend, result);
+  const SmallMatrix approximation = unpacked(modes_.approximations(cluster).col(k).data(), r_);
+  const Eigen::Map<const MatrixXd> spread(spread_.col(group).data(), s + q, s + q);
+  const SmallMatrix bent = approximation.lazyProduct(joint);
+  SmallMatrix by_design = bent.lazyProduct(spread);
+  SmallVector along_mode = turn - bend;
+  // With quadrature the direct slopes are those of the nodes, which are in the value already.
+  if (rule_ == nullptr) along_mode += slope;
+  by_design += along_mode.lazyProduct(mode.transpose());
+  by_design -= slope.lazyProduct(follow.transpose());
+  for (Index i = 0; i < s; ++i) {
+    const Index row = places_.outer_rows[static_cast<std::size_t>(i)];
+    result.by_outer_factor.row(i) += by_design.row(row).head(s);
+  }
+  for (Index i = 0; i < q; ++i) {
+    const Index row = places_.inner_rows[static_cast<std::size_t>(i)];
+    result.by_inner_factor.row(i) += by_design.row(row).tail(q);
+  }
+}
+
+/// \param shift  (r) how the random coefficients follow the modes
+/// \param bend   (r) the curvature times that
+void MarginalBlock::add_coefficients(Index group,
+                                     const SmallVector& shift,
+                                     const SmallVector& bend,
+                                     MarginalValue& result) const {
+  const Index p = result.by_beta.size();
+  const Index m = result.by_variance.size() + 1;
+  const auto others = static_cast<Index>(sums_.others().size());
+  const auto total = totals_.col(group);
+  const auto other_random = total.segment(r_ + others + m, others * r_);
+  const auto variance_random = total.tail(m * r_);
+  const bool at_nodes = rule_ != nullptr;
+  if (others < p) {
+    const auto slope = modes_.slope(group);
+    for (Index c = 0; c < r_; ++c) {
+      const Index j = sums_.random()[static_cast<std::size_t>(c)];
+      result.by_beta[j] += total[c] - bend[c] + (at_nodes ? 0.0 : slope[c]);
+    }
+  }
+  for (Index o = 0; o < others; ++o) {
+    const Index j = sums_.others()[static_cast<std::size_t>(o)];
+    result.by_beta[j] += total[r_ + o] - other_random.segment(o * r_, r_).dot(shift) -
+                         (at_nodes ? mode_slopes_(1 + j, group) : 0.0);
+  }
+  for (Index e = 0; e < m; ++e) {
+    double& target = e + 1 < m ? result.by_variance[e] : result.by_log_sigma;
+    target += total[r_ + others + e] - variance_random.segment(e * r_, r_).dot(shift) -
+              (at_nodes ? mode_slopes_(1 + p + e, group) : 0.0);
+  }
+}
+
+}  // namespace silvafit::fit

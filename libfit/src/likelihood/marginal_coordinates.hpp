@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The parameters of a marginal likelihood as one vector of numbers of order one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "likelihood/marginal_likelihood.hpp"
+#include "likelihood/surface_layout.hpp"
+
+namespace silvafit::fit {
+
+/// What is between points of the likelihood and vectors x, laid out as SurfaceLayout says.
+class MarginalCoordinates {
+ public:
+  /// \param frame  of the coefficients; one unit moves the mean by about one residual standard
+  ///   deviation
+  MarginalCoordinates(const NonlinearModel& model,
+                      const VarianceModel& variance,
+                      const CoefficientFrame& frame)
+      : layout_(model, variance, frame, frame.beta.cols()) {}
+
+  const SurfaceLayout& layout() const { return layout_; }
+  MarginalPoint point(const Eigen::VectorXd& x) const;
+  Eigen::VectorXd gradient(const MarginalValue& value) const;
+  /// \param outer, inner  covariances Psi in the coefficients' own units
+  Eigen::VectorXd coordinates(const ObservationPoint& observation,
+                              const Eigen::MatrixXd& outer,
+                              const Eigen::MatrixXd& inner) const;
+  /// (q x G) the modes v of random effects b = L v, as far as L can hold them.
+  /// \param effects  in the coefficients' own units
+  Eigen::MatrixXd spherical(const Eigen::VectorXd& x,
+                            bool is_outer,
+                            const Eigen::MatrixXd& effects) const;
+  /// x with the covariance of a grouping in the frame made larger in one direction.
+  Eigen::VectorXd widened(const Eigen::VectorXd& x,
+                          bool is_outer,
+                          const Eigen::VectorXd& direction,
+                          double size) const;
+  /// The covariance of a grouping in the frame.
+  Eigen::MatrixXd scaled_covariance(const Eigen::VectorXd& x, bool is_outer) const;
+
+ private:
+  SurfaceLayout layout_;
+};
+
+}  // namespace silvafit::fit

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+#include "likelihood/marginal_likelihood.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Rows of a block of clusters: their data stay in the cache while modes are searched.
+constexpr Index kBlockRows = 4096;
+
+std::vector<Index> united(std::vector<Index> a, const std::vector<Index>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  std::ranges::sort(a);
+  a.erase(std::unique(a.begin(), a.end()), a.end());
+  return a;
+}
+
+std::vector<Index> positions(const std::vector<Index>& of, const std::vector<Index>& in) {
+  std::vector<Index> result;
+  result.reserve(of.size());
+  for (const Index value : of) result.push_back(std::ranges::find(in, value) - in.begin());
+  return result;
+}
+
+/// (s x r) rows of L placed where its effects are among the random coefficients.
+SmallMatrix placed(const MatrixXd& factor, const std::vector<Index>& rows, Index r) {
+  SmallMatrix result = SmallMatrix::Zero(r, factor.cols());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    result.row(rows[k]) += factor.row(static_cast<Index>(k));
+  }
+  return result;
+}
+
+RandomPlaces places_of(const NonlinearModel& model) {
+  const ModelSpecification& specification = model.specification();
+  RandomPlaces result{.outer = model.coefficients_of(specification.outer_random),
+                      .inner = model.coefficients_of(specification.random)};
+  const std::vector<Index> both = united(result.outer, result.inner);
+  result.outer_rows = positions(result.outer, both);
+  result.inner_rows = positions(result.inner, both);
+  return result;
+}
+
+}  // namespace
+
+MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
+                                       const VarianceModel& variance,
+                                       Curvature curvature,
+                                       int points)
+    : model_(model),
+      places_(places_of(model)),
+      sums_(model, variance, curvature, united(places_.outer, places_.inner)),
+      workspaces_(worker_count(model.threads())) {
+  if (points > 1) rule_ = gauss_hermite(points, static_cast<Index>(places_.inner.size()));
+  modes_.outer.setZero(static_cast<Index>(places_.outer.size()), model.cluster_count());
+  modes_.inner.setZero(static_cast<Index>(places_.inner.size()), model.group_count());
+  effects_.setZero(sums_.random_count(), model.group_count());
+  cut_into_blocks();
+}
+
+void MarginalLikelihood::cut_into_blocks() {
+  const QuadratureRule* const rule = rule_.weights.size() > 0 ? &rule_ : nullptr;
+  Index first = 0;
+  Index rows = 0;
+  for (Index c = 0; c < model_.cluster_count(); ++c) {
+    rows += model_.group_begin(model_.cluster_begin(c + 1)) -
+            model_.group_begin(model_.cluster_begin(c));
+    if (rows < kBlockRows && c + 1 < model_.cluster_count()) continue;
+    blocks_.push_back(std::make_unique<MarginalBlock>(model_, sums_, places_, rule, first, c + 1));
+    first = c + 1;
+    rows = 0;
+  }
+}
+
+RandomDesign MarginalLikelihood::design_of(const MarginalPoint& point) const {
+  const Index r = sums_.random_count();
+  return {.outer = placed(point.outer_factor, places_.outer_rows, r),
+          .inner = placed(point.inner_factor, places_.inner_rows, r)};
+}
+
+void MarginalLikelihood::set_modes(Modes modes) {
+  modes_ = std::move(modes);
+  starts_from_kept_ = false;
+}
+
+void MarginalLikelihood::keep_modes(const MarginalPoint& point) {
+  kept_ = modes_;
+  kept_at_ = point;
+  const RandomDesign design = design_of(point);
+  for (const auto& block : blocks_) block->keep(design);
+}
+
+void MarginalLikelihood::set_kept_modes() {
+  modes_ = kept_;
+  starts_from_kept_ = true;
+}
+
+MarginalValue MarginalLikelihood::evaluate(const MarginalPoint& point, bool with_gradient) {
+  if (!std::exchange(starts_from_kept_, false)) return value(point, with_gradient, nullptr);
+  const RandomDesign now = design_of(point);
+  const RandomDesign then = design_of(kept_at_);
+  const ObservationPoint& at = point.observation;
+  const ObservationPoint& from = kept_at_.observation;
+  const PointChange change{
+      .observation = {.beta = at.beta - from.beta,
+                      .variance = at.variance - from.variance,
+                      .log_sigma = at.log_sigma - from.log_sigma},
+      .design = {.outer = now.outer - then.outer, .inner = now.inner - then.inner}};
+  MarginalValue result = value(point, with_gradient, &change);
+  if (std::isfinite(result.minus_log_likelihood)) return result;
+  return value(point, with_gradient, nullptr);
+}
+
+/// \param change  from where modes are kept, which are those that the search begins with; or null
+MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
+                                        bool with_gradient,
+                                        const PointChange* change) {
+  sums_.set_point(point.observation);
+  const RandomDesign design = design_of(point);
+  Modes modes = modes_;
+  std::vector<MarginalValue> parts(blocks_.size());
+  parallel_for(parts.size(), model_.threads(), [&](std::size_t b, std::size_t worker) {
+    if (change != nullptr) blocks_[b]->follow(*change, modes);
+    parts[b] =
+        blocks_[b]->value(point, design, modes, effects_, workspaces_[worker], with_gradient);
+  });
+  MarginalValue total = std::move(parts.front());
+  for (std::size_t b = 1; b < parts.size(); ++b) total.add(parts[b]);
+  total.minus_log_likelihood +=
+      0.5 * static_cast<double>(model_.observations()) * std::log(2.0 * std::numbers::pi);
+  if (std::isfinite(total.minus_log_likelihood)) {
+    std::swap(modes_, modes);
+  } else {
+    total.minus_log_likelihood = std::numeric_limits<double>::infinity();
+  }
+  return total;
+}
+
+std::optional<VectorXd> MarginalLikelihood::find_modes(const MarginalPoint& point,
+                                                       Modes& modes,
+                                                       const Modes* known) {
+  sums_.set_point(point.observation);
+  const RandomDesign design = design_of(point);
+  VectorXd objectives(model_.cluster_count());
+  std::vector<char> is_found(blocks_.size(), 0);
+  parallel_for(blocks_.size(), model_.threads(), [&](std::size_t b, std::size_t worker) {
+    const bool found =
+        blocks_[b]->find_modes(design, modes, effects_, workspaces_[worker], known, objectives);
+    is_found[b] = found ? 1 : 0;
+  });
+  if (std::ranges::find(is_found, 0) != is_found.end()) return std::nullopt;
+  return objectives;
+}
+
+}  // namespace silvafit::fit

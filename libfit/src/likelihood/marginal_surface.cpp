@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// The marginal likelihood around its maximum.
+#include <limits>
+
+#include "likelihood/likelihood_surface.hpp"
+#include "likelihood/marginal_coordinates.hpp"
+#include "likelihood/marginal_likelihood.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Curvature curvature_of(Method method) {
+  if (method == Method::kFirstOrder) return Curvature::kFirstOrder;
+  return method == Method::kInteraction ? Curvature::kExpected : Curvature::kFull;
+}
+
+class MarginalSurface : public LikelihoodSurface {
+ public:
+  explicit MarginalSurface(const SurfaceSetting& setting)
+      : likelihood_(setting.model,
+                    setting.variance,
+                    curvature_of(setting.fit.method),
+                    setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1),
+        coordinates_(setting.model, setting.variance, setting.frame),
+        optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
+    const MarginalPoint point = coordinates_.point(optimum_);
+    const bool is_nested = setting.model.specification().outer_random.has_value();
+    likelihood_.set_modes(
+        {.outer = is_nested ? coordinates_.spherical(optimum_, true, setting.fit.outer.effects)
+                            : MatrixXd(0, setting.model.cluster_count()),
+         .inner = coordinates_.spherical(optimum_, false, setting.fit.random_effects)});
+    likelihood_.evaluate(point, false);
+    modes_ = likelihood_.modes();
+  }
+
+  double value(const VectorXd& x, VectorXd* gradient) override {
+    if (!x.allFinite()) return std::numeric_limits<double>::infinity();
+    const MarginalPoint point = coordinates_.point(x);
+    // Always from the modes of the estimates, so that a value depends on x alone: where a group has
+    // several modes, the last search may have left it in another one.
+    likelihood_.set_modes(modes_);
+    const MarginalValue value = likelihood_.evaluate(point, gradient != nullptr);
+    if (gradient != nullptr) *gradient = coordinates_.gradient(value);
+    return value.minus_log_likelihood;
+  }
+
+  const SurfaceLayout& layout() const override { return coordinates_.layout(); }
+  const VectorXd& optimum() const override { return optimum_; }
+
+ private:
+  MarginalLikelihood likelihood_;
+  MarginalCoordinates coordinates_;
+  VectorXd optimum_;
+  Modes modes_;
+};
+
+}  // namespace
+
+std::unique_ptr<LikelihoodSurface> make_marginal_surface(const SurfaceSetting& setting) {
+  return std::make_unique<MarginalSurface>(setting);
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "lindstrom_bates/lindstrom_bates.hpp"
+#include "lindstrom_bates/lindstrom_bates_search.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::string verdict) {
+  const auto q = model.specification().random
+                     ? static_cast<Index>(model.specification().random->coefficients.size())
+                     : 0;
+  MixedEffectsFit fit;
+  fit.estimate = start;
+  fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
+  fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
+  fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
+  if (model.specification().outer_random) {
+    const auto r = static_cast<Index>(model.specification().outer_random->coefficients.size());
+    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
+    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
+  }
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.observations = model.observations();
+  fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
+  fit.fitted_conditional = fit.fitted_population;
+  fit.residual_sd = fit.fitted_population;
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
+  fit.convergence.verdict = std::move(verdict);
+  return fit;
+}
+
+}  // namespace
+
+MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
+                                    const VectorXd& start,
+                                    const MixedEffectsOptions& options) {
+  if (start.size() != model.coefficient_count()) {
+    throw UsageError(fmt::format(
+        "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
+  }
+  MixedEffectsFit fit;
+  bool is_valid = false;
+  {
+    // What the search holds is as long as the data, and not needed to judge its result.
+    const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
+    is_valid = search.outcome.is_valid;
+    if (is_valid) fit = search.engine->result(search.outcome);
+  }
+  if (!is_valid) fit = failed(model, start, why_no_step(model, start));
+  describe(model, fit);
+  if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml);
+  return fit;
+}
+
+}  // namespace silvafit::fit

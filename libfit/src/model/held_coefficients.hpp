@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// Coefficients that are held at a value instead of being estimated.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+/// \throws UsageError if this is no coefficient, or has a random effect
+void check_holdable(const ModelSpecification& specification, const std::string& name);
+
+/// A model with some coefficients replaced by numbers: its formula holds them from now on.
+/// \param held  values by coefficient
+/// \throws UsageError as check_holdable, or if a value is not finite
+ModelSpecification with_constants(const ModelSpecification& specification,
+                                  const std::map<std::string, double>& held);
+
+/// The same, if at least one coefficient is left to estimate.
+/// \throws UsageError as with_constants, or if none is left
+ModelSpecification with_held(const ModelSpecification& specification,
+                             const std::map<std::string, double>& held);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#include "model/response_fingerprint.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdint>
+
+namespace silvafit::fit {
+namespace {
+
+std::uint64_t mixed(std::uint64_t bits) {
+  bits ^= bits >> 33U;
+  bits *= 0xff51afd7ed558ccdU;
+  bits ^= bits >> 33U;
+  bits *= 0xc4ceb9fe1a85ec53U;
+  bits ^= bits >> 33U;
+  return bits;
+}
+
+}  // namespace
+
+std::string response_fingerprint(const Eigen::Ref<const Eigen::VectorXd>& response) {
+  std::uint64_t sum = 0;
+  // Adding zero makes the two zeros one; adding one keeps zeros from being hashed to nothing.
+  for (const double value : response) sum += mixed(std::bit_cast<std::uint64_t>(value + 0.0) + 1);
+  return fmt::format("sum64:{:016x}", sum);
+}
+
+}  // namespace silvafit::fit

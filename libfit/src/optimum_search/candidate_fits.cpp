@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "optimum_search/candidate_fits.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::VectorXd;
+
+// Log-likelihoods of two methods or linearizations that differ by less are taken for equal.
+constexpr double kSameLikelihood = 1e-3;
+
+/// A rank that can be sorted: without one, and without convergence, last.
+std::pair<bool, double> place_of(const Candidate& candidate) {
+  return {candidate.fit.convergence.converged,
+          std::isnan(candidate.rank) ? -std::numeric_limits<double>::infinity() : candidate.rank};
+}
+
+template <typename Place>
+std::vector<const Candidate*> first_few(const std::vector<Candidate>& candidates,
+                                        std::size_t count,
+                                        Place place) {
+  std::vector<const Candidate*> result;
+  for (const Candidate& candidate : candidates) result.push_back(&candidate);
+  std::ranges::stable_sort(
+      result, [&](const Candidate* a, const Candidate* b) { return place(*a) > place(*b); });
+  result.resize(std::min(count, result.size()));
+  return result;
+}
+
+}  // namespace
+
+bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
+  if (a.convergence.converged != b.convergence.converged) return false;
+  if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;
+  constexpr double kSameFit = 1e-2;  // of the residual standard deviation
+  const VectorXd change =
+      (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
+  return change.norm() < kSameFit * std::sqrt(static_cast<double>(change.size()));
+}
+
+bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {
+  const bool is_known = std::ranges::any_of(
+      candidates, [&](const Candidate& other) { return is_same(candidate.fit, other.fit); });
+  if (is_known) return false;
+  candidates.push_back(std::move(candidate));
+  return true;
+}
+
+bool has_converged(const std::vector<Candidate>& candidates) {
+  return std::ranges::any_of(
+      candidates, [](const Candidate& candidate) { return candidate.fit.convergence.converged; });
+}
+
+double highest_converged(const std::vector<Candidate>& candidates) {
+  double result = -std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates) {
+    if (candidate.fit.convergence.converged) {
+      result = std::max(result, candidate.fit.log_likelihood);
+    }
+  }
+  return result;
+}
+
+const Candidate& best_of(const std::vector<Candidate>& candidates) {
+  const Candidate* best = &candidates.front();
+  for (const Candidate& candidate : candidates) {
+    const auto [converged, rank] = place_of(candidate);
+    const auto [best_converged, best_rank] = place_of(*best);
+    const bool is_higher = converged == best_converged && rank > best_rank + kSameLikelihood;
+    if (converged > best_converged || is_higher) best = &candidate;
+  }
+  return *best;
+}
+
+std::vector<LocalOptimum> optima_of(const Candidate& best,
+                                    const std::vector<Candidate>& candidates,
+                                    bool is_marginal) {
+  std::vector<LocalOptimum> result;
+  const auto add_optimum = [&](const Candidate& candidate) {
+    const double marginal = is_marginal ? std::numeric_limits<double>::quiet_NaN() : candidate.rank;
+    result.push_back({.origin = candidate.origin,
+                      .estimate = candidate.fit.estimate,
+                      .log_likelihood = candidate.fit.log_likelihood,
+                      .marginal_log_likelihood = marginal});
+  };
+  add_optimum(best);
+  for (const Candidate& candidate : candidates) {
+    if (&candidate != &best && candidate.fit.convergence.converged) add_optimum(candidate);
+  }
+  std::ranges::stable_sort(
+      result.begin() + 1, result.end(), std::ranges::greater(), &LocalOptimum::log_likelihood);
+  return result;
+}
+
+std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates,
+                                       std::size_t count) {
+  return first_few(candidates, count, place_of);
+}
+
+std::vector<const Candidate*> highest_few(const std::vector<Candidate>& candidates,
+                                          std::size_t count) {
+  return first_few(
+      candidates, count, [](const Candidate& candidate) { return place_of(candidate).second; });
+}
+
+}  // namespace silvafit::fit

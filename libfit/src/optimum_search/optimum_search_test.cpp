@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "optimum_search/search_verdict.hpp"
+#include "optimum_search/smaller_structures.hpp"
+#include "optimum_search/starting_points.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using silvafit::Random;
+using silvafit::data::Table;
+using silvafit::data::TextColumn;
+using namespace silvafit::fit;
+
+namespace {
+
+/// Groups of observations of a curve with a normal effect on its first parameter.
+struct Curves {
+  int groups = 15;
+  std::vector<double> x{};
+  double effect_sd = 0.0;
+  double sigma = 0.0;
+  std::function<double(double x, double effect)> mean{};
+};
+
+Table simulated(const Curves& curves, std::uint64_t seed) {
+  Random random(seed);
+  TextColumn group;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int g = 0; g < curves.groups; ++g) {
+    const double effect = random.normal(0.0, curves.effect_sd);
+    for (const double at : curves.x) {
+      group.append(std::to_string(g));
+      x.push_back(at);
+      y.push_back(curves.mean(at, effect) + random.normal(0.0, curves.sigma));
+    }
+  }
+  Table table;
+  table.set("g", group);
+  table.set("x", x);
+  table.set("y", y);
+  return table;
+}
+
+/// Two terms, of which the fast one varies between groups.
+Table biexponential(std::uint64_t seed) {
+  return simulated({.x = {0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
+                    .effect_sd = 0.6,
+                    .sigma = 0.08,
+                    .mean =
+                        [](double x, double effect) {
+                          return (2.8 + effect) * std::exp(-std::exp(0.8) * x) +
+                                 0.5 * std::exp(-std::exp(-1.4) * x);
+                        }},
+                   seed);
+}
+
+constexpr const char* kBiexponential = "y ~ A1*exp(-exp(l1)*x) + A2*exp(-exp(l2)*x)";
+
+FittedModel searched_fit(const Table& table,
+                         const char* formula,
+                         const char* random,
+                         const FitModelOptions& options = {}) {
+  ModelSpecification specification = specify_model(formula, {}, table);
+  add_random_effects(specification, random, table);
+  return fit_model(specification, table, options).fit;
+}
+
+NonlinearModel bound(const Table& table, const char* formula, const char* random) {
+  ModelSpecification specification = specify_model(formula, {}, table);
+  add_random_effects(specification, random, table);
+  return NonlinearModel(specification, table);
+}
+
+}  // namespace
+
+TEST_CASE("of interchangeable terms the one that varies has the random effect") {
+  // The truth is one of two maxima that differ by tens of log-likelihood units; the pooled fit does
+  // not tell them apart.
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+    const Table table = biexponential(seed);
+    for (const Method method : {Method::kLindstromBates, Method::kInteraction, Method::kLaplace}) {
+      INFO("seed " << seed << ", " << method_text(method));
+      const FittedModel fit = searched_fit(table, kBiexponential, "A1 | g", {.method = method});
+      INFO(fit.convergence.verdict);
+      REQUIRE(fit.convergence.converged);
+      // Five standard errors, of about 0.15 and 0.05.
+      CHECK(fit.estimate[0] == Approx(2.8).margin(0.8));
+      CHECK(fit.estimate[1] == Approx(0.8).margin(0.25));
+      CHECK(fit.random_sd()[0] == Approx(0.6).margin(0.4));
+      REQUIRE(fit.optima.size() >= 2);
+      CHECK(fit.optima[0].estimate == fit.estimate);
+      CHECK(fit.optima[0].log_likelihood > fit.optima[1].log_likelihood + 5.0);
+    }
+  }
+}
+
+TEST_CASE("start values are starts that are used") {
+  // Observations at multiples of 0.4 do not tell w from w + 2 pi/0.4, and no search can choose; the
+  // start does.
+  const double truth = 4.5 + 2.0 * 3.141592653589793 / 0.4;
+  const Table table = simulated(
+      {.groups = 8,
+       .x = {0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2},
+       .effect_sd = 0.5,
+       .sigma = 0.05,
+       .mean = [](double x,
+                  double effect) { return 3.0 + effect + 2.0 * std::cos(4.5 * x + 0.7); }},
+      3);
+  const FittedModel fit = searched_fit(table,
+                                       "y ~ a + b*cos(w*x + 0.7)",
+                                       "a | g",
+                                       {.start = {{"a", 3.1}, {"b", 1.9}, {"w", truth + 0.02}}});
+  REQUIRE(fit.convergence.converged);
+  // The standard error of w is about 0.005.
+  CHECK(fit.estimate[2] == Approx(truth).margin(0.03));
+  const FittedModel other = searched_fit(
+      table, "y ~ a + b*cos(w*x + 0.7)", "a | g", {.start = {{"a", 3.0}, {"b", 2.0}, {"w", 4.48}}});
+  CHECK(other.estimate[2] == Approx(4.5).margin(0.03));
+  // The two are the same but for rounding in cosines of large arguments.
+  CHECK(other.log_likelihood == Approx(fit.log_likelihood).epsilon(1e-9));
+}
+
+TEST_CASE("a formula that can be solved for its coefficients starts from the solution") {
+  std::vector<double> x;
+  std::vector<double> y;
+  TextColumn group;
+  for (int i = 0; i < 40; ++i) {
+    x.push_back(5.0 + i);
+    y.push_back(1.3 + x.back() * x.back() / (1.5 + 0.9 * x.back() + 0.02 * x.back() * x.back()));
+    group.append(std::to_string(i % 4));
+  }
+  Table table;
+  table.set("g", group);
+  table.set("x", x);
+  table.set("y", y);
+  const NonlinearModel model = bound(table, "y ~ 1.3 + x^2/(a + b*x + c*x^2)", "a | g");
+  LeastSquaresFit pooled;
+  pooled.estimate = Eigen::Vector3d(9.0, 9.0, 9.0);  // far away
+  const std::vector<StartingPoint> points = starting_points(model, pooled);
+  const auto solved = std::ranges::find(points, "solved formula", &StartingPoint::origin);
+  REQUIRE(solved != points.end());
+  // A linear fit of exact data, conditioned about as its squares of diameters are large.
+  CHECK((solved->coefficients - Eigen::Vector3d(1.5, 0.9, 0.02)).norm() < 1e-8);
+}
+
+TEST_CASE("spread starts are many, each elsewhere, and the same each time") {
+  const NonlinearModel model = bound(biexponential(1), kBiexponential, "A1 | g");
+  const LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
+  const std::size_t usual = starting_points(model, pooled).size();
+  const auto more = starting_points(model, pooled, {.spread = 5});
+  CHECK(more.size() == usual + 5);
+  const auto again = starting_points(model, pooled, {.spread = 5});
+  for (std::size_t k = 0; k < more.size(); ++k) {
+    CHECK(more[k].coefficients == again[k].coefficients);
+  }
+}
+
+TEST_CASE("smaller structures leave out each effect, and correlations") {
+  const NonlinearModel model = bound(biexponential(1), kBiexponential, "A1 + l1 + A2 | g");
+  const std::vector<SmallerStructure> smaller = smaller_structures(model);
+  REQUIRE(smaller.size() == 4);
+  CHECK(smaller[0].text == "without the random effect of A1");
+  CHECK(smaller[1].model.specification().random->coefficients ==
+        std::vector<std::string>{"A1", "A2"});
+  CHECK(smaller[3].model.specification().random->covariance == Covariance::kDiagonal);
+
+  MixedEffectsFit fit;
+  fit.random_covariance.resize(3, 3);
+  fit.random_covariance << 4.0, 1.0, 0.5, 1.0, 9.0, 0.2, 0.5, 0.2, 16.0;
+  fit.random_effects = Eigen::MatrixXd::Constant(3, 15, 1.0);
+  const MixedEffectsFit less = reduced(fit, smaller[1]);
+  CHECK(less.random_covariance == Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.5}, {0.5, 16.0}}));
+  const MixedEffectsFit whole = enlarged(less, smaller[1], 0.3);
+  CHECK(whole.random_covariance(1, 1) == Approx(0.09).epsilon(1e-15));
+  CHECK(whole.random_covariance(0, 2) == 0.5);
+  CHECK(whole.random_effects.row(1).isZero());
+  const MixedEffectsFit independent = reduced(fit, smaller[3]);
+  CHECK(independent.random_covariance.isDiagonal());
+}
+
+TEST_CASE("a fit with independent effects keeps their variances") {
+  MixedEffectsFit fit;
+  fit.random_covariance = Eigen::Matrix2d{{4.0, 1.0}, {1.0, 9.0}};
+  const MixedEffectsFit independent = with_independent_effects(fit);
+  CHECK(independent.random_covariance == Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.0}, {0.0, 9.0}}));
+  CHECK(independent.outer.covariance.size() == 0);
+}
+
+TEST_CASE("a search puts into the verdict what it has found") {
+  MixedEffectsFit fit;
+  fit.coefficient_names = {"a", "b"};
+  fit.estimate = Eigen::Vector2d(1.0, 2.0);
+  fit.log_likelihood = -100.0;
+  fit.observations = 50;
+  fit.convergence = {.converged = true, .verdict = "Converged."};
+  const auto after = [&](const SearchEvidence& evidence) {
+    MixedEffectsFit judged = fit;
+    judge_search(judged, evidence);
+    return judged.convergence;
+  };
+  CHECK(after({}).verdict == "Converged.");
+
+  const Convergence below =
+      after({.contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
+  CHECK_FALSE(below.converged);
+  CHECK(below.verdict.find("without b") != std::string::npos);
+
+  const Convergence doubtful = after({.marginal_here = -99.0, .marginal_maximum = -96.0});
+  CHECK(doubtful.converged);
+  CHECK(doubtful.verdict.find("linearization is doubtful") != std::string::npos);
+  CHECK(doubtful.verdict.find("--method laplace") != std::string::npos);
+  CHECK(after({.marginal_here = -99.5, .marginal_maximum = -98.5}).verdict == "Converged.");
+  CHECK_FALSE(after({.marginal_here = -60.0, .marginal_maximum = -59.0}).converged);
+  CHECK_FALSE(after({.first_order_maximum = -70.0}).converged);
+
+  fit.optima = {{.estimate = fit.estimate, .log_likelihood = -100.0},
+                {.estimate = Eigen::Vector2d(5.0, 6.0), .log_likelihood = -101.0}};
+  CHECK(after({}).verdict.find("log-likelihood -101.00 at a = 5, b = 6") != std::string::npos);
+}
+
+TEST_CASE("many observations are searched on a part, with the same end") {
+  // 2,100 groups: the part that tells the starts apart is a tenth of them.
+  const Curves curves{.groups = 2100,
+                      .x = {0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
+                      .effect_sd = 0.6,
+                      .sigma = 0.08,
+                      .mean = [](double x, double effect) {
+                        return (2.8 + effect) * std::exp(-std::exp(0.8) * x) +
+                               0.5 * std::exp(-std::exp(-1.4) * x);
+                      }};
+  const FittedModel fit = searched_fit(simulated(curves, 1), kBiexponential, "A1 | g");
+  REQUIRE(fit.convergence.converged);
+  // Five standard errors of means of 2,100 groups.
+  CHECK(fit.estimate[0] == Approx(2.8).margin(0.1));
+  CHECK(fit.random_sd()[0] == Approx(0.6).margin(0.06));
+}

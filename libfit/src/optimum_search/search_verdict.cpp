@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "optimum_search/search_verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace silvafit::fit {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+// How much less a model's likelihood may be than that of one that it contains: linearizations at
+// nearly the same point differ by as much.
+constexpr double kContainedSlack = 0.05;
+
+/// "a = 1.2, b = 3".
+std::string estimates_text(const MixedEffectsFit& fit, const VectorXd& estimate) {
+  std::vector<std::string> parts;
+  for (Index j = 0; j < estimate.size(); ++j) {
+    parts.push_back(fmt::format(
+        "{} = {:.4g}", fit.coefficient_names[static_cast<std::size_t>(j)], estimate[j]));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// The likelihood by which optima are compared.
+double rank_of(const LocalOptimum& optimum) {
+  return std::isfinite(optimum.marginal_log_likelihood) ? optimum.marginal_log_likelihood
+                                                        : optimum.log_likelihood;
+}
+
+/// Another optimum that is hardly less likely.
+const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
+  constexpr double kClose = 2.0;
+  const auto found =
+      std::find_if(fit.optima.begin() + 1, fit.optima.end(), [&](const LocalOptimum& optimum) {
+        return rank_of(optimum) > rank_of(fit.optima.front()) - kClose;
+      });
+  return found == fit.optima.end() ? nullptr : &*found;
+}
+
+/// How far the linearized likelihood is from the marginal one, at the estimates and at its maximum.
+double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evidence) {
+  double error = 0.0;
+  for (const double marginal : {evidence.marginal_here, evidence.marginal_maximum}) {
+    if (std::isfinite(marginal)) error = std::max(error, std::abs(marginal - fit.log_likelihood));
+  }
+  return error;
+}
+
+}  // namespace
+
+std::optional<ContainedModel> higher_than(double rank,
+                                          const std::vector<ContainedModel>& contained) {
+  const auto highest = std::ranges::max_element(contained, {}, &ContainedModel::rank);
+  if (highest == contained.end() || !(highest->rank > rank + kContainedSlack)) return std::nullopt;
+  return *highest;
+}
+
+void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
+  Convergence& convergence = fit.convergence;
+  if (!convergence.converged) return;
+  if (evidence.contained) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the model {}, which this one contains, has a higher log-likelihood ({:.2f} "
+        "against {:.2f}). Use that model, or give other start values.",
+        evidence.contained->text,
+        evidence.contained->log_likelihood,
+        fit.log_likelihood);
+    return;
+  }
+  constexpr double kDoubtful = 2.0;
+  if (evidence.first_order_maximum > fit.log_likelihood + 10.0 * kDoubtful) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the first-order likelihood (focei) has a far higher maximum ({:.2f} "
+        "against {:.2f}), at which the conditional density of a group's random effects is flat at "
+        "its mode and the likelihood of this method is not valid. Use --method focei.",
+        evidence.first_order_maximum,
+        fit.log_likelihood);
+    return;
+  }
+  constexpr double kSlack = 0.05;
+  if (evidence.unfinished > fit.log_likelihood + kSlack) {
+    convergence.converged = false;
+    convergence.verdict = fmt::format(
+        "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start "
+        "reached {:.2f} without converging. Use --method focei, or fewer random effects.",
+        fit.log_likelihood,
+        evidence.unfinished);
+    return;
+  }
+  constexpr double kUseless = 0.1;  // an observation
+  const double error = linearization_error(fit, evidence);
+  const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";
+  if (error > std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations))) {
+    convergence.converged = false;
+    // What the first sentence was followed by still holds: boundaries, floored values.
+    const std::size_t end = convergence.verdict.find(". ");
+    const std::string further =
+        end == std::string::npos ? std::string() : convergence.verdict.substr(end + 1);
+    convergence.verdict = fmt::format(
+        "Not converged: the linearized log-likelihood {0:.2f} is far from the marginal one ({1}: "
+        "{2:.2f} at these estimates, {3:.2f} at its maximum), so this method is not reliable here. "
+        "Use --method {1}.{4}",
+        fit.log_likelihood,
+        method,
+        evidence.marginal_here,
+        evidence.marginal_maximum,
+        further);
+    return;
+  }
+  if (error > kDoubtful) {
+    convergence.verdict += fmt::format(
+        " The linearization is doubtful here: the marginal log-likelihood ({0}) is {1:.2f} at "
+        "these estimates and {2:.2f} at its maximum. Use --method {0}.",
+        method,
+        evidence.marginal_here,
+        evidence.marginal_maximum);
+  }
+  if (fit.optima.size() < 2) return;
+  const auto from_start = std::ranges::find(fit.optima, kStartValues, &LocalOptimum::origin);
+  if (from_start != fit.optima.end() && from_start != fit.optima.begin()) {
+    convergence.verdict +=
+        fmt::format(" The start values lead to a lower optimum: log-likelihood {:.2f} at {}.",
+                    from_start->log_likelihood,
+                    estimates_text(fit, from_start->estimate));
+    return;
+  }
+  if (const LocalOptimum* const other = close_optimum(fit)) {
+    convergence.verdict += fmt::format(" Another optimum is close: log-likelihood {:.2f} at {}.",
+                                       other->log_likelihood,
+                                       estimates_text(fit, other->estimate));
+  }
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "optimum_search/smaller_structures.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+RandomEffects without(const RandomEffects& random, std::size_t effect) {
+  RandomEffects result = random;
+  result.coefficients.erase(result.coefficients.begin() + static_cast<Index>(effect));
+  auto left = static_cast<int>(effect);
+  for (std::size_t k = 0; k < result.blocks.size(); ++k) {
+    if (left < result.blocks[k]) {
+      if (--result.blocks[k] == 0)
+        result.blocks.erase(result.blocks.begin() + static_cast<Index>(k));
+      break;
+    }
+    left -= result.blocks[k];
+  }
+  return result;
+}
+
+/// Numbers of the effects that are left.
+std::vector<Index> others(Index count, Index left_out) {
+  std::vector<Index> result;
+  for (Index k = 0; k < count; ++k) {
+    if (k != left_out) result.push_back(k);
+  }
+  return result;
+}
+
+NonlinearModel with_level(const NonlinearModel& model, bool is_outer, const RandomEffects& random) {
+  const ModelSpecification& specification = model.specification();
+  return is_outer ? model.with_random_effects(specification.random, random)
+                  : model.with_random_effects(random, specification.outer_random);
+}
+
+void add_level(const NonlinearModel& model, bool is_outer, std::vector<SmallerStructure>& result) {
+  const std::optional<RandomEffects>& random =
+      is_outer ? model.specification().outer_random : model.specification().random;
+  if (!random || random->coefficients.size() < 2) return;
+  const std::string of = model.specification().outer_random ? " by " + random->group : "";
+  for (std::size_t k = 0; k < random->coefficients.size(); ++k) {
+    result.push_back(
+        {.model = with_level(model, is_outer, without(*random, k)),
+         .text = fmt::format("without the random effect of {}{}", random->coefficients[k], of),
+         .is_outer = is_outer,
+         .left_out = static_cast<Index>(k)});
+  }
+  const bool is_correlated =
+      random->covariance == Covariance::kGeneral || random->covariance == Covariance::kBlock;
+  if (!is_correlated) return;
+  RandomEffects independent = *random;
+  independent.covariance = Covariance::kDiagonal;
+  independent.blocks.clear();
+  result.push_back({.model = with_level(model, is_outer, independent),
+                    .text = "with independent random effects" + of,
+                    .is_outer = is_outer});
+}
+
+}  // namespace
+
+std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model) {
+  std::vector<SmallerStructure> result;
+  for (const bool is_outer : {false, true}) add_level(model, is_outer, result);
+  return result;
+}
+
+MixedEffectsFit with_independent_effects(const MixedEffectsFit& fit) {
+  MixedEffectsFit result = fit;
+  for (MatrixXd* const covariance : {&result.random_covariance, &result.outer.covariance}) {
+    *covariance = MatrixXd(covariance->diagonal().asDiagonal());
+  }
+  return result;
+}
+
+MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller) {
+  MixedEffectsFit result = fit;
+  MatrixXd& covariance = smaller.is_outer ? result.outer.covariance : result.random_covariance;
+  MatrixXd& effects = smaller.is_outer ? result.outer.effects : result.random_effects;
+  if (smaller.left_out < 0) {
+    covariance = MatrixXd(covariance.diagonal().asDiagonal());
+    return result;
+  }
+  const std::vector<Index> left = others(covariance.rows(), smaller.left_out);
+  covariance = MatrixXd(covariance(left, left));
+  effects = MatrixXd(effects(left, Eigen::all));
+  return result;
+}
+
+double small_deviation(const NonlinearModel& model,
+                       const SmallerStructure& smaller,
+                       const MixedEffectsFit& fit) {
+  if (smaller.left_out < 0) return 0.0;
+  const ModelSpecification& specification = model.specification();
+  const std::vector<Index> places =
+      model.coefficients_of(smaller.is_outer ? specification.outer_random : specification.random);
+  NonlinearModel::Workspace workspace;
+  Eigen::VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  const double slope = jacobian.col(places[static_cast<std::size_t>(smaller.left_out)]).norm() /
+                       std::sqrt(static_cast<double>(model.observations()));
+  constexpr double kShare = 0.1;
+  const double deviation = kShare * fit.residual_sd.mean() / slope;
+  return std::isfinite(deviation) ? deviation : 0.0;
+}
+
+MixedEffectsFit enlarged(const MixedEffectsFit& fit,
+                         const SmallerStructure& smaller,
+                         double deviation) {
+  MixedEffectsFit result = fit;
+  if (smaller.left_out < 0) return result;
+  MatrixXd& covariance = smaller.is_outer ? result.outer.covariance : result.random_covariance;
+  MatrixXd& effects = smaller.is_outer ? result.outer.effects : result.random_effects;
+  const Index count = covariance.rows() + 1;
+  const std::vector<Index> known = others(count, smaller.left_out);
+  MatrixXd whole = MatrixXd::Zero(count, count);
+  whole(known, known) = covariance;
+  whole(smaller.left_out, smaller.left_out) = deviation * deviation;
+  MatrixXd all = MatrixXd::Zero(count, effects.cols());
+  all(known, Eigen::all) = effects;
+  covariance = std::move(whole);
+  effects = std::move(all);
+  return result;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "model/group_labels.hpp"
+#include "model/small_matrix.hpp"
+#include "result/intervals_json.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/json_reader.hpp"
+#include "silvafit/fit/fit_json.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using data::JsonReader;
+using Eigen::Index;
+using Kind = VarianceFactor::Kind;
+
+/// What a text of the file means; complaints about the text get the place of its key.
+template <class Parse>
+auto read_with(const JsonReader& json, Parse parse) {
+  const std::string text = json.text();
+  try {
+    return parse(text);
+  } catch (const UsageError& error) {
+    json.fail(error.message());
+  }
+}
+
+void check_schema(const JsonReader& json) {
+  constexpr std::string_view kPrefix = "silvafit-fit/";
+  const std::string schema = json.text();
+  if (schema == "silvafit-fit/1") return;
+  if (schema.starts_with(kPrefix)) {
+    json.fail(fmt::format(
+        "{} was written by a newer version of silvafit; this version ({}) reads silvafit-fit/1",
+        schema,
+        SILVAFIT_VERSION));
+  }
+  json.fail(fmt::format("must be \"silvafit-fit/1\", not \"{}\"", schema));
+}
+
+/// Names of the formula that have a sub-model or an estimate are its parameters; the others are
+/// columns.
+ModelSpecification read_specification(const JsonReader& json) {
+  ModelSpecification specification{
+      .formula = read_with(json.at("formula"),
+                           [](const std::string& text) { return data::parse_formula(text); })};
+  const JsonReader sub_models = json.at("parameters");
+  const JsonReader fixed = json.at("fixed");
+  for (const std::string& name : specification.formula.right.variables()) {
+    if (sub_models.has(name)) {
+      specification.parameters.push_back(read_with(
+          sub_models.at(name),
+          [&name](const std::string& text) { return parse_stored_parameter_model(name, text); }));
+    } else if (fixed.has(name)) {
+      specification.parameters.push_back({.name = name});
+    }
+  }
+  return specification;
+}
+
+void read_fixed(const JsonReader& json, FittedModel& fit) {
+  fit.coefficient_names = fit.specification.coefficient_names();
+  const JsonReader fixed = json.at("fixed");
+  if (fixed.members().size() != fit.coefficient_names.size()) {
+    fixed.fail(fmt::format("must name the coefficients of the formula: {}",
+                           fmt::join(fit.coefficient_names, ", ")));
+  }
+  const auto p = static_cast<Index>(fit.coefficient_names.size());
+  fit.estimate.resize(p);
+  fit.degrees_of_freedom.resize(p);
+  for (Index j = 0; j < p; ++j) {
+    const JsonReader coefficient = fixed.at(fit.coefficient_names[static_cast<std::size_t>(j)]);
+    fit.estimate[j] = coefficient.at("estimate").number_or_missing();
+    fit.degrees_of_freedom[j] = coefficient.at("df").number_or_missing();
+  }
+  fit.covariance = json.at("fixed_covariance").square_matrix(p);
+  if (const auto between = json.find("coefficients_between")) {
+    for (const JsonReader& count : between->items()) {
+      fit.coefficients_between.push_back(count.count_or_zero());
+    }
+  }
+}
+
+/// What the JSON of one grouping holds.
+struct RandomLevel {
+  RandomEffects effects{};
+  std::vector<std::string> labels{};
+  Eigen::MatrixXd covariance{};
+  Eigen::MatrixXd eblups{};
+};
+
+/// Matrices of each group, column by column.
+Eigen::MatrixXd read_matrices(const JsonReader& json,
+                              const std::vector<std::string>& labels,
+                              Index height,
+                              Index width) {
+  const LabelNumbers numbers = numbered(labels);
+  const auto groups = json.members();
+  if (groups.size() != labels.size()) {
+    json.fail(fmt::format("must list the {} groups that have an EBLUP", labels.size()));
+  }
+  Eigen::MatrixXd result(height * width, static_cast<Index>(labels.size()));
+  for (const auto& [label, group] : groups) {
+    const auto number = numbers.find(label);
+    if (number == numbers.end()) group.fail("has no EBLUP");
+    const auto lines = group.items();
+    if (static_cast<Index>(lines.size()) != height) {
+      group.fail(fmt::format("must have {} rows", height));
+    }
+    Eigen::MatrixXd matrix(height, width);
+    for (Index i = 0; i < height; ++i) {
+      matrix.row(i) = lines[static_cast<std::size_t>(i)].vector(width);
+    }
+    result.col(number->second) = matrix.reshaped();
+  }
+  return result;
+}
+
+/// What a fit of this or a later version keeps of its random effects; nothing of an older one.
+/// \param outer_size  effects of the coarser of two groupings, for the finer one
+EffectUncertainty read_uncertainty(const JsonReader& json,
+                                   const std::vector<std::string>& labels,
+                                   Index size,
+                                   Index coefficients,
+                                   Index outer_size) {
+  EffectUncertainty result;
+  if (!json.has("eblup_covariance")) return result;
+  result.covariances = read_matrices(json.at("eblup_covariance"), labels, size, size);
+  result.sensitivities = read_matrices(json.at("eblup_by_fixed"), labels, size, coefficients);
+  if (outer_size > 0) {
+    result.cross_covariances =
+        read_matrices(json.at("eblup_outer_covariance"), labels, size, outer_size);
+  }
+  return result;
+}
+
+RandomLevel read_random_level(const JsonReader& json, const std::vector<std::string>& known) {
+  RandomLevel level;
+  level.effects = {.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
+  const std::string form = json.at("form").text();
+  if (form == covariance_text(Covariance::kBlock)) {
+    level.effects.covariance = Covariance::kBlock;
+    for (const JsonReader& size : json.at("blocks").items()) {
+      level.effects.blocks.push_back(size.count_or_zero());
+    }
+  } else {
+    level.effects.covariance = read_with(json.at("form"), parse_covariance);
+  }
+  for (const JsonReader& effect : json.at("effects").items()) {
+    if (std::ranges::find(known, effect.text()) == known.end()) {
+      effect.fail(fmt::format("unknown coefficient '{}'", effect.text()));
+    }
+  }
+  const std::vector<std::string>& names = level.effects.coefficients;
+  const std::vector<int> blocks = level.effects.block_sizes();
+  if (std::accumulate(blocks.begin(), blocks.end(), std::size_t{0}) != names.size()) {
+    json.at("blocks").fail("must sum to the number of random effects");
+  }
+  level.covariance = json.at("covariance").square_matrix(static_cast<Index>(names.size()));
+  const auto groups = json.at("eblup").members();
+  level.eblups.resize(static_cast<Index>(names.size()), static_cast<Index>(groups.size()));
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    level.labels.push_back(groups[g].first);
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      level.eblups(static_cast<Index>(k), static_cast<Index>(g)) =
+          groups[g].second.at(names[k]).number_or_missing();
+    }
+  }
+  return level;
+}
+
+void read_random(const JsonReader& json, FittedModel& fit) {
+  if (json.is_null()) return;
+  RandomLevel inner = read_random_level(json, fit.coefficient_names);
+  fit.random_names = inner.effects.coefficients;
+  fit.group_labels = std::move(inner.labels);
+  fit.random_covariance = std::move(inner.covariance);
+  fit.random_effects = std::move(inner.eblups);
+  fit.specification.random = std::move(inner.effects);
+  const Index p = fit.estimate.size();
+  const bool is_nested = json.has("outer");
+  const Index outer_size =
+      is_nested ? static_cast<Index>(json.at("outer").at("effects").items().size()) : 0;
+  if (static_cast<Index>(fit.random_names.size()) + outer_size > kMostRandomEffects) {
+    json.fail(fmt::format("has more than {} random effects per group", kMostRandomEffects));
+  }
+  fit.uncertainty = read_uncertainty(
+      json, fit.group_labels, static_cast<Index>(fit.random_names.size()), p, outer_size);
+  if (!is_nested) return;
+  RandomLevel outer = read_random_level(json.at("outer"), fit.coefficient_names);
+  fit.outer = {.names = outer.effects.coefficients,
+               .labels = std::move(outer.labels),
+               .covariance = std::move(outer.covariance),
+               .effects = std::move(outer.eblups)};
+  fit.outer_uncertainty = read_uncertainty(json.at("outer"), fit.outer.labels, outer_size, p, 0);
+  fit.specification.outer_random = std::move(outer.effects);
+}
+
+/// One value, or one a stratum.
+Eigen::VectorXd read_by_stratum(const JsonReader& json, VarianceFactorEstimate& factor) {
+  if (factor.factor.stratum.empty()) return Eigen::VectorXd::Constant(1, json.number_or_missing());
+  const auto members = json.members();
+  Eigen::VectorXd values(static_cast<Index>(members.size()));
+  factor.strata.clear();
+  for (std::size_t s = 0; s < members.size(); ++s) {
+    factor.strata.push_back(members[s].first);
+    values[static_cast<Index>(s)] = members[s].second.number_or_missing();
+  }
+  return values;
+}
+
+VarianceFactorEstimate read_variance_factor(const JsonReader& json) {
+  const VarianceFunction function = read_with(json.at("function"), [](const std::string& text) {
+    // The column of strata has a key of its own.
+    return parse_variance_function(text == "stratum" ? "stratum(strata)" : text);
+  });
+  if (function.factors.size() != 1) json.at("function").fail("must be a single variance function");
+  VarianceFactorEstimate result{.factor = function.factors.front(), .strata = {""}};
+  VarianceFactor& factor = result.factor;
+  if (json.has("strata")) factor.stratum = json.at("strata").text();
+  if (factor.kind == Kind::kStratum) {
+    result.ratio = read_by_stratum(json.at("ratio"), result);
+    return result;
+  }
+  if (const std::string of = json.at("of").text(); of != "fitted") factor.column = of;
+  result.delta = read_by_stratum(json.at("delta"), result);
+  if (factor.kind == Kind::kConstantPlusPower) {
+    // An infinite constant, that of a variance which has become constant, is written as null.
+    result.constant = read_by_stratum(json.at("constant"), result);
+    for (Index s = 0; s < std::min(result.constant.size(), result.delta.size()); ++s) {
+      const bool is_infinite = std::isnan(result.constant[s]) && std::isfinite(result.delta[s]);
+      if (is_infinite) result.constant[s] = std::numeric_limits<double>::infinity();
+    }
+  }
+  for (const std::string& held :
+       json.has("held") ? json.at("held").texts() : std::vector<std::string>{}) {
+    (held == "delta" ? factor.delta : factor.constant) =
+        held == "delta" ? result.delta[0] : result.constant[0];
+  }
+  return result;
+}
+
+VarianceEstimate read_variance(const JsonReader& json) {
+  VarianceEstimate result;
+  if (json.has("factors")) {
+    for (const JsonReader& factor : json.at("factors").items()) {
+      result.factors.push_back(read_variance_factor(factor));
+    }
+  } else if (json.at("function").text() != "none") {
+    result.factors.push_back(read_variance_factor(json));
+  }
+  return result;
+}
+
+FitStatistics read_statistics(const JsonReader& json) {
+  return {.r2 = json.at("r2").number_or_missing(),
+          .mean_error = json.at("mean_error").number_or_missing(),
+          .rmse = json.at("rmse").number_or_missing(),
+          .mae = json.at("mae").number_or_missing()};
+}
+
+Convergence read_convergence(const JsonReader& json) {
+  const JsonReader evidence = json.at("evidence");
+  return {.converged = json.at("converged").boolean(),
+          .verdict = json.at("verdict").any_text(),
+          .gradient = evidence.at("gradient").number_or_missing(),
+          .iterations = evidence.at("iterations").count_or_zero(),
+          .rank = evidence.at("rank").count_or_zero(),
+          .boundary = evidence.at("boundary").texts()};
+}
+
+std::vector<LocalOptimum> read_optima(const JsonReader& json,
+                                      const std::vector<std::string>& coefficients) {
+  std::vector<LocalOptimum> result;
+  for (const JsonReader& item : json.items()) {
+    LocalOptimum optimum{
+        .origin = item.at("origin").any_text(),
+        .estimate = Eigen::VectorXd(static_cast<Index>(coefficients.size())),
+        .log_likelihood = item.at("log_likelihood").number_or_missing(),
+        .marginal_log_likelihood = item.at("marginal_log_likelihood").number_or_missing()};
+    const JsonReader fixed = item.at("fixed");
+    for (std::size_t j = 0; j < coefficients.size(); ++j) {
+      optimum.estimate[static_cast<Index>(j)] = fixed.at(coefficients[j]).number_or_missing();
+    }
+    result.push_back(std::move(optimum));
+  }
+  return result;
+}
+
+std::vector<ColumnRange> read_ranges(const JsonReader& json) {
+  std::vector<ColumnRange> ranges;
+  for (const auto& [column, limits] : json.members()) {
+    const Eigen::VectorXd values = limits.vector(2);
+    ranges.push_back({.column = column, .low = values[0], .high = values[1]});
+  }
+  return ranges;
+}
+
+}  // namespace
+
+FittedModel from_json(const JsonReader& json) {
+  check_schema(json.at("schema"));
+  FittedModel fit{.specification = read_specification(json)};
+  if (!json.at("model").is_null()) fit.model = json.at("model").any_text();
+  fit.method = read_with(json.at("method"), parse_method);
+  fit.reml = json.at("reml").boolean();
+  if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count_or_zero();
+  fit.observations = json.at("n").count_or_zero();
+  fit.excluded = json.at("excluded").count_or_zero();
+  if (json.has("response_fingerprint") && !json.at("response_fingerprint").is_null()) {
+    fit.response_fingerprint = json.at("response_fingerprint").any_text();
+  }
+  fit.convergence = read_convergence(json);
+  read_fixed(json, fit);
+  read_random(json.at("random"), fit);
+  fit.variance = read_variance(json.at("variance"));
+  fit.specification.variance = fit.variance.function();
+  fit.sigma = json.at("sigma").number_or_missing();
+  fit.log_likelihood = json.at("log_likelihood").number_or_missing();
+  if (!json.at("k").is_null()) fit.parameter_count = json.at("k").count_or_zero();
+  const JsonReader statistics = json.at("statistics");
+  fit.population = read_statistics(statistics.at("population"));
+  const JsonReader conditional = statistics.at("conditional");
+  fit.conditional = conditional.is_null() ? fit.population : read_statistics(conditional);
+  if (json.has("r2_marginal")) fit.r2_marginal = json.at("r2_marginal").number_or_missing();
+  if (json.has("r2_conditional"))
+    fit.r2_conditional = json.at("r2_conditional").number_or_missing();
+  fit.ranges = read_ranges(json.at("ranges"));
+  if (json.has("levels")) {
+    for (const auto& [column, labels] : json.at("levels").members()) {
+      fit.levels.push_back({.column = column, .labels = labels.texts()});
+    }
+  }
+  if (json.has("optima")) fit.optima = read_optima(json.at("optima"), fit.coefficient_names);
+  if (json.has("factors")) fit.specification.factors = json.at("factors").texts();
+  if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
+  fit.seconds = json.at("seconds").number_or_missing();
+  return fit;
+}
+
+FittedModel from_json(std::string_view text, const std::string& file) {
+  return from_json(JsonReader::parse(text, file));
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "result/intervals_json.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/json_text.hpp"
+#include "silvafit/fit/conditional_errors.hpp"
+#include "silvafit/fit/fit_json.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using nlohmann::ordered_json;
+using Kind = VarianceFactor::Kind;
+
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
+
+ordered_json list(const Eigen::VectorXd& values) {
+  ordered_json result = ordered_json::array();
+  for (const double value : values) result.push_back(number(value));
+  return result;
+}
+
+ordered_json rows(const Eigen::MatrixXd& matrix) {
+  ordered_json result = ordered_json::array();
+  for (Index i = 0; i < matrix.rows(); ++i) result.push_back(list(matrix.row(i)));
+  return result;
+}
+
+ordered_json parameters(const ModelSpecification& specification) {
+  ordered_json result = ordered_json::object();
+  for (const ParameterModel& parameter : specification.parameters) {
+    if (const std::string text = parameter.text(); text != "1") result[parameter.name] = text;
+  }
+  return result;
+}
+
+ordered_json groups(const FittedModel& fit) {
+  ordered_json result = ordered_json::object();
+  if (fit.has_random_effects()) {
+    if (fit.specification.outer_random) {
+      result[fit.specification.outer_random->group] = fit.outer.labels.size();
+    }
+    result[fit.specification.random->group] = fit.group_labels.size();
+  }
+  return result;
+}
+
+ordered_json optima(const FittedModel& fit) {
+  ordered_json result = ordered_json::array();
+  for (const LocalOptimum& optimum : fit.optima) {
+    ordered_json fixed = ordered_json::object();
+    for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+      fixed[fit.coefficient_names[j]] = number(optimum.estimate[static_cast<Index>(j)]);
+    }
+    result.push_back({{"origin", optimum.origin},
+                      {"log_likelihood", number(optimum.log_likelihood)},
+                      {"marginal_log_likelihood", number(optimum.marginal_log_likelihood)},
+                      {"fixed", std::move(fixed)}});
+  }
+  return result;
+}
+
+ordered_json evidence(const Convergence& convergence) {
+  return {{"gradient", number(convergence.gradient)},
+          {"iterations", convergence.iterations},
+          {"boundary", convergence.boundary},
+          {"rank", convergence.rank}};
+}
+
+ordered_json fixed(const FittedModel& fit) {
+  const Eigen::VectorXd errors = fit.standard_errors();
+  const Eigen::VectorXd t = fit.t_values();
+  const Eigen::VectorXd p = fit.p_values();
+  ordered_json result = ordered_json::object();
+  for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
+    const auto j = static_cast<Index>(k);
+    result[fit.coefficient_names[k]] = {
+        {"estimate", number(fit.estimate[j])},
+        {"se", number(errors[j])},
+        {"df", number(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN)},
+        {"t", number(t[j])},
+        {"p", number(p[j])}};
+  }
+  return result;
+}
+
+/// An object with a member for each group. Labels differ, so that none has to be looked for among
+/// those before it, as the class of objects would.
+template <class ValueOf>
+ordered_json by_label(const std::vector<std::string>& labels, ValueOf value_of) {
+  ordered_json::object_t result;
+  result.reserve(labels.size());
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    result.push_back({labels[g], value_of(static_cast<Index>(g))});
+  }
+  return result;
+}
+
+ordered_json eblups(const std::vector<std::string>& labels,
+                    const std::vector<std::string>& names,
+                    const Eigen::MatrixXd& effects) {
+  return by_label(labels, [&](Index g) {
+    ordered_json group = ordered_json::object();
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      group[names[k]] = number(effects(static_cast<Index>(k), g));
+    }
+    return group;
+  });
+}
+
+/// Matrices of each group, stored column by column, by label.
+ordered_json matrices(const std::vector<std::string>& labels,
+                      const Eigen::MatrixXd& values,
+                      Index rows_each) {
+  return by_label(labels, [&](Index g) {
+    const auto column = values.col(g);
+    return rows(column.reshaped(rows_each, column.size() / rows_each));
+  });
+}
+
+void add_uncertainty(const std::vector<std::string>& labels,
+                     const EffectUncertainty& uncertainty,
+                     Index size,
+                     ordered_json& result) {
+  if (!uncertainty.is_known()) return;
+  result["eblup_covariance"] = matrices(labels, uncertainty.covariances, size);
+  result["eblup_by_fixed"] = matrices(labels, uncertainty.sensitivities, size);
+  if (uncertainty.cross_covariances.size() > 0) {
+    result["eblup_outer_covariance"] = matrices(labels, uncertainty.cross_covariances, size);
+  }
+}
+
+ordered_json random_level(const RandomEffects& effects,
+                          const std::vector<std::string>& labels,
+                          const Eigen::MatrixXd& covariance,
+                          const Eigen::MatrixXd& eblup,
+                          const EffectUncertainty& uncertainty) {
+  const MixedEffectsFit fit{.random_covariance = covariance};
+  ordered_json result{{"group", effects.group},
+                      {"effects", effects.coefficients},
+                      {"form", covariance_text(effects.covariance)}};
+  if (effects.covariance == Covariance::kBlock) result["blocks"] = effects.blocks;
+  result["covariance"] = rows(covariance);
+  result["sd"] = list(fit.random_sd());
+  result["correlation"] = rows(fit.random_correlation());
+  result["eblup"] = eblups(labels, effects.coefficients, eblup);
+  if (uncertainty.is_known()) {
+    result["eblup_se"] =
+        eblups(labels, effects.coefficients, conditional_errors(uncertainty, eblup.rows()));
+  }
+  add_uncertainty(labels, uncertainty, eblup.rows(), result);
+  return result;
+}
+
+ordered_json random(const FittedModel& fit) {
+  if (!fit.has_random_effects()) return nullptr;
+  ordered_json result = random_level(*fit.specification.random,
+                                     fit.group_labels,
+                                     fit.random_covariance,
+                                     fit.random_effects,
+                                     fit.uncertainty);
+  if (fit.specification.outer_random) {
+    result["outer"] = random_level(*fit.specification.outer_random,
+                                   fit.outer.labels,
+                                   fit.outer.covariance,
+                                   fit.outer.effects,
+                                   fit.outer_uncertainty);
+  }
+  return result;
+}
+
+/// Parameters of a factor that has strata, by stratum.
+ordered_json by_stratum(const VarianceFactorEstimate& factor, const Eigen::VectorXd& values) {
+  if (values.size() == 0) return nullptr;
+  if (factor.factor.stratum.empty()) return number(values[0]);
+  ordered_json result = ordered_json::object();
+  for (std::size_t s = 0; s < factor.strata.size(); ++s) {
+    result[factor.strata[s]] = number(values[static_cast<Index>(s)]);
+  }
+  return result;
+}
+
+ordered_json variance_factor(const VarianceFactorEstimate& estimate) {
+  const VarianceFactor& factor = estimate.factor;
+  ordered_json result{{"function", VarianceFactor{.kind = factor.kind}.text()},
+                      {"of", factor.column.empty() ? "fitted" : factor.column}};
+  if (factor.kind == Kind::kStratum) result["of"] = nullptr;
+  if (!factor.stratum.empty()) result["strata"] = factor.stratum;
+  result["delta"] = by_stratum(estimate, estimate.delta);
+  result["constant"] = by_stratum(estimate, estimate.constant);
+  if (factor.kind == Kind::kStratum) result["ratio"] = by_stratum(estimate, estimate.ratio);
+  std::vector<std::string> held;
+  if (factor.delta) held.emplace_back("delta");
+  if (factor.constant) held.emplace_back("constant");
+  if (!held.empty()) result["held"] = held;
+  return result;
+}
+
+ordered_json variance(const VarianceEstimate& estimate) {
+  if (estimate.factors.empty()) {
+    return {{"function", "none"}, {"of", nullptr}, {"delta", nullptr}, {"constant", nullptr}};
+  }
+  if (estimate.factors.size() == 1) return variance_factor(estimate.factors.front());
+  ordered_json factors = ordered_json::array();
+  for (const VarianceFactorEstimate& factor : estimate.factors) {
+    factors.push_back(variance_factor(factor));
+  }
+  return {{"function", estimate.function().text()},
+          {"of", nullptr},
+          {"delta", nullptr},
+          {"constant", nullptr},
+          {"factors", std::move(factors)}};
+}
+
+ordered_json statistics(const FitStatistics& values) {
+  return {{"r2", number(values.r2)},
+          {"mean_error", number(values.mean_error)},
+          {"rmse", number(values.rmse)},
+          {"mae", number(values.mae)}};
+}
+
+ordered_json ranges(const FittedModel& fit) {
+  ordered_json result = ordered_json::object();
+  for (const ColumnRange& range : fit.ranges) {
+    result[range.column] = {number(range.low), number(range.high)};
+  }
+  return result;
+}
+
+ordered_json levels(const FittedModel& fit) {
+  ordered_json result = ordered_json::object();
+  for (const ColumnLevels& levels : fit.levels) result[levels.column] = levels.labels;
+  return result;
+}
+
+ordered_json text_or_null(const std::string& text) {
+  return text.empty() ? ordered_json(nullptr) : ordered_json(text);
+}
+
+/// A fit that never began has no sizes yet: its coefficients are those of the model, and all values
+/// missing.
+FittedModel with_sizes(FittedModel fit) {
+  if (fit.estimate.size() > 0) return fit;
+  fit.coefficient_names = fit.specification.coefficient_names();
+  const auto p = static_cast<Index>(fit.coefficient_names.size());
+  fit.estimate.setConstant(p, kNaN);
+  fit.covariance.setConstant(p, p, kNaN);
+  if (fit.specification.random) {
+    fit.random_names = fit.specification.random->coefficients;
+    const auto q = static_cast<Index>(fit.random_names.size());
+    fit.random_covariance.setConstant(q, q, kNaN);
+    fit.random_effects.setConstant(q, static_cast<Index>(fit.group_labels.size()), kNaN);
+  }
+  if (fit.specification.outer_random) {
+    fit.outer.names = fit.specification.outer_random->coefficients;
+    const auto r = static_cast<Index>(fit.outer.names.size());
+    fit.outer.covariance.setConstant(r, r, kNaN);
+    fit.outer.effects.setConstant(r, static_cast<Index>(fit.outer.labels.size()), kNaN);
+  }
+  fit.variance = VarianceEstimate::missing(fit.specification.variance);
+  fit.degrees_of_freedom.setConstant(p, kNaN);
+  fit.sigma = fit.log_likelihood = kNaN;
+  fit.population = fit.conditional = {kNaN, kNaN, kNaN, kNaN};
+  fit.r2_marginal = fit.r2_conditional = kNaN;
+  fit.parameter_count = 0;
+  return fit;
+}
+
+}  // namespace
+
+ordered_json json_of(const FittedModel& model) {
+  const FittedModel fit = with_sizes(model);
+  ordered_json result{
+      {"schema", "silvafit-fit/1"},
+      {"silvafit", SILVAFIT_VERSION},
+      {"model", text_or_null(fit.model)},
+      {"formula", fit.specification.formula.text},
+      {"parameters", parameters(fit.specification)},
+      {"method", method_text(fit.method)},
+      {"reml", fit.reml},
+      {"n", fit.observations},
+      {"excluded", fit.excluded},
+      {"response_fingerprint", text_or_null(fit.response_fingerprint)},
+      {"groups", groups(fit)},
+      {"converged", fit.convergence.converged},
+      {"verdict", fit.convergence.verdict},
+      {"evidence", evidence(fit.convergence)},
+      {"fixed", fixed(fit)},
+      {"fixed_covariance", rows(fit.covariance)},
+      {"random", random(fit)},
+      {"variance", variance(fit.variance)},
+      {"sigma", number(fit.sigma)},
+      {"log_likelihood", number(fit.log_likelihood)},
+      {"k", fit.parameter_count > 0 ? ordered_json(fit.parameter_count) : ordered_json(nullptr)},
+      {"aic", number(fit.aic())},
+      {"aicc", number(fit.aicc())},
+      {"bic", number(fit.bic())},
+      {"bic_groups", number(fit.bic_groups())},
+      {"statistics",
+       {{"population", statistics(fit.population)},
+        {"conditional",
+         fit.has_random_effects() ? statistics(fit.conditional) : ordered_json(nullptr)}}},
+      {"r2_marginal", number(fit.r2_marginal)},
+      {"r2_conditional", number(fit.r2_conditional)},
+      {"ranges", ranges(fit)},
+      {"seconds", number(fit.seconds)}};
+  if (!fit.levels.empty()) result["levels"] = levels(fit);
+  if (!fit.specification.factors.empty()) result["factors"] = fit.specification.factors;
+  if (!fit.coefficients_between.empty()) result["coefficients_between"] = fit.coefficients_between;
+  if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
+  if (!fit.optima.empty()) result["optima"] = optima(fit);
+  if (fit.intervals) result["intervals"] = intervals_json(*fit.intervals);
+  return result;
+}
+
+std::string to_json(const FittedModel& fit, int indent) { return json_text(json_of(fit), indent); }
+
+}  // namespace silvafit::fit

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#include "result/group_coefficients.hpp"
+
+#include <string>
+#include <vector>
+
+#include "model/group_labels.hpp"
+
+namespace silvafit::fit {
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
+                          const MatrixXd& known_effects,
+                          const std::vector<std::string>& labels) {
+  const LabelNumbers known = numbered(known_labels);
+  MatrixXd result = MatrixXd::Zero(known_effects.rows(), static_cast<Index>(labels.size()));
+  for (std::size_t g = 0; g < labels.size(); ++g) {
+    const auto found = known.find(labels[g]);
+    if (found == known.end()) continue;
+    result.col(static_cast<Index>(g)) = known_effects.col(found->second);
+  }
+  return result;
+}
+
+void add_group_effects(const NonlinearModel& model,
+                       const GroupingEffects& inner,
+                       const GroupingEffects& outer,
+                       MatrixXd& sum) {
+  if (!inner.rows.empty()) sum(inner.rows, Eigen::all) += inner.effects;
+  if (outer.rows.empty()) return;
+  for (Index c = 0; c < model.cluster_count(); ++c) {
+    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
+      sum(outer.rows, g) += outer.effects.col(c);
+    }
+  }
+}
+
+MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model) {
+  MatrixXd result = MatrixXd::Zero(model.coefficient_count(), model.group_count());
+  if (!fit.has_random_effects()) return result;
+  add_group_effects(
+      model,
+      {.rows = model.coefficients_of(fit.specification.random),
+       .effects = effects_by_label(fit.group_labels, fit.random_effects, model.group_labels())},
+      {.rows = model.coefficients_of(fit.specification.outer_random),
+       .effects = effects_by_label(fit.outer.labels, fit.outer.effects, model.outer_labels())},
+      result);
+  return result;
+}
+
+}  // namespace silvafit::fit

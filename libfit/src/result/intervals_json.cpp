@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "result/intervals_json.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using data::JsonReader;
+using nlohmann::ordered_json;
+
+/// In the order of the enumeration.
+constexpr std::array<std::string_view, 5> kKinds{
+    "fixed", "standard deviation", "correlation", "variance function", "sigma"};
+
+// What null stands for.
+constexpr std::string_view kUnbounded = "unbounded";
+constexpr std::string_view kUnknown = "unknown";
+
+/// A limit, and a key of its own that says what null means.
+void add_limit(const std::string& key, double value, ordered_json& target) {
+  target[key] = std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+  if (!std::isfinite(value)) target[key + "_is"] = std::isinf(value) ? kUnbounded : kUnknown;
+}
+
+double read_limit(const JsonReader& json, const std::string& key, double infinite) {
+  const bool is_unbounded = json.has(key + "_is") && json.at(key + "_is").text() == kUnbounded;
+  return is_unbounded ? infinite : json.at(key).number_or_missing();
+}
+
+}  // namespace
+
+ordered_json intervals_json(const Intervals& intervals) {
+  ordered_json parameters = ordered_json::object();
+  for (const ParameterInterval& one : intervals.parameters) {
+    ordered_json& target = parameters[one.name];
+    target["kind"] = kKinds[static_cast<std::size_t>(one.kind)];
+    add_limit("estimate", one.estimate, target);
+    add_limit("lower", one.lower, target);
+    add_limit("upper", one.upper, target);
+    if (!one.note.empty()) target["note"] = one.note;
+  }
+  return {{"method", interval_method_text(intervals.method)},
+          {"level", intervals.level},
+          {"likelihood", intervals.likelihood},
+          {"parameters", std::move(parameters)}};
+}
+
+Intervals read_intervals(const JsonReader& json) {
+  Intervals result{.level = json.at("level").number_or_missing(),
+                   .likelihood = json.at("likelihood").any_text()};
+  try {
+    result.method = parse_interval_method(json.at("method").text());
+  } catch (const UsageError& error) {
+    json.at("method").fail(error.message());
+  }
+  for (const auto& [name, value] : json.at("parameters").members()) {
+    const auto* const kind = std::ranges::find(kKinds, value.at("kind").text());
+    if (kind == kKinds.end()) value.at("kind").fail("is not a known kind of parameter");
+    result.parameters.push_back({.kind = static_cast<ParameterKind>(kind - kKinds.begin()),
+                                 .name = name,
+                                 .estimate = read_limit(value, "estimate", kInfinity),
+                                 .lower = read_limit(value, "lower", -kInfinity),
+                                 .upper = read_limit(value, "upper", kInfinity),
+                                 .note = value.has("note") ? value.at("note").any_text() : ""});
+  }
+  return result;
+}
+
+}  // namespace silvafit::fit

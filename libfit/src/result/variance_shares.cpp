@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include "result/variance_shares.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+}  // namespace
+
+VectorXd variance_of_effects(const FittedModel& fit,
+                             const NonlinearModel& model,
+                             const MatrixXd& slopes) {
+  VectorXd result = VectorXd::Zero(model.observations());
+  const auto add = [&](const std::optional<RandomEffects>& random, const MatrixXd& covariance) {
+    if (!random) return;
+    const MatrixXd chosen = slopes(Eigen::all, model.coefficients_of(random));
+    result += (chosen * covariance).cwiseProduct(chosen).rowwise().sum();
+  };
+  add(fit.specification.random, fit.random_covariance);
+  add(fit.specification.outer_random, fit.outer.covariance);
+  return result;
+}
+
+VarianceShares variance_shares(const FittedModel& fit,
+                               const NonlinearModel& model,
+                               const VectorXd& residual_sd) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd slopes;
+  model.evaluate(fit.estimate, mean, &slopes, workspace);
+  const double rows = static_cast<double>(model.observations());
+  const double fixed = (mean.array() - mean.mean()).square().sum() / (rows - 1.0);
+  const double random = variance_of_effects(fit, model, slopes).mean();
+  const double total = fixed + random + residual_sd.squaredNorm() / rows;
+  return {.marginal = fixed / total, .conditional = (fixed + random) / total};
+}
+
+}  // namespace silvafit::fit
