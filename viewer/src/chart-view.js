@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Charts on the screen: drawn when they come into sight, and again when width or theme change or the page is printed.
-import { compile, parse, View } from "./vega-parts.js";
+import { compile, viewOf } from "./vega-parts.js";
 import { specification } from "./chart-spec.js";
 import { element } from "./dom.js";
 import { inLight, onThemeChange } from "./theme.js";
@@ -8,7 +8,7 @@ import { hideTip, showTip } from "./tip.js";
 
 /** @type {WeakMap<Element, import("./chart-spec.js").Chart>} */
 const descriptions = new WeakMap();
-/** @type {Map<Element, {view: View, width: number}>} */
+/** @type {Map<Element, {view: import("vega-view").View, width: number}>} */
 const drawn = new Map();
 
 /** Width over height, and greatest and least height in pixels. */
@@ -33,7 +33,9 @@ const KINDS = ["text", "grid", "paper", "point", "ols", "nlme", "guide", "first"
 
 /** An element that holds the chart once it is seen. */
 export function chartElement(chart) {
-  const node = element("div", { class: "chart", role: "img", "aria-label": chart.label, style: chart.height ? `min-height: ${chart.height}px` : null });
+  const node = element("div", { class: "chart", role: "img", "aria-label": chart.label });
+  // The policy refuses attributes of style.
+  if (chart.height) node.style.minHeight = `${chart.height}px`;
   descriptions.set(node, chart);
   return node;
 }
@@ -81,7 +83,7 @@ function setPixels(scale) {
   else Object.defineProperty(window, "devicePixelRatio", { value: scale, configurable: true });
 }
 
-const parsed = (chart, size) => parse(compile(specification(chart, palette(), size)).spec);
+const compiled = (chart, size) => compile(specification(chart, palette(), size)).spec;
 
 function tooltip(_, event, __, value) {
   if (value) showTip(value, event);
@@ -93,7 +95,7 @@ function draw(node) {
   const chart = descriptions.get(node);
   const dimensions = size(node);
   const isPicture = isPrinting() && !isDrawnOnPaper(chart);
-  const view = new View(parsed(chart, dimensions), { renderer: isPrinting() && !isPicture ? "svg" : "canvas", tooltip });
+  const view = viewOf(compiled(chart, dimensions), { renderer: isPrinting() && !isPicture ? "svg" : "canvas", tooltip });
   // Vega gives its container a role and a label of its own; ours are those of the element around it.
   const container = element("div", { "aria-hidden": "true" });
   node.replaceChildren(container);
@@ -107,7 +109,7 @@ function draw(node) {
 export async function chartSvg(node, { width, height: usual }) {
   const chart = descriptions.get(node);
   const height = chart.height ?? usual;
-  const view = new View(inLight(() => parsed(chart, { width, height, letters: 1 })), { renderer: "none" });
+  const view = viewOf(inLight(() => compiled(chart, { width, height, letters: 1 })), { renderer: "none" });
   const svg = await view.toSVG();
   view.finalize();
   return { svg, height };

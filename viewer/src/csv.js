@@ -4,10 +4,15 @@ import { element } from "./dom.js";
 
 const NEEDS_QUOTES = /[",\r\n]/;
 
+/** What a spreadsheet may take for a formula; such texts get an apostrophe, as the program writes them. */
+const FORMULA = /^['\s]*[=+\-@]/;
+const isHarmless = (text) => /^-{1,3}$/.test(text) || !Number.isNaN(Number(text.replace(",", ".")));
+
 /** Numbers with all of their digits; what is missing is empty. */
 function field(value) {
   if (value === null || value === undefined || Number.isNaN(value)) return "";
-  const text = typeof value === "boolean" ? (value ? "yes" : "no") : String(value);
+  const plain = typeof value === "boolean" ? (value ? "yes" : "no") : String(value);
+  const text = FORMULA.test(plain) && !isHarmless(plain) ? `'${plain}` : plain;
   return NEEDS_QUOTES.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }
 

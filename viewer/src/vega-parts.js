@@ -2,12 +2,16 @@
 // Vega-Lite, and the parts of Vega that its charts use; the package `vega` itself would bring maps, word clouds and file formats along.
 import { transforms } from "vega-dataflow";
 import * as encode from "vega-encode";
+import { expressionInterpreter } from "vega-interpreter";
+import { parse } from "vega-parser";
 import * as dataTransforms from "vega-transforms";
+import { View } from "vega-view";
 import * as viewTransforms from "vega-view-transforms";
 
 Object.assign(transforms, dataTransforms, encode, viewTransforms);
 
 export { compile } from "vega-lite";
-export { parse } from "vega-parser";
 export { quantileNormal } from "vega-statistics";
-export { View } from "vega-view";
+
+/** A view whose expressions are interpreted: the page's content security policy lets no text become code. */
+export const viewOf = (spec, options) => new View(parse(spec, undefined, { ast: true }), { ...options, expr: expressionInterpreter });

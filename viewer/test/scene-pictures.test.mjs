@@ -37,7 +37,7 @@ for (const [name, prepare] of Object.entries(PICTURES)) {
   test(`the picture ${name} is as it was`, { skip }, () =>
     withScene(sceneExample(), { viewport: { width: 720, height: 400 }, colorScheme: name === "dark" ? "dark" : "light", reducedMotion: "reduce" }, async (page) => {
       // The size of the picture must not hang on fonts.
-      await page.addStyleTag({ content: "main { grid-template-columns: 400px 320px !important; }" });
+      await page.evaluate(() => document.styleSheets[0].insertRule("main { grid-template-columns: 400px 320px !important; }", document.styleSheets[0].cssRules.length));
       await page.waitForFunction(() => document.getElementById("canvas").width === 400);
       await page.getByLabel("Detail").selectOption("high");
       await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
