@@ -25,6 +25,13 @@ constexpr std::array<std::string_view, 44> kMissingTexts{
     "nil",    "none",  "nd",    "n.d.",    "n.d",    "n.b.",    "nb",       "k.a.",  "k. a.",
     "k.a",    "ka",    "s/d",   "missing", "*",      "/",       "\u65e0",   "\u7f3a"};
 
+/// Whether a spreadsheet may compute a text, or would without the blanks and apostrophes before it.
+bool begins_formula(std::string_view text) {
+  const std::size_t first = text.find_first_not_of("' \t\r\n");
+  return first != std::string_view::npos &&
+         std::string_view("=+-@").find(text[first]) != std::string_view::npos;
+}
+
 }  // namespace
 
 std::string_view trimmed(std::string_view field) {
@@ -84,7 +91,7 @@ std::string with_decimal_point(std::string_view field) {
   return parse_number(text, ignored) ? text : std::string();
 }
 
-std::string csv_field(std::string_view text) {
+std::string plain_csv_field(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
   std::string quoted = "\"";
   for (const char c : text) {
@@ -92,6 +99,19 @@ std::string csv_field(std::string_view text) {
     quoted += c;
   }
   return quoted + '"';
+}
+
+std::string csv_field(std::string_view text) {
+  if (!begins_formula(text)) return plain_csv_field(text);
+  double ignored = 0.0;
+  const bool is_harmless =
+      is_missing_number(text) || parse_number(text, ignored) || !with_decimal_point(text).empty();
+  return plain_csv_field(is_harmless ? std::string(text) : "'" + std::string(text));
+}
+
+std::string_view without_apostrophe(std::string_view field) {
+  const bool has_apostrophe = field.starts_with('\'') && begins_formula(field);
+  return has_apostrophe ? field.substr(1) : field;
 }
 
 }  // namespace silvafit::data

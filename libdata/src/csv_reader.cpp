@@ -301,7 +301,7 @@ std::string_view CsvReader::State::field(std::size_t i) {
   char* const text = buffer.data() + begin - record_length + span.begin;
   std::size_t length = span.end - span.begin;
   if (span.has_doubled_quotes) length = undouble_quotes(text, length);
-  return {text, length};
+  return without_apostrophe({text, length});
 }
 
 void CsvReader::State::read_header() {

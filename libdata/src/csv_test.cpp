@@ -318,6 +318,34 @@ TEST_CASE("a table of random content survives writing and reading bit by bit") {
   }
 }
 
+TEST_CASE("a text that a spreadsheet would compute is written with an apostrophe") {
+  CHECK(csv_field("=1+1") == "'=1+1");
+  CHECK(csv_field("-2+3+cmd|' /C calc'!A0") == "'-2+3+cmd|' /C calc'!A0");
+  CHECK(csv_field("@SUM(A1,B1)") == "\"'@SUM(A1,B1)\"");
+  CHECK(csv_field(" \t+x") == "' \t+x");
+  CHECK(csv_field("'=x") == "''=x");
+  for (const char* const harmless :
+       {"", "a=1", "'oak'", "-0.5", "+5", "-1e-05", "-", "--", "-inf"}) {
+    CHECK(csv_field(harmless) == harmless);
+  }
+  CHECK(csv_field("-1,5") == "\"-1,5\"");
+}
+
+TEST_CASE("names like formulas are read as they were written, also in the header") {
+  Table table(5);
+  const std::vector<std::string> names{"=1+1", "'=1", "''-x", "@oak", "+"};
+  TextColumn column;
+  for (const std::string& name : names) column.append(name);
+  table.set("=name", std::move(column));
+  table.set("n", std::vector<double>{-1, 2, -3e-9, 4, 5});
+  const ScratchFile file("");
+  write_csv_table(table, file.path());
+  const Table read = read_csv_table(file.path());
+  CHECK(read.names() == table.names());
+  for (std::size_t i = 0; i < names.size(); ++i) CHECK(read.text("=name")[i] == names[i]);
+  CHECK(read.numbers("n")[2] == -3e-9);
+}
+
 TEST_CASE("a table is written to its file whole") {
   const ScratchFile file("");
   Table table;

@@ -59,6 +59,7 @@ std::string with_minus_signs(const std::string& text) {
 
 std::string csv_text(const TableCell& cell, ColumnKind kind) {
   const auto* number = std::get_if<double>(&cell);
+  if (std::holds_alternative<MarkedNumber>(cell)) return data::plain_csv_field(shown(cell, kind));
   if (number == nullptr) return data::csv_field(shown(cell, kind));
   return std::isfinite(*number) ? data::shortest(*number) : "";
 }

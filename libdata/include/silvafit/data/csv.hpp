@@ -57,8 +57,9 @@ class CsvReader {
   /// as merged cells of a spreadsheet mean it.
   void fill_down(std::size_t column);
 
-  /// The next record's fields, unquoted; false at the end. Blank lines, records of blank fields and
-  /// lines with a comment (#) are passed over, empty fields beyond the header's are dropped.
+  /// The next record's fields, unquoted and without_apostrophe; false at the end. Blank lines,
+  /// records of blank fields and lines with a comment (#) are passed over, empty fields beyond the
+  /// header's are dropped.
   /// The views hold until the next call.
   /// \throws InputError if a quote does not end, bytes are not UTF-8, a record is longer than 64
   /// MiB, or has another number of fields than the header
@@ -125,8 +126,17 @@ bool parse_number(std::string_view field, double& value);
 /// none, as 1.234,5 and 1,2,3.
 std::string with_decimal_point(std::string_view field);
 
-/// A field as it is written: quoted where RFC 4180 asks for it.
+/// A field as it is written: quoted where RFC 4180 asks for it, and with an apostrophe before a
+/// text that a spreadsheet may take for a formula: one that begins with `=`, `+`, `-` or `@`, also
+/// behind blanks and apostrophes. Numbers and codes for missing values get none. CsvReader removes
+/// the apostrophe, so that a text is read as it was. Source: OWASP, CSV injection.
 std::string csv_field(std::string_view text);
+
+/// The same without apostrophes, for texts that the program makes up, such as -0.25***.
+std::string plain_csv_field(std::string_view text);
+
+/// A text as it was before csv_field gave it an apostrophe.
+std::string_view without_apostrophe(std::string_view field);
 
 /// Writes a table as CSV: numbers in their shortest form, missing values empty, lines ended by \n.
 void write_csv_table(const Table& table, std::ostream& stream);
