@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -16,6 +18,7 @@
 #include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/mixed_units.hpp"
+#include "silvafit/stand/similar_plots.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -45,6 +48,7 @@ struct Wishes {
   const SheetArguments& sheet;
   bool unifies_spellings = false;
   bool leaves_out_dead = false;
+  bool counts_repeated = false;  ///< rows of one plot and tree
 };
 
 /// Reads one file; an object so that its parts need not be handed around.
@@ -69,6 +73,7 @@ class TableReader {
   void add_column(const stand::ColumnMapping& column);
   void unify_spellings();
   void read_status();
+  void describe_labels();
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
   }
@@ -194,6 +199,34 @@ void TableReader::read_status() {
   if (are_left_out) result_.table = result_.table.select(alive);
 }
 
+/// Says what in the labels of plots and trees may not be meant.
+void TableReader::describe_labels() {
+  const data::Table& table = result_.table;
+  if (!table.has("plot")) return;
+  const data::TextColumn plot = table.labels("plot");
+  // As numbers, 001 and 1 are one plot.
+  if (!table.is_numeric("plot")) note(stand::describe_similar_plots(plot));
+  if (!wishes_.counts_repeated || !table.has("tree")) return;
+  const data::TextColumn tree = table.labels("tree");
+  using Row = std::array<std::uint32_t, 3>;
+  std::vector<Row> rows(table.rows());
+  const auto time = stand::usual_time_column(table.names());
+  const data::TextColumn times = time ? table.labels(*time) : data::TextColumn();
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    rows[row] = {plot.code(row), tree.code(row), time ? times.code(row) : 0};
+  }
+  std::erase_if(rows, [](const Row& row) {
+    return row[0] == data::TextColumn::kMissingCode || row[1] == data::TextColumn::kMissingCode;
+  });
+  const std::size_t all = rows.size();
+  std::ranges::sort(rows);
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  const std::size_t repeated = all - rows.size();
+  if (repeated == 0) return;
+  note(fmt::format("{} the plot and tree of another row; all rows are used",
+                   counted(repeated, "row has", "rows have")));
+}
+
 TableReader::Result TableReader::read() {
   find_columns();
   read_table();
@@ -221,6 +254,7 @@ TableReader::Result TableReader::read() {
   for (const stand::ColumnMapping& column : usual_) add_column(column);
   if (wishes_.unifies_spellings) unify_spellings();
   read_status();
+  describe_labels();
   return std::move(result_);
 }
 
@@ -311,7 +345,8 @@ ReadTable read_model_table(const std::filesystem::path& file,
       .mapped = stand::parse_column_mappings(joined(columns.entries)),
       .is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); },
       .sheet = columns.sheet,
-      .unifies_spellings = !columns.keeps_spellings};
+      .unifies_spellings = !columns.keeps_spellings,
+      .counts_repeated = true};
   TableReader::Result result = TableReader(file, wishes).read();
   Names entries;
   for (const stand::ColumnMapping& mapping : result.mapped) {

@@ -139,6 +139,13 @@ class Planner {
   std::vector<ColumnMapping> usual_{};
 };
 
+std::optional<std::size_t> field_in_any_case(std::string_view name,
+                                             const std::vector<std::string>& header) {
+  const auto found = std::ranges::find(header, name, &lower);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
+}
+
 std::optional<std::size_t> Planner::field_named(std::string_view name) const {
   const auto found = std::ranges::find(header_, name);
   if (found == header_.end()) return std::nullopt;
@@ -187,9 +194,7 @@ Source Planner::source_of(const KnownColumn& column) {
 std::optional<std::size_t> Planner::time_field() const {
   for (const std::string_view name : {"year", "date"}) {
     if (const ColumnMapping* const mapping = mapping_to(name)) return field_named(mapping->source);
-    for (std::size_t i = 0; i < header_.size(); ++i) {
-      if (lower(header_[i]) == name) return i;
-    }
+    if (const auto field = field_in_any_case(name, header_)) return field;
   }
   return std::nullopt;
 }
@@ -361,6 +366,13 @@ ColumnMapping in_our_unit(ColumnMapping mapping,
   const auto index = static_cast<std::size_t>(field - header.begin());
   mapping.source = in_our_unit(mapping.name, mapping.source, unit_of(index, header, units));
   return mapping;
+}
+
+std::optional<std::string> usual_time_column(const std::vector<std::string>& header) {
+  for (const std::string_view name : {"year", "date"}) {
+    if (const auto field = field_in_any_case(name, header)) return header[*field];
+  }
+  return std::nullopt;
 }
 
 std::optional<std::string> usual_status_column(const std::vector<std::string>& header) {

@@ -10,6 +10,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/stand/similar_plots.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -393,6 +394,8 @@ CheckedInventory InventoryReader::read() {
   read_other_columns();
   count_findings();
   result_.notes = notes();
+  std::string similar_plots = describe_similar_plots(result_.inventory.plot);
+  if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
   result_.recognized = recognized();
   return std::move(result_);
 }

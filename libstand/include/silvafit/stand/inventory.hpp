@@ -86,6 +86,9 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
 /// The column that says whether trees are alive, if the file has one.
 std::optional<std::string> usual_status_column(const std::vector<std::string>& header);
 
+/// The column of the time of measurement: year, else date, in capitals or not.
+std::optional<std::string> usual_time_column(const std::vector<std::string>& header);
+
 /// A mapping of a whole column to one of our measures, converted if the column's header or the row
 /// of units names another unit; any other mapping as it is.
 ColumnMapping in_our_unit(ColumnMapping mapping,
