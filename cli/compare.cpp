@@ -138,7 +138,7 @@ std::string shown(double value, const char* format) {
 }
 
 void print_fits(const fit::Comparison& comparison, const NamedFits& named, std::size_t width) {
-  fmt::print("{:<{}} {:<7} {:>3} {:>14} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
+  print_text("{:<{}} {:<7} {:>3} {:>14} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
              "fit",
              width,
              "method",
@@ -152,7 +152,7 @@ void print_fits(const fit::Comparison& comparison, const NamedFits& named, std::
              "weight");
   for (const fit::ComparedFit& one : comparison.fits) {
     const fit::FittedModel& fit = *one.fit;
-    fmt::print("{:<{}} {:<7} {:>3} {:>14.4f} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
+    print_text("{:<{}} {:<7} {:>3} {:>14.4f} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
                named.names.at(&fit),
                width,
                fit::method_text(fit.method),
@@ -173,20 +173,20 @@ void print_pair(const fit::ComparedPair& pair,
   const std::string& larger = named.names.at(comparison.fits[pair.larger].fit);
   const std::string& smaller = named.names.at(comparison.fits[pair.smaller].fit);
   if (!pair.test) {
-    fmt::print("{} against {}: not tested, {}\n", larger, smaller, pair.reason);
+    print_text("{} against {}: not tested, {}\n", larger, smaller, pair.reason);
     return;
   }
   const fit::NestedTest& test = *pair.test;
-  fmt::print("{} against {}: likelihood ratio {:.4f}, df {}, p {:.3g} by chi-squared",
+  print_text("{} against {}: likelihood ratio {:.4f}, df {}, p {:.3g} by chi-squared",
              larger,
              smaller,
              test.statistic,
              test.degrees_of_freedom,
              test.p_chi_squared);
   if (test.reference.weights.size() > 1) {
-    fmt::print(", {:.3g} by {}", test.p, test.reference.text());
+    print_text(", {:.3g} by {}", test.p, test.reference.text());
   }
-  fmt::print("{}{}\n", test.note.empty() ? "" : "; ", test.note);
+  print_text("{}{}\n", test.note.empty() ? "" : "; ", test.note);
 }
 
 void print_table(const Subject& subject, const NamedFits& named) {
@@ -195,15 +195,15 @@ void print_table(const Subject& subject, const NamedFits& named) {
   for (const fit::FittedModel* const fit : subject.fits) {
     width = std::max(width, named.names.at(fit).size());
   }
-  fmt::print("{}{}{}\n", subject.species, subject.species.empty() ? "" : " ", subject.response);
+  print_text("{}{}{}\n", subject.species, subject.species.empty() ? "" : " ", subject.response);
   print_fits(comparison, named, width);
   if (!comparison.reason.empty()) {
-    fmt::print("the criteria cannot be compared: {}\n", comparison.reason);
+    print_text("the criteria cannot be compared: {}\n", comparison.reason);
   }
   for (const fit::FittedModel* const fit : comparison.failed) {
-    fmt::print("not converged: {}\n", named.names.at(fit));
+    print_text("not converged: {}\n", named.names.at(fit));
   }
-  fmt::print("\n");
+  print_text("\n");
   for (const fit::ComparedPair& pair : comparison.pairs) print_pair(pair, comparison, named);
 }
 
@@ -235,7 +235,7 @@ void run(const CompareArguments& arguments) {
   }
   bool is_first = true;
   for (const Subject& subject : named.subjects) {
-    if (!is_first) fmt::print("\n");
+    if (!is_first) print_text("\n");
     is_first = false;
     print_table(subject, named);
   }

@@ -26,6 +26,7 @@
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "standard_output.hpp"
 #include "standard_streams.hpp"
 #include "tree_table.hpp"
 
@@ -273,17 +274,17 @@ void print_json(const std::vector<fit::FittedModel>& fits,
                 const std::vector<Resampling>& resampling,
                 const std::vector<std::string>& recognized) {
   if (fits.size() == 1) {
-    fmt::print("{}\n",
+    print_text("{}\n",
                with_resampling(fit::to_json(fits.front(), 2), resampling.front(), recognized));
     return;
   }
-  fmt::print("{{\"fits\": [\n");
+  print_text("{{\"fits\": [\n");
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    fmt::print("{}{}\n",
+    print_text("{}{}\n",
                with_resampling(fit::to_json(fits[i], 2), resampling[i], recognized),
                i + 1 < fits.size() ? "," : "");
   }
-  fmt::print("]}}\n");
+  print_text("]}}\n");
 }
 
 void print_tables(const std::vector<fit::FittedModel>& fits) {

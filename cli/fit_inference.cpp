@@ -10,6 +10,7 @@
 
 #include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/intervals.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -32,16 +33,16 @@ void print_effects(const std::string& group,
   const Eigen::MatrixXd errors = fit::conditional_errors(uncertainty, effects.rows());
   std::size_t width = std::max<std::size_t>(13, group.size());
   for (const std::string& label : labels) width = std::max(width, label.size());
-  fmt::print("\n{:<{}}", group, width);
-  for (const std::string& name : names) fmt::print(" {:>12} {:>12}", name, "std. error");
-  fmt::print("\n");
+  print_text("\n{:<{}}", group, width);
+  for (const std::string& name : names) print_text(" {:>12} {:>12}", name, "std. error");
+  print_text("\n");
   for (std::size_t g = 0; g < labels.size(); ++g) {
-    fmt::print("{:<{}}", labels[g], width);
+    print_text("{:<{}}", labels[g], width);
     for (Eigen::Index k = 0; k < effects.rows(); ++k) {
       const auto at = static_cast<Eigen::Index>(g);
-      fmt::print(" {:>12.5g} {:>12.5g}", effects(k, at), errors(k, at));
+      print_text(" {:>12.5g} {:>12.5g}", effects(k, at), errors(k, at));
     }
-    fmt::print("\n");
+    print_text("\n");
   }
 }
 
@@ -98,13 +99,13 @@ void print_inference(const fit::FittedModel& fit) {
   for (const fit::ParameterInterval& one : intervals.parameters) {
     width = std::max(width, one.name.size());
   }
-  fmt::print("\n{:g} % intervals, {}, {}\n",
+  print_text("\n{:g} % intervals, {}, {}\n",
              100.0 * intervals.level,
              intervals.method == fit::IntervalMethod::kWald ? "Wald" : "profile",
              intervals.likelihood);
-  fmt::print("{:<{}} {:>12} {:>12} {:>12}\n", "parameter", width, "estimate", "lower", "upper");
+  print_text("{:<{}} {:>12} {:>12} {:>12}\n", "parameter", width, "estimate", "lower", "upper");
   for (const fit::ParameterInterval& one : intervals.parameters) {
-    fmt::print("{:<{}} {:>12} {:>12} {:>12}{}{}\n",
+    print_text("{:<{}} {:>12} {:>12} {:>12}{}{}\n",
                one.name,
                width,
                limit_text(one.estimate),

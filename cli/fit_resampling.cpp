@@ -145,20 +145,20 @@ ordered_json cross_validation_json(const fit::CrossValidation& result) {
 
 void print_reasons(const char* what, const std::vector<fit::CountedReason>& reasons) {
   for (const fit::CountedReason& one : reasons) {
-    fmt::print("{} {}: {}\n", counted(one.replicates, "replicate", "replicates"), what, one.reason);
+    print_text("{} {}: {}\n", counted(one.replicates, "replicate", "replicates"), what, one.reason);
   }
 }
 
 void print_bootstrap(const fit::Bootstrap& bootstrap) {
   std::size_t width = 9;
   for (const auto& parameter : bootstrap.parameters) width = std::max(width, parameter.name.size());
-  fmt::print("\n{} bootstrap, seed {}: {} of {} replicates converged; {:g} % intervals\n",
+  print_text("\n{} bootstrap, seed {}: {} of {} replicates converged; {:g} % intervals\n",
              fit::resample_text(bootstrap.resample),
              bootstrap.seed,
              bootstrap.converged,
              bootstrap.replicates,
              100.0 * bootstrap.level);
-  fmt::print("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
+  print_text("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
              "parameter",
              width,
              "estimate",
@@ -170,7 +170,7 @@ void print_bootstrap(const fit::Bootstrap& bootstrap) {
     const auto range = [](const fit::Interval& value) {
       return fmt::format("{} to {}", significant(value.low), significant(value.high));
     };
-    fmt::print("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
+    print_text("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
                parameter.name,
                width,
                significant(parameter.estimate),
@@ -186,7 +186,7 @@ void print_bootstrap(const fit::Bootstrap& bootstrap) {
 void print_statistics_line(const std::string& name,
                            const fit::FitStatistics& values,
                            std::size_t count) {
-  fmt::print("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
+  print_text("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
              name,
              count,
              decimals(values.r2),
@@ -196,13 +196,13 @@ void print_statistics_line(const std::string& name,
 }
 
 void print_cross_validation(const fit::CrossValidation& result, const std::string& model) {
-  fmt::print("\n{}{}cross-validation, {} folds of {}, seed {}\n",
+  print_text("\n{}{}cross-validation, {} folds of {}, seed {}\n",
              model,
              model.empty() ? "" : ": ",
              result.folds,
              counted(result.groups, result.group + " group", result.group + " groups"),
              result.seed);
-  fmt::print("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
+  print_text("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
              "prediction of groups left out",
              "rows",
              "R2",
@@ -217,13 +217,13 @@ void print_cross_validation(const fit::CrossValidation& result, const std::strin
     print_statistics_line(
         "population, the same rows", result.uncalibrated_statistics, result.calibrated_count);
   }
-  fmt::print("mean log predictive density {}\n", significant(result.log_density));
+  print_text("mean log predictive density {}\n", significant(result.log_density));
   if (result.density_count < result.predicted_count) {
-    fmt::print("of {} of these rows; the variance of the others was not known without their fold\n",
+    print_text("of {} of these rows; the variance of the others was not known without their fold\n",
                result.density_count);
   }
   for (const fit::FailedFold& fold : result.failed) {
-    fmt::print(
+    print_text(
         "a fold failed ({} {}): {}\n", result.group, fmt::join(fold.groups, ", "), fold.verdict);
   }
 }
@@ -339,7 +339,7 @@ void print_resampling(const std::vector<fit::FittedModel>& fits,
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const std::string model = fits.size() > 1 ? fits[i].model : "";
     if (resampling[i].bootstrap) {
-      if (!model.empty()) fmt::print("\n{}", model);
+      if (!model.empty()) print_text("\n{}", model);
       print_bootstrap(*resampling[i].bootstrap);
     }
     if (resampling[i].cross_validation) {

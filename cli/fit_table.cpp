@@ -9,6 +9,7 @@
 
 #include "number_text.hpp"
 #include "silvafit/base/text.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -30,7 +31,7 @@ std::size_t widest(const std::vector<std::string>& names, std::size_t at_least) 
 
 /// \param groups  "plot", or "plot within stand"
 void print_random_structure(const fit::RandomEffects& random, const std::string& groups) {
-  fmt::print("  random: {} | {}, {} covariance\n",
+  print_text("  random: {} | {}, {} covariance\n",
              random.text(),
              groups,
              fit::covariance_text(random.covariance));
@@ -51,26 +52,26 @@ std::string groups_text(std::size_t count, const std::string& column) {
 
 void print_model(const FittedModel& fit) {
   const fit::ModelSpecification& specification = fit.specification;
-  fmt::print("{}{}\n", fit.model.empty() ? "" : fit.model + "  ", specification.formula.text);
+  print_text("{}{}\n", fit.model.empty() ? "" : fit.model + "  ", specification.formula.text);
   for (const fit::ParameterModel& parameter : specification.parameters) {
-    if (parameter.text() != "1") fmt::print("  {} ~ {}\n", parameter.name, parameter.text());
+    if (parameter.text() != "1") print_text("  {} ~ {}\n", parameter.name, parameter.text());
   }
   if (fit.has_random_effects()) {
     print_random_structures(specification);
   }
   if (!specification.variance.is_constant()) {
-    fmt::print("  variance: {}\n", specification.variance.text());
+    print_text("  variance: {}\n", specification.variance.text());
   }
-  fmt::print("{}\n\n", fit.convergence.verdict);
-  fmt::print("method {}, {} rows", fit::method_text(fit.method), fit.observations);
-  if (fit.excluded > 0) fmt::print(" ({} more with missing values)", fit.excluded);
+  print_text("{}\n\n", fit.convergence.verdict);
+  print_text("method {}, {} rows", fit::method_text(fit.method), fit.observations);
+  if (fit.excluded > 0) print_text(" ({} more with missing values)", fit.excluded);
   if (!fit.outer.labels.empty()) {
-    fmt::print(", {}", groups_text(fit.outer.labels.size(), specification.outer_random->group));
+    print_text(", {}", groups_text(fit.outer.labels.size(), specification.outer_random->group));
   }
   if (fit.has_random_effects()) {
-    fmt::print(", {}", groups_text(fit.group_labels.size(), specification.random->group));
+    print_text(", {}", groups_text(fit.group_labels.size(), specification.random->group));
   }
-  fmt::print(", {:.3g} s\n\n", fit.seconds);
+  print_text(", {:.3g} s\n\n", fit.seconds);
 }
 
 void print_fixed_effects(const FittedModel& fit) {
@@ -78,7 +79,7 @@ void print_fixed_effects(const FittedModel& fit) {
   const Eigen::VectorXd errors = fit.standard_errors();
   const Eigen::VectorXd t = fit.t_values();
   const Eigen::VectorXd p = fit.p_values();
-  fmt::print("{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
+  print_text("{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
              "coefficient",
              width,
              "estimate",
@@ -88,7 +89,7 @@ void print_fixed_effects(const FittedModel& fit) {
              "p");
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
-    fmt::print("{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
+    print_text("{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
                fit.coefficient_names[k],
                width,
                significant(fit.estimate[j]),
@@ -97,7 +98,7 @@ void print_fixed_effects(const FittedModel& fit) {
                significant(t[j], 4),
                p_text(p[j]));
   }
-  fmt::print("\n");
+  print_text("\n");
 }
 
 /// For each effect the block that it is in; effects of different blocks have no correlation.
@@ -122,18 +123,18 @@ void print_random_level(const std::string& title,
   const std::size_t width = widest(names, std::max<std::size_t>(13, title.size()));
   const Eigen::VectorXd deviations = level.random_sd();
   const Eigen::MatrixXd correlation = level.random_correlation();
-  fmt::print(
+  print_text(
       "{:<{}} {:>12}{}\n", title, width, "std. dev.", has_correlation ? "  correlation" : "");
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto i = static_cast<Index>(k);
-    fmt::print("{:<{}} {:>12}", names[k], width, significant(deviations[i]));
+    print_text("{:<{}} {:>12}", names[k], width, significant(deviations[i]));
     for (std::size_t l = 0; has_correlation && l < k; ++l) {
       const double value = block[l] == block[k] ? correlation(i, static_cast<Index>(l)) : NAN;
-      fmt::print(" {:>8}", decimals(value));
+      print_text(" {:>8}", decimals(value));
     }
-    fmt::print("\n");
+    print_text("\n");
   }
-  fmt::print("\n");
+  print_text("\n");
 }
 
 void print_random_effects(const FittedModel& fit) {
@@ -154,7 +155,7 @@ void print_variance_factor(const fit::VarianceFactorEstimate& estimate) {
   const auto print_values = [&](const char* name, const Eigen::VectorXd& values) {
     for (Index s = 0; s < values.size(); ++s) {
       const std::string& stratum = estimate.strata[static_cast<std::size_t>(s)];
-      fmt::print(", {}{}{} {}",
+      print_text(", {}{}{} {}",
                  name,
                  stratum.empty() ? "" : " of ",
                  stratum,
@@ -167,33 +168,33 @@ void print_variance_factor(const fit::VarianceFactorEstimate& estimate) {
 }
 
 void print_residuals(const FittedModel& fit) {
-  fmt::print("sigma {}", significant(fit.sigma));
+  print_text("sigma {}", significant(fit.sigma));
   for (const fit::VarianceFactorEstimate& factor : fit.variance.factors) {
     print_variance_factor(factor);
   }
-  fmt::print("\n");
+  print_text("\n");
 }
 
 void print_statistics(const FittedModel& fit) {
   if (std::isnan(fit.log_likelihood)) return;
-  fmt::print("log-likelihood {:.6f} with {} parameters\n", fit.log_likelihood, fit.parameter_count);
-  fmt::print("AIC {:.4f}  AICc {:.4f}  BIC {:.4f}", fit.aic(), fit.aicc(), fit.bic());
-  if (fit.has_random_effects()) fmt::print("  BIC by groups {:.4f}", fit.bic_groups());
-  fmt::print("\n\n");
+  print_text("log-likelihood {:.6f} with {} parameters\n", fit.log_likelihood, fit.parameter_count);
+  print_text("AIC {:.4f}  AICc {:.4f}  BIC {:.4f}", fit.aic(), fit.aicc(), fit.bic());
+  if (fit.has_random_effects()) print_text("  BIC by groups {:.4f}", fit.bic_groups());
+  print_text("\n\n");
   const auto line = [](const char* level, const fit::FitStatistics& values) {
-    fmt::print("{:<13} {:>10} {:>10} {:>12} {:>10}\n",
+    print_text("{:<13} {:>10} {:>10} {:>12} {:>10}\n",
                level,
                decimals(values.r2),
                significant(values.rmse),
                significant(values.mean_error, 3),
                significant(values.mae));
   };
-  fmt::print(
+  print_text(
       "{:<13} {:>10} {:>10} {:>12} {:>10}\n", "prediction", "R2", "RMSE", "mean error", "MAE");
   line("population", fit.population);
   if (!fit.has_random_effects()) return;
   line("conditional", fit.conditional);
-  fmt::print(
+  print_text(
       "variance explained: {} by fixed effects (marginal R2), {} with random effects "
       "(conditional R2)\n",
       decimals(fit.r2_marginal),
@@ -202,9 +203,9 @@ void print_statistics(const FittedModel& fit) {
 
 void print_failures(const std::vector<const FittedModel*>& failures) {
   if (failures.empty()) return;
-  fmt::print("\nmodels without a fit\n");
+  print_text("\nmodels without a fit\n");
   for (const FittedModel* failure : failures) {
-    fmt::print("{:<6} {}\n       {}\n",
+    print_text("{:<6} {}\n       {}\n",
                failure->model,
                failure->specification.formula.text,
                failure->convergence.verdict);
@@ -231,7 +232,7 @@ void print_ranking(const std::vector<const FittedModel*>& fits) {
   ranked.erase(failed, ranked.end());
   std::ranges::stable_sort(ranked, {}, [](const FittedModel* fit) { return fit->aic(); });
 
-  fmt::print("{:<6} {:>4} {:>13} {:>10} {:>13} {:>8} {:>10}  {}\n",
+  print_text("{:<6} {:>4} {:>13} {:>10} {:>13} {:>8} {:>10}  {}\n",
              "model",
              "k",
              "AIC",
@@ -243,7 +244,7 @@ void print_ranking(const std::vector<const FittedModel*>& fits) {
   for (const FittedModel* fit : ranked) {
     const fit::FitStatistics& statistics =
         fit->has_random_effects() ? fit->conditional : fit->population;
-    fmt::print("{:<6} {:>4} {:>13.4f} {:>10.4f} {:>13.4f} {:>8} {:>10.5g}  {}\n",
+    print_text("{:<6} {:>4} {:>13.4f} {:>10.4f} {:>13.4f} {:>8} {:>10.5g}  {}\n",
                fit->model,
                fit->parameter_count,
                fit->aic(),

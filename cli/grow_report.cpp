@@ -17,6 +17,7 @@
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/tree/coinciding_plots.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -161,7 +162,7 @@ void print_json(const GrowCommand& command,
   json["left_out"] = std::move(rows);
   json["triangles"] = triangles;
   json["seconds"] = seconds;
-  fmt::print("{}\n", json_text(json));
+  print_text("{}\n", json_text(json));
 }
 
 /// The number of trees, each counted once for all its measurements.
@@ -199,7 +200,7 @@ void print_files(const GrowResult& result, std::size_t trees, std::size_t moment
   const std::string stand = counted(trees, "tree", "trees");
   if (result.files.size() == 1) {
     const Written& only = result.files.front();
-    fmt::print("{}, {} triangles, {:.2f} s: {}{}\n",
+    print_text("{}, {} triangles, {:.2f} s: {}{}\n",
                stand,
                only.triangles,
                seconds,
@@ -208,18 +209,18 @@ void print_files(const GrowResult& result, std::size_t trees, std::size_t moment
     return;
   }
   const std::string times = moments > 1 ? fmt::format(" at {} times", moments) : "";
-  fmt::print("{}{}, {:.2f} s:\n", stand, times, seconds);
+  print_text("{}{}, {:.2f} s:\n", stand, times, seconds);
   constexpr std::size_t kShown = 40;
   for (std::size_t i = 0; i < std::min(kShown, result.files.size()); ++i) {
     const Written& one = result.files[i];
-    fmt::print("  {}: {}, {} triangles{}\n",
+    print_text("  {}: {}, {} triangles{}\n",
                one.name,
                counted(one.trees, "tree", "trees"),
                one.triangles,
                beside_text(one));
   }
   if (result.files.size() > kShown) {
-    fmt::print("  ... and {} more; use --json to list all\n", result.files.size() - kShown);
+    print_text("  ... and {} more; use --json to list all\n", result.files.size() - kShown);
   }
 }
 
@@ -238,14 +239,14 @@ void report_grown(const GrowCommand& command,
   print_files(result, tree_count(morphologies), moments, seconds);
   if (command.share) {
     const tree::ShapeError worst = worst_of(result.shared);
-    fmt::print("{}; largest errors: crown base {:.0f} cm, DBH {:.1f} cm, crown radius {:.0f} cm\n",
+    print_text("{}; largest errors: crown base {:.0f} cm, DBH {:.1f} cm, crown radius {:.0f} cm\n",
                counted(result.shared.models.size(), "model", "models"),
                worst.hcb_cm,
                worst.dbh_cm,
                worst.radius_cm);
   }
   if (command.resolve_overlaps)
-    fmt::print("{} overlapped\n",
+    print_text("{} overlapped\n",
                counted(result.pairs.size(), "pair of crowns", "pairs of crowns"));
   if (!result.crossing.empty()) {
     say(command.common,

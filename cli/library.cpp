@@ -41,12 +41,12 @@ std::string coefficients_text(const fit::FittedModel& fit) {
 
 void print_models(const study::ModelLibrary& library) {
   for (const study::LibraryModel& model : library.models) {
-    fmt::print("{:<8} {:<4} {:<10} {}\n",
+    print_text("{:<8} {:<4} {:<10} {}\n",
                model.species,
                model.response,
                model.role,
                model.fit.specification.formula.text);
-    fmt::print("    {}\n", coefficients_text(model.fit));
+    print_text("    {}\n", coefficients_text(model.fit));
   }
 }
 
@@ -56,13 +56,13 @@ void show(const ShowArguments& arguments) {
     if (arguments.common.json) {
       print_json_value({{"published", names}});
     } else {
-      for (const std::string& name : names) fmt::print("{}\n", name);
+      for (const std::string& name : names) print_text("{}\n", name);
     }
     return;
   }
   const study::ModelLibrary library = library_named(arguments.library);
   if (arguments.common.json) {
-    fmt::print("{}", study::to_json(library));
+    print_text("{}", study::to_json(library));
   } else {
     print_models(library);
   }

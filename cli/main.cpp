@@ -84,6 +84,7 @@ int run(int argc, char** argv) {
       "  silvafit view results                        the stand in 3D, in a browser\n"
       "  silvafit COMMAND --help                      the options of a command, and an example");
 
+  const VisibleTables visible_tables;
   try {
     require_command(program, {argv + 1, argv + argc});
     program.parse(argc, argv);

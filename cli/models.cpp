@@ -41,9 +41,9 @@ const char* word_of(study::Sign sign) {
 void print_table(const std::vector<const BaseModel*>& models) {
   std::size_t name_width = 4;
   for (const BaseModel* model : models) name_width = std::max(name_width, model->name.size());
-  fmt::print("{:<5} {:<{}}  {:<8}  {}\n", "id", "name", name_width, "response", "formula");
+  print_text("{:<5} {:<{}}  {:<8}  {}\n", "id", "name", name_width, "response", "formula");
   for (const BaseModel* model : models) {
-    fmt::print("{:<5} {:<{}}  {:<8}  {}\n",
+    print_text("{:<5} {:<{}}  {:<8}  {}\n",
                model->id,
                model->name,
                name_width,
@@ -54,20 +54,20 @@ void print_table(const std::vector<const BaseModel*>& models) {
 
 /// Its limits, and where a study takes the curve for one that makes sense.
 void print_sense(const BaseModel& model) {
-  fmt::print("at DBH 0\n  {}\n", model.at_zero.text());
-  if (model.at_infinity) fmt::print("for large DBH\n  {}\n", model.at_infinity->text());
+  print_text("at DBH 0\n  {}\n", model.at_zero.text());
+  if (model.at_infinity) print_text("for large DBH\n  {}\n", model.at_infinity->text());
   if (model.sensible.empty()) return;
-  fmt::print("plausible where (top_dbh: 1.2 times the largest DBH)\n");
+  print_text("plausible where (top_dbh: 1.2 times the largest DBH)\n");
   for (const study::SensibleCondition& each : model.sensible) {
-    fmt::print("  {}; else {}\n", each.condition.text(), each.otherwise);
+    print_text("  {}; else {}\n", each.condition.text(), each.otherwise);
   }
 }
 
 void print_entry(const BaseModel& model) {
-  fmt::print("{} {}\n  {}\n", model.id, model.name, model.formula);
-  fmt::print("parameters\n");
+  print_text("{} {}\n  {}\n", model.id, model.name, model.formula);
+  print_text("parameters\n");
   for (const study::BaseParameter& parameter : model.parameters) {
-    fmt::print("  {:<4} {} [{}], {}; starts at {}\n",
+    print_text("  {:<4} {} [{}], {}; starts at {}\n",
                parameter.name,
                parameter.meaning,
                parameter.unit,
@@ -75,21 +75,21 @@ void print_entry(const BaseModel& model) {
                parameter.start.text());
   }
   print_sense(model);
-  fmt::print("domain\n");
-  for (const data::Expression& condition : model.domain) fmt::print("  {}\n", condition.text());
+  print_text("domain\n");
+  for (const data::Expression& condition : model.domain) print_text("  {}\n", condition.text());
   for (const study::Equivalence& equivalence : model.equals) {
     std::vector<std::string> where;
     for (const auto& [name, value] : equivalence.where) {
       where.push_back(fmt::format("{} = {}", name, value.text()));
     }
-    fmt::print("the same as {}{}{}\n",
+    print_text("the same as {}{}{}\n",
                equivalence.model,
                where.empty() ? "" : " where ",
                fmt::join(where, ", "));
   }
-  if (!model.notes.empty()) fmt::print("notes\n  {}\n", model.notes);
-  fmt::print("source\n");
-  for (const std::string& source : model.source) fmt::print("  {}\n", source);
+  if (!model.notes.empty()) print_text("notes\n  {}\n", model.notes);
+  print_text("source\n");
+  for (const std::string& source : model.source) print_text("  {}\n", source);
 }
 
 /// The entries as their files have them, which is more than the program reads.
@@ -125,11 +125,11 @@ std::string species_text(const tree::PresetHead& preset) {
 
 void print_builders(const tree::BuilderCatalogue& catalogue) {
   for (const tree::BuilderKind kind : tree::builder_kinds()) {
-    fmt::print("{}\n", tree::builder_name(kind));
+    print_text("{}\n", tree::builder_name(kind));
     for (const tree::Builder* builder : catalogue.of(kind)) {
       const tree::PresetHead& preset = builder->preset();
-      fmt::print("  {:<24} {}\n", preset.name, preset.title);
-      if (!preset.species.empty()) fmt::print("  {:<24}   {}\n", "", species_text(preset));
+      print_text("  {:<24} {}\n", preset.name, preset.title);
+      if (!preset.species.empty()) print_text("  {:<24}   {}\n", "", species_text(preset));
     }
   }
 }

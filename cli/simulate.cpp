@@ -42,9 +42,9 @@ void print_summary(const SimulateOptions& options,
     print_json_value(result);
     return;
   }
-  fmt::print("{:<8} {:>7}\n", "species", "trees");
+  print_text("{:<8} {:>7}\n", "species", "trees");
   for (std::size_t s = 0; s < design.species.size(); ++s) {
-    fmt::print("{:<8} {:>7}\n", design.species[s].code, stand.species[s].trees);
+    print_text("{:<8} {:>7}\n", design.species[s].code, stand.species[s].trees);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
 #include "stand_output.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -47,9 +48,9 @@ void TextTable::print() const {
   for (const auto& row : rows_) {
     std::string line = fmt::format("{:<{}}", row[0], widths[0]);
     for (std::size_t i = 1; i < row.size(); ++i) line += fmt::format("  {:>{}}", row[i], widths[i]);
-    fmt::print("{}\n", line);
+    print_text("{}\n", line);
   }
-  fmt::print("\n");
+  print_text("\n");
 }
 
 void print_areas(const stand::StandReport& report) {
@@ -83,7 +84,7 @@ void print_areas(const stand::StandReport& report) {
     add(name_or(area.area.name, "stand"), area.figures, area.clark_evans);
   }
   if (report.areas.size() > 1) add("all", report.all, std::nullopt);
-  fmt::print("Plots (dominant height: the {} thickest trees per ha)\n",
+  print_text("Plots (dominant height: the {} thickest trees per ha)\n",
              report.dominant_trees_per_ha);
   table.print();
 }
@@ -108,7 +109,7 @@ void print_strata(const stand::StandReport& report) {
     }
     table.add(std::move(row));
   }
-  fmt::print("Strata, with standard errors over plots\n");
+  print_text("Strata, with standard errors over plots\n");
   table.print();
 }
 
@@ -131,7 +132,7 @@ void print_species(const stand::StandReport& report) {
     cells.push_back(rounded(row.figures.dominant_height_m));
     table.add(std::move(cells));
   }
-  fmt::print(
+  print_text(
       "Species (IV: importance value in %, +- standard deviation over plots; frequency from {})\n",
       report.quadrat_m > 0.0 ? fmt::format("quadrats of {} m", report.quadrat_m) : "plots");
   table.print();
@@ -145,7 +146,7 @@ void print_diameters(const stand::StandReport& report) {
                rounded(one.stems_per_ha),
                rounded(one.basal_area_m2_per_ha, 2)});
   }
-  fmt::print("Diameters\n");
+  print_text("Diameters\n");
   table.print();
 }
 
@@ -168,7 +169,7 @@ void print_structure(const stand::StandReport& report) {
     add(name_or(summary.species, "(none)"), summary);
   }
   add("all", *report.unit_means);
-  fmt::print("Structure, means over core trees ({} neighbors)\n", report.units->neighbors);
+  print_text("Structure, means over core trees ({} neighbors)\n", report.units->neighbors);
   table.print();
 }
 
@@ -188,7 +189,7 @@ void print_joint(const stand::StandReport& report) {
       }
       table.add(std::move(row));
     }
-    fmt::print(
+    print_text(
         "{} and {}: % of {} core trees\n", joint.first, joint.second, joint.distribution.trees);
     table.print();
   }

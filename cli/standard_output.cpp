@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "standard_output.hpp"
 
-#include <fmt/format.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -10,10 +10,27 @@
 
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::cli {
 
 using nlohmann::ordered_json;
+
+void print_visible(std::string_view text) { fmt::print("{}", with_visible_controls(text)); }
+
+VisibleTables::VisibleTables() {
+  if (::isatty(STDOUT_FILENO) == 1) replaced_ = std::cout.rdbuf(this);
+}
+
+VisibleTables::~VisibleTables() {
+  if (replaced_ != nullptr) std::cout.rdbuf(replaced_);
+}
+
+int VisibleTables::sync() {
+  print_visible(view());
+  str("");
+  return 0;
+}
 
 void finish_standard_output() {
   std::cout.flush();
@@ -23,7 +40,7 @@ void finish_standard_output() {
 }
 
 void print_json_value(const ordered_json& value, int indent) {
-  fmt::print("{}\n", json_text(value, indent));
+  print_text("{}\n", json_text(value, indent));
 }
 
 ordered_json number_or_null(double value) {

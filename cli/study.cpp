@@ -145,14 +145,14 @@ std::string base_model(const study::ResponseStudy& result) {
 void print_soundness(const study::Study& study) {
   if (study.results.empty()) return;
   const auto sound = std::ranges::count_if(study.results, &study::ResponseStudy::is_sound);
-  fmt::print("Sound: {} of {} final models.\n", sound, study.results.size());
+  print_text("Sound: {} of {} final models.\n", sound, study.results.size());
   for (const study::ResponseStudy& result : study.results) {
     if (result.is_sound()) continue;
     std::vector<std::string> reasons = result.doubts;
     if (!result.converged()) reasons.insert(reasons.begin(), result.verdict());
-    fmt::print("Doubtful: {} {}. {}\n", result.species, result.response, fmt::join(reasons, " "));
+    print_text("Doubtful: {} {}. {}\n", result.species, result.response, fmt::join(reasons, " "));
   }
-  fmt::print("\n");
+  print_text("\n");
 }
 
 /// Why the best candidates of a level were not chosen, one line each.
@@ -160,9 +160,9 @@ void print_passed_over(const study::Study& study) {
   bool is_first = true;
   for (const study::ResponseStudy& result : study.results) {
     for (const std::string& sentence : result.passed_over()) {
-      if (is_first) fmt::print("\n");
+      if (is_first) print_text("\n");
       is_first = false;
-      fmt::print("{} {}: {}\n", result.species, result.response, sentence);
+      print_text("{} {}: {}\n", result.species, result.response, sentence);
     }
   }
 }
@@ -178,7 +178,7 @@ void print_table(const study::Study& study) {
   for (const study::ResponseStudy& result : study.results) {
     width = std::max(width, base_model(result).size());
   }
-  fmt::print("{:<10} {:<4} {:>5}  {:<{}}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
+  print_text("{:<10} {:<4} {:>5}  {:<{}}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
              "species",
              "",
              "trees",
@@ -193,7 +193,7 @@ void print_table(const study::Study& study) {
   for (const study::ResponseStudy& result : study.results) {
     const double ols = result.ols ? result.ols->fit.population.r2 : NAN;
     const double nlme = result.nlme ? result.nlme->fit.conditional.r2 : NAN;
-    fmt::print("{:<10} {:<4} {:>5}  {:<{}}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
+    print_text("{:<10} {:<4} {:>5}  {:<{}}  {:<18}  {:<18}  {:<19}  {:>8}  {:>8}  {}\n",
                result.species,
                result.response,
                result.rows.size(),
@@ -342,6 +342,12 @@ void initialise(const StudyArguments& arguments) {
       fmt::format("Edit {0}, then: silvafit study {1} --config {0} --out DIR",
                   arguments.initial,
                   arguments.inventory.path));
+  if (arguments.common.json) {
+    print_json_value({{"schema", "silvafit-study-settings/1"},
+                      {"silvafit", version()},
+                      {"inventory", arguments.inventory.path},
+                      {"settings", arguments.initial}});
+  }
 }
 
 /// \param page  that becomes the report
@@ -372,7 +378,7 @@ void run_whole_study(StudyArguments& arguments, const std::filesystem::path& pag
     print_soundness(record.study);
     print_table(record.study);
     print_passed_over(record.study);
-    fmt::print("\n{} fits in {:.1f} s, {:.0f} a second. The report: {}\n",
+    print_text("\n{} fits in {:.1f} s, {:.0f} a second. The report: {}\n",
                record.study.fit_count(),
                seconds.count(),
                static_cast<double>(record.study.fit_count()) / seconds.count(),

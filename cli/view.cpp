@@ -212,7 +212,7 @@ void report(const ViewArguments& arguments,
     return;
   }
   constexpr double kMegabyte = 1e6;
-  fmt::print("{}, {:.1f} MB, {:.2f} s: {}\n",
+  print_text("{}, {:.1f} MB, {:.2f} s: {}\n",
              trees_text(view),
              static_cast<double>(bytes) / kMegabyte,
              seconds,

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -185,10 +186,26 @@ void write_file(const fs::path& path, std::string_view bytes) {
 
 void require_writable_folder(const fs::path& folder) { const AtomicFile probe(folder / "probe"); }
 
+struct ResultFolder::Lock {
+  Descriptor folder;
+
+  /// Some file systems of networks lock no folders; their folders can be used all the same.
+  explicit Lock(const fs::path& path)
+      : folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (folder.number() < 0 || ::flock(folder.number(), LOCK_EX | LOCK_NB) == 0) return;
+    if (errno != EWOULDBLOCK) return;
+    throw IoError(
+        "another silvafit is writing into this folder; wait until it has ended, or choose another "
+        "folder",
+        {.file = path.string()});
+  }
+};
+
 ResultFolder::ResultFolder(const fs::path& path) {
   const std::error_code error = UnfinishedFiles::of_process().make_folders(path, made_);
   try {
     if (error) cannot("make the folder", path, error.value());
+    lock_ = std::make_unique<Lock>(path);
     require_writable_folder(path);
   } catch (...) {
     remove_empty(made_);

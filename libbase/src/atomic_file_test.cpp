@@ -139,6 +139,18 @@ TEST_CASE("a folder for results goes if nobody writes into it") {
   CHECK_THROWS_AS(silvafit::ResultFolder(folder.path / "new" / "file"), silvafit::IoError);
 }
 
+TEST_CASE("a folder for results has one owner at a time") {
+  const Folder folder;
+  {
+    const silvafit::ResultFolder first(folder.path / "out");
+    CHECK_THROWS_WITH(silvafit::ResultFolder(folder.path / "out"),
+                      Catch::Matchers::Contains("another silvafit is writing into this folder"));
+    CHECK(fs::exists(folder.path / "out"));
+    const silvafit::ResultFolder beside(folder.path / "beside");
+  }
+  CHECK_NOTHROW(silvafit::ResultFolder(folder.path / "out"));
+}
+
 TEST_CASE("a file that cannot be written or read is named") {
   CHECK_THROWS_WITH(silvafit::write_file("/proc/none/file.txt", "x"),
                     Catch::Matchers::Contains("/proc/none"));

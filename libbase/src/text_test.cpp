@@ -8,11 +8,16 @@ using silvafit::with_visible_controls;
 
 TEST_CASE("control characters are seen and do nothing", "[base]") {
   CHECK(with_visible_controls("\x1b[2J\x1b]0;title\x07") == "\\x1b[2J\\x1b]0;title\\x07");
-  CHECK(with_visible_controls("back\rto the start\x7f") == "back\\x0dto the start\\x7f");
+  CHECK(with_visible_controls("back\rto the start\x7f") == "back\\x0dto the start\\u007f");
   CHECK(with_visible_controls(std::string("\0", 1)) == "\\x00");
   // U+009B opens the same sequences as ESC [.
   CHECK(with_visible_controls("\xC2\x9B"
                               "2J") == "\\u009b2J");
+}
+
+TEST_CASE("controls of the direction of text are seen and do nothing", "[base]") {
+  CHECK(with_visible_controls("oak\u202Etxt.exe\u202C") == "oak\\u202etxt.exe\\u202c");
+  CHECK(with_visible_controls("\u2066a\u2069\u061C\u200F") == "\\u2066a\\u2069\\u061c\\u200f");
 }
 
 TEST_CASE("text without control characters stays as it is", "[base]") {
@@ -22,6 +27,10 @@ TEST_CASE("text without control characters stays as it is", "[base]") {
                                  "Pic\303\251a",
                                  "\xC2\xA0",
                                  "\xE4\xBA\x91\xE6\x9D\x89",
+                                 "\u2013\u2065\u206A\u200D",
+                                 "\U0001F332",
+                                 "\xE2\x80",
+                                 "\xE2\x80z",
                                  "n\xFF.csv",
                                  "\xC2"}) {
     CHECK(with_visible_controls(text) == text);

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Names of files and words of the command line may hold any bytes, and names in files any characters."""
 
+import csv
 import json
 import os
+import pty
 import subprocess
 import unittest
 from pathlib import Path
@@ -79,6 +81,56 @@ class ControlCharacters(ProgramTest):
         said = self.stderr("study", "trees.csv", "--out", "out")
         self.assertIn("S\\x1b[2JM", said)
         self.assertNotIn("\x1b", said)
+
+    def test_a_name_cannot_turn_the_direction_of_a_message_or_table(self):
+        name = "oak\u202egnp.exe"
+        rows = "".join(f"1,{t},{name},{t % 3},{t // 3},{10 + t},{8 + t}\n" for t in range(9))
+        self.write("trees.csv", "plot,tree,species,x,y,dbh,h\n" + rows)
+        for arguments in (["study", "trees.csv", "--out", "out"], ["stand", "trees.csv"], ["stand", "trees.csv", "--json"]):
+            done = subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=60, check=False)
+            self.assertIn("oak\\u202egnp.exe", done.stdout + done.stderr)
+            self.assertNotIn("\u202e", done.stdout + done.stderr)
+            if "--json" in arguments:
+                self.assertIn(name, json.dumps(json.loads(done.stdout), ensure_ascii=False))
+
+    def test_a_table_on_a_terminal_shows_controls_and_a_file_has_them(self):
+        rows = "".join(f"1,{t},{self.ESCAPE},{t % 3},{t // 3},{10 + t}\n" for t in range(9))
+        self.write("trees.csv", "plot,tree,species,x,y,dbh\n" + rows)
+        terminal, end = pty.openpty()
+        subprocess.run([PROGRAM, "indices", "trees.csv", "--quiet"], cwd=self.folder, stdout=end, timeout=60, check=True)
+        os.close(end)
+        shown = os.read(terminal, 1 << 16).decode("utf-8")
+        os.close(terminal)
+        self.assertIn("S\\x1b[2JM", shown)
+        self.assertNotIn("\x1b", shown)
+        self.assertIn(self.ESCAPE, self.run_program("indices", "trees.csv", "--quiet").stdout)
+
+
+class Formulas(ProgramTest):
+    """Names that a spreadsheet would compute have an apostrophe in files and none where files are read."""
+
+    NAMES = ["=1+1", "@A1", "+oak", "-oak", "'=1"]
+
+    def setUp(self):
+        super().setUp()
+        rows = "".join(f"p,{t},\"{name}\",{3 * t},{s},{10 + t},{8 + t},-1.5\n"
+                       for s, name in enumerate(["=1+1", "@A1", "+oak", "-oak", "''=1"]) for t in range(5 * s, 5 * s + 5))
+        self.write("trees.csv", "plot,tree,species,x,y,dbh,h,t\n" + rows)
+
+    def species(self, name):
+        with open(self.folder / name, encoding="utf-8", newline="") as file:
+            return [row["species"] for row in csv.DictReader(file)]
+
+    def test_names_stay_the_same_when_results_are_read_again(self):
+        written = [name for name in ["'=1+1", "'@A1", "'+oak", "'-oak", "''=1"] for _ in range(5)]
+        self.run_program("indices", "trees.csv", "--out", "i.csv", "--quiet")
+        self.assertEqual(self.species("i.csv"), written)
+        filled = ("impute", "--response", "h", "--formula", "h ~ 1.3 + a*dbh^b", "--random", "none", "--out")
+        self.run_program(*filled, "first.csv", "trees.csv", "--quiet")
+        self.assertEqual(self.species("first.csv"), written)
+        self.assertIn(",-1.5,", (self.folder / "first.csv").read_text(encoding="utf-8"))
+        stand = self.run_json("stand", "first.csv", "--case-sensitive")
+        self.assertEqual({row["species"] for row in stand["species"]}, {*self.NAMES})
 
 
 if __name__ == "__main__":

@@ -159,5 +159,13 @@ class OwnFormulas(ProgramTest):
             self.assertEqual([row["model"] for row in csv.DictReader(table)], ["own"])
 
 
+class Settings(ProgramTest):
+    def test_a_new_settings_file_is_named_in_json(self):
+        self.write("stand.csv", stand_csv())
+        written = self.run_json("study", "stand.csv", "--init", "study.json")
+        self.assertEqual(written["settings"], "study.json")
+        self.assertTrue((self.folder / "study.json").is_file())
+
+
 if __name__ == "__main__":
     unittest.main()

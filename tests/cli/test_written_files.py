@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Files are written whole, to nobody else's place, with the permissions that they had, and are on the disk."""
 
+import json
 import os
 import shutil
 import signal
@@ -11,7 +12,7 @@ import unittest
 from pathlib import Path
 
 import preloaded
-from silvafit_program import PROGRAM, ProgramTest
+from silvafit_program import PROGRAM, ProgramTest, stand_csv
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "fir-mixed" / "inventory.csv"
 TREES = "plot,tree,species,x,y,dbh,h,hcb,cw\n" + "".join(
@@ -111,6 +112,49 @@ class WrittenFiles(ProgramTest):
             self.assertIn("o.csv: cannot write (No space left on device)", done.stderr)
         self.assertEqual(done.returncode, 0)
         self.assertGreater(number, 4)  # write, fsync, rename, and fsync of the folder were tried
+
+    def test_whichever_call_of_the_disk_fails_a_study_leaves_old_or_new_files(self):
+        environment = preloaded.library(self.folder, "disk", preloaded.FAILING_DISK)
+        self.write("stand.csv", stand_csv())
+        self.write("settings.json", json.dumps({"responses": ["h"], "minimum_trees": 50, "candidates": {"h": ["M4", "M5"]}}))
+        study = ("study", "stand.csv", "--config", "settings.json", "--quiet", "--out", "out", "--threads", "1")
+        out = self.folder / "out"
+
+        def contents():
+            return {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+
+        log = self.folder / "log"
+        self.assertEqual(self.begin(*study, environment=environment | {"FAIL_LOG": str(log)}).wait(timeout=60), 0)
+        new = contents()
+        calls = log.read_text(encoding="utf-8").count("\n")
+        self.assertGreater(calls, 3 * len(new))  # write, fsync and rename of each
+        old = {name: b"old" for name in new}
+        for number in range(1, calls + 1):
+            for name in new:
+                (out / name).write_bytes(old[name])
+            done = subprocess.run([PROGRAM, *study], cwd=self.folder, env=environment | {"FAIL_AT": str(number)},
+                                  capture_output=True, text=True, timeout=60, check=False)
+            self.assertEqual(done.returncode, INPUT_OUTPUT, f"call {number}: {done.stderr}")
+            self.assertIn("cannot write (No space left on device)", done.stderr)
+            found = contents()
+            self.assertEqual(found.keys(), new.keys())
+            for name, content in found.items():
+                # Times of a run are its own.
+                is_new = json.loads(content) if name.name == "run.json" and content != b"old" else content == new[name]
+                self.assertTrue(content == b"old" or is_new, f"call {number}: {name}")
+
+    def test_two_studies_do_not_write_into_one_folder(self):
+        study = ("study", str(EXAMPLE), "--out", "out", "--quiet")
+        first = self.begin(*study)
+        while not (self.folder / "out").exists() and first.poll() is None:
+            time.sleep(0.001)
+        time.sleep(0.1)
+        second = subprocess.run([PROGRAM, *study], cwd=self.folder, capture_output=True, text=True, timeout=120, check=False)
+        self.assertIsNone(first.poll(), "the first study was too quick")
+        self.assertEqual(second.returncode, INPUT_OUTPUT)
+        self.assertIn("out: another silvafit is writing into this folder", second.stderr)
+        self.assertEqual(first.wait(timeout=120), 0)
+        self.assertTrue((self.folder / "out" / "run.json").is_file())
 
     def test_a_full_disk_is_an_error_of_input_and_output(self):
         with open("/dev/full", "w", encoding="utf-8") as full:

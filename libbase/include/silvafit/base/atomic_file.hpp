@@ -52,17 +52,22 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 void require_writable_folder(const std::filesystem::path& folder);
 
 /// A folder for results: what it makes and nobody writes into is gone at the end of its scope, such
-/// as after an error, and after an interrupt. A folder that was there before stays.
+/// as after an error, and after an interrupt. A folder that was there before stays. The folder is
+/// locked (flock) until the scope or the process ends, so that the results are those of one
+/// process.
 class ResultFolder {
  public:
-  /// \throws IoError if files cannot be written into it
+  /// \throws IoError if files cannot be written into it, or if another ResultFolder has it
   explicit ResultFolder(const std::filesystem::path& path);
   ~ResultFolder();
   ResultFolder(const ResultFolder&) = delete;
   ResultFolder& operator=(const ResultFolder&) = delete;
 
  private:
+  struct Lock;
+
   std::vector<std::filesystem::path> made_{};  ///< each above the next
+  std::unique_ptr<Lock> lock_;
 };
 
 /// A folder of its own in the system's folder for temporary files, removed with all that is in it.
