@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps configure configure-tests build demo test fuzz sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package format check-format clean
+.PHONY: help deps test-deps configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -7,6 +7,7 @@ help:
 	@echo "make test    install what tests need, build them and the program, and run every test"
 	@echo "make sanitize, make sanitize-threads, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make fuzz SECONDS=60   every reader of files with libFuzzer, so many seconds each"
+	@echo "make attack SECONDS=600   all commands on changed inputs, so many seconds"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
@@ -52,6 +53,10 @@ fuzz: test-deps
 	@./scripts/install-dependencies packages-debian12-tidy.txt
 	@cmake --preset fuzz && cmake --build --preset fuzz
 	@scripts/fuzz $(or $(SECONDS),60)
+
+# All commands on changed inputs; what is found is kept in build/attack. docs/hardening.md.
+attack: build
+	@tests/attack/attack.py build/bin/silvafit --seconds $(or $(SECONDS),600) --seed $(or $(SEED),1)
 
 coverage: test-deps
 	@cmake --preset coverage && cmake --build --preset coverage && ctest --preset coverage -j 2
