@@ -151,9 +151,9 @@ std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed
       break;
     }
     if (attempts_left == 0 || left_of_all == 0) {
-      throw InputError(fmt::format("after {} of {} stems there is hardly room for another stem at "
-                                   "{} m from all others; reduce the density, the distance or the "
-                                   "patchiness",
+      throw InputError(fmt::format("after {} of {} stems there is no room for another stem at {} m "
+                                   "from all others, or hardly any; reduce the density, the "
+                                   "distance or the patchiness",
                                    stems.size(),
                                    species_of_stems.size(),
                                    design.stems.minimum_distance_m),
