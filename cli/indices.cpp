@@ -44,7 +44,6 @@ struct Outcome {
   stand::UnitSummaries summaries{};
   std::vector<std::string> notes{};
   std::vector<std::string> recognized{};  ///< of the notes, how the file was read
-  std::vector<stand::ExcludedRow> excluded{};
   std::size_t excluded_trees = 0;
   double alpha0_deg = 0.0;
   std::vector<stand::FurtherIndex> further{};
@@ -106,6 +105,37 @@ class UnitTable {
   bool is_first_ = true;
 };
 
+/// The file of skipped rows, if one is wanted.
+class ExcludedFile {
+ public:
+  explicit ExcludedFile(const IndicesArguments& arguments) {
+    if (!arguments.excluded.empty()) file_.emplace(arguments.excluded);
+  }
+
+  void write(const std::vector<stand::ExcludedRow>& rows) {
+    if (!file_) return;
+    stand::write_excluded(rows, file_->stream(), is_first_);
+    is_first_ = false;
+  }
+
+  void finish() {
+    write({});  // at least the header
+    if (file_) file_->commit();
+  }
+
+ private:
+  std::optional<AtomicFile> file_{};
+  bool is_first_ = true;
+};
+
+/// Where the rows of an inventory go: those of its trees and those that are skipped.
+struct Tables {
+  explicit Tables(const IndicesArguments& arguments) : units(arguments), excluded(arguments) {}
+
+  UnitTable units;
+  ExcludedFile excluded;
+};
+
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
@@ -113,22 +143,23 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 /// The units of one inventory or batch, written and summed up.
 void take(const stand::CheckedInventory& checked,
           const stand::StructuralUnitOptions& options,
-          UnitTable& table,
+          Tables& tables,
           Outcome& outcome) {
   outcome.excluded_trees += checked.excluded_tree_count;
-  outcome.excluded.insert(outcome.excluded.end(), checked.excluded.begin(), checked.excluded.end());
+  tables.excluded.write(checked.excluded);
+  if (checked.inventory.size() == 0) return;
   const auto start = std::chrono::steady_clock::now();
   const stand::StructuralUnits units = stand::structural_units(checked.inventory, options);
   outcome.seconds.units += seconds_since(start);
   outcome.findings.add(units.findings);
   outcome.alpha0_deg = units.alpha0_deg;
   outcome.summaries.add(checked.inventory, units);
-  table.write(checked.inventory, units);
+  tables.units.write(checked.inventory, units);
 }
 
 void take_batches(const IndicesArguments& arguments,
                   stand::StructuralUnitOptions options,
-                  UnitTable& table,
+                  Tables& tables,
                   Outcome& outcome) {
   if (options.scope == stand::SearchScope::kStand) {
     throw UsageError("--stream cannot search neighbors across plots; use --per plot",
@@ -142,7 +173,7 @@ void take_batches(const IndicesArguments& arguments,
   Progress progress(arguments.common);
   std::size_t trees = 0;
   while (const auto batch = batches.next()) {
-    take(*batch, options, table, outcome);
+    take(*batch, options, tables, outcome);
     trees += batch->inventory.size();
     progress.show(fmt::format("{} trees", trees), 0, 1);
   }
@@ -153,8 +184,7 @@ void take_batches(const IndicesArguments& arguments,
   outcome.notes = batches.notes();
   outcome.recognized = batches.recognized();
   for (const std::string& note : outcome.notes) say(arguments.common, "note: " + note);
-  const std::string excluded = stand::describe_excluded(
-      outcome.excluded, outcome.excluded_trees, trees, arguments.inventory.path);
+  const std::string excluded = batches.excluded();
   if (!excluded.empty()) say(arguments.common, "note: " + excluded);
 }
 
@@ -175,20 +205,20 @@ void run(const IndicesArguments& arguments) {
       {{"INVENTORY.csv", arguments.inventory.path}, {"--window", arguments.units.window}},
       {{"--out", arguments.out}, {"--excluded", arguments.excluded}});
   const stand::StructuralUnitOptions options = unit_options(arguments.units, arguments.common);
-  UnitTable table(arguments);
+  Tables tables(arguments);
   Outcome outcome{.further = options.further};
   std::ranges::sort(outcome.further);
   // Not std::ranges::unique, because clang 14 does not support structured bindings of its result.
   outcome.further.erase(std::unique(outcome.further.begin(), outcome.further.end()),
                         outcome.further.end());
   if (arguments.stream) {
-    take_batches(arguments, options, table, outcome);
+    take_batches(arguments, options, tables, outcome);
   } else {
     const stand::CheckedInventory checked =
         read_inventory(arguments.inventory, {.needs_coordinates = true}, arguments.common);
     outcome.notes = checked.notes;
     outcome.recognized = checked.recognized;
-    take(checked, options, table, outcome);
+    take(checked, options, tables, outcome);
   }
   say_findings(arguments, options, outcome);
   const stand::UnitSummary all = outcome.summaries.all();
@@ -200,8 +230,8 @@ void run(const IndicesArguments& arguments) {
                     all.trees,
                     all.trees - all.core_trees));
   }
-  if (!arguments.excluded.empty()) stand::write_excluded(outcome.excluded, arguments.excluded);
-  table.finish();
+  tables.excluded.finish();
+  tables.units.finish();
   outcome.seconds.all = seconds_since(start);
   if (arguments.common.json) print_json_value(result_json(arguments, outcome));
 }

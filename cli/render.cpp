@@ -14,6 +14,7 @@
 #include "command.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/render/models.hpp"
 #include "standard_output.hpp"
@@ -95,6 +96,35 @@ render::RenderOptions options_of(const RenderArguments& arguments) {
   return options;
 }
 
+/// Refuses what would take days, and announces what takes minutes.
+void check_work(const RenderArguments& arguments, const render::RenderOptions& options) {
+  constexpr double kMostRays = 1e11;
+  constexpr double kManyRays = 1e9;
+  const std::size_t images =
+      std::max<std::size_t>(1, arguments.turntable) * arguments.models.size();
+  const double rays = static_cast<double>(options.width) * static_cast<double>(options.height) *
+                      static_cast<double>(options.samples) * static_cast<double>(images);
+  if (rays > kMostRays) {
+    throw UsageError(
+        fmt::format("{} of {} x {} pixels with {} rays per pixel {} {:.2g} rays, and at most "
+                    "{:.0g} can be traced in a day or so; reduce --size or --samples",
+                    counted(images, "image", "images"),
+                    options.width,
+                    options.height,
+                    options.samples,
+                    images == 1 ? "needs" : "need",
+                    rays,
+                    kMostRays),
+        {.column = "--samples"});
+  }
+  if (rays < kManyRays) return;
+  say(arguments.common,
+      fmt::format("note: {:.2g} rays are traced, about {:.0f} times as many as for an image of the "
+                  "default size and samples; this may take minutes to hours",
+                  rays,
+                  rays / (1280.0 * 720.0 * 16.0)));
+}
+
 struct Drawn {
   std::vector<std::string> files{};
   std::size_t triangles = 0;
@@ -117,6 +147,7 @@ bool has_own_ground(const tree::ReadScene& scene) {
 
 Drawn draw(const RenderArguments& arguments) {
   render::RenderOptions options = options_of(arguments);
+  check_work(arguments, options);
   Progress progress(arguments.common);
   Drawn drawn;
   std::vector<render::Picture> pictures;

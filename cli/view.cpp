@@ -26,6 +26,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/view_data.hpp"
+#include "silvafit/tree/scene_reader.hpp"
 #include "standard_output.hpp"
 #include "tree_table.hpp"
 
@@ -126,8 +127,10 @@ study::View view_of_file(ViewArguments& arguments, const tree::PresetCatalogue& 
       table = read_trees(arguments.trees, arguments);
     }
     try {
-      return study::view_of_scene(
-          read_file(source), table ? &*table : nullptr, catalogue, arguments.options);
+      return study::view_of_scene(read_file(source, tree::kLargestScene),
+                                  table ? &*table : nullptr,
+                                  catalogue,
+                                  arguments.options);
     } catch (const InputError& error) {
       if (!error.place().file.empty()) throw;
       throw InputError(error.message(), {.file = source.string()});

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -249,16 +250,27 @@ int open_nameless_file(const fs::path& beside) {
   cannot("write", beside, error_number);
 }
 
-std::string read_file(const fs::path& path) {
+std::string read_file(const fs::path& path, std::uint64_t limit) {
   const auto refuse = [&path](int error_number) {
     throw InputError(reason("read", error_number), {.file = path.string()});
+  };
+  const auto refuse_size = [&path](std::uint64_t most) {
+    constexpr std::uint64_t kMebibyte = std::uint64_t{1} << 20U;
+    throw InputError(fmt::format("is larger than {} MiB, the limit for files of this kind; check "
+                                 "that it is the right file",
+                                 (most + kMebibyte - 1) / kMebibyte),
+                     {.file = path.string()});
   };
   const Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (opened.number() < 0) refuse(errno);
   std::string bytes;
   struct stat status {};
-  if (::fstat(opened.number(), &status) == 0 && status.st_size > 0) {
-    bytes.reserve(static_cast<std::size_t>(status.st_size));
+  const bool is_known = ::fstat(opened.number(), &status) == 0 && S_ISREG(status.st_mode);
+  if (!is_known) limit = std::min(limit, kLargestFile);
+  if (is_known && status.st_size > 0) {
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    if (size > limit) refuse_size(limit);
+    bytes.reserve(static_cast<std::size_t>(size));
   }
   constexpr std::size_t kBlock = std::size_t{1} << 16U;
   std::array<char, kBlock> block{};
@@ -266,6 +278,7 @@ std::string read_file(const fs::path& path) {
     const ssize_t count = ::read(opened.number(), block.data(), block.size());
     if (count > 0) {
       bytes.append(block.data(), static_cast<std::size_t>(count));
+      if (bytes.size() > limit) refuse_size(limit);
     } else if (count == 0) {
       return bytes;
     } else if (errno == EISDIR) {

@@ -22,6 +22,16 @@ struct Folder {
 
 }  // namespace
 
+TEST_CASE("a file that is larger than its reader allows is refused, endless ones too") {
+  const Folder folder;
+  const fs::path file = folder.path / "text";
+  silvafit::write_file(file, std::string(1000, 'a'));
+  CHECK(silvafit::read_file(file, 1000).size() == 1000);
+  CHECK_THROWS_WITH(silvafit::read_file(file, 999),
+                    Catch::Matchers::Contains("text: is larger than 1 MiB"));
+  CHECK_THROWS_AS(silvafit::read_file("/dev/zero", 1 << 20), silvafit::InputError);
+}
+
 TEST_CASE("a file appears only when it is committed") {
   const Folder folder;
   const fs::path target = folder.path / "deep" / "file.txt";

@@ -62,6 +62,22 @@ TEST_CASE("variates have the moments of their distributions") {
   }
 }
 
+// The tolerances are five standard errors, of the standardized moments.
+TEST_CASE("gamma variates end for any shape, and are normal for large ones") {
+  constexpr int kCount = 20000;
+  Random random(7);
+  const double n = kCount;
+  for (const double shape : {0.9e8, 1.1e8, 1e16, 1e20, 1e30}) {
+    const double scale = 1.0 / std::sqrt(shape);
+    const Moments gamma =
+        moments_of(kCount, [&] { return random.gamma(shape, scale) / std::sqrt(shape) - 1.0; });
+    // Of a ratio to the mean: numbers about 1 have 16 digits.
+    const double sd = std::max(1.0 / std::sqrt(shape), 1e-16);
+    CHECK(std::abs(gamma.mean) < 5.0 * sd / std::sqrt(n) + 1e-16);
+    if (shape < 1e20) CHECK(gamma.variance * shape == Approx(1.0).margin(5.0 * std::sqrt(2.0 / n)));
+  }
+}
+
 TEST_CASE("a truncated normal stays in its interval") {
   Random random(1);
   for (int i = 0; i < 1000; ++i) {

@@ -137,7 +137,7 @@ void EdgeWorker::report_plots_outside() {
   }
   for (std::size_t i = 0; i < windows_.domains.size(); ++i) {
     if (inside[i] > 0 || outside[i] == 0) continue;
-    units_.findings.plots_outside.push_back(windows_.domains[i].name);
+    units_.findings.plots_outside.add({windows_.domains[i].name});
   }
 }
 

@@ -21,42 +21,42 @@ Place Inventory::place(std::size_t row) const {
 }
 
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown) {
-  return describe_excluded(checked.excluded,
-                           checked.excluded_tree_count,
-                           checked.inventory.size(),
-                           checked.inventory.file,
-                           most_shown);
+  ExcludedSummary summary(most_shown);
+  summary.add(checked);
+  return summary.text(checked.inventory.file);
 }
 
-std::string describe_excluded(const std::vector<ExcludedRow>& excluded,
-                              std::size_t left_out,
-                              std::size_t kept,
-                              const std::string& file,
-                              std::size_t most_shown) {
-  std::vector<const ExcludedRow*> problems;
-  for (const ExcludedRow& row : excluded) {
-    if (row.is_problem) problems.push_back(&row);
+void ExcludedSummary::add(const CheckedInventory& batch) {
+  left_out_ += batch.excluded_tree_count;
+  kept_ += batch.inventory.size();
+  for (const ExcludedRow& row : batch.excluded) {
+    if (!row.is_problem) {
+      ++without_problem_;
+      continue;
+    }
+    if (problems_++ < most_shown_) shown_.push_back(row);
   }
-  if (problems.empty()) return {};
-  const std::size_t without_problem = excluded.size() - problems.size();
+}
+
+std::string ExcludedSummary::text(const std::string& file) const {
+  if (problems_ == 0) return {};
   std::string text = fmt::format("{} of {} rows skipped, {}",
-                                 left_out - without_problem,
-                                 left_out + kept,
-                                 counted(problems.size(), "problem", "problems"));
-  for (std::size_t i = 0; i < std::min(most_shown, problems.size()); ++i) {
-    const ExcludedRow& row = *problems[i];
+                                 left_out_ - without_problem_,
+                                 left_out_ + kept_,
+                                 counted(problems_, "problem", "problems"));
+  for (const ExcludedRow& row : shown_) {
     const Place place{
         .file = file, .line = row.line, .column = row.column, .plot = row.plot, .tree = row.tree};
     text += "\n  " + describe(place, row.reason);
   }
-  if (problems.size() > most_shown) {
-    text += fmt::format("\n  and {} more", problems.size() - most_shown);
-  }
+  if (problems_ > shown_.size()) text += fmt::format("\n  and {} more", problems_ - shown_.size());
   return text;
 }
 
-void write_excluded(const std::vector<ExcludedRow>& excluded, std::ostream& stream) {
-  stream << "line,plot,tree,column,value,reason\n";
+void write_excluded(const std::vector<ExcludedRow>& excluded,
+                    std::ostream& stream,
+                    bool with_header) {
+  if (with_header) stream << "line,plot,tree,column,value,reason\n";
   for (const ExcludedRow& row : excluded) {
     stream << row.line;
     for (const std::string* field : {&row.plot, &row.tree, &row.column, &row.value, &row.reason}) {

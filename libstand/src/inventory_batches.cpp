@@ -11,15 +11,21 @@ namespace silvafit::stand {
 /// Whether a row begins another plot than the last tree's.
 bool InventoryReader::is_new_plot(const InventoryRow& row) const {
   const data::TextColumn& plots = result_.inventory.plot;
+  if (plots.size() == 0) return true;
   return plan_.labels[kPlot].exists() && plots[plots.size() - 1] != row.labels[kPlot];
 }
 
-/// Takes rows until the batch is full and its last plot whole; false at the end of the file.
+/// Takes rows until the batch is full, of trees or of rows that are left out, and its last plot
+/// whole; false at the end of the file.
 bool InventoryReader::fill_batch(std::size_t trees) {
+  // A problem with its texts takes as much memory as so many trees with their structural units.
+  constexpr std::size_t kRowsForProblem = 10;
   for (;;) {
     for (; next_in_block_ < block_size_; ++next_in_block_) {
       InventoryRow& row = block_[next_in_block_];
-      if (result_.inventory.size() >= trees && is_new_plot(row)) return true;
+      const bool is_full =
+          result_.inventory.size() >= trees || kRowsForProblem * result_.excluded.size() >= trees;
+      if (is_full && is_new_plot(row)) return true;
       check_not_finished(row);
       accept_or_exclude(row);
     }
@@ -29,7 +35,7 @@ bool InventoryReader::fill_batch(std::size_t trees) {
 }
 
 void InventoryReader::check_not_finished(const InventoryRow& row) const {
-  if (finished_.empty() || !finished_.contains(row.labels[kPlot])) return;
+  if (!finished_.contains(row.labels[kPlot])) return;
   std::string what =
       "the plot comes again after others; to read plot by plot, sort the file by plot";
   if (plan_.stand_field) {
@@ -42,27 +48,32 @@ void InventoryReader::check_not_finished(const InventoryRow& row) const {
 }
 
 void InventoryReader::finish_plots() {
-  for (const std::string& plot : result_.inventory.plot.levels()) finished_.insert(plot);
+  finished_.add(result_.inventory.plot.levels());
+  shared_labels_.finish_plots();
 }
 
 std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
-  fill_batch(trees);
+  const bool is_more = fill_batch(trees);
   const bool is_empty = result_.inventory.size() == 0;
-  if (is_empty && is_first_batch_) refuse_empty();
+  if (is_empty && is_first_batch_ && !is_more) {
+    excluded_.add(result_);
+    refuse_empty(excluded());
+  }
   if (is_empty && result_.excluded.empty()) return std::nullopt;
   finish_plots();
   resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
-  if (is_first_batch_ && !options_.trust_units) {
+  if (is_first_batch_ && !is_empty && !options_.trust_units) {
     check_units(result_.inventory, plan_, crown_base_above_top_);
   }
   count_findings();
+  excluded_.add(result_);
   CheckedInventory batch = std::move(result_);
   result_ = {};
   result_.inventory.file = batch.inventory.file;
   kept_rows_.clear();
   times_ = {};
-  is_first_batch_ = false;
+  is_first_batch_ = is_first_batch_ && is_empty;
   return batch;
 }
 
@@ -94,5 +105,7 @@ std::vector<std::string> InventoryBatches::notes() const { return state_->reader
 std::vector<std::string> InventoryBatches::recognized() const {
   return state_->reader.recognized();
 }
+
+std::string InventoryBatches::excluded() const { return state_->reader.excluded(); }
 
 }  // namespace silvafit::stand

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -376,10 +377,10 @@ std::vector<std::string> InventoryReader::notes() const {
   return notes;
 }
 
-void InventoryReader::refuse_empty() const {
+void InventoryReader::refuse_empty(const std::string& excluded) const {
   const std::string& file = result_.inventory.file;
   if (row_count_ == 0) throw InputError("the file has a header but no trees", {.file = file});
-  throw InputError("no usable row: " + describe_excluded(result_), {.file = file});
+  throw InputError("no usable row: " + excluded, {.file = file});
 }
 
 CheckedInventory InventoryReader::read() {
@@ -389,7 +390,7 @@ CheckedInventory InventoryReader::read() {
   resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
-  if (result_.inventory.size() == 0) refuse_empty();
+  if (result_.inventory.size() == 0) refuse_empty(describe_excluded(result_));
   find_plots_left_out();
   read_other_columns();
   count_findings();

@@ -9,12 +9,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "inventory_checks.hpp"
 #include "inventory_columns.hpp"
+#include "inventory_finished_plots.hpp"
 #include "inventory_repeats.hpp"
 #include "inventory_shared_labels.hpp"
 #include "silvafit/data/csv.hpp"
@@ -59,6 +59,8 @@ class InventoryReader {
   std::vector<std::string> notes() const;
   /// Of it, how the file was read.
   std::vector<std::string> recognized() const;
+  /// What is said of the rows that read_batch left out so far.
+  std::string excluded() const { return excluded_.text(result_.inventory.file); }
 
  private:
   static constexpr std::size_t kBlockRows = 4096;
@@ -89,7 +91,7 @@ class InventoryReader {
   void read_other_columns();
   void count_findings();
   void find_plots_left_out();
-  [[noreturn]] void refuse_empty() const;
+  [[noreturn]] void refuse_empty(const std::string& excluded) const;
 
   data::CsvReader csv_;
   InventoryOptions options_;
@@ -97,9 +99,10 @@ class InventoryReader {
   CheckedInventory result_{};
   std::vector<InventoryRow> block_ = std::vector<InventoryRow>(kBlockRows);
   std::size_t block_size_ = 0;
-  std::size_t next_in_block_ = 0;               ///< first row of the block not yet taken
-  std::unordered_set<std::string> finished_{};  ///< plots of earlier batches
-  bool is_first_batch_ = true;
+  std::size_t next_in_block_ = 0;  ///< first row of the block not yet taken
+  FinishedPlots finished_{};
+  ExcludedSummary excluded_{};  ///< of the batches so far
+  bool is_first_batch_ = true;  ///< no batch before has a tree
   std::vector<std::vector<double>> expression_numbers_{};
   std::vector<data::TextColumn> expression_texts_{};
   std::size_t row_count_ = 0;

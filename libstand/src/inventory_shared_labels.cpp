@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <iterator>
+
 #include "silvafit/base/text.hpp"
 
 namespace silvafit::stand {
@@ -13,22 +15,30 @@ void SharedPlotLabels::add(std::string_view plot, std::string_view stand) {
   last_plot_ = plot;
   last_stand_ = stand;
   const auto [known, is_new] = stand_of_plot_.try_emplace(last_plot_, stand);
-  if (!is_new && known->second != stand) other_stand_.try_emplace(last_plot_, stand);
+  if (is_new || known->second == stand) return;
+  shared_.try_emplace(last_plot_, Shared{.first = known->second, .other = std::string(stand)});
+}
+
+void SharedPlotLabels::finish_plots() {
+  stand_of_plot_.clear();
+  while (shared_.size() > 1) {
+    shared_.erase(std::prev(shared_.end()));
+    ++forgotten_;
+  }
 }
 
 std::string SharedPlotLabels::note(const std::string& column) const {
-  if (other_stand_.empty()) return {};
-  const auto& [plot, other] = *other_stand_.begin();
-  const std::string& first = stand_of_plot_.at(plot);
+  if (shared_.empty()) return {};
+  const auto& [plot, stands] = *shared_.begin();
   return fmt::format(
       "{} several values of the column {} ({} occurs with {} and {}), but all trees with one plot "
       "label are treated as one plot; use plot labels that are unique in the file, such as {}-{}",
-      counted(other_stand_.size(), "plot label occurs with", "plot labels occur with"),
+      counted(forgotten_ + shared_.size(), "plot label occurs with", "plot labels occur with"),
       column,
       plot,
-      first,
-      other,
-      first,
+      stands.first,
+      stands.other,
+      stands.first,
       plot);
 }
 

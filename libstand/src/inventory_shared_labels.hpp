@@ -2,6 +2,7 @@
 // Plots that bear one label in several stands.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <string_view>
@@ -13,13 +14,21 @@ namespace silvafit::stand {
 class SharedPlotLabels {
  public:
   void add(std::string_view plot, std::string_view stand);
+  /// The plots so far do not come again; they are counted and forgotten.
+  void finish_plots();
   /// What to say of them; empty if there are none.
   /// \param column  that the stands are in
   std::string note(const std::string& column) const;
 
  private:
+  struct Shared {
+    std::string first{};  ///< stand where the label came first
+    std::string other{};  ///< the next one
+  };
+
   std::unordered_map<std::string, std::string> stand_of_plot_{};  ///< where it came first
-  std::map<std::string, std::string> other_stand_{};              ///< of plots that came again
+  std::map<std::string, Shared> shared_{};  ///< labels of several stands: after finish_plots() one
+  std::size_t forgotten_ = 0;               ///< the others
   std::string last_plot_{};
   std::string last_stand_{};
 };

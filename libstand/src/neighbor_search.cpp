@@ -116,6 +116,10 @@ struct NeighborSearch::Index {
                         Point from,
                         std::vector<Neighbor>& found,
                         Scratch& scratch) const;
+  void collect_within(double reach_m,
+                      std::size_t most_of_site,
+                      Point from,
+                      std::vector<Neighbor>& found) const;
   std::array<Point, 9> images(Point from) const;
   std::size_t site_size(std::uint32_t site) const { return sites[site + 1] - sites[site]; }
   void order(std::vector<Neighbor>& found) const;
@@ -242,6 +246,25 @@ double NeighborSearch::Index::collect_images(std::size_t wanted,
   return seen_m;
 }
 
+/// Adds trees of all sites within a distance; on a torus the nearest image of each.
+void NeighborSearch::Index::collect_within(double reach_m,
+                                           std::size_t most_of_site,
+                                           Point from,
+                                           std::vector<Neighbor>& found) const {
+  std::vector<std::pair<std::uint32_t, double>> near;
+  const auto search = [&](Point center) {
+    const std::array<double, 2> query{center.x, center.y};
+    tree->radiusSearch(
+        query.data(), reach_m * reach_m, near, nanoflann::SearchParams(32, 0.0F, false));
+    for (const auto& site : near) take(site.first, most_of_site, center, found);
+  };
+  if (!torus) return search(from);
+  for (const Point& image : images(from)) {
+    if (distance_to(*torus, image) <= reach_m) search(image);
+  }
+  keep_nearest_image(found);
+}
+
 /// The nearest image of each tree; of two at the same distance, the one farther east and north.
 void NeighborSearch::Index::keep_nearest_image(std::vector<Neighbor>& found) const {
   std::ranges::sort(found, [](const Neighbor& left, const Neighbor& right) {
@@ -293,6 +316,7 @@ void NeighborSearch::nearest(std::size_t position,
   const Point from =
       index.positions.empty() ? index.cloud.points[position] : index.positions[position];
   const std::size_t most_of_site = count + 1;
+  constexpr double kUndecided = kSameDistanceMeters + kSiteSlackMeters;
   // One for the tree itself, one to test whether the last neighbor ties with the next.
   for (std::size_t wanted = count + 2;; wanted *= 2) {
     found.clear();
@@ -301,10 +325,17 @@ void NeighborSearch::nearest(std::size_t position,
                               : index.collect(wanted, most_of_site, from, found, scratch);
     index.leave_out(tree, found);
     index.order(found);
-    const bool is_all = std::isinf(seen_m);
-    const bool is_decided = found.size() >= count && seen_m - found[count - 1].distance_m >
-                                                         kSameDistanceMeters + kSiteSlackMeters;
-    if (is_all || is_decided) break;
+    if (std::isinf(seen_m)) break;
+    if (found.size() < count) continue;
+    const double last_m = found[count - 1].distance_m;
+    if (seen_m - last_m > kUndecided) break;
+    // There may be very many ties, and the time of a search for so many nearest sites grows with
+    // the square of their number; that of a search within a distance does not.
+    found.clear();
+    index.collect_within(last_m + 2.0 * kUndecided, most_of_site, from, found);
+    index.leave_out(tree, found);
+    index.order(found);
+    break;
   }
   if (found.size() > count) found.resize(count);
 }
@@ -316,24 +347,8 @@ void NeighborSearch::within(std::size_t position,
   const Point from =
       index.positions.empty() ? index.cloud.points[position] : index.positions[position];
   found.clear();
-  const double reach_m = radius_m + kSiteSlackMeters;
-  std::vector<std::pair<std::uint32_t, double>> sites;
-  const auto search = [&](Point center) {
-    const std::array<double, 2> query{center.x, center.y};
-    index.tree->radiusSearch(
-        query.data(), reach_m * reach_m, sites, nanoflann::SearchParams(32, 0.0F, false));
-    for (const auto& site : sites) {
-      index.take(site.first, std::numeric_limits<std::size_t>::max(), center, found);
-    }
-  };
-  if (!index.torus) {
-    search(from);
-  } else {
-    for (const Point& image : index.images(from)) {
-      if (distance_to(*index.torus, image) <= reach_m) search(image);
-    }
-    index.keep_nearest_image(found);
-  }
+  index.collect_within(
+      radius_m + kSiteSlackMeters, std::numeric_limits<std::size_t>::max(), from, found);
   index.leave_out(index.trees[position], found);
   std::erase_if(found, [radius_m](const Neighbor& neighbor) {
     return neighbor.distance_m > radius_m + kSameDistanceMeters;

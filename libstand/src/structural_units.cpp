@@ -69,6 +69,14 @@ class Calculator {
                             const std::vector<Point>& positions);
   void compute_large_groups(std::vector<std::vector<std::uint32_t>> groups,
                             const std::vector<Point>& positions);
+  bool has_competition_radius() const {
+    return hegyi_ != nullptr && options_.competition_radius_m > 0.0;
+  }
+  bool is_alone(std::size_t tree, std::span<const Neighbor> neighbors) const {
+    return neighbors.empty() || !is_at_same_place(inventory_, tree, neighbors[0].distance_m);
+  }
+  double competitor_count(const NeighborSearch& search, double most) const;
+  void refuse_wide_radius(const std::vector<std::optional<NeighborSearch>>& searches) const;
   void compute_trees(const NeighborSearch& search, std::size_t begin, std::size_t end);
   void compute_tree(std::size_t tree, std::span<const Neighbor> neighbors);
   void compute_all();
@@ -123,7 +131,7 @@ void Calculator::find_windows() {
                           is_torus ? AssumedWindow::kRectangle : AssumedWindow::kConvexHull);
   UnitFindings& findings = units_.findings;
   findings.on_windows = windows_.notes;
-  findings.plots_without_window = windows_.plots_without_window;
+  findings.plots_without_window = PlotNames(windows_.plots_without_window);
   findings.plots_in_window_of_stand = windows_.plots_in_window_of_stand;
   inside_ = trees_inside(inventory_, windows_, options_.threads);
 }
@@ -252,17 +260,50 @@ void Calculator::compute_tree(std::size_t tree, std::span<const Neighbor> neighb
 void Calculator::compute_trees(const NeighborSearch& search, std::size_t begin, std::size_t end) {
   std::vector<Neighbor> neighbors;
   NeighborSearch::Scratch scratch;
-  const bool has_radius = hegyi_ != nullptr && options_.competition_radius_m > 0.0;
   for (std::size_t i = begin; i < end; ++i) {
     const std::size_t tree = search.trees()[i];
     search.nearest(i, options_.neighbors, neighbors, scratch);
     compute_tree(tree, neighbors);
     // A stem at the same position makes the index missing; there may be very many such stems.
-    const bool is_alone =
-        neighbors.empty() || !is_at_same_place(inventory_, tree, neighbors[0].distance_m);
-    if (!has_radius || !is_alone) continue;
+    if (!has_competition_radius() || !is_alone(tree, neighbors)) continue;
     search.within(i, options_.competition_radius_m, neighbors);
     (*hegyi_)[tree] = UnitIndices(inventory_, options_, tree).hegyi(neighbors);
+  }
+}
+
+/// About how many competitors all trees of a search have, from some of them.
+/// \param most  a larger number need not be exact
+double Calculator::competitor_count(const NeighborSearch& search, double most) const {
+  constexpr std::size_t kSample = 16;
+  const std::size_t trees = search.trees().size();
+  const double each = static_cast<double>(trees) / static_cast<double>(kSample);
+  double sum = 0.0;
+  std::vector<Neighbor> neighbors;
+  NeighborSearch::Scratch scratch;
+  for (std::size_t k = 0; k < kSample && sum <= most; ++k) {
+    const std::size_t i = (2 * k + 1) * trees / (2 * kSample);
+    search.nearest(i, 1, neighbors, scratch);
+    if (!is_alone(search.trees()[i], neighbors)) continue;
+    search.within(i, options_.competition_radius_m, neighbors);
+    sum += each * static_cast<double>(neighbors.size());
+  }
+  return sum;
+}
+
+/// The time of Hegyi's index grows with the number of pairs of competitors.
+void Calculator::refuse_wide_radius(
+    const std::vector<std::optional<NeighborSearch>>& searches) const {
+  constexpr double kMostPairs = 1e9;  // some minutes
+  double pairs = 0.0;
+  for (const auto& search : searches) {
+    pairs += competitor_count(*search, kMostPairs - pairs);
+    if (pairs <= kMostPairs) continue;
+    throw UsageError(
+        fmt::format("{} m gives more than {:.0g} pairs of competitors, which would take minutes to "
+                    "hours; competitors are usually searched within 10 m",
+                    options_.competition_radius_m,
+                    kMostPairs),
+        {.column = "--competition-radius"});
   }
 }
 
@@ -293,6 +334,7 @@ void Calculator::compute_large_groups(std::vector<std::vector<std::uint32_t>> gr
   parallel_for(groups.size(), options_.threads, [&](std::size_t i) {
     searches[i].emplace(search_among(std::move(groups[i]), positions));
   });
+  if (has_competition_radius()) refuse_wide_radius(searches);
   struct Task {
     const NeighborSearch* search;
     std::size_t begin;
@@ -347,7 +389,7 @@ void Calculator::note_assumed_areas(const PlotWindows& assumed) {
   }
   const std::string indices =
       fmt::format("{} {}", fmt::join(names, " and "), names.size() == 1 ? "is" : "are");
-  findings.plots_without_density = assumed.plots_without_window;
+  findings.plots_without_density = PlotNames(assumed.plots_without_window);
   if (assumed.domains.empty() && !is_per_plot) {
     findings.on_windows.push_back(
         fmt::format("trees on one line have no area, so {} missing", indices));

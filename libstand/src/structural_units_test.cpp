@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <sstream>
 
@@ -450,6 +451,29 @@ TEST_CASE("without a window the convex hull is taken, and that is said") {
   CHECK(units.core == std::vector<char>{0, 0, 0, 1, 0, 0, 0});
   CHECK_THAT(units.notes.at(0), Contains("no window is given; the convex hull"));
   CHECK_THAT(units.notes.at(1), Contains("no core tree in: line"));
+}
+
+TEST_CASE("of very many ties the first in the order of the trees are neighbors") {
+  constexpr std::size_t kCount = 30000;
+  constexpr double kRadius = 400.0;
+  for (const EdgeCorrection edge : {EdgeCorrection::kNone, EdgeCorrection::kTorus}) {
+    // The last tree is nearest; all others are on a circle around the first.
+    std::vector<Tree> trees{{.x = 0.0, .y = 0.0, .id = "center"}};
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / kCount;
+      trees.push_back({.x = kRadius * std::cos(angle),
+                       .y = kRadius * std::sin(angle),
+                       .id = std::to_string(kCount - i)});
+    }
+    trees.push_back({.x = 300.0, .id = "near"});
+    StructuralUnitOptions options{.edge = edge};
+    if (edge == EdgeCorrection::kTorus) {
+      options.windows = {{std::nullopt, Window::rectangle({-1000, -1000}, {1000, 1000})}};
+    }
+    const Inventory stand = stand_of(trees);
+    const StructuralUnits units = structural_units(stand, options);
+    CHECK(neighbors_of(stand, units, 0) == Ids{"near", "1", "2", "3"});
+  }
 }
 
 TEST_CASE("options out of range are refused") {

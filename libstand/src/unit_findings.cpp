@@ -14,10 +14,6 @@
 namespace silvafit::stand {
 namespace {
 
-void append(const std::vector<std::string>& names, std::vector<std::string>& to) {
-  to.insert(to.end(), names.begin(), names.end());
-}
-
 void refuse_all_outside(const UnitFindings& findings, const std::string& file) {
   if (findings.outside == 0 || findings.outside < findings.placed) return;
   throw InputError(fmt::format("all trees are outside the window; they are between x {} and {}, y "
@@ -48,18 +44,39 @@ void note_trees(const UnitFindings& findings,
 
 }  // namespace
 
+void PlotNames::add(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 40;
+  for (const std::string& name : names) {
+    if (shown_.size() < kShown) {
+      shown_.push_back(name);
+    } else {
+      ++more_;
+    }
+  }
+}
+
+void PlotNames::add(const PlotNames& others) {
+  add(others.shown_);
+  more_ += others.more_;
+}
+
+std::string PlotNames::text() const {
+  const std::string list = data::list_of(shown_);
+  return more_ == 0 ? list : fmt::format("{} and {} more", list, more_);
+}
+
 void UnitFindings::add(const UnitFindings& part) {
   for (const std::string& note : part.on_windows) {
     if (std::ranges::find(on_windows, note) == on_windows.end()) on_windows.push_back(note);
   }
-  append(part.plots_without_window, plots_without_window);
-  append(part.plots_without_density, plots_without_density);
+  plots_without_window.add(part.plots_without_window);
+  plots_without_density.add(part.plots_without_density);
   plots_in_window_of_stand += part.plots_in_window_of_stand;
   placed += part.placed;
   outside += part.outside;
   low = {std::min(low.x, part.low.x), std::min(low.y, part.low.y)};
   high = {std::max(high.x, part.high.x), std::max(high.y, part.high.y)};
-  append(part.plots_outside, plots_outside);
+  plots_outside.add(part.plots_outside);
   with_cut_competitors += part.with_cut_competitors;
   without_position += part.without_position;
   with_few_neighbors += part.with_few_neighbors;
@@ -79,18 +96,18 @@ std::vector<std::string> notes_of(const UnitFindings& findings,
   if (!findings.plots_without_window.empty()) {
     notes.push_back(
         fmt::format("trees on one line have no convex hull, so there is no core tree in: {}",
-                    data::list_of(findings.plots_without_window)));
+                    findings.plots_without_window.text()));
   }
   if (!findings.plots_without_density.empty()) {
     notes.push_back(fmt::format(
         "trees on one line have no area, so indices per hectare (BAL, CCF) are missing in: {}",
-        data::list_of(findings.plots_without_density)));
+        findings.plots_without_density.text()));
   }
   if (findings.outside > 0) notes.push_back(outside_note(findings.outside, options.edge));
   if (!findings.plots_outside.empty()) {
     notes.push_back(fmt::format(
         "all trees are outside the window of plot {}; check that it has the same coordinates",
-        data::list_of(findings.plots_outside)));
+        findings.plots_outside.text()));
   }
   if (findings.with_cut_competitors > 0) {
     notes.push_back(

@@ -264,9 +264,11 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
 NewtonPoint finish_the_others(const NonlinearModel& model,
                               const NewtonPoint& stuck,
                               const LeastSquaresOptions& options) {
+  // Each takes a descent; of very many, most are contrasts of factors, which do not do that.
+  constexpr int kMost = 20;
   ProjectedModel projected(model);
   NewtonPoint best = stuck;
-  if (projected.size() < 2) return best;
+  if (projected.size() < 2 || projected.size() > kMost) return best;
   for (int held = 0; held < projected.size(); ++held) {
     const Descent descent =
         descend(projected,

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 
@@ -17,7 +18,7 @@ namespace silvafit::fit {
 namespace {
 
 constexpr std::size_t kMostLevels = 200;
-constexpr std::size_t kMostColumns = 2000;
+constexpr std::size_t kMostColumns = 400;
 
 /// One of the columns that a variable contributes to a product.
 struct Column {
@@ -136,6 +137,12 @@ class Expansion {
     }
   }
 
+  /// More coefficients than complete rows cannot be estimated.
+  void set_rows(std::size_t complete, const std::string& file) {
+    complete_ = complete;
+    file_ = file;
+  }
+
   /// Gives a variable a column for each level.
   void set_levels(std::size_t variable,
                   const std::vector<std::string>& levels,
@@ -242,15 +249,33 @@ class Expansion {
       const bool drops_first = is_factor(term[k]) && !is_full[k];
       factors.emplace_back(all.begin() + (drops_first ? 1 : 0), all.end());
       count *= factors.back().size();
-      if (count + model.covariates.size() > kMostColumns) {
-        throw FormulaError(fmt::format("there are more than {} coefficients", kMostColumns),
-                           text_,
-                           formula_.variables[term.front()].position);
-      }
+      if (count > kMostColumns) break;
     }
+    const std::size_t intercept = model.has_intercept ? 1 : 0;
+    check_count(intercept + model.covariates.size() + count,
+                formula_.variables[term.front()].position);
     for (std::size_t number = 0; number < count; ++number) {
       model.covariates.push_back(product(factors, number));
     }
+  }
+
+  /// Before the columns are computed, which takes time for many.
+  void check_count(std::size_t columns, std::size_t position) const {
+    if (columns > kMostColumns) {
+      throw FormulaError(fmt::format("there are more than {} coefficients; use fewer terms, or "
+                                     "random effects (--random) for many groups",
+                                     kMostColumns),
+                         text_,
+                         position);
+    }
+    if (!complete_ || columns <= *complete_) return;
+    throw InputError(fmt::format("{} coefficients of {} need at least as many rows, but only {} "
+                                 "have all values; use fewer terms, or random effects (--random) "
+                                 "for many groups",
+                                 columns,
+                                 text_,
+                                 counted(*complete_, "row", "rows")),
+                     {.file = file_});
   }
 
   static Covariate product(const std::vector<std::vector<Column>>& factors, std::size_t number) {
@@ -268,7 +293,9 @@ class Expansion {
   const TermFormula& formula_;
   std::string_view text_;
   std::vector<std::vector<Column>> columns_;  ///< of each variable
-  std::set<std::set<std::size_t>> covered_;   ///< products of contrasts that have a column
+  std::optional<std::size_t> complete_{};
+  std::string file_{};
+  std::set<std::set<std::size_t>> covered_;  ///< products of contrasts that have a column
 };
 
 bool is_factor(const TermVariable& variable, const data::Table& table) {
@@ -332,6 +359,9 @@ ParameterModel expanded(const TermFormula& formula,
                         const std::vector<bool>& complete,
                         std::vector<std::string>& factors) {
   Expansion expansion(formula, text);
+  if (has_factor(formula, table)) {
+    expansion.set_rows(static_cast<std::size_t>(std::ranges::count(complete, true)), table.file());
+  }
   for (std::size_t k = 0; k < formula.variables.size(); ++k) {
     const TermVariable& variable = formula.variables[k];
     if (!is_factor(variable, table)) continue;

@@ -232,6 +232,24 @@ TEST_CASE("factors that cannot be coded are refused") {
   CHECK_THROWS_AS(model_of("one", table), InputError);
 }
 
+TEST_CASE("more coefficients than rows are refused before their columns are made") {
+  Table table(150);
+  Names f;
+  Names g;
+  for (int i = 0; i < 150; ++i) {
+    f.push_back("f" + std::to_string(i % 30));
+    g.push_back("g" + std::to_string(i / 30));
+  }
+  g.back() = "";  // not complete
+  table.set("f", text_column(f));
+  table.set("g", text_column(g));
+  table.set("y", std::vector<double>(150, 1.0));
+  table.set("x", std::vector<double>(150, 1.0));
+  table.set_origin("trees.csv", std::vector<std::uint32_t>(150, 1));
+  CHECK_THROWS_WITH(model_of("f*g", table),
+                    Contains("trees.csv: 150 coefficients of") && Contains("149 rows"));
+}
+
 TEST_CASE("columns that R would give no coefficient are refused") {
   // R 4.2.2: rank 6 of 7, 7 of 8 and 3 of 4.
   const Table table = crossed();

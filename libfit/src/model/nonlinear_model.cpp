@@ -109,6 +109,20 @@ class Grouping {
   data::TextColumn labels_;
 };
 
+/// Each stratum has variance parameters of its own, and the time of a fit grows with the square of
+/// their number.
+void require_few_strata(const NonlinearModel::Strata& strata, const Place& place) {
+  constexpr std::size_t kMostStrata = 100;
+  if (strata.labels.size() <= kMostStrata) return;
+  throw InputError(
+      fmt::format("has {} values in {} rows; the variance function can have at most {} strata. Use "
+                  "a coarser column, or a function of the fitted value such as power",
+                  strata.labels.size(),
+                  strata.of_rows.size(),
+                  kMostStrata),
+      place);
+}
+
 std::size_t size_of(const std::optional<RandomEffects>& random) {
   return random ? random->coefficients.size() : 0;
 }
@@ -213,6 +227,7 @@ void NonlinearModel::load_strata(const data::Table& table) {
       }
       strata.of_rows.push_back(code);
     }
+    require_few_strata(strata, {.file = file_, .column = column});
     strata_.push_back(std::move(strata));
   }
 }

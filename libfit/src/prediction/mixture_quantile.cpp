@@ -10,12 +10,24 @@
 #include <vector>
 
 namespace silvafit::fit {
+
+/// The distribution function, its density and the density's slope.
+struct NormalMixture::Distribution {
+  double probability = 0.0;
+  double density = 0.0;
+  double slope = 0.0;
+};
+
 namespace {
 
 using Eigen::Index;
 
-/// The distribution function and its density.
-struct Distribution {
+/// Without long doubles, which take ten times as long.
+using NormalDistribution = boost::math::normal_distribution<
+    double,
+    boost::math::policies::policy<boost::math::policies::promote_double<false>>>;
+
+struct ValueAndSlope {
   double probability = 0.0;
   double density = 0.0;
 };
@@ -34,9 +46,9 @@ class NormalTable {
     }
   }
   /// \param z  between -kEnd and kEnd
-  Distribution at(double z) const {
+  ValueAndSlope at(double z) const {
     const auto k = static_cast<std::size_t>((z + kEnd + kHalfStep) * kPerUnit);
-    const Distribution& near = points_[k];
+    const ValueAndSlope& near = points_[k];
     const double z0 = place(k);
     const double step = z - z0;
     // Derivatives of the density over the density are Hermite polynomials.
@@ -53,79 +65,105 @@ class NormalTable {
   static constexpr double kHalfStep = 0.5 / kPerUnit;
   static double place(std::size_t k) { return static_cast<double>(k) / kPerUnit - kEnd; }
 
-  std::array<Distribution, static_cast<std::size_t>(2.0 * kEnd * kPerUnit) + 1> points_{};
-};
-
-/// The components that count, by their inverse standard deviations.
-struct Components {
-  std::vector<double> means{};
-  std::vector<double> inverses{};
-  std::vector<double> weights{};  // add up to 1
-
-  Distribution at(double y) const {
-    static const NormalTable normal;
-    Distribution result;
-    for (std::size_t k = 0; k < means.size(); ++k) {
-      const double z = (y - means[k]) * inverses[k];
-      if (std::abs(z) >= NormalTable::kEnd) {
-        if (z > 0.0) result.probability += weights[k];
-        continue;
-      }
-      const Distribution here = normal.at(z);
-      result.probability += weights[k] * here.probability;
-      result.density += weights[k] * here.density * inverses[k];
-    }
-    return result;
-  }
+  std::array<ValueAndSlope, static_cast<std::size_t>(2.0 * kEnd * kPerUnit) + 1> points_{};
 };
 
 }  // namespace
 
-double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
-                        const Eigen::Ref<const Eigen::VectorXd>& deviations,
-                        const Eigen::Ref<const Eigen::VectorXd>& weights,
-                        double probability) {
+NormalMixture::NormalMixture(const Values& means,
+                             const Values& deviations,
+                             const Values& weights,
+                             double least_tail) {
   // Components of a product rule whose weights together do not change a tail by one part in 10^6.
   constexpr double kNegligible = 1e-6;
-  const double tail = std::min(probability, 1.0 - probability);
-  const double least = kNegligible * tail * weights.sum() / static_cast<double>(weights.size());
+  const double least =
+      kNegligible * least_tail * weights.sum() / static_cast<double>(weights.size());
   constexpr double kFar = 40.0;  // standard deviations, beyond any probability of a double
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
   double total = 0.0;
-  double center = 0.0;
-  double squares = 0.0;
-  Components used;
+  for (std::vector<double>* values : {&means_, &inverses_, &weights_}) {
+    values->reserve(static_cast<std::size_t>(means.size()));
+  }
   for (Index k = 0; k < means.size(); ++k) {
     const bool is_used =
         std::isfinite(means[k]) && std::isfinite(deviations[k]) && deviations[k] > 0.0;
     if (!is_used || weights[k] < least) continue;
-    low = std::min(low, means[k] - kFar * deviations[k]);
-    high = std::max(high, means[k] + kFar * deviations[k]);
+    low_ = std::min(low_, means[k] - kFar * deviations[k]);
+    high_ = std::max(high_, means[k] + kFar * deviations[k]);
     total += weights[k];
-    center += weights[k] * means[k];
-    squares += weights[k] * (means[k] * means[k] + deviations[k] * deviations[k]);
-    used.means.push_back(means[k]);
-    used.inverses.push_back(1.0 / deviations[k]);
-    used.weights.push_back(weights[k]);
+    center_ += weights[k] * means[k];
+    narrowest_ = std::min(narrowest_, deviations[k]);
+    means_.push_back(means[k]);
+    inverses_.push_back(1.0 / deviations[k]);
+    weights_.push_back(weights[k]);
   }
-  if (!(total > 0.0)) return std::numeric_limits<double>::quiet_NaN();
-  for (double& weight : used.weights) weight /= total;
-  // Newton's method from where one normal distribution would have it, kept inside a bracket that
-  // shrinks.
-  const double deviation =
-      std::sqrt(std::max(0.0, squares / total - center * center / (total * total)));
-  const boost::math::normal_distribution<double> normal;
+  if (!(total > 0.0)) return;
+  for (double& weight : weights_) weight /= total;
+  center_ /= total;
+  double variance = 0.0;
+  for (std::size_t k = 0; k < means_.size(); ++k) {
+    const double from_center = means_[k] - center_;
+    const double deviation = 1.0 / inverses_[k];
+    variance += weights_[k] * (from_center * from_center + deviation * deviation);
+  }
+  deviation_ = std::sqrt(variance);
+}
+
+NormalMixture::Distribution NormalMixture::at(double y) const {
+  static const NormalTable normal;
+  Distribution result;
+  for (std::size_t k = 0; k < means_.size(); ++k) {
+    const double inverse = inverses_[k];
+    const double z = std::clamp((y - means_[k]) * inverse, -NormalTable::kEnd, NormalTable::kEnd);
+    const ValueAndSlope here = normal.at(z);
+    const double density = weights_[k] * here.density * inverse;
+    result.probability += weights_[k] * here.probability;
+    result.density += density;
+    result.slope -= density * z * inverse;
+  }
+  return result;
+}
+
+double NormalMixture::quantile(double probability) const {
+  if (means_.empty()) return std::numeric_limits<double>::quiet_NaN();
+  // Halley's method for the normal score of the distribution function, which is a straight line for
+  // one normal distribution, from where that would have it, kept inside a bracket that shrinks.
+  const NormalDistribution normal;
+  const double score = boost::math::quantile(normal, probability);
   constexpr int kSteps = 200;
+  // Within so few standard deviations of the narrowest component, no component bends much: what is
+  // left of a step is about its third power.
+  constexpr double kShortStep = 5e-3;
+  constexpr double kSmallScore = 1e-2;
+  // Farther away, a heavy tail bends the score much, and the probability itself is used.
+  constexpr double kNear = 1.0;
   constexpr double kAccuracy = 1e-10;
-  double y = center / total + deviation * boost::math::quantile(normal, probability);
+  double low = low_;
+  double high = high_;
+  double y = center_ + deviation_ * score;
   for (int step = 0; step < kSteps; ++step) {
-    const Distribution here = used.at(y);
+    const Distribution here = at(y);
     const double excess = here.probability - probability;
     (excess > 0.0 ? high : low) = y;
     double next = y - excess / here.density;
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (std::abs(next - y) <= kAccuracy * (1.0 + std::abs(y))) return next;
+    const double own = here.probability > 0.0 && here.probability < 1.0
+                           ? boost::math::quantile(normal, here.probability)
+                           : std::numeric_limits<double>::infinity();
+    const double missing = own - score;
+    if (std::abs(missing) <= kNear) {
+      const double slope = here.density / boost::math::pdf(normal, own);
+      const double newton = missing / slope;
+      // The second derivative of the score over twice the first.
+      const double bend = 0.5 * (here.slope / here.density + own * slope);
+      const double divisor = 1.0 - newton * bend;
+      // Where the bend is strong, Newton's step is longer and safer.
+      next = y - (divisor > 0.5 && divisor < 2.0 ? newton / divisor : newton);
+    }
+    const bool is_inside = next > low && next < high;
+    if (!is_inside) next = 0.5 * (low + high);
+    const double change = std::abs(next - y);
+    const bool is_short = std::abs(missing) <= kSmallScore && change <= kShortStep * narrowest_;
+    if (is_inside && is_short) return next;
+    if (change <= kAccuracy * (1.0 + std::abs(y))) return next;
     y = next;
   }
   return y;

@@ -3,15 +3,36 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
+#include <vector>
 
 namespace silvafit::fit {
 
-/// The value below which a mixture has the given probability: of normal distributions with means
-/// m_k, standard deviations s_k > 0 and weights w_k >= 0. Components that are not finite are left
-/// out. NaN if none is left.
-double mixture_quantile(const Eigen::Ref<const Eigen::VectorXd>& means,
-                        const Eigen::Ref<const Eigen::VectorXd>& deviations,
-                        const Eigen::Ref<const Eigen::VectorXd>& weights,
-                        double probability);
+/// A mixture of normal distributions with means m_k, standard deviations s_k > 0 and weights w_k >=
+/// 0. Components that are not finite are left out.
+class NormalMixture {
+ public:
+  using Values = Eigen::Ref<const Eigen::VectorXd>;
+  /// \param least_tail  the smallest probability on one side that quantiles are asked for
+  NormalMixture(const Values& means,
+                const Values& deviations,
+                const Values& weights,
+                double least_tail);
+  /// The value below which the mixture has the given probability; NaN if no component is left.
+  double quantile(double probability) const;
+
+ private:
+  struct Distribution;
+  Distribution at(double y) const;
+
+  std::vector<double> means_{};
+  std::vector<double> inverses_{};                        ///< of standard deviations
+  std::vector<double> weights_{};                         ///< add up to 1
+  double low_ = std::numeric_limits<double>::infinity();  ///< all quantiles are between these
+  double high_ = -low_;
+  double center_ = 0.0;
+  double deviation_ = 0.0;
+  double narrowest_ = std::numeric_limits<double>::infinity();  ///< smallest standard deviation
+};
 
 }  // namespace silvafit::fit

@@ -33,36 +33,76 @@ MatrixXd probes(Index width) {
   return result;
 }
 
+/// Of so few directions, matrices need no memory from the heap, which would take most of the time.
+constexpr Index kFewDirections = 6;
+using FewRows =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kFewDirections, 24>;
+
 /// Orthonormal columns that span those of a matrix, without parts shorter than a tolerance.
-MatrixXd basis(const MatrixXd& columns, double tolerance) {
-  MatrixXd none(columns.rows(), 0);
+template <typename Matrix>
+Matrix basis(const Matrix& columns, double tolerance) {
+  Matrix none(columns.rows(), 0);
   if (!(columns.colwise().norm().maxCoeff() > tolerance)) return none;
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(columns);
+  const Eigen::ColPivHouseholderQR<Matrix> qr(columns);
   Index rank = 0;
   while (rank < qr.matrixR().diagonal().size() && std::abs(qr.matrixR()(rank, rank)) > tolerance) {
     ++rank;
   }
   if (rank == 0) return none;
-  return qr.householderQ() * MatrixXd::Identity(columns.rows(), rank);
+  return qr.householderQ() * Matrix::Identity(columns.rows(), rank);
 }
 
 /// \param slope  (q) gradient of the mean in standard deviations
 /// \param changes  (q x P) its changes from there to the probes
+template <typename Matrix>
 NonlinearDirections directions_of(const MatrixXd& root,
                                   const VectorXd& slope,
-                                  const MatrixXd& changes,
+                                  const Matrix& changes,
                                   double tolerance,
                                   bool split) {
   if (!changes.allFinite() || !slope.allFinite()) return {.root = root};
-  const MatrixXd nonlinear = basis(changes, tolerance);
+  const Matrix nonlinear = basis<Matrix>(changes, tolerance);
   const VectorXd within = split ? VectorXd(nonlinear * (nonlinear.transpose() * slope)) : slope;
   const double linear = (slope - within).norm();
   if (!(within.norm() > tolerance)) return {.root = root * nonlinear, .linear = linear};
   const VectorXd main = within.normalized();
-  const MatrixXd others = basis(changes - main * (main.transpose() * changes), tolerance);
+  const Matrix others = basis<Matrix>(changes - main * (main.transpose() * changes), tolerance);
   MatrixXd result(root.rows(), 1 + others.cols());
   result << root * main, root * others;
   return {.root = result, .linear = linear};
+}
+
+/// \param all  (q x P) probes
+template <typename Matrix>
+void directions_from(const RowMean& mean,
+                     const MatrixXd& center,
+                     const MatrixXd& gradient,
+                     const std::vector<MatrixXd>& roots,
+                     const MatrixXd& all,
+                     const VectorXd& tolerance,
+                     bool split,
+                     std::vector<NonlinearDirections>& result) {
+  std::vector<Matrix> changes;
+  changes.reserve(roots.size());
+  for (const MatrixXd& root : roots) changes.emplace_back(root.cols(), all.cols());
+  for (Index k = 0; k < all.cols(); ++k) {
+    MatrixXd at = center;
+    for (Index row = 0; row < at.rows(); ++row) {
+      const MatrixXd& root = roots[static_cast<std::size_t>(row)];
+      for (Index j = 0; j < root.cols(); ++j) at.row(row) += all(j, k) * root.col(j).transpose();
+    }
+    const MatrixXd change = mean.gradient(at) - gradient;
+    for (Index row = 0; row < at.rows(); ++row) {
+      const MatrixXd& root = roots[static_cast<std::size_t>(row)];
+      Matrix& of_row = changes[static_cast<std::size_t>(row)];
+      for (Index j = 0; j < root.cols(); ++j) of_row(j, k) = change.row(row).dot(root.col(j));
+    }
+  }
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    const VectorXd slope = roots[i].transpose() * gradient.row(row).transpose();
+    result.push_back(directions_of<Matrix>(roots[i], slope, changes[i], tolerance[row], split));
+  }
 }
 
 }  // namespace
@@ -87,25 +127,10 @@ std::vector<NonlinearDirections> nonlinear_directions(const RowMean& mean,
     return result;
   }
   const MatrixXd all = probes(width);
-  std::vector<MatrixXd> changes;
-  changes.reserve(roots.size());
-  for (const MatrixXd& root : roots) changes.emplace_back(root.cols(), all.cols());
-  for (Index k = 0; k < all.cols(); ++k) {
-    MatrixXd at = center;
-    for (Index row = 0; row < at.rows(); ++row) {
-      const MatrixXd& root = roots[static_cast<std::size_t>(row)];
-      at.row(row) += (root * all.col(k).head(root.cols())).transpose();
-    }
-    const MatrixXd change = mean.gradient(at) - gradient;
-    for (Index row = 0; row < at.rows(); ++row) {
-      const auto i = static_cast<std::size_t>(row);
-      changes[i].col(k) = roots[i].transpose() * change.row(row).transpose();
-    }
-  }
-  for (std::size_t i = 0; i < roots.size(); ++i) {
-    const auto row = static_cast<Index>(i);
-    const VectorXd slope = roots[i].transpose() * gradient.row(row).transpose();
-    result.push_back(directions_of(roots[i], slope, changes[i], tolerance[row], split));
+  if (width <= kFewDirections && all.cols() <= FewRows::MaxColsAtCompileTime) {
+    directions_from<FewRows>(mean, center, gradient, roots, all, tolerance, split, result);
+  } else {
+    directions_from<MatrixXd>(mean, center, gradient, roots, all, tolerance, split, result);
   }
   return result;
 }

@@ -23,6 +23,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Open = CoefficientSets::Open;
 
+/// Without long doubles, which take ten times as long.
+using StudentsT = boost::math::students_t_distribution<
+    double,
+    boost::math::policies::policy<boost::math::policies::promote_double<false>>>;
+
 // Rows at a time, so that what is kept of them stays in memory.
 constexpr std::size_t kChunk = 4096;
 
@@ -100,10 +105,12 @@ class Chunk {
     const Index size = mean_.argument_count();
     MatrixXd result = MatrixXd::Zero(size, size);
     const Index p = mean_.coefficient_count();
-    for (Index i = 0; i < p; ++i) {
-      for (Index j = 0; j < p; ++j) {
+    for (Index j = 0; j < p; ++j) {
+      const double of_column = mean_.multiplier(j)[row];
+      if (of_column == 0.0) continue;
+      for (Index i = 0; i < p; ++i) {
         result(mean_.parameter_of(i), mean_.parameter_of(j)) +=
-            covariance(i, j) * mean_.multiplier(i)[row] * mean_.multiplier(j)[row];
+            covariance(i, j) * mean_.multiplier(i)[row] * of_column;
       }
     }
     for (std::size_t k = 0; k < uncertain_.size(); ++k) {
@@ -113,23 +120,23 @@ class Chunk {
     }
     return result;
   }
-  MatrixXd known_covariance(Index row) const {
+  Eigen::Map<const MatrixXd> known_covariance(Index row) const {
     const Index p = mean_.coefficient_count();
-    return sets_.covariances.col(set_of_row_[static_cast<std::size_t>(row)]).reshaped(p, p);
+    const Index set = set_of_row_[static_cast<std::size_t>(row)];
+    return {sets_.covariances.col(set).data(), p, p};
   }
 
   /// (N) variance of the mean from what was estimated.
   VectorXd known_variance() const {
     VectorXd result(rows_);
+    VectorXd slope;
     for (Index row = 0; row < rows_; ++row) {
-      const MatrixXd covariance = known_covariance(row);
       if (is_marginal(row)) {
-        const VectorXd slope = marginal_gradients_.row(begin_ + row);
-        result[row] = slope.dot(covariance * slope) + uncertain_variance(row, false);
-        continue;
+        slope = marginal_gradients_.row(begin_ + row);
+      } else {
+        set_coefficient_slope(row, slope);
       }
-      const VectorXd slope = gradient_.row(row);
-      result[row] = slope.dot(spread(row, covariance, false) * slope);
+      result[row] = variance_along(slope, known_covariance(row)) + uncertain_variance(row, false);
     }
     return result;
   }
@@ -137,13 +144,21 @@ class Chunk {
   /// (N) variance of the mean over random effects that are open.
   VectorXd open_variance(Open open) const {
     const MatrixXd covariance = open_covariance(fit_, open);
-    VectorXd result(rows_);
+    VectorXd result = VectorXd::Zero(rows_);
+    if (covariance.isZero(0.0)) return result;
+    VectorXd slope;
     for (Index row = 0; row < rows_; ++row) {
-      const VectorXd slope = gradient_.row(row).head(mean_.parameter_count());
-      const MatrixXd of = spread(row, covariance, false);
-      result[row] = slope.dot(of.topLeftCorner(slope.size(), slope.size()) * slope);
+      set_coefficient_slope(row, slope);
+      result[row] = variance_along(slope, covariance);
     }
     return result;
+  }
+
+  /// s' V s without memory of its own.
+  static double variance_along(const VectorXd& slope, const Eigen::Ref<const MatrixXd>& variance) {
+    double sum = 0.0;
+    for (Index j = 0; j < slope.size(); ++j) sum += slope[j] * variance.col(j).dot(slope);
+    return sum;
   }
 
   double uncertain_variance(Index row, bool of_tree) const {
@@ -158,14 +173,16 @@ class Chunk {
 
   void store_errors(const VectorXd& known, const VectorXd& inner, const VectorXd& all) {
     const bool is_prediction = options_.interval_kind == IntervalKind::kPrediction;
+    VectorXd slope;
     for (Index row = 0; row < rows_; ++row) {
+      set_coefficient_slope(row, slope);
       const Open open = open_of(row);
       const double of_inner = open == Open::kNothing ? 0.0 : inner[row];
       const double of_outer = open == Open::kAll ? all[row] - inner[row] : 0.0;
       const double of_residual = residual_sd_[row] * residual_sd_[row];
       const double more = uncertain_variance(row, true) - uncertain_variance(row, false);
-      VarianceParts parts =
-          known_parts(row, known[row] - uncertain_variance(row, false), inner[row], all[row]);
+      VarianceParts parts = known_parts(
+          row, slope, known[row] - uncertain_variance(row, false), inner[row], all[row]);
       if (is_prediction) {
         parts.inner += of_inner;
         parts.outer += of_outer;
@@ -176,17 +193,16 @@ class Chunk {
       result_.prediction_error[at] =
           std::sqrt(known[row] + of_inner + of_outer + of_residual + more);
       result_.degrees_of_freedom[at] =
-          std::isnan(parts.total) ? kNaN : freedom_.value(parts, coefficient_slope(row));
+          std::isnan(parts.total) ? kNaN : freedom_.value(parts, slope);
     }
   }
 
   /// (p) derivatives of a row's mean by the coefficients.
-  VectorXd coefficient_slope(Index row) const {
-    VectorXd slope(mean_.coefficient_count());
+  void set_coefficient_slope(Index row, VectorXd& slope) const {
+    slope.resize(mean_.coefficient_count());
     for (Index k = 0; k < slope.size(); ++k) {
       slope[k] = gradient_(row, mean_.parameter_of(k)) * mean_.multiplier(k)[row];
     }
-    return slope;
   }
 
   /// What goes with the spread between groups of a variance that is left of what was estimated.
@@ -194,15 +210,16 @@ class Chunk {
   /// Of a group's or coarser group's own effects, v = psi s / (psi + s) in one dimension is left,
   /// with s the error variance of the effects that its trees alone would give, of which
   /// psi dv/dpsi = v^2 / psi goes with psi.
+  /// \param slope       (p) derivatives of the row's mean by the coefficients
   /// \param inner, all  variances of the mean over the effects of groups, and with coarser ones
-  VarianceParts known_parts(Index row, double known, double inner, double all) const {
+  VarianceParts known_parts(
+      Index row, const VectorXd& slope, double known, double inner, double all) const {
     VarianceParts parts{.total = known};
     if (!fit_.has_random_effects()) return parts;
     const Open open = open_of(row);
     if (open == Open::kAll) {
-      return freedom_.of_fixed(is_marginal(row) ? VectorXd(marginal_gradients_.row(begin_ + row))
-                                                : coefficient_slope(row),
-                               known);
+      if (!is_marginal(row)) return freedom_.of_fixed(slope, known);
+      return freedom_.of_fixed(VectorXd(marginal_gradients_.row(begin_ + row)), known);
     }
     const double outer = all - inner;
     const double whole = open == Open::kInner ? outer : all;
@@ -216,7 +233,7 @@ class Chunk {
   double t_quantile(Index row) const {
     const double freedom = result_.degrees_of_freedom[begin_ + row];
     if (!(freedom > 0.0)) return kNaN;
-    const boost::math::students_t_distribution<double> distribution(freedom);
+    const StudentsT distribution(freedom);
     return boost::math::quantile(distribution, 0.5 + 0.5 * *options_.interval);
   }
 
@@ -252,11 +269,17 @@ class Chunk {
     const MatrixXd open_all = open_covariance(fit_, Open::kAll);
     std::vector<std::size_t> known;
     std::vector<MatrixXd> roots;
+    MatrixXd covariance;
+    Index last_set = -1;
     for (Index row = 0; row < rows_; ++row) {
-      const Open open = open_of(row);
-      MatrixXd covariance = known_covariance(row);
-      if (open == Open::kInner) covariance += open_inner;
-      if (open == Open::kAll) covariance += open_all;
+      // Many rows in a row are of the same group, or of the population.
+      const Index set = set_of_row_[static_cast<std::size_t>(row)];
+      if (set != last_set) {
+        covariance = known_covariance(row);
+        if (open_of(row) == Open::kInner) covariance += open_inner;
+        if (open_of(row) == Open::kAll) covariance += open_all;
+        last_set = set;
+      }
       const MatrixXd of = spread(row, covariance, true);
       if (!of.allFinite() || !std::isfinite(center_[row]) || !std::isfinite(residual_sd_[row])) {
         continue;

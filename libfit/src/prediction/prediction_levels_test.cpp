@@ -288,17 +288,27 @@ TEST_CASE("quantiles of a mixture are where its distribution function says") {
     return sum;
   };
   for (const double probability : {0.001, 0.025, 0.5, 0.85, 0.999}) {
-    const double y = mixture_quantile(means, deviations, weights, probability);
+    const double y =
+        NormalMixture(means, deviations, weights, std::min(probability, 1.0 - probability))
+            .quantile(probability);
     CHECK(distribution(y) == Approx(probability).epsilon(1e-8));
   }
+  // A plateau between a narrow component and a very wide one, at a probability next to it.
+  for (const double probability : {0.9749, 0.9751, 0.98, 0.9999}) {
+    const NormalMixture wide(
+        Eigen::Vector2d(20.0, 1e6), Eigen::Vector2d(1.0, 1e8), Eigen::Vector2d(0.95, 0.05), 0.0001);
+    const double y = wide.quantile(probability);
+    const double sum = 0.95 * 0.5 * std::erfc((20.0 - y) / std::sqrt(2.0)) +
+                       0.05 * 0.5 * std::erfc((1e6 - y) / 1e8 / std::sqrt(2.0));
+    CHECK(sum == Approx(probability).epsilon(1e-8));
+  }
   // One normal distribution, and one whose other component is not finite.
-  CHECK(mixture_quantile(
-            VectorXd::Constant(1, 2.0), VectorXd::Constant(1, 3.0), VectorXd::Ones(1), 0.975) ==
-        Approx(2.0 + 3.0 * 1.959963984540054));
-  CHECK(mixture_quantile(Eigen::Vector2d(2.0, kNaN),
-                         Eigen::Vector2d(3.0, 1.0),
-                         Eigen::Vector2d(0.5, 0.5),
-                         0.5) == Approx(2.0));
+  CHECK(NormalMixture(
+            VectorXd::Constant(1, 2.0), VectorXd::Constant(1, 3.0), VectorXd::Ones(1), 0.025)
+            .quantile(0.975) == Approx(2.0 + 3.0 * 1.959963984540054));
+  CHECK(NormalMixture(
+            Eigen::Vector2d(2.0, kNaN), Eigen::Vector2d(3.0, 1.0), Eigen::Vector2d(0.5, 0.5), 0.5)
+            .quantile(0.5) == Approx(2.0));
 }
 
 namespace {

@@ -34,27 +34,44 @@ constexpr std::size_t kNumbersAtOnce = std::size_t{1} << 20U;
 /// Some rows of the table with their means.
 class Part {
  public:
-  Part(const UnknownValues& all, const Rows& rows)
+  /// \param directions  of all rows, or none; those of a part have the same number of columns
+  Part(const UnknownValues& all,
+       const Rows& rows,
+       const std::vector<NonlinearDirections>& directions)
       : fit_(all.fit),
         table_(all.table.select(rows)),
         mean_(all.fit.specification, table_, all.uncertain),
-        center_(all.arguments(rows, Eigen::all)) {}
+        center_(all.arguments(rows, Eigen::all)),
+        follows_mean_(residual_follows_mean(all.fit)) {
+    const bool has_none = rows.empty() || directions.empty();
+    const Index width = has_none ? 0 : directions[rows.front()].root.cols();
+    for (Index direction = 0; direction < width; ++direction) {
+      MatrixXd& of_rows = roots_.emplace_back(center_.rows(), center_.cols());
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        of_rows.row(static_cast<Index>(k)) = directions[rows[k]].root.col(direction).transpose();
+      }
+    }
+    // The same for any mean.
+    if (!follows_mean_) {
+      residual_ = residual_sd_if_known(fit_, VectorXd::Ones(center_.rows()), table_);
+    }
+  }
 
   const RowMean& mean() const { return mean_; }
   const MatrixXd& center() const { return center_; }
 
   /// (n) means away from the center, and the standard deviations of the values there.
-  /// \param move  of a row (by its place here): the change of its arguments
-  template <typename Move>
-  VectorXd mean_at(const Move& move) const {
+  /// \param steps  (q) along the directions, in standard deviations
+  VectorXd mean_at(const Eigen::Ref<const VectorXd>& steps) const {
     MatrixXd at = center_;
-    for (Index k = 0; k < at.rows(); ++k)
-      at.row(k) += move(static_cast<std::size_t>(k)).transpose();
+    for (Index k = 0; k < steps.size(); ++k) {
+      if (steps[k] != 0.0) at += steps[k] * roots_[static_cast<std::size_t>(k)];
+    }
     return mean_.mean(at);
   }
   /// \param linear  (n) standard deviations of the linear part
   VectorXd deviation(const VectorXd& mean, const VectorXd& linear) const {
-    const VectorXd residual = residual_sd_if_known(fit_, mean, table_);
+    const VectorXd residual = follows_mean_ ? residual_sd_if_known(fit_, mean, table_) : residual_;
     return (residual.array().square() + linear.array().square()).sqrt();
   }
 
@@ -63,6 +80,9 @@ class Part {
   data::Table table_;
   RowMean mean_;
   MatrixXd center_;
+  std::vector<MatrixXd> roots_{};  ///< (n x K + U) of each direction
+  bool follows_mean_;
+  VectorXd residual_{};  ///< (n) if it does not follow the mean
 };
 
 /// Calls a function with successive parts of some rows, of each of which it keeps some numbers.
@@ -131,7 +151,7 @@ class Quadrature {
     const bool split = !residual_follows_mean(all_.fit);
     const auto numbers = static_cast<std::size_t>(width * probe_count(width));
     by_parts(rows, numbers, [&](const Rows& some) {
-      const Part part(all_, some);
+      const Part part(all_, some, {});
       std::vector<MatrixXd> roots;
       for (const std::size_t row : some) roots.push_back(all_.roots[row]);
       std::vector<NonlinearDirections> found = nonlinear_directions(part.mean(),
@@ -155,16 +175,16 @@ class Quadrature {
   /// (rows) largest change of the mean per standard deviation of the main direction, in standard
   /// deviations of what has no points; infinite where the mean is not finite everywhere.
   VectorXd steepness(const Rows& rows) const {
-    const Part part(all_, rows);
+    const Part part(all_, rows, directions_);
     const VectorXd spread = linear_deviation(rows);
+    const Index width = root(rows.front()).cols();
     constexpr std::array kPlaces{-3.0, -1.5, 0.0, 1.5, 3.0};
     constexpr double kStep = 1.5;
     VectorXd result = VectorXd::Zero(spread.size());
     VectorXd last_mean;
     VectorXd last_sd;
     for (const double place : kPlaces) {
-      const VectorXd here =
-          part.mean_at([&](std::size_t k) { return VectorXd(place * root(rows[k]).col(0)); });
+      const VectorXd here = part.mean_at(place * VectorXd::Unit(width, 0));
       const VectorXd sd = part.deviation(here, spread);
       for (Index k = 0; k < here.size() && place > kPlaces.front(); ++k) {
         const double change =
@@ -183,11 +203,10 @@ class Quadrature {
   std::vector<bool> nonlinear_beside_main(const Rows& rows, Index width) const {
     std::vector<bool> result(rows.size(), false);
     if (width < 2) return result;
-    const Part part(all_, rows);
+    const Part part(all_, rows, directions_);
     for (Index direction = 1; direction < width; ++direction) {
       for (const double side : {-std::sqrt(3.0), std::sqrt(3.0)}) {
-        const VectorXd moved = part.mean_at(
-            [&](std::size_t k) { return VectorXd(side * root(rows[k]).col(direction)); });
+        const VectorXd moved = part.mean_at(side * VectorXd::Unit(width, direction));
         for (std::size_t k = 0; k < rows.size(); ++k) {
           const auto row = static_cast<Index>(rows[k]);
           const double move = std::abs(moved[static_cast<Index>(k)] - all_.value[row]);
@@ -200,25 +219,22 @@ class Quadrature {
 
   void integrate(const Rows& rows, const PredictionRule& chosen, double tail) {
     const QuadratureRule& rule = chosen.points;
-    const Part part(all_, rows);
+    const Part part(all_, rows, directions_);
     const VectorXd spread = linear_deviation(rows);
     const auto count = static_cast<Index>(rows.size());
     MatrixXd means(rule.weights.size(), count);
     MatrixXd deviations(rule.weights.size(), count);
     for (Index k = 0; k < rule.weights.size(); ++k) {
-      const VectorXd mean =
-          part.mean_at([&](std::size_t i) { return VectorXd(root(rows[i]) * rule.nodes.col(k)); });
+      const VectorXd mean = part.mean_at(rule.nodes.col(k));
       means.row(k) = mean;
       deviations.row(k) = part.deviation(mean, spread);
     }
     for (Index i = 0; i < count; ++i) {
       if (chosen.stride > 0) close_gaps(means.col(i), deviations.col(i), chosen.stride);
       const auto row = static_cast<Index>(rows[static_cast<std::size_t>(i)]);
-      const auto quantile = [&](double probability) {
-        return mixture_quantile(means.col(i), deviations.col(i), rule.weights, probability);
-      };
-      result_(row, 0) = quantile(tail);
-      result_(row, 1) = quantile(1.0 - tail);
+      const NormalMixture mixture(means.col(i), deviations.col(i), rule.weights, tail);
+      result_(row, 0) = mixture.quantile(tail);
+      result_(row, 1) = mixture.quantile(1.0 - tail);
     }
   }
 

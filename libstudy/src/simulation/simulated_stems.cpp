@@ -18,7 +18,8 @@ namespace {
 /// Points in square cells of the minimum distance, so that only nine cells need a look.
 class Inhibition {
  public:
-  explicit Inhibition(double distance) : distance_(distance) {}
+  explicit Inhibition(double distance)
+      : distance_(distance), cell_(std::max(distance, kSmallestCell)) {}
 
   bool has_room(double x, double y) const {
     if (distance_ <= 0.0) return true;
@@ -43,15 +44,19 @@ class Inhibition {
 
  private:
   std::pair<std::int64_t, std::int64_t> cell(double x, double y) const {
-    return {static_cast<std::int64_t>(std::floor(x / distance_)),
-            static_cast<std::int64_t>(std::floor(y / distance_))};
+    return {static_cast<std::int64_t>(std::floor(x / cell_)),
+            static_cast<std::int64_t>(std::floor(y / cell_))};
   }
   static std::uint64_t key(std::int64_t column, std::int64_t row) {
     return (static_cast<std::uint64_t>(column) << 32U) ^
            (static_cast<std::uint64_t>(row) & 0xffffffffU);
   }
 
+  /// Stems are placed to the centimeter.
+  static constexpr double kSmallestCell = 0.01;
+
   double distance_;
+  double cell_;
   std::unordered_map<std::uint64_t, std::vector<std::pair<double, double>>> cells_;
 };
 
@@ -73,16 +78,30 @@ class Habitat {
   SmoothField field_;
 };
 
-double total_area_m2(const std::vector<PlotDesign>& plots) {
-  double area = 0.0;
-  for (const PlotDesign& plot : plots) area += plot.area_m2();
-  return area;
-}
+/// Draws plots with probabilities in proportion to their areas.
+class PlotsByArea {
+ public:
+  explicit PlotsByArea(const std::vector<PlotDesign>& plots) {
+    double sum = 0.0;
+    for (const PlotDesign& plot : plots) ends_.push_back(sum += plot.area_m2());
+  }
+  double total_m2() const { return ends_.back(); }
+  std::size_t draw(Random& random) const {
+    const auto last = ends_.end() - 1;
+    const double at = random.uniform(0.0, total_m2());
+    return static_cast<std::size_t>(std::upper_bound(ends_.begin(), last, at) - ends_.begin());
+  }
+
+ private:
+  std::vector<double> ends_{};  ///< sums of areas up to each plot [m2]
+};
 
 /// The species of all stems, in random order.
-std::vector<std::size_t> shuffled_species(const SimulationDesign& design, Random& random) {
+std::vector<std::size_t> shuffled_species(const SimulationDesign& design,
+                                          double area_m2,
+                                          Random& random) {
   constexpr double kSquareMetersPerHectare = 10000.0;
-  const double hectares = total_area_m2(design.plots) / kSquareMetersPerHectare;
+  const double hectares = area_m2 / kSquareMetersPerHectare;
   std::vector<std::size_t> result;
   for (std::size_t s = 0; s < design.species.size(); ++s) {
     const double count = std::round(design.species[s].density_per_ha * hectares);
@@ -90,15 +109,6 @@ std::vector<std::size_t> shuffled_species(const SimulationDesign& design, Random
   }
   for (std::size_t i = result.size(); i > 1; --i) std::swap(result[i - 1], result[random.below(i)]);
   return result;
-}
-
-std::size_t plot_by_area(const std::vector<PlotDesign>& plots, double area, Random& random) {
-  double left = random.uniform(0.0, area);
-  for (std::size_t i = 0; i + 1 < plots.size(); ++i) {
-    left -= plots[i].area_m2();
-    if (left < 0.0) return i;
-  }
-  return plots.size() - 1;
 }
 
 /// A place in the plot to the centimeter, inside also after rounding.
@@ -111,21 +121,26 @@ double place_between(double low, double high, Random& random) {
 double rounded(double value, double per_unit) { return std::round(value * per_unit) / per_unit; }
 
 std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed) {
+  // For one stem, and for all: a while for each, and some seconds where few find room.
   constexpr int kAttempts = 20000;
+  constexpr std::size_t kAttemptsOfAll = 10'000'000;
+  constexpr std::size_t kAttemptsOfEach = 100;
   std::vector<Habitat> habitats;
   for (std::size_t s = 0; s < design.species.size(); ++s) {
     Random patches(seed, stream_of(Draw::kPatches, s));
     habitats.emplace_back(design.species[s].patchiness, design.stems.patch_length_m, patches);
   }
   Random random(seed, stream_of(Draw::kStems));
-  const double area = total_area_m2(design.plots);
+  const PlotsByArea plots(design.plots);
   Inhibition inhibition(design.stems.minimum_distance_m);
   std::vector<Stem> stems;
-  const std::vector<std::size_t> species_of_stems = shuffled_species(design, random);
+  const std::vector<std::size_t> species_of_stems =
+      shuffled_species(design, plots.total_m2(), random);
+  std::size_t left_of_all = kAttemptsOfAll + kAttemptsOfEach * species_of_stems.size();
   for (const std::size_t species : species_of_stems) {
     int attempts_left = kAttempts;
-    for (; attempts_left > 0; --attempts_left) {
-      const std::size_t plot = plot_by_area(design.plots, area, random);
+    for (; attempts_left > 0 && left_of_all > 0; --attempts_left, --left_of_all) {
+      const std::size_t plot = plots.draw(random);
       const PlotDesign& rectangle = design.plots[plot];
       const double x = place_between(rectangle.x0, rectangle.x1, random);
       const double y = place_between(rectangle.y0, rectangle.y1, random);
@@ -135,9 +150,10 @@ std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed
       stems.push_back({.plot = plot, .species = species, .x = x, .y = y});
       break;
     }
-    if (attempts_left == 0) {
+    if (attempts_left == 0 || left_of_all == 0) {
       throw InputError(fmt::format("after {} of {} stems there is no room for another stem at {} m "
-                                   "from all others; reduce the density or the distance",
+                                   "from all others, or hardly any; reduce the density, the "
+                                   "distance or the patchiness",
                                    stems.size(),
                                    species_of_stems.size(),
                                    design.stems.minimum_distance_m),
@@ -177,8 +193,10 @@ std::vector<double> draw_dbh(const SimulationDesign& design,
     // Var(F G) = (1 + v)(s^2 + m^2) - m^2 for a factor F of mean 1 and variance v, and a gamma
     // variate G of mean m and variance s^2; s is chosen such that this is sd^2.
     const double v = std::expm1(dbh.plot_log_sd * dbh.plot_log_sd);
-    const double variance = (dbh.sd_cm * dbh.sd_cm + mean * mean) / (1.0 + v) - mean * mean;
-    const double gamma = randoms[stem.species].gamma(mean * mean / variance, variance / mean);
+    const double variance = std::max(0.0, dbh.sd_cm * dbh.sd_cm - mean * mean * v) / (1.0 + v);
+    const double shape = mean * mean / variance;
+    const double gamma =
+        std::isfinite(shape) ? randoms[stem.species].gamma(shape, variance / mean) : mean;
     const double above = plot_factors[stem.species][stem.plot] * gamma;
     result.push_back(rounded(dbh.minimum_cm + above, 10.0));
   }

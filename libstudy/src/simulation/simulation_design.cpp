@@ -5,7 +5,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <set>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -68,17 +73,51 @@ std::vector<PlotDesign> grid_of_plots(const JsonReader& json) {
   return plots;
 }
 
-void check_plots_apart(const std::vector<PlotDesign>& plots, const JsonReader& json) {
+/// Two plots that overlap, if there are such plots. Sweeps from west to east: of plots that do not
+/// overlap, those at one x follow each other from south to north, so that each meets two others at
+/// most.
+std::optional<std::pair<std::size_t, std::size_t>> overlapping(
+    const std::vector<PlotDesign>& plots) {
+  struct Side {
+    double x = 0.0;
+    bool is_west = false;  // plots end before others begin at the same x
+    std::size_t plot = 0;
+  };
+  std::vector<Side> sides;
   for (std::size_t i = 0; i < plots.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const PlotDesign& a = plots[i];
-      const PlotDesign& b = plots[j];
-      if (a.id == b.id) json.fail(fmt::format("two plots have the id {}", a.id));
-      if (a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1) {
-        json.fail(fmt::format("the plots {} and {} overlap", b.id, a.id));
-      }
-    }
+    sides.push_back({plots[i].x0, true, i});
+    sides.push_back({plots[i].x1, false, i});
   }
+  std::ranges::sort(sides, [](const Side& a, const Side& b) {
+    return std::tie(a.x, a.is_west, a.plot) < std::tie(b.x, b.is_west, b.plot);
+  });
+  std::map<double, std::size_t> from_south;
+  for (const Side& side : sides) {
+    const PlotDesign& plot = plots[side.plot];
+    if (!side.is_west) {
+      from_south.erase(plot.y0);
+      continue;
+    }
+    const auto north = from_south.lower_bound(plot.y0);
+    if (north != from_south.end() && north->first < plot.y1) return {{north->second, side.plot}};
+    if (north != from_south.begin()) {
+      const std::size_t south = std::prev(north)->second;
+      if (plots[south].y1 > plot.y0) return {{south, side.plot}};
+    }
+    from_south.emplace(plot.y0, side.plot);
+  }
+  return std::nullopt;
+}
+
+void check_plots_apart(const std::vector<PlotDesign>& plots, const JsonReader& json) {
+  std::set<std::string_view> ids;
+  for (const PlotDesign& plot : plots) {
+    if (!ids.insert(plot.id).second) json.fail(fmt::format("two plots have the id {}", plot.id));
+  }
+  const auto found = overlapping(plots);
+  if (!found) return;
+  const auto [first, second] = std::minmax(found->first, found->second);
+  json.fail(fmt::format("the plots {} and {} overlap", plots[first].id, plots[second].id));
 }
 
 std::vector<PlotDesign> read_plots(const JsonReader& json) {
@@ -122,7 +161,7 @@ DbhDesign read_dbh(const JsonReader& json) {
   }
   const double above = dbh.mean_cm - dbh.minimum_cm;
   const double factor_variance = std::expm1(dbh.plot_log_sd * dbh.plot_log_sd);
-  if (!(above * above * factor_variance < dbh.sd_cm * dbh.sd_cm)) {
+  if (!(above * std::sqrt(factor_variance) < dbh.sd_cm)) {
     json.at("plot_log_sd").fail("the spread between plots is larger than sd");
   }
   return dbh;

@@ -122,7 +122,7 @@ double paired_t(const Eigen::VectorXd& first,
 }
 
 std::size_t left_out_fits(const ResponseStudy& result) {
-  if (!can_be_left_out(result.nlme) || result.plots < 2) return 0;
+  if (!can_be_left_out(result.nlme) || !result.has_groups()) return 0;
   const auto levels = static_cast<std::size_t>(1 + can_be_left_out(result.ols) +
                                                can_be_left_out(result.with_covariates));
   return levels * std::min(kFolds, result.plots);

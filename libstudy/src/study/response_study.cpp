@@ -23,16 +23,30 @@ const std::vector<std::pair<Level, std::string>> kLevels{
 
 bool ResponseStudy::converged() const {
   if (nlme) return nlme->fit.convergence.converged;
-  return plots < 2 && with_covariates && with_covariates->fit.convergence.converged;
+  return !has_groups() && with_covariates && with_covariates->fit.convergence.converged;
+}
+
+bool ResponseStudy::has_groups() const {
+  constexpr double kFewestTrees = 1.2;  // on average
+  return plots >= 2 &&
+         static_cast<double>(rows.size()) >= kFewestTrees * static_cast<double>(plots);
 }
 
 std::string ResponseStudy::verdict() const {
   if (nlme) return nlme->fit.convergence.verdict;
   if (!ols) return "No base model converged.";
-  if (plots < 2) {
-    return fmt::format("There is only one {}: level 3 was skipped. {}",
-                       group == "plot" ? "plot" : "value of '" + group + "'",
-                       with_covariates->fit.convergence.verdict);
+  if (!has_groups()) {
+    const std::string why =
+        plots < 2 ? fmt::format("There is only one {}",
+                                group == "plot" ? "plot" : "value of '" + group + "'")
+                  : fmt::format(
+                        "There are {} values of '{}' among {} trees, and random effects "
+                        "need groups of several trees",
+                        plots,
+                        group,
+                        rows.size());
+    return fmt::format(
+        "{}: level 3 was skipped. {}", why, with_covariates->fit.convergence.verdict);
   }
   const bool has_objections =
       std::ranges::any_of(random, [](const Candidate& each) { return !each.objection.empty(); });

@@ -233,7 +233,7 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
   LevelFits level("random effects", works, study.options.criteria.random, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
     const ResponseStudy& result = works[i].result;
-    if (!result.with_covariates || result.plots < 2) continue;
+    if (!result.with_covariates || !result.has_groups()) continue;
     level.add(i,
               random_effect_trials(result.with_covariates->fit,
                                    study.options.group,

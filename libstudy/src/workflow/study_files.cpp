@@ -140,7 +140,7 @@ data::Table inventory_table(const stand::Inventory& inventory,
 ModelLibrary library_of(const StudyRecord& record) {
   const std::string& file = record.inventory.inventory.file;
   ModelLibrary library{.inventory = {.file = std::filesystem::path(file).filename().string(),
-                                     .fingerprint = fingerprint(read_file(file)),
+                                     .fingerprint = fingerprint(read_file(file, kAnySize)),
                                      .trees = record.inventory.inventory.size()}};
   library.inventory.commonest_dbh_cm = commonest_diameters(record);
   if (record.units) library.inventory.units = record.settings.units;

@@ -124,7 +124,7 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
         refuse_gltf("its buffer is not a file in the same folder: " + uri);
       }
       if (!names.insert(name).second) refuse_gltf("two of its buffers are the same file: " + uri);
-      buffers.push_back(read_file(path.parent_path() / name));
+      buffers.push_back(read_file(path.parent_path() / name, kLargestScene));
       require_own_buffer(buffer, buffers.back(), uri);
     }
   }
@@ -159,7 +159,7 @@ ReadScene read_glb(std::string_view bytes) {
 }
 
 ReadScene read_scene(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
+  const std::string bytes = read_file(path, kLargestScene);
   try {
     const bool is_binary = bytes.compare(0, 4, "glTF") == 0;
     ReadScene scene = guarded(

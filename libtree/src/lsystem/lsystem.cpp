@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "lsystem/lsystem_rules.hpp"
@@ -14,8 +13,6 @@
 namespace silvafit::tree {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 /// Rewrites a string step by step.
 class Derivation {
  public:
@@ -23,8 +20,6 @@ class Derivation {
       : rules_(rules),
         random_(random),
         limits_(limits),
-        deadline_(Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                     std::chrono::duration<double>(limits.seconds))),
         string_(rules.alphabet),
         next_(rules.alphabet) {}
 
@@ -46,9 +41,7 @@ class Derivation {
   }
 
   void rewrite() {
-    constexpr std::size_t kBetweenLooks = 1024;
     for (at_ = 0; at_ < string_.size(); ++at_) {
-      if (at_ % kBetweenLooks == 0) check_time();
       const Production* production = matching();
       if (production == nullptr) {
         copy();
@@ -56,6 +49,7 @@ class Derivation {
         append(production->successor, string_.parameters(at_).data(), production->line);
       }
       check_size(production == nullptr ? rules_.axiom_line : production->line);
+      check_work();
     }
   }
 
@@ -67,6 +61,7 @@ class Derivation {
   // ---- Which production -----------------------------------------------------------------------
 
   bool matches(const Production& production, std::span<const double> parameters) {
+    ++operations_;
     return production.parameter_count == parameters.size() &&
            (!production.condition ||
             value(*production.condition, parameters.data(), production.line, "the condition") !=
@@ -126,6 +121,7 @@ class Derivation {
   void append(const std::vector<SuccessorModule>& modules,
               const double* parameters,
               std::size_t line) {
+    operations_ += modules.size();
     for (const SuccessorModule& module : modules) {
       next_.add(module.symbol);
       for (const LsystemExpression& expression : module.parameters) {
@@ -138,6 +134,7 @@ class Derivation {
                const double* parameters,
                std::size_t line,
                const char* what) {
+    operations_ += expression.size();
     try {
       return expression.value(parameters, random_);
     } catch (const ArithmeticProblem& problem) {
@@ -148,6 +145,7 @@ class Derivation {
   /// Removes everything after a % in its branch, and the % itself.
   void cut(ModuleString& string) {
     if (!rules_.cuts) return;
+    operations_ += string.size();
     ModuleString kept(rules_.alphabet);
     std::size_t skipped_depth = 0;
     bool skips = false;
@@ -184,22 +182,23 @@ class Derivation {
                      4 * limits_.modules));
   }
 
-  void check_time() const {
-    if (Clock::now() <= deadline_) return;
+  /// Counted, not timed, so that a grammar that works on one machine works on all.
+  void check_work() {
+    if (++operations_ <= limits_.operations) return;
     fail(rules_.axiom_line,
-         fmt::format("deriving the grammar takes longer than {} seconds; use fewer iterations",
-                     limits_.seconds));
+         fmt::format("deriving the grammar takes more than {} operations; use fewer iterations",
+                     limits_.operations));
   }
 
   const GrammarRules& rules_;
   Random& random_;
   const LsystemLimits& limits_;
-  Clock::time_point deadline_;
   ModuleString string_;
   ModuleString next_;
   std::vector<std::pair<const Production*, double>> candidates_{};
   int step_ = 0;
   std::size_t at_ = 0;
+  std::size_t operations_ = 0;
 };
 
 }  // namespace
@@ -233,7 +232,7 @@ Grammar Grammar::parse(std::string_view text,
 
 Grammar Grammar::load(const std::filesystem::path& file,
                       const std::map<std::string, double>& constants) {
-  return parse(read_file(file), file.string(), constants);
+  return parse(read_file(file, kLongestText), file.string(), constants);
 }
 
 const std::string& Grammar::file() const { return rules_->file; }

@@ -44,6 +44,8 @@ class LsystemExpression {
     return code_.size() == 1 && code_.front().operation == Operation::kNumber;
   }
   bool draws_random_numbers() const;
+  /// Operations of an evaluation, at most.
+  std::size_t size() const { return code_.size(); }
   /// As written.
   const std::string& text() const { return text_; }
 

@@ -16,7 +16,6 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr std::size_t kLongestText = 1 << 20;
 constexpr std::size_t kMostProblems = 20;
 // More than usual, and few enough to compare all with all.
 constexpr std::size_t kMostProductions = 10000;

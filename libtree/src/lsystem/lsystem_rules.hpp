@@ -49,6 +49,9 @@ struct GrammarRules {
   bool cuts = false;  ///< a successor or the axiom contains %
 };
 
+/// Of a grammar [bytes].
+inline constexpr std::size_t kLongestText = 1 << 20;
+
 /// \throws as Grammar::parse
 GrammarRules parse_grammar(std::string_view text,
                            const std::string& file,

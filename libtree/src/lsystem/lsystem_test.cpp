@@ -2,7 +2,6 @@
 #include "silvafit/tree/lsystem.hpp"
 
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
 #include <string>
 
@@ -344,7 +343,6 @@ TEST_CASE("mistakes that show in a step name module, line and step") {
 }
 
 TEST_CASE("a hostile grammar ends in an error, soon") {
-  const auto start = std::chrono::steady_clock::now();
   CHECK(contains(mistake_in_step("axiom: F\nF -> FF", 1000), "exceeds 2000000 modules"));
   CHECK(contains(mistake_in_step("axiom: F\nF -> F[F[F[F]]]", 500), "exceeds 2000000 modules"));
   CHECK(contains(mistake_in_step("axiom: F(1,2,3,4,5,6)\nF(a,b,c,d,e,f) -> F(f,e,d,c,b,a)"
@@ -354,8 +352,8 @@ TEST_CASE("a hostile grammar ends in an error, soon") {
   // Nothing grows, but every step takes its time.
   std::string still = "axiom: ";
   for (int i = 0; i < 20000; ++i) still += "A(1)";
-  CHECK(contains(mistake_in_step(still + "\nA(x) -> A(sin(x))", 1000, {.seconds = 0.2}),
-                 "takes longer than 0.2 seconds"));
+  CHECK(contains(mistake_in_step(still + "\nA(x) -> A(sin(x))", 1000, {.operations = 1'000'000}),
+                 "takes more than 1000000 operations"));
   CHECK(contains(mistake("axiom: " + std::string(8'000'000, 'F')),
                  "the limit for a grammar is 1048576"));
   CHECK(contains(mistake("axiom: F(" + std::string(500'000, '(') + "1"), "too deeply"));
@@ -371,8 +369,6 @@ TEST_CASE("a hostile grammar ends in an error, soon") {
   std::string productions = "axiom: A\n";
   for (int i = 0; i < 100'000; ++i) productions += "A->B\n";
   CHECK(contains(mistake(productions), "There may be more errors."));
-  // Generous: a second or so on a machine that is busy.
-  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(30));
   const Grammar grammar = Grammar::parse("axiom: F", "g");
   Random random(1);
   CHECK_THROWS_AS(grammar.derive(random, 1001), UsageError);

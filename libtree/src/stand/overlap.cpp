@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <nanoflann.hpp>
 #include <numeric>
@@ -43,27 +44,80 @@ struct StemPlaces {
 using StemTree = nanoflann::
     KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, StemPlaces>, StemPlaces, 2>;
 
+/// Finds the trees whose crowns could touch.
+class NearTrees {
+ public:
+  explicit NearTrees(std::span<const StandTree> trees)
+      : trees_(trees),
+        places_{trees},
+        index_(2, places_, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {
+    for (const StandTree& tree : trees) widest_ = std::max(widest_, widest_radius_m(*tree.crown));
+  }
+
+  /// Every other tree whose crown could touch that of a tree, in increasing order.
+  std::vector<std::size_t> of(std::size_t i) const {
+    const double own = widest_radius_m(*trees_[i].crown);
+    const double at[2] = {trees_[i].position.x_m, trees_[i].position.y_m};
+    std::vector<std::pair<std::uint32_t, double>> found;
+    const double reach = own + widest_;
+    index_.radiusSearch(at, reach * reach, found, nanoflann::SearchParams());
+    std::vector<std::size_t> near;
+    for (const auto& [j, squared] : found) {
+      const double both = own + widest_radius_m(*trees_[j].crown);
+      if (j != i && squared < both * both) near.push_back(j);
+    }
+    std::sort(near.begin(), near.end());
+    return near;
+  }
+
+ private:
+  std::span<const StandTree> trees_;
+  StemPlaces places_;
+  StemTree index_;
+  double widest_ = 0.0;
+};
+
+// Neighbors of one tree, and of all, with which overlaps are resolved in minutes: in dense natural
+// regeneration a tree has some 60.
+constexpr std::size_t kMostNear = 500;
+constexpr std::size_t kMostNearOnAverage = 100;
+constexpr std::size_t kMostNearOfFew = 10000;
+
+/// The first tree in whose neighborhood the stand becomes too dense.
+[[noreturn]] void refuse_density(std::span<const StandTree> trees,
+                                 const NearTrees& search,
+                                 std::size_t most_of_all) {
+  std::size_t sum = 0;
+  for (std::size_t i = 0;; ++i) {
+    const std::size_t count = search.of(i).size();
+    sum += count;
+    if (count <= kMostNear && sum <= most_of_all && i + 1 < trees.size()) continue;
+    throw GeometryError(
+        fmt::format("overlaps cannot be resolved: the crowns of {} other trees reach the crown of "
+                    "this one, and at most {} in one place and {} on average are possible; check "
+                    "positions and crown widths, or omit --resolve-overlaps",
+                    count,
+                    kMostNear,
+                    kMostNearOnAverage),
+        {.plot = trees[i].plot, .tree = trees[i].tree});
+  }
+}
+
 /// Every other tree whose crown could touch this one's, in increasing order.
 std::vector<std::vector<std::size_t>> near_trees(std::span<const StandTree> trees,
                                                  unsigned threads) {
   std::vector<std::vector<std::size_t>> near(trees.size());
   if (trees.empty()) return near;
-  const StemPlaces places{trees};
-  const StemTree index(2, places, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  double widest = 0.0;
-  for (const StandTree& tree : trees) widest = std::max(widest, widest_radius_m(*tree.crown));
+  const NearTrees search(trees);
+  const std::size_t most_of_all = kMostNearOfFew + kMostNearOnAverage * trees.size();
+  std::atomic<std::size_t> sum{0};
+  std::atomic<bool> is_too_dense{false};
   parallel_for(trees.size(), threads, [&](std::size_t i) {
-    const double own = widest_radius_m(*trees[i].crown);
-    const double at[2] = {trees[i].position.x_m, trees[i].position.y_m};
-    std::vector<std::pair<std::uint32_t, double>> found;
-    const double reach = own + widest;
-    index.radiusSearch(at, reach * reach, found, nanoflann::SearchParams());
-    for (const auto& [j, squared] : found) {
-      const double both = own + widest_radius_m(*trees[j].crown);
-      if (j != i && squared < both * both) near[i].push_back(j);
-    }
-    std::sort(near[i].begin(), near[i].end());
+    if (is_too_dense) return;
+    near[i] = search.of(i);
+    if (near[i].size() > kMostNear || (sum += near[i].size()) > most_of_all) is_too_dense = true;
   });
+  if (is_too_dense) refuse_density(trees, search, most_of_all);
   return near;
 }
 

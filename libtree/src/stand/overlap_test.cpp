@@ -386,3 +386,18 @@ TEST_CASE("stems at one place keep their measures, and what cannot be parted is 
   CHECK_THROWS_AS(resolve_overlaps(std::vector<StandTree>{same.trees[0], same.trees[0]}),
                   UsageError);
 }
+
+TEST_CASE("a stand with too many crowns in one place is refused, with a tree of it") {
+  const GrownStand one = grow_stand({test::paper_tree_10()});
+  std::vector<StandTree> stand(700, one.trees[0]);
+  for (std::size_t i = 0; i < stand.size(); ++i) {
+    stand[i].tree = std::to_string(i);
+    // The first hundred have room.
+    stand[i].position.x_m += i < 100 ? 10.0 * static_cast<double>(i + 1) : 0.0;
+  }
+  for (const unsigned threads : {1U, 4U}) {
+    CHECK_THROWS_WITH(
+        resolve_overlaps(stand, threads),
+        Catch::Matchers::Contains("tree 100)") && Catch::Matchers::Contains("599 other trees"));
+  }
+}

@@ -5,7 +5,7 @@
 #include "silvafit/tree/turtle.hpp"
 
 void silvafit::fuzz::read(std::string_view bytes) {
-  constexpr tree::LsystemLimits kSmall{.modules = 20'000, .depth = 100, .seconds = 1.0};
+  constexpr tree::LsystemLimits kSmall{.modules = 20'000, .depth = 100, .operations = 1'000'000};
   const tree::Grammar grammar = tree::Grammar::parse(bytes, "grammar");
   Random random(1);
   const tree::ModuleString string = grammar.derive(random, {}, kSmall);

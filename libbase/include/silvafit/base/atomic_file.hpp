@@ -2,7 +2,9 @@
 // Files that are written whole or not at all.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <ostream>
 #include <string>
@@ -97,8 +99,15 @@ void discard_unfinished_files();
 /// \throws IoError if none can be made
 int open_nameless_file(const std::filesystem::path& beside);
 
+/// The largest file that is read as a whole, unless its reader names another limit [bytes]. No more
+/// is read of a device or pipe, such as /dev/zero, whatever the reader's limit.
+inline constexpr std::uint64_t kLargestFile = std::uint64_t{512} << 20U;
+/// For files whose reader is not limited by their size.
+inline constexpr std::uint64_t kAnySize = std::numeric_limits<std::uint64_t>::max();
+
 /// The bytes of a file.
-/// \throws InputError if it cannot be opened; IoError if reading it fails
-std::string read_file(const std::filesystem::path& path);
+/// \param limit  largest size of the file [bytes]
+/// \throws InputError if it cannot be opened or is larger; IoError if reading it fails
+std::string read_file(const std::filesystem::path& path, std::uint64_t limit = kLargestFile);
 
 }  // namespace silvafit

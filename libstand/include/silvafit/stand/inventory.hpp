@@ -184,6 +184,8 @@ class InventoryBatches {
   std::vector<std::string> notes() const;
   /// Of these, how the file was read, as CheckedInventory::recognized.
   std::vector<std::string> recognized() const;
+  /// What describe_excluded() says of all batches read so far.
+  std::string excluded() const;
 
  private:
   struct State;
@@ -194,18 +196,27 @@ class InventoryBatches {
 /// not among them.
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5);
 
-/// The same of several batches of a file.
-/// \param excluded  of all batches
-/// \param left_out  rows left out
-/// \param kept      trees of all batches
-std::string describe_excluded(const std::vector<ExcludedRow>& excluded,
-                              std::size_t left_out,
-                              std::size_t kept,
-                              const std::string& file,
-                              std::size_t most_shown = 5);
+/// The same of several batches of a file, of which only the rows that are shown are kept.
+class ExcludedSummary {
+ public:
+  explicit ExcludedSummary(std::size_t most_shown = 5) : most_shown_(most_shown) {}
+  void add(const CheckedInventory& batch);
+  std::string text(const std::string& file) const;
+
+ private:
+  std::size_t most_shown_;
+  std::vector<ExcludedRow> shown_{};
+  std::size_t problems_ = 0;
+  std::size_t without_problem_ = 0;
+  std::size_t left_out_ = 0;
+  std::size_t kept_ = 0;
+};
 
 /// Writes excluded.csv: line, plot, tree, column, value, reason.
-void write_excluded(const std::vector<ExcludedRow>& excluded, std::ostream& stream);
+/// \param with_header  false for a further batch of a file
+void write_excluded(const std::vector<ExcludedRow>& excluded,
+                    std::ostream& stream,
+                    bool with_header = true);
 void write_excluded(const std::vector<ExcludedRow>& excluded, const std::filesystem::path& path);
 
 /// The inventory as a table with our column names: plot, tree, species, the measures that the file

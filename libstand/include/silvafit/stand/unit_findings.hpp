@@ -11,17 +11,33 @@
 
 namespace silvafit::stand {
 
+/// Names of plots, of which only those that a note shows are kept.
+class PlotNames {
+ public:
+  PlotNames() = default;
+  explicit PlotNames(const std::vector<std::string>& names) { add(names); }
+  void add(const std::vector<std::string>& names);
+  void add(const PlotNames& others);
+  bool empty() const { return shown_.empty(); }
+  /// As data::list_of().
+  std::string text() const;
+
+ private:
+  std::vector<std::string> shown_{};
+  std::size_t more_ = 0;
+};
+
 /// Counts of trees and names of plots, of an inventory or of a part of one (whole plots).
 struct UnitFindings {
-  std::vector<std::string> on_windows{};             ///< notes on the assumed windows
-  std::vector<std::string> plots_without_window{};   ///< their trees are on one line
-  std::vector<std::string> plots_without_density{};  ///< the same; BAL and CCF are missing
-  std::size_t plots_in_window_of_stand = 0;          ///< plots without a window of their own
-  std::size_t placed = 0;                            ///< trees with a position and a window
-  std::size_t outside = 0;                           ///< of these, outside of their window
+  std::vector<std::string> on_windows{};     ///< notes on the assumed windows
+  PlotNames plots_without_window{};          ///< their trees are on one line
+  PlotNames plots_without_density{};         ///< the same; BAL and CCF are missing
+  std::size_t plots_in_window_of_stand = 0;  ///< plots without a window of their own
+  std::size_t placed = 0;                    ///< trees with a position and a window
+  std::size_t outside = 0;                   ///< of these, outside of their window
   Point low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  Point high{-low.x, -low.y};                ///< the placed trees are between low and high
-  std::vector<std::string> plots_outside{};  ///< plots whose trees are all outside
+  Point high{-low.x, -low.y};  ///< the placed trees are between low and high
+  PlotNames plots_outside{};   ///< plots whose trees are all outside
   /// Core trees whose competitors may be outside the window.
   std::size_t with_cut_competitors = 0;
   std::size_t without_position = 0;

@@ -145,6 +145,8 @@ struct ResponseStudy {
   /// Whether the last level that was tried ended in a model to rely on, and the sentence on it.
   bool converged() const;
   std::string verdict() const;
+  /// Whether there are groups of several trees, so that random effects can be estimated.
+  bool has_groups() const;
   /// A sentence for each level whose best candidates were rejected, on the first of them.
   std::vector<std::string> passed_over() const;
 };

@@ -22,7 +22,9 @@ namespace silvafit::tree {
 struct LsystemLimits {
   std::size_t modules = 2'000'000;  ///< in one string; four times as many parameters are allowed
   std::size_t depth = 1000;         ///< nested branches of a string that is drawn
-  double seconds = 10.0;            ///< for deriving and for drawing, each
+  /// Of a derivation: modules rewritten and added, productions tried, steps of expressions. So many
+  /// take some 5 s.
+  std::size_t operations = 500'000'000;
 };
 
 /// The largest number of iterations of a grammar.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -13,6 +14,10 @@
 #include "silvafit/tree/morphology.hpp"
 
 namespace silvafit::tree {
+
+/// The largest GLB file, whose header has 32 bits for its size [bytes]; also that of the files of a
+/// glTF scene.
+inline constexpr std::uint64_t kLargestScene = std::uint64_t{1} << 32U;
 
 /// Triangles of one material as floats, for any format in the file.
 struct ReadPart {
