@@ -135,7 +135,8 @@ void run(const Arguments& arguments) {
     }
   }
   fmt::print(
-      "| method | inventories | converged | not boundary | boundary | median [ms] | longest [ms] |\n"
+      "| method | inventories | converged | not boundary | boundary | median [ms] | longest [ms] "
+      "|\n"
       "|---|---|---|---|---|---|---|\n");
   for (const auto& [method, fits] : results.items()) print_method(method, fits);
   for (const auto& [method, fits] : results.items()) print_failures(method, fits);

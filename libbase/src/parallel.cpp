@@ -52,8 +52,8 @@ class LoopOrder {
 
 /// The arena of the calling thread with this many workers.
 ///
-/// Arenas live as long as their thread: the workers of a new arena must be woken, which takes longer
-/// than a short loop.
+/// Arenas live as long as their thread: the workers of a new arena must be woken, which takes
+/// longer than a short loop.
 tbb::task_arena& arena_of(std::size_t workers) {
   thread_local std::map<std::size_t, tbb::task_arena> arenas;
   return arenas.try_emplace(workers, static_cast<int>(workers)).first->second;
