@@ -281,8 +281,10 @@ SceneTrees trees_of_scene(std::string_view glb,
       match_trees(scene.stand, node_names(description), read);
     }
     return scene;
-  } catch (const json::exception& error) {
-    throw InputError(std::string("cannot read the GLB file: ") + error.what());
+  } catch (const json::exception&) {
+    throw InputError(
+        "cannot read the GLB file: a value in its JSON part has another type than glTF requires; "
+        "export the scene again");
   }
 }
 
