@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -62,7 +63,10 @@ tbb::task_arena& arena_of(std::size_t workers) {
 }  // namespace
 
 std::size_t worker_count(unsigned threads) {
-  return threads == 0 ? static_cast<std::size_t>(tbb::info::default_concurrency()) : threads;
+  const auto cores = static_cast<std::size_t>(tbb::info::default_concurrency());
+  // TBB ends the process where the system refuses it a thread; so many were never refused.
+  constexpr std::size_t kMostBeyondCores = 64;
+  return threads == 0 ? cores : std::min<std::size_t>(threads, std::max(cores, kMostBeyondCores));
 }
 
 void parallel_for(std::size_t count,

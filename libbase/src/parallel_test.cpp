@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/base/parallel.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <stdexcept>
@@ -48,4 +49,10 @@ TEST_CASE("an exception of a task reaches the caller") {
                                              if (i == 7) throw std::runtime_error("seven");
                                            }),
                     "seven");
+}
+
+TEST_CASE("a number of threads that no machine has is taken for a smaller one") {
+  CHECK(silvafit::worker_count(5) == 5);
+  CHECK(silvafit::worker_count(64) == 64);
+  CHECK(silvafit::worker_count(65536) == std::max<std::size_t>(64, silvafit::worker_count(0)));
 }

@@ -10,7 +10,7 @@ namespace silvafit {
 /// Runs task(0) .. task(count - 1), in any order, on at most `threads` threads.
 ///
 /// Tasks write to places of their own, so that the result does not depend on the number of threads.
-/// \param threads  0 means as many as the machine has cores
+/// \param threads  0 means as many as the machine has cores, which or 64 is the most
 /// \throws the first exception of a task, after the running ones have ended
 void parallel_for(std::size_t count,
                   unsigned threads,
