@@ -50,6 +50,8 @@ class Attack:
         for name in ("work/out", "home", "tmp"):
             (place / name).mkdir(parents=True)
         name, words = cases.make(self.seed, number, self.inputs, folder)
+        # The system takes at most 128 KiB of one argument.
+        words = [word[:30000] for word in words]
         before = checks.contents(folder)
         begin = time.monotonic()
         environment = {"PATH": os.environ["PATH"], "HOME": str(place / "home"), "TMPDIR": str(place / "tmp"), "LC_ALL": "C.UTF-8"}
