@@ -371,7 +371,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   }
   std::fflush(stdout);
   const bool any = std::ranges::any_of(
-      fits, [](const fit::FittedModel& fit) { return fit.convergence.converged; });
+      fits, [](const fit::FittedModel& fit) { return fit.convergence.converged(); });
   if (!any) {
     throw NoConvergedFit(fits.size() == 1 ? fits.front().convergence.verdict
                                           : "no model converged");

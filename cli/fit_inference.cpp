@@ -82,7 +82,7 @@ void add_inference_options(CLI::App& command, InferenceOptions& options) {
 void add_inference(const InferenceOptions& options,
                    const data::Table& table,
                    fit::FittedModel& fit) {
-  if (options.intervals.empty() || !fit.convergence.converged) return;
+  if (options.intervals.empty() || !fit.convergence.converged()) return;
   fit.intervals =
       fit::confidence_intervals(fit,
                                 table,

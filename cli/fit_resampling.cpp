@@ -48,7 +48,7 @@ Resampling resample_one(const fit::FittedModel& fit,
                         const CommonOptions& common,
                         Progress& progress) {
   Resampling result;
-  if (!fit.convergence.converged) return result;
+  if (!fit.convergence.converged()) return result;
   if (arguments.bootstrap > 0) {
     result.bootstrap = fit::bootstrap(fit,
                                       table,
@@ -286,7 +286,7 @@ std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
 void write_residuals(const std::vector<fit::FittedModel>& fits,
                      const data::Table& table,
                      const ResamplingArguments& arguments) {
-  if (arguments.residuals.empty() || !fits.front().convergence.converged) return;
+  if (arguments.residuals.empty() || !fits.front().convergence.converged()) return;
   const fit::Residuals all = fit::residuals(fits.front(), table);
   AtomicFile file(arguments.residuals);
   std::ostream& stream = file.stream();

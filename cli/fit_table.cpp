@@ -226,7 +226,7 @@ void print_ranking(const std::vector<const FittedModel*>& fits) {
   std::vector<const FittedModel*> ranked = fits;
   const auto failed =
       std::stable_partition(ranked.begin(), ranked.end(), [](const FittedModel* fit) {
-        return fit->convergence.converged;
+        return fit->convergence.converged();
       });
   const std::vector<const FittedModel*> failures(failed, ranked.end());
   ranked.erase(failed, ranked.end());

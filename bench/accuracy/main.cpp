@@ -49,7 +49,7 @@ Score score(const NistProblem& problem, const std::vector<double>* start) {
   }
   const fit::LeastSquaresFit fit = fit_least_squares(model, options);
   Score result;
-  result.converged = fit.convergence.converged;
+  result.converged = fit.convergence.converged();
   result.sum_of_squares = digits(fit.sum_of_squares, problem.sum_of_squares);
   const Eigen::VectorXd errors = fit.standard_errors();
   for (std::size_t j = 0; j < count; ++j) {

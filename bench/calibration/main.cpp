@@ -151,7 +151,7 @@ std::optional<Scores> scores_of(const fit::ModelSpecification& model,
                                 std::uint64_t stream) {
   const fit::FittedModel fit =
       fit::fit_model(model, fitted, {.method = fit::parse_method(arguments.method)}).fit;
-  if (!fit.convergence.converged) return std::nullopt;
+  if (!fit.convergence.converged()) return std::nullopt;
   Random random(arguments.seed, stream);
   Scores result;
   for (const std::size_t sampled : kSampleTrees) {

@@ -71,8 +71,8 @@ json fit_all(const Arguments& arguments, fit::Method method) {
         fit::fit_model(bench::height_model("a + b + b:C | plot", "none", table), table, options)
             .fit;
     fits.push_back({{"inventory", number},
-                    {"converged", fit.convergence.converged},
-                    {"inside", fit.convergence.converged && fit.convergence.boundary.empty()},
+                    {"converged", fit.convergence.converged()},
+                    {"inside", fit.convergence.converged() && !fit.convergence.has_boundary()},
                     {"verdict", fit.convergence.verdict},
                     {"log_likelihood", fit.log_likelihood},
                     {"seconds", bench::cpu_seconds() - begin}});

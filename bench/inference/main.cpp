@@ -121,7 +121,7 @@ json timed_fit(const data::Table& table,
           {"seconds", seconds},
           {"floor_seconds", floor},
           {"floors", seconds / floor},
-          {"converged", fit.convergence.converged},
+          {"converged", fit.convergence.converged()},
           {"verdict", fit.convergence.verdict},
           {"iterations", fit.convergence.iterations},
           {"log_likelihood", fit.log_likelihood}};

@@ -140,7 +140,7 @@ void run(const Arguments& arguments) {
         truth, arguments.plots, arguments.smallest, arguments.largest, kSeed, number);
     const fit::FitResult result = fit::fit_model(
         bench::height_model("a + b | plot", arguments.variance, table), table, options);
-    if (result.fit.convergence.converged) {
+    if (result.fit.convergence.converged()) {
       add_fit(result.fit, recoveries);
     } else {
       ++failed;

@@ -114,7 +114,7 @@ void compare(const Curve& curve,
   options.start = curve.truth;
   const fit::FittedModel from_truth = fit::fit_model(model, table, options).fit;
   ++tally.sets;
-  if (searched.convergence.converged) ++tally.converged;
+  if (searched.convergence.converged()) ++tally.converged;
   const double gain = searched.log_likelihood - from_truth.log_likelihood;
   if (!(gain >= -kSameLogLikelihood)) ++tally.below;
   if (gain > kSameLogLikelihood) ++tally.above;

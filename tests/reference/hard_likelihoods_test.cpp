@@ -49,14 +49,14 @@ TEST_CASE("standard errors do not depend on the units of the data") {
   for (const fit::Method method :
        {fit::Method::kLaplace, fit::Method::kQuadrature, fit::Method::kFirstOrder}) {
     const fit::FittedModel plain = fitted_by(table, kLogisticOfX, "b | plot", "none", method).fit;
-    REQUIRE(plain.convergence.converged);
+    REQUIRE(plain.convergence.converged());
     for (const auto& [x_unit, y_unit] : {std::pair{1e-3, 1.0}, {1e-5, 1e4}, {1.0, 100.0}}) {
       data::Table other = table;
       scale("x", x_unit, other);
       scale("y", y_unit, other);
       const fit::FittedModel fit = fitted_by(other, kLogisticOfX, "b | plot", "none", method).fit;
       INFO(fit::method_text(method) << ", x times " << x_unit << ", y times " << y_unit);
-      REQUIRE(fit.convergence.converged);
+      REQUIRE(fit.convergence.converged());
       const Eigen::Vector3d unit(y_unit, 1.0, 1.0 / x_unit);  // of a, c and b
       for (Eigen::Index j = 0; j < 3; ++j) {
         // Both stop within 1e-5 standard errors of the maximum; the curvature is from differences.
@@ -80,7 +80,7 @@ TEST_CASE("one more random effect does not lower the likelihood, and rows have n
     INFO(fit::method_text(method));
     const auto likelihood = [&](const data::Table& rows, const char* random) {
       const fit::FittedModel fit = fitted_by(rows, "y ~ a*x^b", random, "power", method).fit;
-      CHECK(fit.convergence.converged);
+      CHECK(fit.convergence.converged());
       return fit.log_likelihood;
     };
     const double both = likelihood(table, "a + b | plot");

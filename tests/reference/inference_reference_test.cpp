@@ -110,7 +110,7 @@ TEST_CASE("t tests have nlme's degrees of freedom") {
   for (const json& record : inference_figures().at("degrees_of_freedom")) {
     INFO(record["id"]);
     const fit::FittedModel fit = fitted_record(record, table);
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     for (std::size_t k = 0; k < record["coefficients"].size(); ++k) {
       const std::string name = record["coefficients"][k].get<std::string>();
       // nlme calls the intercept of a parameter with covariates "a.(Intercept)", others "a.x".
@@ -131,7 +131,7 @@ TEST_CASE("Wald intervals are those of nlme") {
   for (const json& record : inference_figures().at("nlme_intervals")) {
     INFO(record["id"]);
     const fit::FittedModel fit = fitted_record(record, table);
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     const fit::Intervals ours = fit::confidence_intervals(fit, table);
     const double n = record["n"].get<double>();
     const double p = record["p"].get<double>();
@@ -191,7 +191,7 @@ TEST_CASE("profile limits are where definitions written in R have them") {
     INFO(record["id"]);
     const std::string method = record["method"].get<std::string>();
     const fit::FittedModel fit = fitted_record(record, table, method.c_str());
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     // lb and nlme stop within 1e-6 standard errors of each other, which moves the likelihood of the
     // model linear there by as little.
     CHECK(fit.log_likelihood == Approx(record["logLik"].get<double>()).margin(1e-4));
@@ -260,8 +260,8 @@ TEST_CASE("a standard deviation of zero has an upper limit by the half-and-half 
   for (const char* const method : {"lb", "laplace"}) {
     INFO(method);
     const fit::FittedModel fit = fitted_record(record, table, method);
-    REQUIRE(fit.convergence.converged);
-    REQUIRE(fit.convergence.boundary == std::vector<std::string>{"sd(a) = 0"});
+    REQUIRE(fit.convergence.converged());
+    REQUIRE(fit.convergence.boundary() == std::vector<std::string>{"sd(a) = 0"});
     const fit::Intervals profile =
         fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kProfile});
     const fit::ParameterInterval& sd = named(profile, "sd(a)");

@@ -53,7 +53,7 @@ bool is_comparable_with_tmb(const json& reference) {
 void check_against_tmb(const json& reference, const json& formula_of, const data::Table& table) {
   const fit::FittedModel fit = fitted_by_laplace(reference, formula_of, table).fit;
   INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict);
-  CHECK(fit.convergence.converged);
+  CHECK(fit.convergence.converged());
   CHECK(fit.observations == reference["n"].get<int>());
   CHECK(fit.parameter_count == reference["df"].get<int>());
   const double expected = reference["logLik"].get<double>();
@@ -89,7 +89,7 @@ void check_restarts(const json& reference, const json& formula_of, const data::T
     }
     const fit::FittedModel other = fitted_by_laplace(reference, formula_of, table, start).fit;
     // 1e-6 is what two searches of one maximum may differ by.
-    if (other.convergence.converged) CHECK(other.log_likelihood < best.log_likelihood + 1e-6);
+    if (other.convergence.converged()) CHECK(other.log_likelihood < best.log_likelihood + 1e-6);
   }
 }
 

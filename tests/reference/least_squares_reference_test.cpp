@@ -68,8 +68,8 @@ void check_against_nls(const json& reference, const LeastSquaresFit& fit, const 
   CHECK(fit.log_likelihood > log_likelihood - 1e-6);
   if (fit.log_likelihood > log_likelihood + 1e-6) return;
   if (!reference["nls_gauss_newton_converged"].get<bool>()) return;
-  CHECK(fit.convergence.converged);
-  CHECK(fit.convergence.gradient < 1e-20);
+  CHECK(fit.convergence.converged());
+  CHECK(fit.convergence.newton_decrement < 1e-20);
   CHECK(fit.sigma == Approx(reference["sigma"].get<double>()).epsilon(1e-9));
   const Eigen::VectorXd errors = fit.standard_errors();
   for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {

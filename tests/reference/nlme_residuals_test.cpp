@@ -88,7 +88,7 @@ TEST_CASE("residuals are nlme's at both levels", "[reference]") {
   REQUIRE(fits["residuals"].size() == 3);
   for (const json& reference : fits["residuals"]) {
     const fit::FittedModel fit = fit::fit_model(model_with_residuals(reference, table), table).fit;
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     // From nlme's estimates, which have 15 digits.
     check_residuals(reference, fit::residuals(with_estimates(fit, reference), table), 1e-10);
     // From our own: nlme's variance parameters are exact to some 1e-5, and residuals of up to 4
@@ -104,7 +104,7 @@ TEST_CASE("R2 of linear mixed models are Nakagawa's and Johnson's", "[reference]
     fit::ModelSpecification model = fit::specify_model("h ~ a + b*dbh", {}, table);
     fit::add_random_effects(model, id == "slope" ? "a + b | plot" : "a | plot", table);
     const fit::FittedModel fit = fit::fit_model(model, table).fit;
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     // lme's covariance is exact to about 1e-6.
     CHECK(fit.r2_marginal == Approx(shares[id]["marginal"].get<double>()).epsilon(1e-6));
     CHECK(fit.r2_conditional == Approx(shares[id]["conditional"].get<double>()).epsilon(1e-6));

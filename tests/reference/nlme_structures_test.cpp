@@ -124,7 +124,7 @@ void check_fit(const json& reference) {
   const fit::MixedEffectsFit ours =
       fit::fit_lindstrom_bates(model, fit::fit_least_squares(model, {}).estimate, {.reml = reml});
   INFO(id << ": " << ours.convergence.verdict);
-  CHECK(ours.convergence.converged);
+  CHECK(ours.convergence.converged());
 
   const json& exact = reference.contains("fixed_point") && !reference["fixed_point"].is_null()
                           ? reference["fixed_point"]

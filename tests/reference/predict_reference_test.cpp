@@ -48,7 +48,7 @@ TEST_CASE("predictions at all levels are nlme's") {
     const data::Table table = test::stands();
     const fit::FittedModel fit =
         fit::fit_model(model_to_predict(reference["random"].get<std::string>(), table), table).fit;
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     data::Table part = table.select(rows_of(reference["rows"]));
     const json& levels = reference["levels"];
     check_values(fit::predict(fit, part, fit::Level::kPopulation).value, levels[0]);

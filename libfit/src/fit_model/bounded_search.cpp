@@ -207,53 +207,64 @@ void BoundedSearch::halve(const Candidate& end, const std::string& name) {
 
 double BoundedSearch::value_of(const Candidate& candidate) { return candidate.point.value; }
 
-/// "a = 60, its upper bound", by coefficient.
-std::vector<std::string> BoundedSearch::in_words(const HeldValues& held) const {
-  std::vector<std::string> result;
+std::vector<Evidence> BoundedSearch::at_bounds(const HeldValues& held) const {
+  std::vector<Evidence> result;
   for (const auto& [name, value] : held) {
     const bool is_upper = value == bounds_.at(name).high;
-    result.push_back(fmt::format(
-        "{} = {}, its {} bound", name, data::shortest(value), is_upper ? "upper" : "lower"));
+    result.push_back({.kind = is_upper ? Evidence::Kind::kUpperBound : Evidence::Kind::kLowerBound,
+                      .term = name,
+                      .value = value});
   }
   return result;
 }
 
+namespace {
+
+/// "a = 60, its upper bound; b = 0, its lower bound".
+std::string in_words(const std::vector<Evidence>& bounds, const char* separator) {
+  std::vector<std::string> words;
+  for (const Evidence& bound : bounds) words.push_back(text_of(bound));
+  return fmt::format("{}", fmt::join(words, separator));
+}
+
+}  // namespace
+
 FitResult BoundedSearch::on_bounds(Candidate candidate) const {
   FittedModel& fit = candidate.result.fit;
-  const std::vector<std::string> words = in_words(candidate.held);
-  if (words.empty()) return std::move(candidate.result);
+  const std::vector<Evidence> bounds = at_bounds(candidate.held);
+  if (bounds.empty()) return std::move(candidate.result);
   fit.convergence.verdict += fmt::format(
-      " At its bound, with the likelihood decreasing into the range: {}.", fmt::join(words, "; "));
-  if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(words.size());
-  auto& boundary = fit.convergence.boundary;
-  boundary.insert(boundary.end(), words.begin(), words.end());
+      " At its bound, with the likelihood decreasing into the range: {}.", in_words(bounds, "; "));
+  if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(bounds.size());
+  for (const Evidence& bound : bounds) fit.convergence.add_boundary(bound);
   return std::move(candidate.result);
 }
 
 FitResult BoundedSearch::unfinished(Candidate candidate) const {
-  const std::vector<std::string> words = in_words(candidate.held);
-  if (!words.empty()) {
+  const std::vector<Evidence> bounds = at_bounds(candidate.held);
+  if (!bounds.empty()) {
     std::string& verdict = candidate.result.fit.convergence.verdict;
     verdict += fmt::format(
-        "{} At its bound: {}.", verdict.ends_with('.') ? "" : ".", fmt::join(words, "; "));
+        "{} At its bound: {}.", verdict.ends_with('.') ? "" : ".", in_words(bounds, "; "));
   }
   return std::move(candidate.result);
 }
 
 FitResult BoundedSearch::rising_inwards(Candidate candidate) const {
   Convergence& convergence = candidate.result.fit.convergence;
-  convergence.converged = false;
+  convergence.status = ConvergenceStatus::kMaximumNotReached;
   convergence.verdict = fmt::format(
       "Not converged: with {} the likelihood increases into the range of {}, but no maximum was "
       "found there. Give start values or narrower bounds.",
-      fmt::join(in_words(candidate.held), " and "),
+      in_words(at_bounds(candidate.held), " and "),
       fmt::join(candidate.rising, " and "));
   return std::move(candidate.result);
 }
 
 FitResult BoundedSearch::outside(Candidate candidate) const {
   Convergence& convergence = candidate.result.fit.convergence;
-  const bool was_converged = std::exchange(convergence.converged, false);
+  const bool was_converged = convergence.converged();
+  convergence.status = ConvergenceStatus::kOutsideBounds;
   convergence.verdict = fmt::format(
       "Not converged: no fit within the bounds was found. The fit without bounds is shown{}",
       was_converged ? "." : ". " + convergence.verdict);

@@ -46,7 +46,7 @@ class BoundedSearch {
     std::vector<std::string> crossed{};  ///< free coefficients outside their range
     std::vector<std::string> rising{};   ///< held ones from which the likelihood rises inwards
 
-    bool converged() const { return result.fit.convergence.converged; }
+    bool converged() const { return result.fit.convergence.converged(); }
     bool is_inside() const { return crossed.empty(); }
     /// Fulfils the conditions of Karush, Kuhn and Tucker.
     bool is_optimal() const { return converged() && is_inside() && rising.empty(); }
@@ -80,7 +80,7 @@ class BoundedSearch {
   FitResult unfinished(Candidate candidate) const;
   FitResult rising_inwards(Candidate candidate) const;
   FitResult outside(Candidate candidate) const;
-  std::vector<std::string> in_words(const HeldValues& held) const;
+  std::vector<Evidence> at_bounds(const HeldValues& held) const;
   static double value_of(const Candidate& candidate);
 
   const std::map<std::string, Bounds>& bounds_;

@@ -75,15 +75,15 @@ TEST_CASE("a coefficient that would cross its bound is held there and named") {
   const FittedModel free = fit_model(model, table).fit;
   const FittedModel loose = fit_model(model, table, {.bounds = {{"b", {0.0, 5.0}}}}).fit;
   CHECK(loose.log_likelihood == free.log_likelihood);
-  CHECK(loose.convergence.boundary.empty());
+  CHECK(!loose.convergence.has_boundary());
 
   const FittedModel tight = fit_model(model, table, {.bounds = {{"b", {0.0, 1.5}}}}).fit;
   const FittedModel held = fit_model(model, table, {.fixed = {{"b", 1.5}}}).fit;
   CHECK(tight.estimate[2] == 1.5);
   CHECK(tight.log_likelihood == held.log_likelihood);
   CHECK(tight.parameter_count == held.parameter_count + 1);
-  REQUIRE(tight.convergence.boundary.size() == 1);
-  CHECK(tight.convergence.boundary[0] == "b = 1.5, its upper bound");
+  REQUIRE(tight.convergence.boundary().size() == 1);
+  CHECK(tight.convergence.boundary()[0] == "b = 1.5, its upper bound");
   CHECK_THAT(tight.convergence.verdict, Contains("At its bound") && Contains("b = 1.5"));
 }
 
@@ -115,12 +115,12 @@ TEST_CASE("all coefficients may lie at bounds, so that the variance alone is est
   const double expected = -6.0 * (std::log(2.0 * std::numbers::pi * squares / 12.0) + 1.0);
   for (const Method method : {Method::kOrdinary, Method::kGeneralized}) {
     const FittedModel fit = fit_model(model, table, {.method = method, .bounds = bounds}).fit;
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     CHECK(fit.estimate == Eigen::Vector3d(1.1, 0.6, 2.2));
     CHECK(fit.log_likelihood == Approx(expected).epsilon(1e-12));
     CHECK(fit.sigma == Approx(std::sqrt(squares / 12.0)).epsilon(1e-12));
     CHECK(fit.parameter_count == 4);
-    CHECK(fit.convergence.boundary.size() == 3);
+    CHECK(fit.convergence.boundary().size() == 3);
   }
 }
 

@@ -144,7 +144,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
 
 /// A mixed or generalized fit that has nowhere to start.
 void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
-  const std::string reason = std::move(least_squares.convergence.verdict);
+  const Convergence reason = std::move(least_squares.convergence);
   take_over(result, std::move(least_squares));
   FittedModel& fit = result.fit;
   fit.covariance.setConstant(kNaN);
@@ -153,7 +153,10 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
   fit.parameter_count = 0;
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.convergence = {
-      .verdict = "Not converged: the least-squares fit for the start values failed. " + reason};
+      .status = reason.status,
+      .verdict =
+          "Not converged: the least-squares fit for the start values failed. " + reason.verdict,
+      .evidence = reason.evidence};
 }
 
 /// Keeps what the data leave open of the random effects, for predictions without the data.
@@ -246,7 +249,7 @@ std::map<std::string, double> starts_of(const NonlinearModel& model,
   for (const std::string& name : model.coefficient_names()) {
     if (const auto found = options.start.find(name); found != options.start.end()) {
       result.insert(*found);
-    } else if (earlier != nullptr && earlier->convergence.converged) {
+    } else if (earlier != nullptr && earlier->convergence.converged()) {
       const auto& known = earlier->coefficient_names;
       const auto place = std::ranges::find(known, name) - known.begin();
       if (place == std::ssize(known)) continue;
@@ -316,6 +319,7 @@ FitResult fit_nearby(const NonlinearModel& model,
   fit.estimate = fit.degrees_of_freedom = VectorXd::Constant(p, kNaN);
   fit.covariance = MatrixXd::Constant(p, p, kNaN);
   fit.sigma = fit.log_likelihood = kNaN;
+  fit.convergence.status = ConvergenceStatus::kMaximumNotReached;
   fit.convergence.verdict = "Not converged from the start values of the original fit.";
   return result;
 }

@@ -34,7 +34,7 @@ TEST_CASE("a straight line by least squares has the estimates of the normal equa
   const data::Table table = line_with_errors();
   const FitResult result = fit_model(specify_model("y ~ a + b*x", {}, table), table);
   const FittedModel& fit = result.fit;
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   CHECK(fit.method == Method::kOrdinary);
   CHECK(fit.observations == 10);
   CHECK(fit.degrees_of_freedom == Eigen::Vector2d(8.0, 8.0));
@@ -138,7 +138,7 @@ TEST_CASE("a fit with nowhere to start says why") {
   ModelSpecification specification = specify_model("y ~ a + b*x + c*x^2", {}, table);
   add_random_effects(specification, "a | g", table);
   const FitResult result = fit_model(specification, table);
-  CHECK_FALSE(result.fit.convergence.converged);
+  CHECK_FALSE(result.fit.convergence.converged());
   CHECK_THAT(result.fit.convergence.verdict,
              Contains("3 coefficients need at least as many observations, but there are 2"));
   CHECK(std::isnan(result.fit.log_likelihood));
@@ -171,7 +171,7 @@ TEST_CASE("a held exponent that suits the data badly is weighted least squares a
   model.variance = parse_variance_function("power(x, delta = 0.5)");
   const FittedModel fit = fit_model(model, table).fit;
   INFO(fit.convergence.verdict);
-  CHECK(fit.convergence.converged);
+  CHECK(fit.convergence.converged());
   CHECK(fit.estimate[0] == Approx(sum_y / sum_x).epsilon(1e-12));
   const double least = squares - sum_y * sum_y / sum_x;
   const double expected =

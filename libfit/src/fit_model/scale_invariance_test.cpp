@@ -114,9 +114,9 @@ void check_same(const FittedModel& fit,
                 const Case& of,
                 const Precision& precision) {
   INFO(fit.convergence.verdict << " / " << other.convergence.verdict);
-  REQUIRE(fit.convergence.converged);
-  REQUIRE(other.convergence.converged);
-  CHECK(other.convergence.boundary == fit.convergence.boundary);
+  REQUIRE(fit.convergence.converged());
+  REQUIRE(other.convergence.converged());
+  CHECK(other.convergence.boundary() == fit.convergence.boundary());
   CHECK(other.convergence.rank == fit.convergence.rank);
   const auto n = static_cast<double>(fit.observations);
   CHECK(other.log_likelihood + n * std::log(scale.response) ==

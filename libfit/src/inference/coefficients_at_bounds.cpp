@@ -6,10 +6,8 @@
 namespace silvafit::fit {
 
 bool is_at_bound(const FittedModel& fit, const std::string& coefficient) {
-  // "a = 4, its lower bound"; "sd(a) = 0" is of a random effect.
-  return std::ranges::any_of(fit.convergence.boundary, [&](const std::string& words) {
-    return words.starts_with(coefficient + " = ") && words.ends_with(" bound");
-  });
+  return fit.convergence.has(Evidence::Kind::kLowerBound, coefficient) ||
+         fit.convergence.has(Evidence::Kind::kUpperBound, coefficient);
 }
 
 int count_without_bounded(const FittedModel& fit) {

@@ -16,7 +16,7 @@ bool has_same_fixed_effects(const FittedModel& a, const FittedModel& b) {
 }  // namespace
 
 bool has_usable_likelihood(const FittedModel& fit) {
-  return fit.convergence.converged && std::isfinite(fit.log_likelihood);
+  return fit.convergence.converged() && std::isfinite(fit.log_likelihood);
 }
 
 std::string obstacle_to_comparing(const FittedModel& a, const FittedModel& b) {

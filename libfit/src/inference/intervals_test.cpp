@@ -120,7 +120,7 @@ TEST_CASE("likelihoods of intervals have exact gradients, with any parameter hel
     INFO(method << ", " << random << ", " << variance);
     const FittedModel fit = fitted_by_method(table, random, variance, method, covariance);
     INFO(fit.convergence.verdict);
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     check_gradients(fit, table);
   };
   check("a + b | plot", "power", "laplace");
@@ -248,7 +248,7 @@ TEST_CASE("intervals are refused for other data, wrong levels and fits that fail
   FittedModel exact = fit;
   exact.sigma = 0.0;
   CHECK_THROWS_WITH(confidence_intervals(exact, table), Catch::Matchers::Contains("perfect fit"));
-  fit.convergence.converged = false;
+  fit.convergence.status = ConvergenceStatus::kDiverged;
   CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 /// Where a model goes through all observations, no chance explains its gain.
 bool is_exact(const FittedModel& fit) {
-  return fit.convergence.converged && std::isinf(fit.log_likelihood) && fit.log_likelihood > 0.0;
+  return fit.convergence.converged() && std::isinf(fit.log_likelihood) && fit.log_likelihood > 0.0;
 }
 
 void add(std::string& note, const std::string& text) {

@@ -140,8 +140,8 @@ TEST_CASE("one variance is tested by half and half, an effect beside others by S
   const FittedModel none = fitted(table, {}, "");
   const FittedModel one = fitted(table, {}, "a | plot");
   const FittedModel two = fitted(table, {}, "a + b | plot");
-  REQUIRE(one.convergence.converged);
-  REQUIRE(two.convergence.converged);
+  REQUIRE(one.convergence.converged());
+  REQUIRE(two.convergence.converged());
   const NestedTest first = likelihood_ratio_test(one, none);
   CHECK(first.degrees_of_freedom == 1);
   CHECK(first.statistic == 2.0 * (one.log_likelihood - none.log_likelihood));

@@ -75,7 +75,7 @@ FittedModel fitted_case(const data::Table& table, const Case& of) {
   options.bounds = of.bounds;
   const FittedModel fit = fit_model(model, table, options).fit;
   INFO(of.variance << ": " << fit.convergence.verdict);
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   // What a file keeps has to be enough.
   return from_json(to_json(fit), "fit.json");
 }

@@ -246,7 +246,7 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
   NonlinearModel::Workspace workspace;
   model.evaluate(fit.estimate, fit.fitted, nullptr, workspace);
   if (!fit.fitted.allFinite()) {
-    fit.convergence.verdict = no_start();
+    fit.convergence = no_start();
     return fit;
   }
   fit.sum_of_squares = (model.response() - fit.fitted).squaredNorm();
@@ -254,7 +254,7 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
   fit.log_likelihood = is_exact(model, fit.sum_of_squares)
                            ? std::numeric_limits<double>::infinity()
                            : least_squares_log_likelihood(fit.sum_of_squares, fit.observations);
-  fit.convergence = {.converged = true,
+  fit.convergence = {.status = ConvergenceStatus::kConverged,
                      .verdict = "All coefficients are fixed; only sigma was estimated."};
   return fit;
 }
@@ -361,7 +361,7 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
   if (model.coefficient_count() == 0) return evaluated(model);
   if (model.observations() < model.coefficient_count()) {
     LeastSquaresFit fit = empty_fit(model);
-    fit.convergence.verdict = too_few_observations(model);
+    fit.convergence = too_few_observations(model);
     return fit;
   }
   const std::vector<VectorXd> given = complete_starts(model, options.start);
@@ -372,7 +372,7 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
                                     {.maximum_iterations = options.maximum_iterations});
     if (minimum.coefficients.size() > 0) {
       LeastSquaresFit fit = described(model, minimum, options);
-      if (fit.convergence.converged) return with_other_minima(std::move(fit), model, options);
+      if (fit.convergence.converged()) return with_other_minima(std::move(fit), model, options);
     }
   }
   Minima found = solve(model, options);
@@ -380,7 +380,7 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
   if (minimum.coefficients.size() == 0) {
     check_domain(model);
     LeastSquaresFit fit = empty_fit(model);
-    fit.convergence.verdict = no_start();
+    fit.convergence = no_start();
     return fit;
   }
   LeastSquaresFit fit = described(model, minimum, options);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "least_squares/jacobian_factors.hpp"
 #include "least_squares/variable_projection.hpp"
@@ -62,6 +63,15 @@ std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& poi
 
 }  // namespace
 
+std::vector<std::string> names_of(const NonlinearModel& model,
+                                  const std::vector<Index>& coefficients) {
+  std::vector<std::string> result;
+  for (const Index j : coefficients) {
+    result.push_back(model.coefficient_names()[static_cast<std::size_t>(j)]);
+  }
+  return result;
+}
+
 std::string listed(const NonlinearModel& model, const std::vector<Index>& coefficients) {
   std::string text;
   for (std::size_t k = 0; k < coefficients.size(); ++k) {
@@ -99,18 +109,41 @@ std::string run_away(const NonlinearModel& model, const std::vector<Index>& coef
       one ? "it describes" : "they describe");
 }
 
-std::string confounding_verdict(const NonlinearModel& model, const NewtonPoint& point) {
+/// Fills in a status, the coefficients that it is about, and its verdict.
+void conclude(const NonlinearModel& model,
+              ConvergenceStatus status,
+              Evidence::Kind kind,
+              const std::vector<Index>& coefficients,
+              std::string verdict,
+              Convergence& result) {
+  result.status = status;
+  result.verdict = std::move(verdict);
+  result.add(kind, names_of(model, coefficients));
+}
+
+void conclude_confounded(const NonlinearModel& model,
+                         const NewtonPoint& point,
+                         Convergence& result) {
+  using enum Evidence::Kind;
   const std::string names = listed(model, point.confounded);
-  if (point.confounded.size() == 1) {
-    return fmt::format("{} is not identifiable: the mean does not depend on it. Remove it.", names);
+  const bool is_one = point.confounded.size() == 1;
+  if (!is_one && is_identifiable(model)) {
+    conclude(model,
+             ConvergenceStatus::kNoMaximum,
+             kUnbounded,
+             point.confounded,
+             "The sum of squares keeps decreasing while " + run_away(model, point.confounded),
+             result);
+    return;
   }
-  if (is_identifiable(model)) {
-    return "The sum of squares keeps decreasing while " + run_away(model, point.confounded);
-  }
-  return fmt::format(
-      "{} are not identifiable: their columns of the Jacobian are linearly dependent. Remove one "
-      "of them.",
-      names);
+  conclude(model,
+           ConvergenceStatus::kNotIdentifiable,
+           kNotIdentifiable,
+           point.confounded,
+           names + (is_one ? " is not identifiable: the mean does not depend on it. Remove it."
+                           : " are not identifiable: their columns of the Jacobian are linearly "
+                             "dependent. Remove one of them."),
+           result);
 }
 
 /// Coefficients that only digits far behind tell apart.
@@ -123,43 +156,66 @@ std::vector<Index> nearly_confounded(const NonlinearModel& model, const NewtonPo
   return JacobianFactors(jacobian, JacobianFactors::kNearTolerance).confounded();
 }
 
-std::string failure_verdict(const NonlinearModel& model, const NewtonPoint& point, double sigma) {
-  if (!point.finite) {
-    return "The derivatives of the formula became infinite or undefined during the search. Give "
-           "start values, or use another model.";
-  }
+void conclude_failure(const NonlinearModel& model,
+                      const NewtonPoint& point,
+                      double sigma,
+                      Convergence& result) {
+  using enum Evidence::Kind;
   const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
-    return "The sum of squares keeps decreasing, ever more slowly, while " + run_away(model, loose);
+    conclude(
+        model,
+        ConvergenceStatus::kNoMaximum,
+        kUnbounded,
+        loose,
+        "The sum of squares keeps decreasing, ever more slowly, while " + run_away(model, loose),
+        result);
+    return;
   }
   const std::vector<Index> near = nearly_confounded(model, point);
   if (near.size() > 1) {
-    return fmt::format(
-        "{} are hardly identifiable: their effects on the mean are nearly linearly dependent. "
-        "Remove one of them.",
-        listed(model, near));
+    conclude(model,
+             ConvergenceStatus::kNotIdentifiable,
+             kHardlyIdentifiable,
+             near,
+             fmt::format("{} are hardly identifiable: their effects on the mean are nearly "
+                         "linearly dependent. Remove one of them.",
+                         listed(model, near)),
+             result);
+    return;
   }
-  return fmt::format(
+  result.status = ConvergenceStatus::kMaximumNotReached;
+  result.verdict = fmt::format(
       "No minimum was reached: the estimates are still {:.2g} standard errors away. Give other "
       "start values or use a model with fewer coefficients.",
       std::sqrt(point.decrement));
 }
 
-std::string success_verdict(const NonlinearModel& model,
-                            const NewtonPoint& point,
-                            double sigma,
-                            bool exact) {
+void conclude_success(const NonlinearModel& model,
+                      const NewtonPoint& point,
+                      double sigma,
+                      bool exact,
+                      Convergence& result) {
   if (exact) {
-    return "Perfect fit: sigma is 0 and the log-likelihood is infinite. Do not compare this model "
-           "with others by these values.";
+    result.status = ConvergenceStatus::kPerfectFit;
+    result.verdict =
+        "Perfect fit: sigma is 0 and the log-likelihood is infinite. Do not compare this model "
+        "with others by these values.";
+    return;
   }
   const std::vector<Index> loose = undetermined(model, point, sigma);
+  std::string verdict = "Converged to machine precision.";
   if (!loose.empty()) {
-    return fmt::format(
+    verdict = fmt::format(
         "Converged, but {} poorly determined (standard error more than ten times the estimate).",
         listed(model, loose) + (loose.size() == 1 ? " is" : " are"));
   }
-  return "Converged to machine precision.";
+  conclude(model,
+           ConvergenceStatus::kConverged,
+           Evidence::Kind::kHardlyIdentifiable,
+           loose,
+           std::move(verdict),
+           result);
 }
 
 }  // namespace
@@ -170,38 +226,48 @@ bool is_exact(const NonlinearModel& model, double sum_of_squares) {
 }
 
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact) {
-  Convergence result{.gradient = point.decrement, .rank = point.rank};
+  Convergence result{.newton_decrement = point.decrement, .rank = point.rank};
   if (!point.finite) {
-    result.verdict = failure_verdict(model, point, 0.0);
+    result.status = ConvergenceStatus::kDiverged;
+    result.verdict =
+        "The derivatives of the formula became infinite or undefined during the search. Give "
+        "start values, or use another model.";
     return result;
   }
   const double freedom = static_cast<double>(model.observations() - model.coefficient_count());
   const double sigma = freedom > 0.0 ? std::sqrt(point.sum_of_squares / freedom) : 0.0;
   const std::vector<Index> lost = exact ? saturated(model, point) : std::vector<Index>{};
   if (!lost.empty()) {
-    result.verdict = "Perfect fit, reached only while " + run_away(model, lost);
+    conclude(model,
+             ConvergenceStatus::kNoMaximum,
+             Evidence::Kind::kUnbounded,
+             lost,
+             "Perfect fit, reached only while " + run_away(model, lost),
+             result);
   } else if (point.rank < model.coefficient_count()) {
-    result.verdict = confounding_verdict(model, point);
+    conclude_confounded(model, point, result);
   } else if (exact || is_converged(point)) {
-    result.converged = true;
-    result.verdict = success_verdict(model, point, sigma, exact);
+    conclude_success(model, point, sigma, exact, result);
   } else {
-    result.verdict = failure_verdict(model, point, sigma);
+    conclude_failure(model, point, sigma, result);
   }
   return result;
 }
 
-std::string too_few_observations(const NonlinearModel& model) {
-  return fmt::format(
-      "{} coefficients need at least as many observations, but there are {}. Use a model with "
-      "fewer coefficients or more data.",
-      model.coefficient_count(),
-      model.observations());
+Convergence too_few_observations(const NonlinearModel& model) {
+  return {.status = ConvergenceStatus::kTooFewObservations,
+          .verdict = fmt::format(
+              "{} coefficients need at least as many observations, but there are {}. Use a model "
+              "with fewer coefficients or more data.",
+              model.coefficient_count(),
+              model.observations())};
 }
 
-std::string no_start() {
-  return "No start values were found at which the formula is finite for all observations. Give "
-         "start values.";
+Convergence no_start() {
+  return {.status = ConvergenceStatus::kNoStartValues,
+          .verdict =
+              "No start values were found at which the formula is finite for all "
+              "observations. Give start values."};
 }
 
 }  // namespace silvafit::fit

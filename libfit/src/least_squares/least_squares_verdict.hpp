@@ -18,14 +18,17 @@ bool is_exact(const NonlinearModel& model, double sum_of_squares);
 /// Whether the coefficients can be told apart somewhere, so that where they cannot it is the place.
 bool is_identifiable(const NonlinearModel& model);
 
+std::vector<std::string> names_of(const NonlinearModel& model,
+                                  const std::vector<Eigen::Index>& coefficients);
+
 /// Names of coefficients: "a", "a and b", "a, b and c".
 std::string listed(const NonlinearModel& model, const std::vector<Eigen::Index>& coefficients);
 
 /// \param exact  the model goes through all observations but for rounding
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact);
 
-/// Verdicts on fits that could not begin.
-std::string too_few_observations(const NonlinearModel& model);
-std::string no_start();
+/// Of fits that could not begin.
+Convergence too_few_observations(const NonlinearModel& model);
+Convergence no_start();
 
 }  // namespace silvafit::fit

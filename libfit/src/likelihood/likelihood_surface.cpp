@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 
 /// Coefficients of a converged fit that have no standard error are held at a value or a bound.
 std::map<std::string, double> held_by(const FittedModel& fit) {
-  if (!fit.convergence.converged) {
+  if (!fit.convergence.converged()) {
     throw UsageError("intervals need a converged fit: " + fit.convergence.verdict);
   }
   if (!(fit.sigma > 0.0)) {

@@ -143,7 +143,7 @@ TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
     const bool is_integral = name == "exact" || name.starts_with("agq");
     if (!is_integral) options.method = parse_method(name);
     const FittedModel fit = fit_model(specified(reference, table), table, options).fit;
-    CHECK(fit.convergence.converged);
+    CHECK(fit.convergence.converged());
     CHECK(fit.log_likelihood == Approx(reference["logLik"].get<double>()).epsilon(1e-10));
     const Eigen::VectorXd errors = fit.standard_errors();
     for (const auto& [coefficient, value] : reference["estimates"].items()) {
@@ -172,7 +172,7 @@ TEST_CASE("nested groups have TMB's maximum of Laplace's likelihood") {
     add_random_effects(model, reference["random_text"].get<std::string>(), table);
     model.variance = parse_variance_function(reference["variance"].get<std::string>());
     const FittedModel fit = fit_model(model, table, {.method = Method::kLaplace}).fit;
-    CHECK(fit.convergence.converged);
+    CHECK(fit.convergence.converged());
     CHECK(fit.log_likelihood == Approx(reference["logLik"].get<double>()).epsilon(1e-10));
     for (Index j = 0; j < fit.estimate.size(); ++j) {
       const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];

@@ -11,6 +11,7 @@
 
 #include "likelihood/linear_mixed_profile.hpp"
 #include "likelihood/linearization.hpp"
+#include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/relative_factor.hpp"
 #include "model/variance_weights.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
@@ -37,8 +38,8 @@ struct LindstromBatesOutcome {
   double curve_decrement = 0.0;  ///< the same of the coefficients
   int iterations = 0;
   bool converged = false;
-  bool is_valid = false;        ///< false where no finite point was reached
-  std::string_view obstacle{};  ///< what ended it short of standing still, as a clause
+  bool is_valid = false;  ///< false where no finite point was reached
+  Obstacle obstacle{};    ///< what ended it short of standing still
 };
 
 /// A fit as the start of one with a larger variance function.

@@ -17,7 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::string verdict) {
+MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, Convergence reason) {
   const auto q = model.specification().random
                      ? static_cast<Index>(model.specification().random->coefficients.size())
                      : 0;
@@ -38,7 +38,7 @@ MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, std::
   fit.fitted_conditional = fit.fitted_population;
   fit.residual_sd = fit.fitted_population;
   fit.variance = VarianceEstimate::missing(model.specification().variance);
-  fit.convergence.verdict = std::move(verdict);
+  fit.convergence = std::move(reason);
   return fit;
 }
 

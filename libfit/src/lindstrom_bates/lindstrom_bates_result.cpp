@@ -109,8 +109,9 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   } else {
     fit.residual_sd = VectorXd::Constant(model_.observations(), sigma);
   }
-  fit.convergence.converged = outcome.converged;
-  fit.convergence.gradient =
+  fit.convergence.status =
+      outcome.converged ? ConvergenceStatus::kConverged : outcome.obstacle.status;
+  fit.convergence.newton_decrement =
       outcome.converged ? outcome.decrement : std::max(outcome.decrement, outcome.curve_decrement);
   fit.convergence.iterations = outcome.iterations;
   fit.floored_variances = variance_.floored(at.mean);

@@ -33,28 +33,34 @@ class LindstromBates::Run {
         mixing_.restart();
         hessian_.resize(0, 0);
       }
-      if (!optimize_theta()) return ended("the linear model there has no likelihood");
+      if (!optimize_theta()) return ended({.text = "the linear model there has no likelihood"});
       note(iteration);
       if (outcome_.converged) return outcome_;
       if (is_lost()) {
-        return ended("the random effects of some groups diverge");
+        return ended({.status = ConvergenceStatus::kDiverged,
+                      .text = "the random effects of some groups diverge"});
       }
       if (gives_up()) {
-        return ended("the two steps of the method do not settle, so a fixed point may not exist");
+        return ended(
+            {.text = "the two steps of the method do not settle, so a fixed point may not exist"});
       }
       if (!advance()) {
-        return ended(
-            engine_.passes_left_ > 0
-                ? "penalized least squares fails, because the random effects of some groups diverge"
-                : "the limit of passes over the data is reached");
+        if (engine_.passes_left_ <= 0) {
+          return ended({.status = ConvergenceStatus::kIterationLimit,
+                        .text = "the limit of passes over the data is reached"});
+        }
+        return ended({.status = ConvergenceStatus::kDiverged,
+                      .text = "penalized least squares fails, because the random effects of some "
+                              "groups diverge"});
       }
     }
-    return ended("the iteration limit is reached");
+    return ended(
+        {.status = ConvergenceStatus::kIterationLimit, .text = "the iteration limit is reached"});
   }
 
  private:
-  LindstromBatesOutcome ended(std::string_view obstacle) {
-    outcome_.obstacle = obstacle;
+  LindstromBatesOutcome ended(Obstacle obstacle) {
+    outcome_.obstacle = std::move(obstacle);
     return outcome_;
   }
 

@@ -286,7 +286,7 @@ std::optional<MixedEffectsFit> lindstrom_bates_from(const NonlinearModel& model,
   const bool is_above =
       outcome.log_likelihood > least_likelihood(model.specification().variance, pooled);
   MixedEffectsFit fit = engine.result(outcome);
-  fit.convergence.converged = fit.convergence.converged && is_above;
+  if (!is_above) fit.convergence.status = ConvergenceStatus::kMaximumNotReached;
   return fit;
 }
 
@@ -294,30 +294,38 @@ std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model
                                                      const MixedEffectsFit& start,
                                                      const MixedEffectsOptions& options) {
   std::optional<MixedEffectsFit> fit = lindstrom_bates_from(model, start, options);
-  if (!fit || !fit->convergence.converged) return std::nullopt;
+  if (!fit || !fit->convergence.converged()) return std::nullopt;
   describe(model, *fit);
   judge(model, *fit, Rounds::kAlternations, options.reml);
   return fit;
 }
 
-std::string why_no_step(const NonlinearModel& model, const VectorXd& start) {
+Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(start, mean, &jacobian, workspace);
   if (is_exact(model, (model.response() - mean).squaredNorm())) {
-    return "Not converged: perfect fit by the fixed effects alone. Remove the random effects.";
+    return {
+        .status = ConvergenceStatus::kNoMaximum,
+        .verdict =
+            "Not converged: perfect fit by the fixed effects alone. Remove the random effects."};
   }
   const std::vector<Index> confounded =
       jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
   if (!confounded.empty() && !is_identifiable(model)) {
-    return fmt::format(
-        "Not converged: {} are not identifiable: their effects on the mean are linearly dependent. "
-        "Remove one of them.",
-        listed(model, confounded));
+    Convergence result{.status = ConvergenceStatus::kNotIdentifiable,
+                       .verdict = fmt::format(
+                           "Not converged: {} are not identifiable: their effects on the mean are "
+                           "linearly dependent. Remove one of them.",
+                           listed(model, confounded))};
+    result.add(Evidence::Kind::kNotIdentifiable, names_of(model, confounded));
+    return result;
   }
-  return "Not converged: the first penalized least-squares step found no finite value. Use fewer "
-         "random effects, or a model that fits the pooled data better.";
+  return {.status = ConvergenceStatus::kDiverged,
+          .verdict =
+              "Not converged: the first penalized least-squares step found no finite value. Use "
+              "fewer random effects, or a model that fits the pooled data better."};
 }
 
 }  // namespace silvafit::fit

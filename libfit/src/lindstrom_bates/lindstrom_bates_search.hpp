@@ -47,6 +47,6 @@ std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model
                                                      const MixedEffectsOptions& options);
 
 /// Why penalized least squares found no first step.
-std::string why_no_step(const NonlinearModel& model, const Eigen::VectorXd& start);
+Convergence why_no_step(const NonlinearModel& model, const Eigen::VectorXd& start);
 
 }  // namespace silvafit::fit

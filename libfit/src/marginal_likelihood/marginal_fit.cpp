@@ -143,7 +143,11 @@ class MarginalSearch {
   }
 
   /// What ended the search short of a maximum, and where it would go.
-  Obstacle obstacle() const { return {.text = obstacle_text(), .moving = moving()}; }
+  Obstacle obstacle() const {
+    Obstacle result = ended_by();
+    result.moving = moving();
+    return result;
+  }
 
   MixedEffectsFit result() {
     const MarginalPoint point = coordinates_.point(best_.x);
@@ -164,8 +168,8 @@ class MarginalSearch {
     fit.parameter_count = static_cast<int>(coordinates_.layout().size());
     fit.observations = model_.observations();
     predict(fit, scale, parameters);
-    fit.convergence.converged = has_converged();
-    fit.convergence.gradient = best_.decrement;
+    if (has_converged()) fit.convergence.status = ConvergenceStatus::kConverged;
+    fit.convergence.newton_decrement = best_.decrement;
     fit.convergence.iterations = evaluations_;
     return fit;
   }
@@ -210,14 +214,18 @@ class MarginalSearch {
   }
 
   /// What ended the search short of a maximum.
-  std::string obstacle_text() const {
+  Obstacle ended_by() const {
     constexpr int kOften = 20;
     if (needs_curvature(integration_) && (outside_ > kOften || best_.is_blocked)) {
-      return std::string(kNoClearMode);
+      return {.status = ConvergenceStatus::kInvalidApproximation,
+              .text = std::string(kNoClearMode)};
     }
-    if (is_exhausted()) return "the evaluation limit is reached";
+    if (is_exhausted()) {
+      return {.status = ConvergenceStatus::kIterationLimit,
+              .text = "the evaluation limit is reached"};
+    }
     if (best_.is_blocked) {
-      return "the likelihood has a jump, because the conditional mode of a group changes";
+      return {.text = "the likelihood has a jump, because the conditional mode of a group changes"};
     }
     return {};
   }
@@ -476,7 +484,7 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
   if (has_no_maximum(model, fit)) return fit;
-  fit.convergence.converged = false;
+  fit.convergence.status = ConvergenceStatus::kInvalidApproximation;
   fit.convergence.verdict =
       "Not converged: at the estimates of focei, which are shown, the conditional density of a "
       "group's random effects is flat at its mode, so the likelihood of this method is not valid "
@@ -487,7 +495,7 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
 MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linearized) {
   // The linear model's search says better why it could not begin, or what it ran into.
   if (std::isnan(linearized.sigma) || has_no_maximum(model, linearized)) return linearized;
-  linearized.convergence.converged = false;
+  linearized.convergence.status = ConvergenceStatus::kInvalidApproximation;
   linearized.convergence.verdict =
       "Not converged: no conditional mode of the random effects was found from any start. Use "
       "fewer random effects, or a model that fits the pooled data better.";
@@ -537,7 +545,7 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MarginalOptions& options) {
   check_marginal(model, integration, options);
   std::optional<MixedEffectsFit> fit = marginal_from(model, start, integration, options);
-  if (!fit || !fit->convergence.converged) return std::nullopt;
+  if (!fit || !fit->convergence.converged()) return std::nullopt;
   describe(model, *fit);
   judge(model, *fit, Rounds::kEvaluations);
   return fit;
@@ -583,7 +591,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   const bool is_first_order = !needs_curvature(integration);
   // With parameters that are not identifiable, the linear model is nevertheless at a maximum.
   const bool is_at_maximum =
-      linearized.convergence.converged || linearized.convergence.rank < pooled.size();
+      linearized.convergence.converged() || linearized.convergence.rank < pooled.size();
   if (is_at_maximum || is_first_order) search.try_fit(linearized);
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {

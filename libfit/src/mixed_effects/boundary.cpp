@@ -28,21 +28,22 @@ struct GroupingCovariance {
 
 /// Random effects whose standard deviation moves the mean by a negligible share of the residual
 /// standard deviation.
-std::vector<std::string> vanished_effects(const NonlinearModel& model,
-                                          const GroupingCovariance& level,
-                                          const VectorXd& slopes,
-                                          double residual_sd) {
+std::vector<Evidence> vanished_effects(const NonlinearModel& model,
+                                       const GroupingCovariance& level,
+                                       const VectorXd& slopes,
+                                       double residual_sd) {
   constexpr double kShareOfSigma = 1e-4;
-  std::vector<std::string> names;
+  std::vector<Evidence> result;
   for (std::size_t k = 0; k < level.names.size(); ++k) {
     const auto at = static_cast<Index>(k);
     const double effect =
         std::sqrt(level.covariance(at, at)) * slopes[model.coefficient_index(level.names[k])];
     if (effect < kShareOfSigma * residual_sd) {
-      names.push_back(fmt::format("sd({}{}) = 0", level.names[k], level.group));
+      result.push_back(
+          {.term = fmt::format("sd({}{})", level.names[k], level.group), .value = 0.0});
     }
   }
-  return names;
+  return result;
 }
 
 // Smallest eigenvalue of a correlation matrix below which the effects are linearly dependent.
@@ -63,32 +64,32 @@ bool is_inside_in_frame(const GroupingCovariance& level) {
 }
 
 /// Correlations of 1 or -1, or a linear dependence of three or more effects.
-std::vector<std::string> dependent_effects(const GroupingCovariance& level) {
-  std::vector<std::string> names;
+std::vector<Evidence> dependent_effects(const GroupingCovariance& level) {
+  std::vector<Evidence> result;
   const MatrixXd correlation = correlation_of(level.covariance);
-  if (!correlation.allFinite() || correlation.rows() < 2) return names;
-  if (is_inside_in_frame(level)) return names;
+  if (!correlation.allFinite() || correlation.rows() < 2) return result;
+  if (is_inside_in_frame(level)) return result;
   for (Index i = 0; i < correlation.rows(); ++i) {
     for (Index j = 0; j < i; ++j) {
       if (1.0 - std::abs(correlation(i, j)) > kDependence) continue;
-      names.push_back(fmt::format("cor({}, {}{}) = {}",
-                                  level.names[static_cast<std::size_t>(j)],
-                                  level.names[static_cast<std::size_t>(i)],
-                                  level.group,
-                                  correlation(i, j) > 0 ? 1 : -1));
+      result.push_back({.term = fmt::format("cor({}, {}{})",
+                                            level.names[static_cast<std::size_t>(j)],
+                                            level.names[static_cast<std::size_t>(i)],
+                                            level.group),
+                        .value = correlation(i, j) > 0 ? 1.0 : -1.0});
     }
   }
-  if (names.empty() && symmetric_eigen(correlation).values[0] < kDependence) {
-    names.push_back(fmt::format("the random effects {}{} depend linearly on each other",
-                                fmt::join(level.names, ", "),
-                                level.group));
+  if (result.empty() && symmetric_eigen(correlation).values[0] < kDependence) {
+    result.push_back({.term = fmt::format("the random effects {}{} depend linearly on each other",
+                                          fmt::join(level.names, ", "),
+                                          level.group)});
   }
-  return names;
+  return result;
 }
 
-std::vector<std::string> boundary_of(const NonlinearModel& model,
-                                     const PopulationSlopes& slopes,
-                                     const MixedEffectsFit& fit) {
+std::vector<Evidence> boundary_of(const NonlinearModel& model,
+                                  const PopulationSlopes& slopes,
+                                  const MixedEffectsFit& fit) {
   const ModelSpecification& specification = model.specification();
   std::vector<GroupingCovariance> levels;
   if (specification.random) {
@@ -101,14 +102,14 @@ std::vector<std::string> boundary_of(const NonlinearModel& model,
                       slopes.frame.outer,
                       " | " + specification.outer_random->group});
   }
-  std::vector<std::string> boundary;
+  std::vector<Evidence> result;
   for (const GroupingCovariance& level : levels) {
-    std::vector<std::string> names =
+    std::vector<Evidence> found =
         vanished_effects(model, level, slopes.sizes, fit.residual_sd.mean());
-    if (names.empty()) names = dependent_effects(level);
-    boundary.insert(boundary.end(), names.begin(), names.end());
+    if (found.empty()) found = dependent_effects(level);
+    result.insert(result.end(), found.begin(), found.end());
   }
-  return boundary;
+  return result;
 }
 
 /// Whether the constant of constant-plus-power is negligible beside the power in a stratum.
@@ -170,14 +171,13 @@ Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v) {
 void name_boundary(const NonlinearModel& model,
                    const PopulationSlopes& slopes,
                    MixedEffectsFit& fit) {
-  std::vector<std::string>& boundary = fit.convergence.boundary;
-  boundary = boundary_of(model, slopes, fit);
+  for (const Evidence& found : boundary_of(model, slopes, fit)) fit.convergence.add_boundary(found);
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     if (factor.factor.constant || factor.constant.size() == 0) continue;
     const VectorXd v = variable_of(model, fit, factor);
-    if (is_constant(factor, v)) boundary.emplace_back("the variance is constant");
+    if (is_constant(factor, v)) fit.convergence.add_boundary({.term = "the variance is constant"});
     if (is_pure_power(factor, v)) {
-      boundary.emplace_back("the constant of the variance function = 0");
+      fit.convergence.add_boundary({.term = "the constant of the variance function", .value = 0.0});
     }
   }
 }

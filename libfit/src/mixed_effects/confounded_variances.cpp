@@ -109,15 +109,20 @@ class Components {
     return result;
   }
 
-  /// Names of what moves in one of the directions.
-  std::vector<std::string> names(const std::vector<Direction>& directions) const {
+  /// Names of the standard deviations and correlations that move in one of the directions.
+  std::vector<std::string> effect_names(const std::vector<Direction>& directions) const {
     std::vector<std::string> result;
     add_effect_names(outer_, point_.outer, &Direction::outer, directions, result);
     add_effect_names(inner_, point_.inner, &Direction::inner, directions, result);
+    return result;
+  }
+
+  /// The same of the variance function and sigma.
+  void add_residual_names(const std::vector<Direction>& directions,
+                          std::vector<std::string>& result) const {
     add_variance_names(directions, result);
     const auto moves_sigma = [&](const Direction& of) { return sigma_change(of) > kUnmoved; };
     if (std::ranges::any_of(directions, moves_sigma)) result.emplace_back("sigma");
-    return result;
   }
 
  private:
@@ -461,7 +466,11 @@ ConfoundedVariances confounded_variances(const NonlinearModel& model,
   const Components components(model, variance, point);
   if (!components.is_finite()) return {};
   const std::vector<Direction> directions = components.unseen();
-  return {.names = components.names(directions), .directions = static_cast<int>(directions.size())};
+  ConfoundedVariances result{.names = components.effect_names(directions),
+                             .directions = static_cast<int>(directions.size())};
+  result.has_effects = !result.names.empty();
+  components.add_residual_names(directions, result.names);
+  return result;
 }
 
 }  // namespace silvafit::fit

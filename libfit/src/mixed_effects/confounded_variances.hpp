@@ -26,7 +26,8 @@ struct ConfoundedVariances {
   /// In the order and with the names of confidence_intervals(): "sd(a | stand)", "cor(a, b)",
   /// "delta", "sigma".
   std::vector<std::string> names{};
-  int directions = 0;  ///< in which they can be moved without changing the likelihood
+  bool has_effects = false;  ///< standard deviations or correlations are among them
+  int directions = 0;        ///< in which they can be moved without changing the likelihood
 };
 
 /// Variance components that are not identifiable: along some direction of them the covariance of

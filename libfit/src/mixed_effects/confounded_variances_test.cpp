@@ -111,14 +111,14 @@ TEST_CASE("of one plot a stand only the sum of the two variances is seen") {
   for (const Method method : {Method::kLindstromBates, Method::kLaplace, Method::kInteraction}) {
     INFO(method_text(method));
     const FittedModel fit = confounded_fit(table, specified(table, "a | stand/plot"), method);
-    CHECK_FALSE(fit.convergence.converged);
+    CHECK_FALSE(fit.convergence.converged());
     CHECK_THAT(fit.convergence.verdict,
                Contains("sd(a | stand) and sd(a | plot) are not identifiable") &&
                    Contains("each group of stand has one of plot"));
     CHECK(fit.convergence.rank == 1);
-    CHECK(fit.convergence.boundary.empty());
+    CHECK(!fit.convergence.has_boundary());
     const FittedModel simpler = confounded_fit(table, specified(table, "a | stand"), method);
-    REQUIRE(simpler.convergence.converged);
+    REQUIRE(simpler.convergence.converged());
     CHECK(fit.log_likelihood == Approx(simpler.log_likelihood).epsilon(1e-9));
     CHECK(fit.random_covariance(0, 0) + fit.outer.covariance(0, 0) ==
           Approx(simpler.random_covariance(0, 0)).epsilon(1e-4));
@@ -138,7 +138,7 @@ TEST_CASE("variance functions that are alike are no matter of the groups") {
   // w is 4 in all rows: its power is a factor as sigma is.
   model.variance = parse_variance_function("power(x) * power(w)");
   const FittedModel fit = confounded_fit(table, model, Method::kLindstromBates);
-  CHECK_FALSE(fit.convergence.converged);
+  CHECK_FALSE(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict, Contains("sigma are not identifiable"));
   CHECK_THAT(fit.convergence.verdict, !Contains("random effects by plot"));
 }
@@ -150,7 +150,7 @@ TEST_CASE("of one tree a plot only the sum of both variances is seen") {
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
     INFO(method_text(method));
     const FittedModel fit = confounded_fit(table, specified(table, "a | plot"), method);
-    CHECK_FALSE(fit.convergence.converged);
+    CHECK_FALSE(fit.convergence.converged());
     CHECK_THAT(fit.convergence.verdict,
                Contains("sd(a) and sigma are not identifiable") &&
                    Contains("each group of plot has one observation"));
@@ -177,7 +177,7 @@ TEST_CASE("the edge of the covariances is no confounding, and does not hide one"
   const data::Table several = lines({.stands = 6, .plots = 3}, 0.0);
   CHECK(at(several, specified(several, "a + b | stand/plot"), 0.0, 0.0).names.empty());
   const FittedModel none = confounded_fit(several, specified(several, "a | stand/plot"));
-  CHECK(none.convergence.converged);
+  CHECK(none.convergence.converged());
   CHECK(none.convergence.rank == 2);
   const data::Table single = lines({.trees = 1});
   CHECK(at(single, specified(single, "a | plot"), 0.0).names == Names{"sd(a)", "sigma"});
@@ -223,7 +223,7 @@ TEST_CASE("the restricted likelihood does not see what the coefficients take up"
   CHECK(at(more, specified(more, "a | plot"), 0.4, 0.0, true).names.empty());
   const FittedModel fit =
       confounded_fit(one, specified(one, "a | plot"), Method::kLindstromBates, true);
-  CHECK_FALSE(fit.convergence.converged);
+  CHECK_FALSE(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict, Contains("sd(a) is not identifiable"));
 }
 
@@ -246,7 +246,7 @@ TEST_CASE("a variance function of what is the same for all is sigma by another n
   // Stands of one treatment each: their ratios hold those of treatments.
   model.variance = parse_variance_function("stratum(t) * stratum(stand)");
   CHECK(at(table, model, 0.0).directions == 1);
-  CHECK_FALSE(confounded_fit(table, model, Method::kGeneralized).convergence.converged);
+  CHECK_FALSE(confounded_fit(table, model, Method::kGeneralized).convergence.converged());
 }
 
 TEST_CASE("coefficients that cannot be told apart are no result of any method") {
@@ -256,7 +256,7 @@ TEST_CASE("coefficients that cannot be told apart are no result of any method") 
   table.set("u", twice);
   const ModelSpecification model = specified(table, "a | plot", {"b ~ 1 + t + u"});
   const FittedModel fit = confounded_fit(table, model, Method::kLaplace);
-  CHECK_FALSE(fit.convergence.converged);
+  CHECK_FALSE(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict, Contains("b:t and b:u are not identifiable"));
   CHECK(fit.convergence.rank == 3);
   const VectorXd errors = fit.standard_errors();
@@ -269,7 +269,7 @@ TEST_CASE("an earlier fit that could not tell variances apart has no Wald limits
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
     FittedModel fit = confounded_fit(table, specified(table, "a | stand/plot"), method);
     CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
-    fit.convergence.converged = true;  // as earlier versions had it
+    fit.convergence.status = ConvergenceStatus::kConverged;  // as earlier versions had it
     const Intervals intervals = confidence_intervals(fit, table);
     REQUIRE(intervals.parameters.size() == 5);
     for (const ParameterInterval& of : intervals.parameters) {

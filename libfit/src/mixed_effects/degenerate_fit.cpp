@@ -129,8 +129,8 @@ struct EffectLevel {
   std::vector<Index> places{};
 };
 
-/// "sd(a)", or of several effects that run off together "sd(a), sd(b)".
-std::string names_of(const EffectLevel& level, const VectorXd& direction) {
+/// "sd(a)", or those of several effects that run off together.
+std::vector<std::string> names_of(const EffectLevel& level, const VectorXd& direction) {
   const VectorXd size = direction.cwiseAbs().cwiseQuotient(level.frame.diagonal());
   constexpr double kShare = 0.5;
   std::vector<std::string> names;
@@ -138,11 +138,19 @@ std::string names_of(const EffectLevel& level, const VectorXd& direction) {
     if (size[k] < kShare * size.maxCoeff()) continue;
     names.push_back(fmt::format("sd({})", level.names[static_cast<std::size_t>(k)]));
   }
-  return fmt::format("{}", fmt::join(names, ", "));
+  return names;
+}
+
+Degeneracy unbounded(const std::vector<std::string>& names, const char* why) {
+  Degeneracy result{.text = fmt::format("{} grows without bound: {}", fmt::join(names, ", "), why)};
+  for (const std::string& name : names) {
+    result.evidence.push_back({.kind = Evidence::Kind::kUnbounded, .term = name});
+  }
+  return result;
 }
 
 /// Where one of the principal components of the effects of a grouping leads to no curve.
-std::string unbounded_effect(const EffectLevel& level, Curves& curves, Index p, double spread) {
+Degeneracy unbounded_effect(const EffectLevel& level, Curves& curves, Index p, double spread) {
   if (level.places.empty() || !level.covariance.allFinite()) return {};
   const auto frame = level.frame.triangularView<Eigen::Lower>();
   const MatrixXd half = frame.solve(level.covariance);
@@ -154,17 +162,17 @@ std::string unbounded_effect(const EffectLevel& level, Curves& curves, Index p, 
     shift(level.places) = direction;
     if (curves.is_ordinary(shift, spread)) continue;
     if (curves.is_beyond_measure(shift, spread)) {
-      return fmt::format(
-          "{} grows without bound: at two standard deviations from the centre, the curve is more "
-          "than a million times the spread of the response away. The data do not support this "
-          "random effect; remove it, or choose another variance function.",
-          names_of(level, direction));
+      return unbounded(
+          names_of(level, direction),
+          "at two standard deviations from the centre, the curve is more than a million times the "
+          "spread of the response away. The data do not support this random effect; remove it, or "
+          "choose another variance function.");
     }
     if (curves.is_saturated(shift, spread)) {
-      return fmt::format(
-          "{} grows without bound: at one standard deviation from the centre, the curve no longer "
-          "depends on the random effect. Remove the random effect.",
-          names_of(level, direction));
+      return unbounded(
+          names_of(level, direction),
+          "at one standard deviation from the centre, the curve no longer depends on the random "
+          "effect. Remove the random effect.");
     }
   }
   return {};
@@ -173,13 +181,13 @@ std::string unbounded_effect(const EffectLevel& level, Curves& curves, Index p, 
 /// Where a coefficient has a smaller standard error than its random effect allows. The mean of G
 /// groups with standard deviation s cannot be known better than to s/sqrt(G); a nearly singular
 /// information matrix has an inverse that says so all the same.
-std::string impossible_error(const NonlinearModel& model,
-                             const MixedEffectsFit& fit,
-                             const EffectLevel& level,
-                             Index groups) {
+Degeneracy impossible_error(const NonlinearModel& model,
+                            const MixedEffectsFit& fit,
+                            const EffectLevel& level,
+                            Index groups) {
   constexpr double kImpossible = 0.1;
   // Short of a maximum, the curvature is no information.
-  if (fit.covariance.size() == 0 || !fit.convergence.converged) return {};
+  if (fit.covariance.size() == 0 || !fit.convergence.converged()) return {};
   for (std::size_t k = 0; k < level.places.size(); ++k) {
     const Index j = level.places[k];
     const auto at = static_cast<Index>(k);
@@ -187,47 +195,53 @@ std::string impossible_error(const NonlinearModel& model,
         std::sqrt(level.covariance(at, at) / static_cast<double>(std::max<Index>(1, groups)));
     const double error = std::sqrt(fit.covariance(j, j));
     if (model.multiplier_values(j) != nullptr || !(error < kImpossible * least)) continue;
-    return fmt::format(
-        "the information matrix is nearly singular: {} groups whose {} have a standard deviation "
-        "of {:.3g} cannot give their mean a standard error of {:.2g}. The coefficients are hardly "
-        "identifiable; fix or remove one of them.",
-        groups,
-        level.names[k],
-        std::sqrt(level.covariance(at, at)),
-        error);
+    return {
+        .status = ConvergenceStatus::kNotIdentifiable,
+        .evidence = {{.kind = Evidence::Kind::kHardlyIdentifiable,
+                      .term = level.names[k],
+                      .value = error}},
+        .text = fmt::format("the information matrix is nearly singular: {} groups whose {} have a "
+                            "standard deviation of {:.3g} cannot give their mean a standard error "
+                            "of {:.2g}. The coefficients are hardly identifiable; fix or remove "
+                            "one of them.",
+                            groups,
+                            level.names[k],
+                            std::sqrt(level.covariance(at, at)),
+                            error)};
   }
   return {};
 }
 
 }  // namespace
 
-std::string degeneracy(const NonlinearModel& model,
-                       const CoefficientFrame& frame,
-                       const MixedEffectsFit& fit) {
+Degeneracy degeneracy(const NonlinearModel& model,
+                      const CoefficientFrame& frame,
+                      const MixedEffectsFit& fit) {
   if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
   const double spread = spread_of(model.response());
-  const std::string exact = exactness(model, fit, spread);
+  Degeneracy exact{.text = exactness(model, fit, spread)};
   const ModelSpecification& specification = model.specification();
-  if (!exact.empty() || !specification.random) return exact;
+  if (!exact.text.empty() || !specification.random) return exact;
   Curves curves(model, fit.estimate);
   const Index p = fit.estimate.size();
   const EffectLevel inner{.names = fit.random_names,
                           .covariance = fit.random_covariance,
                           .frame = frame.inner,
                           .places = model.coefficients_of(specification.random)};
-  std::string of_inner = unbounded_effect(inner, curves, p, spread);
-  if (of_inner.empty()) of_inner = impossible_error(model, fit, inner, model.group_count());
-  if (!of_inner.empty() || !specification.outer_random) return of_inner;
+  Degeneracy of_inner = unbounded_effect(inner, curves, p, spread);
+  if (of_inner.text.empty()) of_inner = impossible_error(model, fit, inner, model.group_count());
+  if (!of_inner.text.empty() || !specification.outer_random) return of_inner;
   const EffectLevel outer{.names = fit.outer.names,
                           .covariance = fit.outer.covariance,
                           .frame = frame.outer,
                           .places = model.coefficients_of(specification.outer_random)};
-  const std::string of_outer = unbounded_effect(outer, curves, p, spread);
-  return of_outer.empty() ? impossible_error(model, fit, outer, model.cluster_count()) : of_outer;
+  Degeneracy of_outer = unbounded_effect(outer, curves, p, spread);
+  if (!of_outer.text.empty()) return of_outer;
+  return impossible_error(model, fit, outer, model.cluster_count());
 }
 
 bool has_no_maximum(const NonlinearModel& model, const MixedEffectsFit& fit) {
-  return !degeneracy(model, frame_at(model, fit.estimate), fit).empty();
+  return !degeneracy(model, frame_at(model, fit.estimate), fit).text.empty();
 }
 
 }  // namespace silvafit::fit

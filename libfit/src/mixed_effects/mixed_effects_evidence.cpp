@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -107,7 +108,7 @@ int information_rank(const CoefficientFrame& frame, const MixedEffectsFit& fit) 
 
 /// How far the fit still is from where it would rest, in standard errors.
 double distance(const MixedEffectsFit& fit) {
-  return std::sqrt(std::max(0.0, fit.convergence.gradient));
+  return std::sqrt(std::max(0.0, fit.convergence.newton_decrement));
 }
 
 /// Whether random effects compete with the residual for each observation.
@@ -160,7 +161,7 @@ std::string failure(const NonlinearModel& model,
             "the method focei or laplace, fewer random effects or a diagonal covariance matrix"));
   }
   const std::string where =
-      std::isfinite(fit.convergence.gradient)
+      std::isfinite(fit.convergence.newton_decrement)
           ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
           : "the best point found is not a maximum of the likelihood";
   return fmt::format(
@@ -196,12 +197,9 @@ std::string in_words(const std::vector<std::string>& names) {
 }
 
 /// What makes variance components alike, and what to do, as far as the groups show it.
-/// \param names  of the components
-std::string remedy(const NonlinearModel& model, const std::vector<std::string>& names) {
+/// \param is_of_effects  standard deviations or correlations are among them
+std::string remedy(const NonlinearModel& model, bool is_of_effects) {
   const ModelSpecification& specification = model.specification();
-  const bool is_of_effects = std::ranges::any_of(names, [](const std::string& name) {
-    return name.starts_with("sd(") || name.starts_with("cor(");
-  });
   if (is_of_effects && has_single_observations(model)) {
     return fmt::format(
         ": each group of {} has one observation. Remove the random effects by {}, or use groups "
@@ -249,7 +247,7 @@ std::string confounding(const NonlinearModel& model,
         "Not converged: {} are not identifiable: their effects on the likelihood are linearly "
         "dependent{}",
         in_words(variances),
-        remedy(model, variances));
+        remedy(model, confounded.variances.has_effects));
   }
   if (fit.convergence.rank < fit.estimate.size()) {
     if (confounded.nearly.size() > 1) {
@@ -265,6 +263,20 @@ std::string confounding(const NonlinearModel& model,
   return {};
 }
 
+/// Adds the parameters that are named in a verdict on confounding.
+void add_confounding(const NonlinearModel& model,
+                     const Confounded& confounded,
+                     Convergence& convergence) {
+  using enum Evidence::Kind;
+  if (!confounded.coefficients.empty()) {
+    convergence.add(kNotIdentifiable, names_of(model, confounded.coefficients));
+  } else if (!confounded.variances.names.empty()) {
+    convergence.add(kNotIdentifiable, confounded.variances.names);
+  } else {
+    convergence.add(kHardlyIdentifiable, names_of(model, confounded.nearly));
+  }
+}
+
 /// Records parameters that are not identifiable; false if there are none. If a fit has not
 /// converged, only coefficients that the mean does not identify anywhere explain it.
 bool note_confounding(const NonlinearModel& model,
@@ -272,9 +284,9 @@ bool note_confounding(const NonlinearModel& model,
                       bool is_restricted,
                       MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
-  if (!convergence.converged && has_full_rank) return false;
+  if (!convergence.converged() && has_full_rank) return false;
   Confounded confounded = confounded_parameters(model, fit, has_full_rank, is_restricted);
-  if (!convergence.converged) {
+  if (!convergence.converged()) {
     // Where a search has run off, the mean may not depend on what it depends on elsewhere.
     if (confounded.coefficients.empty() || is_identifiable(model)) return false;
     confounded.variances = {};
@@ -289,8 +301,9 @@ bool note_confounding(const NonlinearModel& model,
   convergence.rank = std::max(0, convergence.rank - confounded.variances.directions);
   const std::string verdict = confounding(model, fit, confounded);
   if (verdict.empty()) return false;
-  convergence.converged = false;
+  convergence.status = ConvergenceStatus::kNotIdentifiable;
   convergence.verdict = verdict;
+  add_confounding(model, confounded, convergence);
   return true;
 }
 
@@ -298,26 +311,27 @@ bool note_confounding(const NonlinearModel& model,
 void note_degeneracy(const NonlinearModel& model,
                      const CoefficientFrame& frame,
                      MixedEffectsFit& fit) {
-  const std::string what = degeneracy(model, frame, fit);
-  if (what.empty()) return;
-  fit.convergence.converged = false;
-  fit.convergence.verdict = "Not converged: " + what;
+  Degeneracy found = degeneracy(model, frame, fit);
+  if (found.text.empty()) return;
+  Convergence& convergence = fit.convergence;
+  convergence.status = found.status;
+  convergence.verdict = "Not converged: " + found.text;
+  std::ranges::move(found.evidence, std::back_inserter(convergence.evidence));
 }
 
-std::string verdict_of(const NonlinearModel& model,
-                       const MixedEffectsFit& fit,
-                       Rounds rounds,
-                       const Obstacle& obstacle) {
-  const Convergence& convergence = fit.convergence;
-  if (!convergence.converged) return failure(model, fit, rounds, obstacle);
+/// What may be said of a fit that has converged, in its verdict and as evidence.
+std::string success_verdict(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {
+  Convergence& convergence = fit.convergence;
   std::string verdict = success(fit, rounds);
-  if (!convergence.boundary.empty()) {
+  if (convergence.has_boundary()) {
     verdict += fmt::format(" Boundary (singular) fit: {}. A simpler structure fits equally well.",
-                           fmt::join(convergence.boundary, "; "));
+                           fmt::join(convergence.boundary(), "; "));
   }
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     const Index few = few_with_power(factor, variable_of(model, fit, factor));
     if (few == 0) continue;
+    convergence.evidence.push_back(
+        {.kind = Evidence::Kind::kPowerOfFew, .term = "delta", .value = static_cast<double>(few)});
     verdict += fmt::format(
         " The power of the variance matters for {} only: with an exponent of {:.3g} the variance "
         "of all others is constant.",
@@ -325,6 +339,9 @@ std::string verdict_of(const NonlinearModel& model,
         factor.delta[0]);
   }
   if (fit.floored_variances > 0) {
+    convergence.evidence.push_back({.kind = Evidence::Kind::kFlooredValues,
+                                    .term = "fitted values",
+                                    .value = static_cast<double>(fit.floored_variances)});
     verdict +=
         fmt::format(" {} near zero for a power variance and set to a lower limit{}.",
                     counted(fit.floored_variances, "fitted value is too", "fitted values are too"),
@@ -357,7 +374,15 @@ void judge(const NonlinearModel& model,
   const PopulationSlopes slopes = population_slopes(model, fit);
   fit.convergence.rank = information_rank(slopes.frame, fit);
   name_boundary(model, slopes, fit);
-  fit.convergence.verdict = verdict_of(model, fit, rounds, obstacle);
+  if (fit.convergence.converged()) {
+    fit.convergence.verdict = success_verdict(model, fit, rounds);
+  } else {
+    fit.convergence.status = obstacle.status;
+    fit.convergence.verdict = failure(model, fit, rounds, obstacle);
+    if (!obstacle.moving.empty()) {
+      fit.convergence.add(Evidence::Kind::kMoving, {obstacle.moving});
+    }
+  }
   if (note_confounding(model, slopes.frame.has_full_rank, is_restricted, fit)) return;
   note_degeneracy(model, slopes.frame, fit);
 }

@@ -11,6 +11,7 @@ namespace silvafit::fit {
 
 /// What a search that ended short of an optimum knows of it.
 struct Obstacle {
+  ConvergenceStatus status = ConvergenceStatus::kMaximumNotReached;
   std::string text{};    ///< what stood in its way, as a clause; empty where it is not known
   std::string moving{};  ///< the parameter that would still move most, "sd(b)"
 };

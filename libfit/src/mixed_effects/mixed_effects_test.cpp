@@ -106,8 +106,8 @@ TEST_CASE("a balanced one-way layout has the closed-form solution") {
   const double psi = (sums.between / kGroups - sigma2) / kRows;
   const MixedEffectsFit fit =
       fit_lindstrom_bates(NonlinearModel(one_way_model(table), table), VectorXd::Constant(1, 9.0));
-  REQUIRE(fit.convergence.converged);
-  CHECK(fit.convergence.boundary.empty());
+  REQUIRE(fit.convergence.converged());
+  CHECK(!fit.convergence.has_boundary());
   // Converged means within 1e-6 standard errors.
   CHECK(fit.estimate[0] == Approx(sums.mean).epsilon(1e-12));
   CHECK(fit.sigma * fit.sigma == Approx(sigma2).epsilon(1e-6));
@@ -184,7 +184,7 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
     const MixedEffectsFit fit =
         fit_lindstrom_bates(model, VectorXd::Constant(1, 15.0), {.reml = reml});
     INFO(fit.convergence.verdict);
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     // Converged means within 1e-6 standard errors.
     CHECK(fit.estimate[0] == Approx(layout.mean).epsilon(1e-12));
     CHECK(fit.sigma == Approx(std::sqrt(within)).epsilon(1e-6));
@@ -226,8 +226,8 @@ TEST_CASE("an edge of the coarser grouping is named with it") {
   add_random_effects(specification, "mu | stand/plot", layout.table);
   const MixedEffectsFit fit =
       fit_lindstrom_bates(NonlinearModel(specification, layout.table), VectorXd::Constant(1, 0.1));
-  CHECK(fit.convergence.converged);
-  CHECK(fit.convergence.boundary == std::vector<std::string>{"sd(mu | stand) = 0"});
+  CHECK(fit.convergence.converged());
+  CHECK(fit.convergence.boundary() == std::vector<std::string>{"sd(mu | stand) = 0"});
 }
 
 TEST_CASE("restricted likelihood of weighted regression has the closed form") {
@@ -245,7 +245,7 @@ TEST_CASE("restricted likelihood of weighted regression has the closed form") {
   specification.variance = parse_variance_function("power(x, delta = 0.5)");
   const MixedEffectsFit fit = fit_lindstrom_bates(
       NonlinearModel(specification, table), Eigen::Vector2d(1.0, 1.0), {.reml = true});
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   // y / sqrt(x) is regressed on 1 / sqrt(x) and sqrt(x).
   MatrixXd design(40, 2);
   VectorXd response(40);
@@ -280,8 +280,8 @@ TEST_CASE("a variance that is zero is found to be so and named") {
   table.set("y", y);
   const MixedEffectsFit fit =
       fit_lindstrom_bates(NonlinearModel(one_way_model(table), table), VectorXd::Constant(1, 0.1));
-  CHECK(fit.convergence.converged);
-  CHECK(fit.convergence.boundary == std::vector<std::string>{"sd(mu) = 0"});
+  CHECK(fit.convergence.converged());
+  CHECK(fit.convergence.boundary() == std::vector<std::string>{"sd(mu) = 0"});
   CHECK(fit.convergence.verdict.find("Boundary (singular) fit") != std::string::npos);
   const OneWay sums(table);
   const double n = kGroups * kRows;
@@ -293,8 +293,8 @@ TEST_CASE("a change of unit rescales the answer and nothing else") {
   for (const char* const kind : {"none", "power"}) {
     const MixedEffectsFit meters = fit_curves(scaled_curves(1.0), 1.0, kind);
     const MixedEffectsFit millimeters = fit_curves(scaled_curves(1000.0), 1000.0, kind);
-    REQUIRE(meters.convergence.converged);
-    REQUIRE(millimeters.convergence.converged);
+    REQUIRE(meters.convergence.converged());
+    REQUIRE(millimeters.convergence.converged());
     // Each stands within 1e-6 standard errors of its optimum; the likelihood is flat to second
     // order there.
     CHECK(millimeters.estimate[0] == Approx(1000.0 * meters.estimate[0]).epsilon(1e-7));
@@ -307,7 +307,7 @@ TEST_CASE("a change of unit rescales the answer and nothing else") {
 
 TEST_CASE("simulated curves give their truth back") {
   const MixedEffectsFit fit = fit_curves(scaled_curves(1.0), 1.0, "power");
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   // Within three standard errors; those of the deviations are about sd / sqrt(2 (G - 1)).
   const VectorXd errors = fit.standard_errors();
   CHECK(fit.estimate[0] == Approx(25.0).margin(3.0 * errors[0]));
@@ -346,8 +346,8 @@ TEST_CASE("whether a constant vanishes does not depend on the unit of its column
     const MixedEffectsFit fit =
         fit_lindstrom_bates(NonlinearModel(model, table), VectorXd::Constant(1, 10.0));
     INFO(unit << ": " << fit.convergence.verdict);
-    CHECK(fit.convergence.converged);
-    CHECK(fit.convergence.boundary.empty());
+    CHECK(fit.convergence.converged());
+    CHECK(!fit.convergence.has_boundary());
   }
 }
 
@@ -362,7 +362,7 @@ TEST_CASE("strata and products are never below what they contain") {
   const auto log_likelihood = [&](const char* variance) {
     const MixedEffectsFit fit = fit_curves(table, 1.0, variance);
     INFO(variance << ": " << fit.convergence.verdict);
-    CHECK(fit.convergence.converged);
+    CHECK(fit.convergence.converged());
     return fit.log_likelihood;
   };
   // Two linearizations at nearly the same point differ by a few 1e-6.
@@ -387,7 +387,7 @@ TEST_CASE("a trace has a line for each round and ends at the result") {
       fit_lindstrom_bates(NonlinearModel(specification, table),
                           Eigen::Vector2d(20.0, 0.1),
                           {.trace = [&](const std::string& line) { lines.push_back(line); }});
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   CHECK(lines.size() == static_cast<std::size_t>(fit.convergence.iterations));
   const std::string value = fmt::format("log-likelihood {:.6f}", fit.log_likelihood);
   INFO(lines.back());
@@ -420,7 +420,7 @@ TEST_CASE("confounded coefficients are no result") {
   model.random = RandomEffects{.coefficients = {"mu"}, .group = "plot"};
   const MixedEffectsFit fit =
       fit_lindstrom_bates(NonlinearModel(model, table), Eigen::Vector2d(5.0, 5.0));
-  CHECK_FALSE(fit.convergence.converged);
+  CHECK_FALSE(fit.convergence.converged());
   INFO(fit.convergence.verdict);
   CHECK(fit.convergence.verdict.find("not identifiable") != std::string::npos);
 }
@@ -430,7 +430,7 @@ TEST_CASE("fits that groups cannot have say so") {
   const auto verdict = [](const ModelSpecification& model, const Table& data, double start) {
     const MixedEffectsFit fit =
         fit_lindstrom_bates(NonlinearModel(model, data), VectorXd::Constant(1, start));
-    CHECK_FALSE(fit.convergence.converged);
+    CHECK_FALSE(fit.convergence.converged());
     return fit.convergence.verdict;
   };
   SECTION("the fixed effects leave nothing") {

@@ -119,7 +119,7 @@ std::optional<VectorXd> start_of_strata(const NonlinearModel& model, const Vecto
   std::vector<std::vector<double>> values(static_cast<std::size_t>(p));
   for (const Rows& rows : strata) {
     const LeastSquaresFit fit = fit_least_squares(model.subset(thinned(rows)));
-    if (!fit.convergence.converged || !fit.estimate.allFinite()) continue;
+    if (!fit.convergence.converged() || !fit.estimate.allFinite()) continue;
     for (Index j = 0; j < p; ++j) values[static_cast<std::size_t>(j)].push_back(fit.estimate[j]);
   }
   if (2 * values.front().size() < strata.size()) return std::nullopt;

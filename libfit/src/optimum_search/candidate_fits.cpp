@@ -17,7 +17,7 @@ constexpr double kSameLikelihood = 1e-3;
 
 /// A rank that can be sorted: without one, and without convergence, last.
 std::pair<bool, double> place_of(const Candidate& candidate) {
-  return {candidate.fit.convergence.converged,
+  return {candidate.fit.convergence.converged(),
           std::isnan(candidate.rank) ? -std::numeric_limits<double>::infinity() : candidate.rank};
 }
 
@@ -36,7 +36,7 @@ std::vector<const Candidate*> first_few(const std::vector<Candidate>& candidates
 }  // namespace
 
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
-  if (a.convergence.converged != b.convergence.converged) return false;
+  if (a.convergence.converged() != b.convergence.converged()) return false;
   if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;
   constexpr double kSameFit = 1e-2;  // of the residual standard deviation
   const VectorXd change =
@@ -54,13 +54,13 @@ bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {
 
 bool has_converged(const std::vector<Candidate>& candidates) {
   return std::ranges::any_of(
-      candidates, [](const Candidate& candidate) { return candidate.fit.convergence.converged; });
+      candidates, [](const Candidate& candidate) { return candidate.fit.convergence.converged(); });
 }
 
 double highest_converged(const std::vector<Candidate>& candidates) {
   double result = -std::numeric_limits<double>::infinity();
   for (const Candidate& candidate : candidates) {
-    if (candidate.fit.convergence.converged) {
+    if (candidate.fit.convergence.converged()) {
       result = std::max(result, candidate.fit.log_likelihood);
     }
   }
@@ -91,7 +91,7 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
   };
   add_optimum(best);
   for (const Candidate& candidate : candidates) {
-    if (&candidate != &best && candidate.fit.convergence.converged) add_optimum(candidate);
+    if (&candidate != &best && candidate.fit.convergence.converged()) add_optimum(candidate);
   }
   std::ranges::stable_sort(
       result.begin() + 1, result.end(), std::ranges::greater(), &LocalOptimum::log_likelihood);

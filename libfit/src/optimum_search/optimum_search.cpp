@@ -126,7 +126,7 @@ class OptimumSearch {
     add_candidate(linearized_,
                   {.fit = found.engine->result(found.outcome),
                    .origin = point.origin,
-                   .obstacle = {.text = std::string(found.outcome.obstacle)}});
+                   .obstacle = found.outcome.obstacle});
   }
 
   static std::vector<Candidate>& by_own_likelihood(std::vector<Candidate>& candidates) {
@@ -174,7 +174,7 @@ class OptimumSearch {
     const Candidate best = best_of(linearized_);
     std::vector<Candidate> higher;
     for (const Candidate& candidate : linearized_) {
-      if (!candidate.fit.convergence.converged && candidate.rank > best.rank) {
+      if (!candidate.fit.convergence.converged() && candidate.rank > best.rank) {
         higher.push_back(candidate);
       }
     }
@@ -226,7 +226,7 @@ class OptimumSearch {
 
   void follow_to_maximum(const MixedEffectsFit& start) {
     auto maximum = marginal_from(model_, start, rank_integration_, options_.marginal);
-    if (!maximum || !maximum->convergence.converged) {
+    if (!maximum || !maximum->convergence.converged()) {
       maximum = marginal_from(model_, start, Integration::kInteraction, options_.marginal);
     }
     constexpr int kTypical = 100;
@@ -322,7 +322,7 @@ class OptimumSearch {
 
   static bool is_higher(const std::optional<MixedEffectsFit>& smaller,
                         const MixedEffectsFit& whole) {
-    return smaller && smaller->convergence.converged &&
+    return smaller && smaller->convergence.converged() &&
            smaller->log_likelihood > whole.log_likelihood + kSlack;
   }
 
@@ -402,7 +402,7 @@ class OptimumSearch {
     const Candidate start = maxima_[place];
     constexpr double kExact = 1e-9;  // squared standard errors
     const bool is_finished =
-        start.fit.convergence.converged && start.fit.convergence.gradient <= kExact;
+        start.fit.convergence.converged() && start.fit.convergence.newton_decrement <= kExact;
     if (is_finished || !std::isfinite(start.fit.log_likelihood)) return;
     Obstacle obstacle;
     auto found = marginal_from(model_,
@@ -413,7 +413,7 @@ class OptimumSearch {
                                &obstacle);
     if (!found) return;
     if (is_same(*found, start.fit) &&
-        found->convergence.gradient < start.fit.convergence.gradient) {
+        found->convergence.newton_decrement < start.fit.convergence.newton_decrement) {
       maxima_[place].fit = *std::move(found);
       return;
     }
@@ -428,7 +428,7 @@ class OptimumSearch {
     const bool is_first_order = options_.integration == Integration::kInteraction ||
                                 options_.integration == Integration::kFirstOrder;
     if (!is_first_order) return kNaN;
-    return highest().fit.convergence.converged ? kNaN : highest().fit.log_likelihood;
+    return highest().fit.convergence.converged() ? kNaN : highest().fit.log_likelihood;
   }
 
   void try_marginal(const MixedEffectsFit& start, const std::string& origin) {
@@ -455,7 +455,7 @@ class OptimumSearch {
       const auto found = marginal_from(
           smaller.model, reduced(before, smaller), *options_.integration, options_.marginal);
       if (found) budget_.spend_evaluations(found->convergence.iterations);
-      if (!found || !found->convergence.converged) continue;
+      if (!found || !found->convergence.converged()) continue;
       if (is_higher(found, before)) {
         contained.push_back({.text = smaller.text,
                              .log_likelihood = found->log_likelihood,

@@ -91,7 +91,7 @@ TEST_CASE("of interchangeable terms the one that varies has the random effect") 
       INFO("seed " << seed << ", " << method_text(method));
       const FittedModel fit = searched_fit(table, kBiexponential, "A1 | g", {.method = method});
       INFO(fit.convergence.verdict);
-      REQUIRE(fit.convergence.converged);
+      REQUIRE(fit.convergence.converged());
       // Five standard errors, of about 0.15 and 0.05.
       CHECK(fit.estimate[0] == Approx(2.8).margin(0.8));
       CHECK(fit.estimate[1] == Approx(0.8).margin(0.25));
@@ -119,7 +119,7 @@ TEST_CASE("start values are starts that are used") {
                                        "y ~ a + b*cos(w*x + 0.7)",
                                        "a | g",
                                        {.start = {{"a", 3.1}, {"b", 1.9}, {"w", truth + 0.02}}});
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   // The standard error of w is about 0.005.
   CHECK(fit.estimate[2] == Approx(truth).margin(0.03));
   const FittedModel other = searched_fit(
@@ -201,7 +201,7 @@ TEST_CASE("a search puts into the verdict what it has found") {
   fit.estimate = Eigen::Vector2d(1.0, 2.0);
   fit.log_likelihood = -100.0;
   fit.observations = 50;
-  fit.convergence = {.converged = true, .verdict = "Converged."};
+  fit.convergence = {.status = ConvergenceStatus::kConverged, .verdict = "Converged."};
   const auto after = [&](const SearchEvidence& evidence) {
     MixedEffectsFit judged = fit;
     judge_search(judged, evidence);
@@ -211,16 +211,20 @@ TEST_CASE("a search puts into the verdict what it has found") {
 
   const Convergence below =
       after({.contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
-  CHECK_FALSE(below.converged);
+  CHECK(below.status == ConvergenceStatus::kContainedModelHigher);
+  CHECK(below.has(Evidence::Kind::kContainedModel, "without b"));
+  CHECK(below.evidence.back().value == -90.0);
   CHECK(below.verdict.find("without b") != std::string::npos);
 
   const Convergence doubtful = after({.marginal_here = -99.0, .marginal_maximum = -96.0});
-  CHECK(doubtful.converged);
+  CHECK(doubtful.converged());
+  CHECK(doubtful.has(Evidence::Kind::kMarginalMaximum, "laplace"));
   CHECK(doubtful.verdict.find("linearization is doubtful") != std::string::npos);
   CHECK(doubtful.verdict.find("--method laplace") != std::string::npos);
   CHECK(after({.marginal_here = -99.5, .marginal_maximum = -98.5}).verdict == "Converged.");
-  CHECK_FALSE(after({.marginal_here = -60.0, .marginal_maximum = -59.0}).converged);
-  CHECK_FALSE(after({.first_order_maximum = -70.0}).converged);
+  CHECK(after({.marginal_here = -60.0, .marginal_maximum = -59.0}).status ==
+        ConvergenceStatus::kInvalidApproximation);
+  CHECK(after({.first_order_maximum = -70.0}).status == ConvergenceStatus::kInvalidApproximation);
 
   fit.optima = {{.estimate = fit.estimate, .log_likelihood = -100.0},
                 {.estimate = Eigen::Vector2d(5.0, 6.0), .log_likelihood = -101.0}};
@@ -238,7 +242,7 @@ TEST_CASE("many observations are searched on a part, with the same end") {
                                0.5 * std::exp(-std::exp(-1.4) * x);
                       }};
   const FittedModel fit = searched_fit(simulated(curves, 1), kBiexponential, "A1 | g");
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   // Five standard errors of means of 2,100 groups.
   CHECK(fit.estimate[0] == Approx(2.8).margin(0.1));
   CHECK(fit.random_sd()[0] == Approx(0.6).margin(0.06));

@@ -54,6 +54,12 @@ double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evi
   return error;
 }
 
+void add_optimum(const LocalOptimum& optimum, Convergence& convergence) {
+  convergence.evidence.push_back({.kind = Evidence::Kind::kOtherOptimum,
+                                  .term = optimum.origin,
+                                  .value = optimum.log_likelihood});
+}
+
 }  // namespace
 
 std::optional<ContainedModel> higher_than(double rank,
@@ -65,9 +71,12 @@ std::optional<ContainedModel> higher_than(double rank,
 
 void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   Convergence& convergence = fit.convergence;
-  if (!convergence.converged) return;
+  if (!convergence.converged()) return;
   if (evidence.contained) {
-    convergence.converged = false;
+    convergence.status = ConvergenceStatus::kContainedModelHigher;
+    convergence.evidence.push_back({.kind = Evidence::Kind::kContainedModel,
+                                    .term = evidence.contained->text,
+                                    .value = evidence.contained->log_likelihood});
     convergence.verdict = fmt::format(
         "Not converged: the model {}, which this one contains, has a higher log-likelihood ({:.2f} "
         "against {:.2f}). Use that model, or give other start values.",
@@ -78,7 +87,10 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   }
   constexpr double kDoubtful = 2.0;
   if (evidence.first_order_maximum > fit.log_likelihood + 10.0 * kDoubtful) {
-    convergence.converged = false;
+    convergence.status = ConvergenceStatus::kInvalidApproximation;
+    convergence.evidence.push_back({.kind = Evidence::Kind::kMarginalMaximum,
+                                    .term = "focei",
+                                    .value = evidence.first_order_maximum});
     convergence.verdict = fmt::format(
         "Not converged: the first-order likelihood (focei) has a far higher maximum ({:.2f} "
         "against {:.2f}), at which the conditional density of a group's random effects is flat at "
@@ -89,7 +101,9 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   }
   constexpr double kSlack = 0.05;
   if (evidence.unfinished > fit.log_likelihood + kSlack) {
-    convergence.converged = false;
+    convergence.status = ConvergenceStatus::kMaximumNotReached;
+    convergence.evidence.push_back(
+        {.kind = Evidence::Kind::kHigherEnd, .value = evidence.unfinished});
     convergence.verdict = fmt::format(
         "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start "
         "reached {:.2f} without converging. Use --method focei, or fewer random effects.",
@@ -100,8 +114,15 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   constexpr double kUseless = 0.1;  // an observation
   const double error = linearization_error(fit, evidence);
   const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";
+  if (error > kDoubtful) {
+    convergence.evidence.push_back(
+        {.kind = Evidence::Kind::kMarginal, .term = method, .value = evidence.marginal_here});
+    convergence.evidence.push_back({.kind = Evidence::Kind::kMarginalMaximum,
+                                    .term = method,
+                                    .value = evidence.marginal_maximum});
+  }
   if (error > std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations))) {
-    convergence.converged = false;
+    convergence.status = ConvergenceStatus::kInvalidApproximation;
     // What the first sentence was followed by still holds: boundaries, floored values.
     const std::size_t end = convergence.verdict.find(". ");
     const std::string further =
@@ -128,6 +149,7 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   if (fit.optima.size() < 2) return;
   const auto from_start = std::ranges::find(fit.optima, kStartValues, &LocalOptimum::origin);
   if (from_start != fit.optima.end() && from_start != fit.optima.begin()) {
+    add_optimum(*from_start, convergence);
     convergence.verdict +=
         fmt::format(" The start values lead to a lower optimum: log-likelihood {:.2f} at {}.",
                     from_start->log_likelihood,
@@ -135,6 +157,7 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
     return;
   }
   if (const LocalOptimum* const other = close_optimum(fit)) {
+    add_optimum(*other, convergence);
     convergence.verdict += fmt::format(" Another optimum is close: log-likelihood {:.2f} at {}.",
                                        other->log_likelihood,
                                        estimates_text(fit, other->estimate));

@@ -30,7 +30,7 @@ void check(const FittedModel& fit, SeenGroups seen) {
     throw UsageError("the fit has no random effects to calibrate");
   }
   const bool has_variances = fit.random_covariance.allFinite() && std::isfinite(fit.sigma);
-  if (fit.estimate.allFinite() && fit.convergence.converged && !has_variances) {
+  if (fit.estimate.allFinite() && fit.convergence.converged() && !has_variances) {
     throw UsageError(
         "calibration needs the covariance matrix of the random effects and the residual standard "
         "deviation, which the publication does not give; choose another --level, or fit the model");

@@ -33,7 +33,7 @@ FittedModel fitted(const Table& table, const char* formula, const char* random, 
   ModelSpecification model = specify_model(formula, {}, table);
   if (*random != '\0') add_random_effects(model, random, table);
   FittedModel fit = fit_model(model, table, {.reml = reml}).fit;
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   return fit;
 }
 
@@ -164,7 +164,7 @@ TEST_CASE("with a variance function but no random effects the residual's freedom
   ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
   model.variance = parse_variance_function("power(x)");
   const FittedModel fit = fit_model(model, table).fit;
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   CHECK(population(fit).degrees_of_freedom[0] == 18.0);
   CHECK(population(fit, IntervalKind::kConfidence).degrees_of_freedom[0] == 18.0);
 }

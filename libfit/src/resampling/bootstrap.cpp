@@ -7,9 +7,10 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <memory>
 
-#include "resampling/counted_reasons.hpp"
 #include "resampling/resampled_data.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -29,7 +30,7 @@ constexpr std::array<std::string_view, 2> kResampleNames{"parametric", "cases"};
 /// What one replicate ended in.
 struct Replicate {
   std::vector<NamedValue> values{};  ///< empty where it failed
-  std::string verdict{};
+  std::string failure{};             ///< why
   std::vector<std::string> boundary{};
 };
 
@@ -75,8 +76,7 @@ void name_groups_as_in(const FittedModel& original, const std::string& drawn, Fi
       at += own.size();
     }
   };
-  std::ranges::for_each(fit.convergence.boundary, rename);
-  rename(fit.convergence.verdict);
+  for (Evidence& item : fit.convergence.evidence) rename(item.term);
 }
 
 Replicate refitted(Resampled&& data, const FittedModel& original, const FitModelOptions& options) {
@@ -85,8 +85,12 @@ Replicate refitted(Resampled&& data, const FittedModel& original, const FitModel
   FittedModel fit = fit_model(data.specification, data.table, from).fit;
   take_reference(data.start.variance, fit);
   if (!data.drawn_group.empty()) name_groups_as_in(original, data.drawn_group, fit);
-  Replicate result{.verdict = fit.convergence.verdict, .boundary = fit.convergence.boundary};
-  if (fit.convergence.converged) result.values = parameter_values(fit);
+  Replicate result{.boundary = fit.convergence.boundary()};
+  if (fit.convergence.converged()) {
+    result.values = parameter_values(fit);
+  } else {
+    result.failure = fit.convergence.summary();
+  }
   return result;
 }
 
@@ -125,7 +129,7 @@ BootstrapParameter summary(const NamedValue& parameter, const VectorXd& values, 
 }
 
 void check(const FittedModel& fit, const BootstrapOptions& options) {
-  if (!fit.convergence.converged) {
+  if (!fit.convergence.converged()) {
     throw UsageError("a fit that has not converged cannot be bootstrapped");
   }
   if (!(fit.sigma > 0.0)) {
@@ -180,11 +184,19 @@ std::vector<Replicate> run(const FittedModel& fit,
           refitted(parametric ? parametric->draw(random) : cases->draw(random), fit, refit);
     } catch (const Error& error) {
       // An error with the data of one replicate does not concern the others.
-      replicates[i] = {.verdict = error.message()};
+      replicates[i] = {.failure = error.message()};
     }
     if (options.progress) options.progress(++done, options.replicates);
   });
   return replicates;
+}
+
+/// Equal ones by their text.
+std::vector<CountedReason> commonest_first(const std::map<std::string, std::size_t>& counts) {
+  std::vector<CountedReason> result;
+  for (const auto& [reason, count] : counts) result.push_back({reason, count});
+  std::ranges::stable_sort(result, std::ranges::greater{}, &CountedReason::replicates);
+  return result;
 }
 
 }  // namespace
@@ -214,23 +226,23 @@ Bootstrap bootstrap(const FittedModel& fit,
                    .replicates = options.replicates};
   result.values.setConstant(
       static_cast<Index>(parameters.size()), static_cast<Index>(replicates.size()), kNaN);
-  ReasonCounts failures;
-  ReasonCounts on_edge;
+  std::map<std::string, std::size_t> failures;
+  std::map<std::string, std::size_t> at_boundary;
   for (std::size_t i = 0; i < replicates.size(); ++i) {
     if (replicates[i].values.empty()) {
-      failures.add(replicates[i].verdict);
+      ++failures[replicates[i].failure];
       continue;
     }
     ++result.converged;
     result.values.col(static_cast<Index>(i)) = in_order(parameters, replicates[i].values);
-    for (const std::string& what : replicates[i].boundary) on_edge.add_exactly(what);
+    for (const std::string& what : replicates[i].boundary) ++at_boundary[what];
   }
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     result.parameters.push_back(
         summary(parameters[k], result.values.row(static_cast<Index>(k)), options.level));
   }
-  result.failures = failures.sorted();
-  result.on_edge = on_edge.sorted();
+  result.failures = commonest_first(failures);
+  result.on_edge = commonest_first(at_boundary);
   return result;
 }
 

@@ -148,7 +148,7 @@ FoldPrediction predicted(const FittedModel& fit,
   options.from = &fit;
   try {
     const FittedModel refit = fit_model(fit.specification, training, options).fit;
-    if (!refit.convergence.converged) {
+    if (!refit.convergence.converged()) {
       result.failure = refit.convergence.verdict;
       return result;
     }
@@ -279,7 +279,7 @@ void collect(const std::vector<FoldPrediction>& folds,
 CrossValidation cross_validate(const FittedModel& fit,
                                const data::Table& table,
                                const CrossValidationOptions& options) {
-  if (!fit.convergence.converged) {
+  if (!fit.convergence.converged()) {
     throw UsageError("a fit that has not converged cannot be cross-validated");
   }
   CrossValidation result{.group = group_column(fit, options), .seed = options.seed};

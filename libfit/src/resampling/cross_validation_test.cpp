@@ -64,7 +64,7 @@ TEST_CASE("rows whose variance the other folds do not tell have no density, and 
   ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
   model.variance = parse_variance_function("stratum(kind)");
   const FittedModel fit = fit_model(model, table).fit;
-  REQUIRE(fit.convergence.converged);
+  REQUIRE(fit.convergence.converged());
   const CrossValidation result = cross_validate(fit, table, {.folds = 0, .group = "part"});
   CHECK(result.failed.empty());
   CHECK(result.predicted_count == 20);
@@ -120,7 +120,7 @@ TEST_CASE("each prediction is that of a fit without its group") {
   }
   const data::Table training = table.select(others);
   const FittedModel without = fit_model(fit.specification, training).fit;
-  REQUIRE(without.convergence.converged);
+  REQUIRE(without.convergence.converged());
   std::size_t checked = 0;
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     if (plots[result.rows[i]] != "S2P3") continue;

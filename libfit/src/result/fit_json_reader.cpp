@@ -10,6 +10,7 @@
 #include "model/small_matrix.hpp"
 #include "result/intervals_json.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
 
@@ -265,14 +266,52 @@ FitStatistics read_statistics(const JsonReader& json) {
           .mae = json.at("mae").number_or_missing()};
 }
 
+/// "a = 60, its upper bound" or "sd(b) = 0", as files of earlier versions have them.
+Evidence boundary_of_text(const std::string& text) {
+  for (const auto kind : {Evidence::Kind::kLowerBound, Evidence::Kind::kUpperBound}) {
+    const std::string_view end =
+        kind == Evidence::Kind::kLowerBound ? ", its lower bound" : ", its upper bound";
+    if (!text.ends_with(end)) continue;
+    const std::size_t equals = text.find(" = ");
+    if (equals == std::string::npos) continue;
+    const std::string value = text.substr(equals + 3, text.size() - end.size() - equals - 3);
+    Evidence result{.kind = kind, .term = text.substr(0, equals)};
+    if (data::parse_number(value, result.value)) return result;
+  }
+  return {.term = text};
+}
+
+ConvergenceStatus read_status(const JsonReader& json) {
+  const bool has_converged = json.at("converged").boolean();
+  const auto text = json.find("status");
+  if (text) {
+    const ConvergenceStatus status = parse_status(text->text());
+    if (Convergence{.status = status}.converged() == has_converged) return status;
+  }
+  return has_converged ? ConvergenceStatus::kConverged : ConvergenceStatus::kUnknown;
+}
+
 Convergence read_convergence(const JsonReader& json) {
   const JsonReader evidence = json.at("evidence");
-  return {.converged = json.at("converged").boolean(),
-          .verdict = json.at("verdict").any_text(),
-          .gradient = evidence.at("gradient").number_or_missing(),
-          .iterations = evidence.at("iterations").count_or_zero(),
-          .rank = evidence.at("rank").count_or_zero(),
-          .boundary = evidence.at("boundary").texts()};
+  Convergence result{.status = read_status(json),
+                     .verdict = json.at("verdict").any_text(),
+                     .newton_decrement = evidence.at("gradient").number_or_missing(),
+                     .iterations = evidence.at("iterations").count_or_zero(),
+                     .rank = evidence.at("rank").count_or_zero()};
+  if (const auto findings = evidence.find("findings")) {
+    for (const JsonReader& item : findings->items()) {
+      const std::optional<Evidence::Kind> kind = parse_kind(item.at("kind").text());
+      if (!kind) continue;
+      result.evidence.push_back({.kind = *kind,
+                                 .term = item.at("term").any_text(),
+                                 .value = item.at("value").number_or_missing()});
+    }
+  } else {
+    for (const std::string& text : evidence.at("boundary").texts()) {
+      result.evidence.push_back(boundary_of_text(text));
+    }
+  }
+  return result;
 }
 
 std::vector<LocalOptimum> read_optima(const JsonReader& json,

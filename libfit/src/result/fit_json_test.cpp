@@ -108,7 +108,7 @@ TEST_CASE("a fit comes back from JSON bit by bit, and as the same bytes") {
   for (const char* variance : {"none", "exponential", "power(dbh)", "constant-plus-power"}) {
     const FittedModel fit = mixed_fit(variance);
     INFO(variance << ": " << fit.convergence.verdict);
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     check_same(round_trip(fit), fit);
     CHECK(to_json(round_trip(fit)) == to_json(fit));
   }
@@ -153,22 +153,39 @@ TEST_CASE("the keys are those of the contract, in its order") {
   const ordered_json json = ordered_json::parse(to_json(mixed_fit("power")));
   std::vector<std::string> keys;
   for (const auto& item : json.items()) keys.push_back(item.key());
-  const std::vector<std::string> expected{"schema",      "silvafit",
-                                          "model",       "formula",
-                                          "parameters",  "method",
-                                          "reml",        "n",
-                                          "excluded",    "response_fingerprint",
-                                          "groups",      "converged",
-                                          "verdict",     "evidence",
-                                          "fixed",       "fixed_covariance",
-                                          "random",      "variance",
-                                          "sigma",       "log_likelihood",
-                                          "k",           "aic",
-                                          "aicc",        "bic",
-                                          "bic_groups",  "statistics",
-                                          "r2_marginal", "r2_conditional",
-                                          "ranges",      "seconds",
-                                          "levels",      "coefficients_between",
+  const std::vector<std::string> expected{"schema",
+                                          "silvafit",
+                                          "model",
+                                          "formula",
+                                          "parameters",
+                                          "method",
+                                          "reml",
+                                          "n",
+                                          "excluded",
+                                          "response_fingerprint",
+                                          "groups",
+                                          "converged",
+                                          "status",
+                                          "verdict",
+                                          "evidence",
+                                          "fixed",
+                                          "fixed_covariance",
+                                          "random",
+                                          "variance",
+                                          "sigma",
+                                          "log_likelihood",
+                                          "k",
+                                          "aic",
+                                          "aicc",
+                                          "bic",
+                                          "bic_groups",
+                                          "statistics",
+                                          "r2_marginal",
+                                          "r2_conditional",
+                                          "ranges",
+                                          "seconds",
+                                          "levels",
+                                          "coefficients_between",
                                           "optima"};
   CHECK(keys == expected);
   CHECK(json["parameters"]["b"] == "1 + C");
@@ -205,6 +222,7 @@ TEST_CASE("a fit that failed is still an object") {
   const FittedModel fit = fit_model(specification, table).fit;
   const ordered_json json = ordered_json::parse(to_json(fit));
   CHECK(json["converged"] == false);
+  CHECK(json["status"] == "too_few_observations");
   CHECK_THAT(json["verdict"].get<std::string>(), Contains("there are 2. Use a model"));
   for (const char* key : {"log_likelihood", "k", "aic", "aicc", "bic", "sigma"}) {
     CHECK(json[key].is_null());

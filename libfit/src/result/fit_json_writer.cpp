@@ -67,10 +67,16 @@ ordered_json optima(const FittedModel& fit) {
 }
 
 ordered_json evidence(const Convergence& convergence) {
-  return {{"gradient", number(convergence.gradient)},
+  ordered_json findings = ordered_json::array();
+  for (const Evidence& item : convergence.evidence) {
+    findings.push_back(
+        {{"kind", kind_text(item.kind)}, {"term", item.term}, {"value", number(item.value)}});
+  }
+  return {{"gradient", number(convergence.newton_decrement)},
           {"iterations", convergence.iterations},
-          {"boundary", convergence.boundary},
-          {"rank", convergence.rank}};
+          {"boundary", convergence.boundary()},
+          {"rank", convergence.rank},
+          {"findings", std::move(findings)}};
 }
 
 ordered_json fixed(const FittedModel& fit) {
@@ -288,7 +294,8 @@ ordered_json json_of(const FittedModel& model) {
       {"excluded", fit.excluded},
       {"response_fingerprint", text_or_null(fit.response_fingerprint)},
       {"groups", groups(fit)},
-      {"converged", fit.convergence.converged},
+      {"converged", fit.convergence.converged()},
+      {"status", status_text(fit.convergence.status)},
       {"verdict", fit.convergence.verdict},
       {"evidence", evidence(fit.convergence)},
       {"fixed", fixed(fit)},

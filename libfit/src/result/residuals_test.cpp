@@ -36,7 +36,7 @@ TEST_CASE("marginal residuals are decorrelated by the Cholesky factor of Z Psi Z
   const data::Table table = stands();
   for (const std::string random : {"a + b | plot", "b | stand; a | plot"}) {
     const FittedModel fit = line_fit(table, random.c_str());
-    REQUIRE(fit.convergence.converged);
+    REQUIRE(fit.convergence.converged());
     const Residuals all = residuals(fit, table);
     const bool is_nested = fit.specification.outer_random.has_value();
     const data::TextColumn clusters = table.labels(is_nested ? "stand" : "plot");

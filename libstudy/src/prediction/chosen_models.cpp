@@ -82,7 +82,7 @@ std::vector<Candidates> all_candidates(const ModelLibrary& library,
     roles.insert(model.role);
     if (is_of_role(model, options.role)) {
       Candidates& candidates = candidates_of(model, result);
-      if (model.fit.convergence.converged) {
+      if (model.fit.convergence.converged()) {
         candidates.models.push_back(&model);
       } else {
         notes.push_back(fmt::format("a model for {} is not used because its fit did not converge",
@@ -114,7 +114,7 @@ void add_stand_ins(const ModelLibrary& library,
     for (const LibraryModel& model : library.models) {
       const bool is_its = model.response == each.response && model.species == each.species;
       if (!is_its || is_of_role(model, role) || !may_stand_in(model, role)) continue;
-      if (model.fit.convergence.converged) each.models.push_back(&model);
+      if (model.fit.convergence.converged()) each.models.push_back(&model);
     }
   }
 }

@@ -126,7 +126,7 @@ Attempt fitted(const Mean& mean, const data::Table& table, const ImputeOptions& 
     if (random == "none" && options.random.empty()) how.method.reset();
     fit::FittedModel fit = fit::fit_model(specification, table, how).fit;
     fit.model = mean.model;
-    if (fit.convergence.converged) {
+    if (fit.convergence.converged()) {
       attempt.fit = std::move(fit);
       return attempt;
     }

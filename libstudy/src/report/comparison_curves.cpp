@@ -50,7 +50,7 @@ const LibraryModel* height_model(const ModelLibrary& library, const LibraryModel
   const LibraryModel* found = nullptr;
   for (const LibraryModel& candidate : library.models) {
     const bool fits = candidate.species == model.species && candidate.response == "h" &&
-                      candidate.fit.convergence.converged && has_curve(candidate.fit);
+                      candidate.fit.convergence.converged() && has_curve(candidate.fit);
     if (fits && (found == nullptr || candidate.role == model.role)) found = &candidate;
   }
   return found;
@@ -98,7 +98,7 @@ ComparedCurves compared_curves(const std::vector<const LibraryModel*>& models,
   curves.values.resize(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
     drawn[i] =
-        models[i] != nullptr && models[i]->fit.convergence.converged && has_curve(models[i]->fit);
+        models[i] != nullptr && models[i]->fit.convergence.converged() && has_curve(models[i]->fit);
     if (!drawn[i]) continue;
     if (range_of(models[i]->fit, "h")) heights[i] = height_model(libraries[i], *models[i]);
     setting.widen_dbh(*range_of(models[i]->fit, "dbh"));

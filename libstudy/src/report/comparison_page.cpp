@@ -77,7 +77,7 @@ std::string not_comparable(const LibraryModel& first,
                            const LibraryInventory& first_data,
                            const LibraryModel& other,
                            const LibraryInventory& other_data) {
-  if (!first.fit.convergence.converged || !other.fit.convergence.converged) {
+  if (!first.fit.convergence.converged() || !other.fit.convergence.converged()) {
     return "a fit has not converged";
   }
   if (first.fit.specification.formula.left != other.fit.specification.formula.left) {

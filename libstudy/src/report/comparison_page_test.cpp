@@ -95,7 +95,7 @@ TEST_CASE("likelihoods of other data, of fewer trees or by REML are not compared
   other.models.back().fit.reml = true;
   CHECK(reason_of(other) == "one by ML, the other by REML");
   other = library();
-  other.models.back().fit.convergence.converged = false;
+  other.models.back().fit.convergence.status = fit::ConvergenceStatus::kMaximumNotReached;
   CHECK(reason_of(other) == "a fit has not converged");
 }
 
@@ -145,7 +145,7 @@ TEST_CASE("crown bases are compared at the heights of each library's own height 
       const bool is_share = name.size() == 1 && name != "h";
       model.fit.ranges.push_back({name, is_share ? 0.0 : 5.0, is_share ? 1.0 : 45.0});
     }
-    model.fit.convergence.converged = true;
+    model.fit.convergence.status = fit::ConvergenceStatus::kConverged;
   }
   const json with_curves = compared(ranged, ranged);
   for (const json& pair : with_curves["pairs"]) {

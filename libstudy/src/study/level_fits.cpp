@@ -77,7 +77,7 @@ std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
                                               const data::Table& table,
                                               const std::string& group) {
   // Boundary (singular) fits are rejected; if all are, the simplest is used.
-  if (!fit.convergence.converged || !fit.convergence.boundary.empty()) return std::nullopt;
+  if (!fit.convergence.converged() || fit.convergence.has_boundary()) return std::nullopt;
   const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
   try {
     // The tasks of a level are parallel already.

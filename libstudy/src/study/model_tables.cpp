@@ -112,7 +112,7 @@ void add_component_columns(std::size_t effects, FormattedTable& table) {
 double variance_of(const fit::FittedModel& fit, Eigen::Index effect) {
   const std::string zero =
       fmt::format("sd({}) = 0", fit.random_names[static_cast<std::size_t>(effect)]);
-  const Names& boundary = fit.convergence.boundary;
+  const Names& boundary = fit.convergence.boundary();
   const bool is_zero = std::ranges::find(boundary, zero) != boundary.end();
   return is_zero ? 0.0 : fit.random_covariance(effect, effect);
 }

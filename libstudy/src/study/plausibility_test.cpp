@@ -54,7 +54,7 @@ fit::FittedModel model(const std::string& formula,
   const Eigen::Index p = fit.estimate.size();
   fit.covariance = Eigen::MatrixXd::Identity(p, p);
   fit.sigma = 1.0;
-  fit.convergence.converged = true;
+  fit.convergence.status = fit::ConvergenceStatus::kConverged;
   return fit;
 }
 

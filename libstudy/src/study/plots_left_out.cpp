@@ -27,7 +27,7 @@ constexpr double kMuchWorse = 0.05;
 constexpr double kWorse = 0.01;
 
 bool can_be_left_out(const std::optional<fit::FitResult>& fit) {
-  return fit && fit->fit.convergence.converged;
+  return fit && fit->fit.convergence.converged();
 }
 
 /// Errors of the trees of the table, NaN where a fold has no fit; empty without any.

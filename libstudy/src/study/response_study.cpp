@@ -22,8 +22,8 @@ const std::vector<std::pair<Level, std::string>> kLevels{
 }  // namespace
 
 bool ResponseStudy::converged() const {
-  if (nlme) return nlme->fit.convergence.converged;
-  return !has_groups() && with_covariates && with_covariates->fit.convergence.converged;
+  if (nlme) return nlme->fit.convergence.converged();
+  return !has_groups() && with_covariates && with_covariates->fit.convergence.converged();
 }
 
 bool ResponseStudy::has_groups() const {

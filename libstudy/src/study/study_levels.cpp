@@ -23,10 +23,10 @@ fit::Covariate column_covariate(const std::string& name) {
 }
 
 bool is_usable(const Candidate& candidate) {
-  return candidate.fit.convergence.converged && std::isfinite(candidate.fit.log_likelihood);
+  return candidate.fit.convergence.converged() && std::isfinite(candidate.fit.log_likelihood);
 }
 
-bool is_on_edge(const Candidate& candidate) { return !candidate.fit.convergence.boundary.empty(); }
+bool is_on_edge(const Candidate& candidate) { return candidate.fit.convergence.has_boundary(); }
 
 /// What ranks a candidate, smaller being better: folds that failed first, since an error that
 /// leaves them out is not comparable, then the criterion.

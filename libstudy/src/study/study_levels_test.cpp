@@ -34,19 +34,19 @@ Candidate candidate(double log_likelihood, int parameters) {
   result.fit.observations = kObservations;
   result.fit.log_likelihood = log_likelihood;
   result.fit.parameter_count = parameters;
-  result.fit.convergence.converged = true;
+  result.fit.convergence.status = fit::ConvergenceStatus::kConverged;
   return result;
 }
 
 Candidate failed() {
   Candidate result = candidate(0.0, 0);
-  result.fit.convergence.converged = false;
+  result.fit.convergence.status = fit::ConvergenceStatus::kMaximumNotReached;
   return result;
 }
 
 Candidate on_edge(double log_likelihood, int parameters) {
   Candidate result = candidate(log_likelihood, parameters);
-  result.fit.convergence.boundary = {"cor(a, b) = -1"};
+  result.fit.convergence.add_boundary({.term = "cor(a, b)", .value = -1.0});
   return result;
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("exactly 2 AIC is still within 2 AIC") {
 
 TEST_CASE("nothing is chosen where nothing converged") {
   std::vector<Candidate> candidates{failed(), failed()};
-  candidates[1].fit.convergence.converged = true;
+  candidates[1].fit.convergence.status = fit::ConvergenceStatus::kConverged;
   candidates[1].fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(choose_base(candidates, {}));
   CHECK_FALSE(choose_covariates(candidates, {}));
@@ -157,7 +157,7 @@ TEST_CASE("a variance function needs the lowest AIC and a significant test") {
 TEST_CASE("a choice forgets the ranks and marks of an earlier one") {
   std::vector<Candidate> candidates{candidate(-100.0, 3), candidate(-90.0, 3)};
   choose_base(candidates, {});
-  candidates[1].fit.convergence.converged = false;
+  candidates[1].fit.convergence.status = fit::ConvergenceStatus::kMaximumNotReached;
   CHECK(choose_base(candidates, {}) == 0U);
   CHECK_FALSE(candidates[1].chosen);
   CHECK(candidates[1].rank == 0);

@@ -73,7 +73,7 @@ struct Settled {
 /// The objection to the fit of a chosen candidate: to all trees, of which some were compared, or
 /// from all starts, where one was.
 std::string objection_to_final_fit(const Work& work, const fit::FittedModel& fit) {
-  if (!fit.convergence.converged) {
+  if (!fit.convergence.converged()) {
     return (work.is_sampled() ? "With all trees: " : "From all starts: ") + fit.convergence.verdict;
   }
   return work.objection_to_curves(fit);
@@ -140,7 +140,7 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
 /// cannot be tested, since the first one failed, counts as none.
 void add_tests(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {
-    if (!candidates[i].fit.convergence.converged) continue;
+    if (!candidates[i].fit.convergence.converged()) continue;
     candidates[i].test =
         nested_test(candidates[i].fit, candidates[0].fit).value_or(LikelihoodRatioTest{});
   }
@@ -212,11 +212,11 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
 
 /// A boundary (singular) fit is the best mixed model only if there is no other.
 void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
-  if (fit.convergence.boundary.empty()) return;
+  if (!fit.convergence.has_boundary()) return;
   notes.push_back(
       fmt::format("Every mixed model is a boundary (singular) fit ({}): these plots do not support "
                   "more random effects.",
-                  fmt::join(fit.convergence.boundary, "; ")));
+                  fmt::join(fit.convergence.boundary(), "; ")));
 }
 
 /// Reports why no mixed model is used, by the best of the rejected ones.

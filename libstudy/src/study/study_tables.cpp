@@ -61,7 +61,7 @@ TableRow criteria(const Candidate& candidate) {
           validated ? count(validated->failed) : TableCell(),
           rank_cell(candidate.rank),
           yes_or_no(candidate.chosen),
-          yes_or_no(fit.convergence.converged),
+          yes_or_no(fit.convergence.converged()),
           fit.convergence.verdict,
           candidate.objection};
 }
@@ -271,7 +271,7 @@ FormattedTable statistics_table(const Study& study) {
                     model->log_likelihood,
                     model->aic(),
                     model->bic(),
-                    yes_or_no(model->convergence.converged)}));
+                    yes_or_no(model->convergence.converged())}));
       };
       add("population", fit->population);
       if (fit->has_random_effects()) add("conditional", fit->conditional);

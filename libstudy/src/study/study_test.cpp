@@ -160,7 +160,7 @@ TEST_CASE("fits that fail are listed with a reason, without rank and test") {
   CHECK(result.base.size() == 16);
   std::size_t failures = 0;
   for (const Candidate& candidate : result.base) {
-    if (candidate.fit.convergence.converged) continue;
+    if (candidate.fit.convergence.converged()) continue;
     ++failures;
     CHECK_FALSE(candidate.fit.convergence.verdict.empty());
     CHECK(candidate.rank == 0);
@@ -232,7 +232,7 @@ TEST_CASE("of very many trees candidates are compared on some, and chosen models
   REQUIRE(result.nlme);
   CHECK(result.ols->fit.observations == 720);
   CHECK(result.nlme->fit.observations == 720);
-  CHECK(result.nlme->fit.convergence.converged);
+  CHECK(result.nlme->fit.convergence.converged());
   // What is reported is the fit to all: the same as by itself.
   fit::FitModelOptions alone;
   alone.method = fit::Method::kLindstromBates;

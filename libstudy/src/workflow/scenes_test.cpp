@@ -63,7 +63,7 @@ TEST_CASE("published coefficients are a library that predicts without any fit") 
 TEST_CASE("what a publication does not say is missing from its library") {
   const ModelLibrary library = shanxia();
   const fit::FittedModel& mixed = fit_of(library, "SM", "h", "nlme");
-  CHECK(mixed.convergence.converged);
+  CHECK(mixed.convergence.converged());
   CHECK_THAT(mixed.convergence.verdict, Contains("Published model, not fitted by silvafit"));
   CHECK(mixed.standard_errors().array().isNaN().all());
   CHECK(std::isnan(mixed.sigma));

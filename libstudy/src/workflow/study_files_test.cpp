@@ -110,7 +110,7 @@ TEST_CASE("numbers of the tables read back as the same doubles") {
   const data::Table table = read_table(folder.path() / "candidates.csv");
   for (std::size_t i = 0; i < result.base.size(); ++i) {
     const fit::FittedModel& fit = result.base[i].fit;
-    if (!fit.convergence.converged) continue;
+    if (!fit.convergence.converged()) continue;
     CHECK(table.numbers("log_likelihood")[i] == fit.log_likelihood);
     CHECK(table.numbers("aic")[i] == fit.aic());
     CHECK(table.numbers("bic")[i] == fit.bic());

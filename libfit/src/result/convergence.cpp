@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/convergence.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using EvidenceKind = Evidence::Kind;
+
+/// In the order of the enumeration.
+constexpr std::array<std::string_view, 15> kStatusNames{"converged",
+                                                        "boundary",
+                                                        "perfect_fit",
+                                                        "published",
+                                                        "not_identifiable",
+                                                        "no_maximum",
+                                                        "contained_model_higher",
+                                                        "invalid_approximation",
+                                                        "diverged",
+                                                        "iteration_limit",
+                                                        "maximum_not_reached",
+                                                        "no_start_values",
+                                                        "too_few_observations",
+                                                        "outside_bounds",
+                                                        "unknown"};
+constexpr std::array<std::string_view, 15> kStatusPhrases{
+    "converged",
+    "boundary (singular) fit",
+    "perfect fit",
+    "published model",
+    "not identifiable",
+    "no maximum of the likelihood",
+    "a contained model has a higher log-likelihood",
+    "the approximation of the likelihood is not valid",
+    "the search diverged",
+    "the iteration limit was reached",
+    "no maximum was reached",
+    "no start values",
+    "too few observations",
+    "no fit within the bounds",
+    "not converged"};
+constexpr std::array<std::string_view, 14> kKindNames{"boundary",
+                                                      "lower_bound",
+                                                      "upper_bound",
+                                                      "not_identifiable",
+                                                      "hardly_identifiable",
+                                                      "unbounded",
+                                                      "moving",
+                                                      "contained_model",
+                                                      "marginal_log_likelihood",
+                                                      "marginal_maximum",
+                                                      "higher_end",
+                                                      "other_optimum",
+                                                      "floored_values",
+                                                      "power_of_few"};
+
+bool explains_failure(EvidenceKind kind) {
+  return kind == EvidenceKind::kNotIdentifiable || kind == EvidenceKind::kHardlyIdentifiable ||
+         kind == EvidenceKind::kUnbounded || kind == EvidenceKind::kContainedModel;
+}
+
+bool is_boundary(const Evidence& evidence) {
+  return evidence.kind == EvidenceKind::kBoundary || evidence.kind == EvidenceKind::kLowerBound ||
+         evidence.kind == EvidenceKind::kUpperBound;
+}
+
+}  // namespace
+
+std::string_view status_text(ConvergenceStatus status) {
+  return kStatusNames[static_cast<std::size_t>(status)];
+}
+
+ConvergenceStatus parse_status(std::string_view text) {
+  const auto* const found = std::ranges::find(kStatusNames, text);
+  return found == kStatusNames.end() ? ConvergenceStatus::kUnknown
+                                     : static_cast<ConvergenceStatus>(found - kStatusNames.begin());
+}
+
+std::string_view kind_text(EvidenceKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
+
+std::optional<EvidenceKind> parse_kind(std::string_view text) {
+  const auto* const found = std::ranges::find(kKindNames, text);
+  if (found == kKindNames.end()) return std::nullopt;
+  return static_cast<EvidenceKind>(found - kKindNames.begin());
+}
+
+std::string text_of(const Evidence& evidence) {
+  if (std::isnan(evidence.value)) return evidence.term;
+  const std::string result = evidence.term + " = " + data::shortest(evidence.value);
+  if (evidence.kind == EvidenceKind::kLowerBound) return result + ", its lower bound";
+  if (evidence.kind == EvidenceKind::kUpperBound) return result + ", its upper bound";
+  return result;
+}
+
+bool Convergence::converged() const {
+  return status == ConvergenceStatus::kConverged || status == ConvergenceStatus::kBoundary ||
+         status == ConvergenceStatus::kPerfectFit || status == ConvergenceStatus::kPublished;
+}
+
+std::vector<std::string> Convergence::boundary() const {
+  std::vector<std::string> result;
+  for (const Evidence& item : evidence) {
+    if (is_boundary(item)) result.push_back(text_of(item));
+  }
+  return result;
+}
+
+bool Convergence::has_boundary() const { return std::ranges::any_of(evidence, is_boundary); }
+
+std::string Convergence::summary() const {
+  std::string result(kStatusPhrases[static_cast<std::size_t>(status)]);
+  const char* separator = ": ";
+  for (const Evidence& item : evidence) {
+    if (!explains_failure(item.kind)) continue;
+    result += separator + item.term;
+    separator = ", ";
+  }
+  return result;
+}
+
+bool Convergence::has(EvidenceKind kind, std::string_view term) const {
+  return std::ranges::any_of(
+      evidence, [&](const Evidence& item) { return item.kind == kind && item.term == term; });
+}
+
+void Convergence::add(EvidenceKind kind, const std::vector<std::string>& terms) {
+  for (const std::string& term : terms) evidence.push_back({.kind = kind, .term = term});
+}
+
+void Convergence::add_boundary(Evidence item) {
+  if (status == ConvergenceStatus::kConverged) status = ConvergenceStatus::kBoundary;
+  evidence.push_back(std::move(item));
+}
+
+}  // namespace silvafit::fit
