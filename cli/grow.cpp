@@ -2,10 +2,12 @@
 // `silvafit grow`: trees and stands as GLB, glTF, OBJ or PLY.
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "grow_command.hpp"
 #include "output_files.hpp"
+#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 #include "tree_table.hpp"
@@ -106,6 +108,8 @@ void run(GrowCommand& command) {
     throw InputError("no row can be used to grow a tree", {.file = command.file});
   }
   report_coinciding_plots(command, table.moments);
+  std::optional<ResultFolder> results;
+  if (!command.out.empty()) results.emplace(command.out);
   const Sequence all = grow_moments(command, table.moments, catalogue);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   report_grown(

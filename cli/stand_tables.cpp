@@ -364,6 +364,7 @@ void print_stand(const stand::StandReport& report) {
 void write_stand(const stand::Inventory& inventory,
                  const stand::StandReport& report,
                  const std::filesystem::path& folder) {
+  const ResultFolder results(folder);
   write_areas(report, folder / "plots.csv");
   write_strata(report, folder / "strata.csv");
   write_species(report, folder / "species.csv");

@@ -77,7 +77,7 @@ int main(int count, char** arguments) {
     const fit::FittedModel fit = fit_heights(trees);
     print_estimates(fit);
     print_predictions(fit);
-    return fit.convergence.converged ? 0 : 4;
+    return fit.convergence.converged() ? 0 : 4;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 3;

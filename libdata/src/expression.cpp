@@ -161,6 +161,18 @@ Expression Expression::derivative(std::string_view name) const {
 
 Expression Expression::with_limits() const { return Expression(marked_for_limits(node_)); }
 
+std::vector<Expression> Expression::periodic_arguments() const {
+  std::vector<Expression> result;
+  for_each_node(node_, [&result](const ExpressionNode& node) {
+    if (node.operation != Operation::kSin && node.operation != Operation::kCos &&
+        node.operation != Operation::kTan) {
+      return;
+    }
+    result.push_back(Expression(node.operands[0]));
+  });
+  return result;
+}
+
 Expression Expression::substitute(std::string_view name, const Expression& replacement) const {
   return Expression(Substitution(name, replacement.node_).of(node_));
 }

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Runs the program on changed inputs of all commands, and keeps those after which something is wrong.
 
-attack.py PROGRAM [--seconds 600] [--seed 1] [--jobs 2] [--keep FOLDER] [--only NUMBER]
+attack.py PROGRAM [--seconds 600] [--runs N] [--seed 1] [--jobs 2] [--keep FOLDER] [--only NUMBER]
 
 Run NUMBER of a seed has the same inputs and options on every machine. Each run has limits of processor time and
 memory. Exit status 1 if something was found; docs/hardening.md says what is looked for.
@@ -86,13 +86,13 @@ class Attack:
 
 
 def numbers(arguments):
-    """The numbers of the runs, until the time is over."""
+    """The numbers of the runs, until there are as many as asked for or the time is over."""
     if arguments.only is not None:
         yield arguments.only
         return
     end = time.monotonic() + arguments.seconds
     number = 0
-    while time.monotonic() < end:
+    while time.monotonic() < end and number != arguments.runs:
         yield number
         number += 1
 
@@ -101,6 +101,7 @@ def main():
     parser = argparse.ArgumentParser(description="Runs the program on changed inputs of all commands.")
     parser.add_argument("program")
     parser.add_argument("--seconds", type=float, default=600)
+    parser.add_argument("--runs", type=int, help="the same ones on machines of any speed, if the time is enough")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", type=Path, default=Path("build/attack"))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Files are written whole, to nobody else's place, with the permissions that they had, and are on the disk."""
 
+import fcntl
 import json
 import os
 import shutil
@@ -155,6 +156,19 @@ class WrittenFiles(ProgramTest):
         self.assertIn("out: another silvafit is writing into this folder", second.stderr)
         self.assertEqual(first.wait(timeout=120), 0)
         self.assertTrue((self.folder / "out" / "run.json").is_file())
+
+    def test_a_folder_of_results_has_one_writer(self):
+        out = self.folder / "out"
+        out.mkdir()
+        held = os.open(out, os.O_RDONLY)
+        self.addCleanup(os.close, held)
+        fcntl.flock(held, fcntl.LOCK_EX)
+        for command in ("study", "stand", "grow"):
+            done = subprocess.run([PROGRAM, command, str(EXAMPLE), "--out", "out", "--quiet"], cwd=self.folder,
+                                  capture_output=True, text=True, timeout=120, check=False)
+            self.assertEqual(done.returncode, INPUT_OUTPUT, command)
+            self.assertIn("out: another silvafit is writing into this folder", done.stderr)
+            self.assertEqual(list(out.iterdir()), [])
 
     def test_a_full_disk_is_an_error_of_input_and_output(self):
         with open("/dev/full", "w", encoding="utf-8") as full:

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "least_squares/levenberg_marquardt.hpp"
+#include "least_squares/periodic_coefficients.hpp"
 #include "optimization/candidate_points.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
@@ -68,34 +69,24 @@ struct Candidate {
   double sum_of_squares = std::numeric_limits<double>::infinity();
 };
 
-/// True if each nonlinear coefficient has the same sign and a size within a factor.
-bool are_near(const Candidate& a, const Candidate& b, double factor) {
-  const auto ratio = (a.nonlinear.array() / b.nonlinear.array());
-  return (ratio <= factor && ratio >= 1.0 / factor).all();
-}
-
-/// The best candidates, no two of them near each other.
-std::vector<Candidate> best_of(std::vector<Candidate> candidates,
-                               std::size_t count,
-                               double factor) {
-  std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
-  std::vector<Candidate> chosen;
-  for (Candidate& candidate : candidates) {
-    if (chosen.size() == count) break;
-    const bool is_new = std::ranges::none_of(
-        chosen, [&](const Candidate& other) { return are_near(candidate, other, factor); });
-    if (is_new) chosen.push_back(std::move(candidate));
-  }
-  return chosen;
-}
-
 class StartSearch {
  public:
   StartSearch(const NonlinearModel& model, const StartSearchOptions& options)
       : model_(model),
         options_(options),
         part_(model.subset(even_sample(model.response(), kSampleRows))),
-        projected_(part_) {}
+        projected_(part_),
+        periodic_(static_cast<std::size_t>(projected_.size())) {
+    const std::vector<Index>& nonlinear = projected_.split().nonlinear;
+    for (const PeriodicCoefficient& found : periodic_coefficients(model)) {
+      const auto place = std::ranges::find(nonlinear, found.coefficient);
+      const bool is_given = options.fixed.contains(
+          model.coefficient_names()[static_cast<std::size_t>(found.coefficient)]);
+      if (place != nonlinear.end() && !is_given) {
+        periodic_[static_cast<std::size_t>(place - nonlinear.begin())] = found;
+      }
+    }
+  }
 
   std::vector<VectorXd> run() {
     scan();
@@ -105,6 +96,7 @@ class StartSearch {
     reached.reserve(starts.size());
     for (const Candidate& start : starts) reached.push_back(descended(start));
     hop(reached);
+    leave_out_aliases(reached);
     std::vector<VectorXd> result;
     for (const Candidate& candidate : best_of(std::move(reached), options_.count, kStartFactor)) {
       result.push_back(candidate.coefficients);
@@ -113,6 +105,35 @@ class StartSearch {
   }
 
  private:
+  /// True if each nonlinear coefficient has the same sign and a size within a factor, or belongs to
+  /// the same peak.
+  bool are_near(const Candidate& a, const Candidate& b, double factor) const {
+    for (Index k = 0; k < a.nonlinear.size(); ++k) {
+      const auto& periodic = periodic_[static_cast<std::size_t>(k)];
+      const double ratio = a.nonlinear[k] / b.nonlinear[k];
+      const bool is_near = periodic && factor == kCandidateFactor
+                               ? periodic->are_near(a.nonlinear[k], b.nonlinear[k])
+                               : ratio <= factor && ratio >= 1.0 / factor;
+      if (!is_near) return false;
+    }
+    return true;
+  }
+
+  /// The best candidates, no two of them near each other.
+  std::vector<Candidate> best_of(std::vector<Candidate> candidates,
+                                 std::size_t count,
+                                 double factor) const {
+    std::ranges::stable_sort(candidates, {}, &Candidate::sum_of_squares);
+    std::vector<Candidate> chosen;
+    for (Candidate& candidate : candidates) {
+      if (chosen.size() == count) break;
+      const bool is_new = std::ranges::none_of(
+          chosen, [&](const Candidate& other) { return are_near(candidate, other, factor); });
+      if (is_new) chosen.push_back(std::move(candidate));
+    }
+    return chosen;
+  }
+
   void scan() {
     const Index q = projected_.size();
     if (!options_.rule.empty() && try_candidate(rule_values())) rule_ = candidates_.back();
@@ -128,6 +149,40 @@ class StartSearch {
       const std::size_t count = kCandidatesPerCoefficient * static_cast<std::size_t>(q);
       for (std::size_t i = 1; i <= count; ++i) try_candidate(points(i));
     }
+    scan_frequencies(points);
+  }
+
+  /// The frequencies that the data tell apart, each with two values of the other coefficients.
+  void scan_frequencies(const CandidatePoints& points) {
+    const Index q = projected_.size();
+    const std::vector<double>& scales = points.scales();
+    for (Index k = 0; k < q; ++k) {
+      const auto& periodic = periodic_[static_cast<std::size_t>(k)];
+      for (std::size_t number = 1; periodic && number <= periodic->count; ++number) {
+        VectorXd point = VectorXd::Constant(q, scales[number % scales.size()]);
+        point[k] = periodic->value(number);
+        try_candidate(point);
+        if (q == 1) continue;
+        point = points(number);
+        point[k] = periodic->value(number);
+        try_candidate(std::move(point));
+      }
+    }
+  }
+
+  /// Descents may have led to frequencies that are other names of lower ones.
+  void leave_out_aliases(std::vector<Candidate>& reached) const {
+    const auto is_alias = [&](const Candidate& found) { return !is_distinct(found.nonlinear); };
+    if (!std::ranges::all_of(reached, is_alias)) std::erase_if(reached, is_alias);
+  }
+
+  /// Whether no frequency is another name of a lower one.
+  bool is_distinct(const VectorXd& nonlinear) const {
+    for (Index k = 0; k < nonlinear.size(); ++k) {
+      const auto& periodic = periodic_[static_cast<std::size_t>(k)];
+      if (periodic && !periodic->contains(nonlinear[k])) return false;
+    }
+    return true;
   }
 
   /// One coefficient: a grid of both signs, four points a decade.
@@ -155,7 +210,7 @@ class StartSearch {
       constexpr std::uint64_t kSeed = 1;
       Random random(kSeed, static_cast<std::uint64_t>(k));
       Candidate start{.nonlinear = moved(lowest.nonlinear, random)};
-      if (!projected_.evaluate(start.nonlinear)) continue;
+      if (!is_distinct(start.nonlinear) || !projected_.evaluate(start.nonlinear)) continue;
       Candidate found = descended(start);
       if (found.coefficients.size() == 0) continue;
       if (found.sum_of_squares < lowest.sum_of_squares) lowest = found;
@@ -200,7 +255,7 @@ class StartSearch {
 
   bool try_candidate(VectorXd nonlinear) {
     set_named(options_.fixed, nonlinear);
-    if (!projected_.evaluate(nonlinear)) return false;
+    if (!is_distinct(nonlinear) || !projected_.evaluate(nonlinear)) return false;
     candidates_.push_back({.nonlinear = std::move(nonlinear),
                            .coefficients = projected_.coefficients(),
                            .sum_of_squares = projected_.residuals().squaredNorm()});
@@ -219,6 +274,7 @@ class StartSearch {
   const StartSearchOptions& options_;
   NonlinearModel part_;
   ProjectedModel projected_;
+  std::vector<std::optional<PeriodicCoefficient>> periodic_;  ///< by nonlinear coefficient
   std::vector<Candidate> candidates_;
   std::optional<Candidate> rule_;
 };

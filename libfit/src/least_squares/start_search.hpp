@@ -25,7 +25,8 @@ struct StartSearchOptions {
 ///
 /// Candidates cover sign and logarithm of the nonlinear coefficients around the scales of the data
 /// (a rate times a column is of order one) and, thinner, far beyond; the linear coefficients are
-/// solved for. The best descend on at most 200 observations spread over the response.
+/// solved for. Of frequencies and periods, all that the data tell apart are tried, and none beyond.
+/// The best descend on at most 200 observations spread over the response.
 /// \throws DomainError if an observation has no finite mean for any candidate
 std::vector<Eigen::VectorXd> search_starts(const NonlinearModel& model,
                                            const StartSearchOptions& options);

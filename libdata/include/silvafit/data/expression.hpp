@@ -40,6 +40,9 @@ class Expression {
   /// there exp(-b/x) and 1/(1 + exp((b - log(x))/c)) of x = 0 do not depend on b and c.
   Expression with_limits() const;
 
+  /// The arguments of its sines, cosines and tangents.
+  std::vector<Expression> periodic_arguments() const;
+
   /// The expression with a variable replaced.
   Expression substitute(std::string_view name, const Expression& replacement) const;
 
