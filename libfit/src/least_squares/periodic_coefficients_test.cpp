@@ -12,7 +12,6 @@
 
 using namespace silvafit;
 using namespace silvafit::fit;
-using Catch::Approx;
 
 namespace {
 
