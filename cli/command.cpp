@@ -74,6 +74,17 @@ void Progress::clear() {
   write_to_standard_error("\r\x1b[K");
 }
 
+study::Callbacks callbacks(const CommonOptions& options, Progress& progress) {
+  return {.note =
+              [&options, &progress](const std::string& note) {
+                progress.clear();
+                say(options, "note: " + note);
+              },
+          .progress = [&progress](const std::string& stage,
+                                  std::size_t done,
+                                  std::size_t total) { progress.show(stage, done, total); }};
+}
+
 namespace {
 
 /// The file of this program.

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "silvafit/study/callbacks.hpp"
+
 namespace silvafit::cli {
 
 /// Exit statuses that other programs rely on.
@@ -70,6 +72,10 @@ class Progress {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Notes on stderr, and the progress line, for the calls of libstudy.
+/// \param progress  must outlive what is returned
+study::Callbacks callbacks(const CommonOptions& options, Progress& progress);
 
 /// Where models/ and the web pages are: SILVAFIT_DATA_DIR, or share/silvafit beside the program's
 /// folder.

@@ -2,13 +2,15 @@
 #include "csv_with_columns.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 
+#include "prediction_digits.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/study/tree_table.hpp"
 #include "standard_output.hpp"
-#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -40,29 +42,44 @@ std::vector<char> columns_of_numbers(const std::string& file) {
   return is_number;
 }
 
-void write_rows(const std::string& in, const AddedColumns& columns, std::ostream& stream) {
+/// A field of a new column; empty where it is missing.
+std::string field_of(const data::Table& table,
+                     const std::string& name,
+                     std::size_t row,
+                     int digits) {
+  if (!table.is_numeric(name)) return std::string(table.text(name)[row]);
+  const double value = table.numbers(name)[row];
+  return std::isnan(value) ? std::string() : with_digits(value, digits);
+}
+
+void write_rows(const std::string& in,
+                const AddedColumns& columns,
+                const study::ReadingSettings& reading,
+                std::ostream& stream) {
   const std::vector<char> is_number = columns_of_numbers(in);
   data::CsvReader reader(in);
   const auto& header = reader.header();
-  for (const std::size_t field : filled_fields(header, columns.fill_down, columns.mapped, in)) {
+  for (const std::size_t field : study::filled_fields(header, reading, in)) {
     reader.fill_down(field);
   }
   const auto replaced = std::ranges::find(header, columns.replaced) - header.begin();
+  std::vector<std::string> added = columns.table.names();
+  if (replaced < std::ssize(header)) std::erase(added, columns.replaced);
   const char* separator = "";
   const auto write = [&](std::string_view field) {
     stream << separator << data::csv_field(field);
     separator = ",";
   };
   for (const std::string& name : header) write(name);
-  for (const std::string& name : columns.names) write(name);
+  for (const std::string& name : added) write(name);
   stream << '\n';
   std::vector<std::string_view> fields;
   for (std::size_t row = 0; reader.next(fields); ++row) {
     separator = "";
     std::string own;
-    if (replaced < std::ssize(fields) && columns.replacement) {
-      own = columns.replacement(row);
-      if (!own.empty()) fields[static_cast<std::size_t>(replaced)] = own;
+    if (replaced < std::ssize(fields) && columns.is_replaced(row)) {
+      own = field_of(columns.table, columns.replaced, row, columns.digits);
+      fields[static_cast<std::size_t>(replaced)] = own;
     }
     for (std::size_t i = 0; i < fields.size(); ++i) {
       const bool may_have_comma = !is_number.empty() && is_number[i] != 0;
@@ -70,7 +87,9 @@ void write_rows(const std::string& in, const AddedColumns& columns, std::ostream
           may_have_comma ? data::with_decimal_point(fields[i]) : std::string();
       write(number.empty() ? fields[i] : std::string_view(number));
     }
-    for (const std::string& field : columns.fields(row)) write(field);
+    for (const std::string& name : added) {
+      write(field_of(columns.table, name, row, columns.digits));
+    }
     stream << '\n';
   }
 }
@@ -80,13 +99,14 @@ void write_rows(const std::string& in, const AddedColumns& columns, std::ostream
 void write_with_columns(const std::string& in,
                         const std::string& out,
                         const AddedColumns& columns,
+                        const study::ReadingSettings& reading,
                         const CommonOptions& common) {
   if (!out.empty()) {
     AtomicFile file(out);
-    write_rows(in, columns, file.stream());
+    write_rows(in, columns, reading, file.stream());
     file.commit();
   } else if (!common.json) {
-    write_rows(in, columns, std::cout);
+    write_rows(in, columns, reading, std::cout);
     finish_standard_output();
   }
 }

@@ -5,23 +5,21 @@
 #include <cstddef>
 #include <functional>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "command.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::cli {
 
-/// Columns to add to a file of N rows, and values to put in place of its own.
+/// Columns to add to a file of N rows.
 struct AddedColumns {
-  std::vector<std::string> names{};
-  /// The new fields of a row, one a name.
-  std::function<std::vector<std::string>(std::size_t row)> fields{};
-  std::string replaced{};  ///< a column of the file whose fields may change; empty: none
-  /// The field of that column in a row; empty where the file's own stays.
-  std::function<std::string(std::size_t row)> replacement{};
-  std::vector<std::string> fill_down{};  ///< of --fill-down
-  std::vector<std::string> mapped{};     ///< of --columns
+  data::Table table{};
+  int digits = 17;  ///< significant ones of numbers
+  /// A column of the table that goes into that of the file, if it has one of this name, in the rows
+  /// that are told; empty: none.
+  std::string replaced{};
+  std::function<bool(std::size_t row)> is_replaced{};
 };
 
 /// Writes the table of the file without titles and units, with the new columns at the end. Fields
@@ -32,6 +30,7 @@ struct AddedColumns {
 void write_with_columns(const std::string& in,
                         const std::string& out,
                         const AddedColumns& columns,
+                        const study::ReadingSettings& reading,
                         const CommonOptions& common);
 
 }  // namespace silvafit::cli

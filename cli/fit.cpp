@@ -16,6 +16,7 @@
 #include "fit_inference.hpp"
 #include "fit_resampling.hpp"
 #include "fit_table.hpp"
+#include "inventory_options.hpp"
 #include "name_columns.hpp"
 #include "near_names.hpp"
 #include "output_files.hpp"
@@ -26,9 +27,9 @@
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "silvafit/study/tree_table.hpp"
 #include "standard_output.hpp"
 #include "standard_streams.hpp"
-#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -51,9 +52,7 @@ struct FitArguments {
   int spread_starts = 0;
   std::string fixed{};
   std::string bounds{};
-  std::vector<std::string> columns{};
-  SheetArguments sheet{};
-  bool trust_units = false;
+  study::ReadingSettings reading{};
   InferenceOptions inference{};
   ResamplingArguments resampling{};
 };
@@ -77,8 +76,8 @@ std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>
   return columns;
 }
 
-ReadTable read_data(const FitArguments& arguments,
-                    const std::vector<const study::BaseModel*>& models) {
+study::ReadTable read_data(const FitArguments& arguments,
+                           const std::vector<const study::BaseModel*>& models) {
   std::vector<std::string> formulas;
   if (!arguments.formula.empty()) formulas.push_back(arguments.formula);
   for (const study::BaseModel* const model : models) formulas.push_back(model->formula);
@@ -87,14 +86,12 @@ ReadTable read_data(const FitArguments& arguments,
                                                        .where = arguments.where,
                                                        .random = arguments.random,
                                                        .variance = arguments.variance});
-  ReadTable read = read_model_table(arguments.data,
-                                    {.entries = arguments.columns,
-                                     .names = names,
-                                     .wanted = columns_read(models, names),
-                                     .sheet = arguments.sheet,
-                                     .trust_units = arguments.trust_units,
-                                     .keeps_spellings = true},
-                                    arguments.common);
+  Progress progress(arguments.common);
+  study::ReadTable read = study::read_model_table(
+      arguments.data,
+      arguments.reading,
+      {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true},
+      callbacks(arguments.common, progress).note);
   data::Table& table = read.table;
   if (table.rows() == 0) {
     throw InputError("there are no rows below the header", {.file = table.file()});
@@ -351,7 +348,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   }
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   const auto models = chosen_models(catalogue, arguments.models);
-  const ReadTable read = read_data(arguments, models);
+  const study::ReadTable read = read_data(arguments, models);
   const data::Table& table = read.table;
   const std::vector<Task> tasks = tasks_of(arguments, models, table);
   const std::vector<fit::FittedModel> fits =
@@ -466,15 +463,11 @@ void add_fit_command(CLI::App& program) {
       .add_option(
           "--where", arguments->where, R"(Rows to use, such as 'species == "SM" && core == 1')")
       ->type_name("CONDITION");
-  command
-      .add_option("--columns",
-                  arguments->columns,
-                  "Names or formulas of the columns, such as dbh=DBH_cm,x=xk/10")
-      ->type_name("NAME=COLUMN,...")
-      ->allow_extra_args(false);
-  add_missing_option(command, arguments->sheet);
-  add_fill_down_option(command, arguments->sheet);
-  add_trust_units_option(command, arguments->trust_units);
+  add_columns_option(
+      command, arguments->reading, "Names or formulas of the columns, such as dbh=DBH_cm,x=xk/10");
+  add_missing_option(command, arguments->reading);
+  add_fill_down_option(command, arguments->reading);
+  add_trust_units_option(command, arguments->reading);
   add_inference_options(command, arguments->inference);
   add_common_options(command, arguments->common);
   add_example(command,

@@ -1,24 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The options of `silvafit grow`, and checks of their combinations.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <filesystem>
+// The options of `silvafit grow`.
 #include <string>
-#include <string_view>
 
 #include "grow_command.hpp"
+#include "inventory_options.hpp"
 #include "name_list.hpp"
-#include "silvafit/base/error.hpp"
-#include "tree_table.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 /// Selection of trees and builders.
-void add_table_options(CLI::App& command, GrowCommand& options) {
-  command.add_option("morphology", options.file, "CSV of an inventory or of predictions")
+void add_table_options(CLI::App& command, std::string& file, study::GrowSettings& options) {
+  command.add_option("morphology", file, "CSV of an inventory or of predictions")
       ->required()
       ->type_name("FILE.csv");
   command
@@ -30,7 +23,7 @@ void add_table_options(CLI::App& command, GrowCommand& options) {
 }
 
 /// Output files and levels of detail.
-void add_scene_options(CLI::App& command, GrowCommand& options) {
+void add_scene_options(CLI::App& command, study::GrowSettings& options) {
   command.add_option("--scene", options.scene, "Write one file with all trees at their positions")
       ->type_name("FILE");
   CLI::Option* out =
@@ -63,7 +56,7 @@ void add_scene_options(CLI::App& command, GrowCommand& options) {
 }
 
 /// Content of the files.
-void add_file_options(CLI::App& command, GrowCommand& options) {
+void add_file_options(CLI::App& command, study::GrowSettings& options) {
   CLI::Option* share = command.add_flag(
       "--share",
       options.share,
@@ -83,7 +76,7 @@ void add_file_options(CLI::App& command, GrowCommand& options) {
       "--textures", options.textures, "GLB, glTF, OBJ: add textures of bark and leaves");
 }
 
-void add_builder_options(CLI::App& command, GrowCommand& options) {
+void add_builder_options(CLI::App& command, study::GrowSettings& options) {
   std::vector<std::string> builders;
   for (const tree::BuilderKind kind : tree::builder_kinds()) {
     builders.emplace_back(tree::builder_name(kind));
@@ -104,16 +97,17 @@ void add_builder_options(CLI::App& command, GrowCommand& options) {
 }
 
 /// Rows and columns of the table.
-void add_row_options(CLI::App& command, GrowCommand& options) {
+void add_row_options(CLI::App& command, study::GrowSettings& options) {
   add_names_option(
       command, "--plot", options.plots, "Plots to grow, separated by commas (default: all)");
-  add_columns_option(command, options.columns);
-  add_sheet_options(command, options.sheet);
-  add_dead_option(command, options.sheet);
+  add_columns_option(
+      command, options.reading, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10");
+  add_sheet_options(command, options.reading);
+  add_dead_option(command, options.reading);
 }
 
 /// Repeated measurements.
-void add_time_options(CLI::App& command, GrowCommand& options) {
+void add_time_options(CLI::App& command, study::GrowSettings& options) {
   command.add_option("--by",
                      options.by,
                      "Column with the time of each row, such as year; writes one scene per time: "
@@ -131,85 +125,15 @@ void add_time_options(CLI::App& command, GrowCommand& options) {
       ->capture_default_str();
 }
 
-void check_moments(const GrowCommand& command) {
-  if (!command.by.empty() && command.share) {
-    throw UsageError("--by gives each tree its own models; omit --share");
-  }
-  if (!command.animate) return;
-  if (command.by.empty() || command.scene.empty()) {
-    throw UsageError("--animate needs --by, the column with the times, and --scene");
-  }
-  const bool is_gltf = command.scene_format == tree::SceneFormat::kGlb ||
-                       command.scene_format == tree::SceneFormat::kGltf;
-  if (!is_gltf) throw UsageError("--animate needs the format glb or gltf");
-  if (command.resolve_overlaps || command.levels.size() > 1) {
-    throw UsageError(
-        "--animate allows only one level of detail and cannot be combined with --resolve-overlaps");
-  }
-}
-
-void check_sharing(const GrowCommand& command) {
-  if (command.share && (command.scene.empty() || command.resolve_overlaps)) {
-    throw UsageError(
-        "--share needs --scene and cannot be combined with --resolve-overlaps, which gives each "
-        "tree its own shape");
-  }
-  if (command.instancing && !command.share) {
-    throw UsageError("--instancing needs shared models; add --share");
-  }
-}
-
-/// The requested format, or that of the scene's file name ending.
-tree::SceneFormat scene_format_of(const GrowCommand& command) {
-  std::string format = command.format;
-  const std::string ending = std::filesystem::path(command.scene).extension().string();
-  const std::string of_ending = ending.empty() ? "" : ending.substr(1);
-  if (format.empty()) format = of_ending.empty() ? "glb" : of_ending;
-  constexpr std::array<std::string_view, 4> kEndings{"glb", "gltf", "obj", "ply"};
-  if (format != of_ending && std::ranges::find(kEndings, of_ending) != kEndings.end()) {
-    throw UsageError(fmt::format(
-        "--scene ends in .{} but --format is {}; remove one of the two", of_ending, format));
-  }
-  return tree::scene_format_from_text(format);
-}
-
 }  // namespace
 
-void add_grow_options(CLI::App& command, GrowCommand& options) {
-  add_table_options(command, options);
+void add_grow_options(CLI::App& command, std::string& file, study::GrowSettings& options) {
+  add_table_options(command, file, options);
   add_scene_options(command, options);
   add_file_options(command, options);
   add_builder_options(command, options);
   add_row_options(command, options);
   add_time_options(command, options);
-}
-
-void check_and_complete(GrowCommand& command) {
-  if (!command.grammar.empty() && command.builder != tree::BuilderKind::kLsystem) {
-    throw UsageError("--grammar needs --builder lsystem");
-  }
-  if (command.scene.empty() && command.out.empty()) {
-    throw UsageError(
-        "no output is given; use --scene FILE for one file, or --out DIR for one file per tree");
-  }
-  if (!command.scene.empty() && !command.out.empty()) {
-    throw UsageError(
-        "--scene writes all trees to one file, --out writes one file per tree; use one of the two");
-  }
-  check_sharing(command);
-  std::sort(command.levels.begin(), command.levels.end());
-  command.levels.erase(std::unique(command.levels.begin(), command.levels.end()),
-                       command.levels.end());
-  for (const int level : command.levels) static_cast<void>(tree::level_of_detail(level));
-  command.scene_format = scene_format_of(command);
-  if (command.textures && command.scene_format == tree::SceneFormat::kPly) {
-    throw UsageError("PLY files have no textures; --textures needs glb, gltf or obj");
-  }
-  if (command.ascii && command.scene_format != tree::SceneFormat::kPly) {
-    throw UsageError("--ascii needs the format ply");
-  }
-  if (command.models_per_preset == 0) throw UsageError("--models must be at least 1");
-  check_moments(command);
 }
 
 }  // namespace silvafit::cli

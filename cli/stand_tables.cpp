@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A stand report as text tables and as CSV files.
+// A stand report as text tables.
 #include <fmt/format.h>
 
 #include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "silvafit/base/atomic_file.hpp"
-#include "silvafit/data/csv.hpp"
 #include "stand_output.hpp"
 #include "standard_output.hpp"
 
@@ -195,162 +192,7 @@ void print_joint(const stand::StandReport& report) {
   }
 }
 
-/// Builder of a CSV table: columns from a list of entries.
-template <class Entry>
-class Columns {
- public:
-  explicit Columns(const std::vector<Entry>& entries) : entries_(entries), table_(entries.size()) {}
-
-  void text(const std::string& name, const std::function<std::string(const Entry&)>& value) {
-    data::TextColumn column;
-    for (const Entry& entry : entries_) column.append(value(entry));
-    table_.set(name, std::move(column));
-  }
-  void number(const std::string& name, const std::function<double(const Entry&)>& value) {
-    std::vector<double> column;
-    for (const Entry& entry : entries_) column.push_back(value(entry));
-    table_.set(name, std::move(column));
-  }
-  void write(const std::filesystem::path& path) const { data::write_csv_table(table_, path); }
-
- private:
-  const std::vector<Entry>& entries_;
-  data::Table table_;
-};
-
-template <class Entry>
-void add_figures(Columns<Entry>& columns) {
-  using Figures = stand::StandFigures;
-  const auto add = [&columns](const std::string& name, double Figures::*member) {
-    columns.number(name, [member](const Entry& entry) { return entry.figures.*member; });
-  };
-  columns.number("trees",
-                 [](const Entry& entry) { return static_cast<double>(entry.figures.trees); });
-  add("area_ha", &Figures::area_ha);
-  add("stems_per_ha", &Figures::stems_per_ha);
-  add("basal_area_m2_per_ha", &Figures::basal_area_m2_per_ha);
-  add("mean_dbh_cm", &Figures::mean_dbh_cm);
-  add("sd_dbh_cm", &Figures::sd_dbh_cm);
-  add("quadratic_mean_dbh_cm", &Figures::quadratic_mean_dbh_cm);
-  add("mean_height_m", &Figures::mean_height_m);
-  add("sd_height_m", &Figures::sd_height_m);
-  add("lorey_height_m", &Figures::lorey_height_m);
-  add("dominant_height_m", &Figures::dominant_height_m);
-  add("crown_cover_percent", &Figures::crown_cover_percent);
-}
-
-void write_areas(const stand::StandReport& report, const std::filesystem::path& path) {
-  using Area = stand::AreaReport;
-  Columns<Area> columns(report.areas);
-  columns.text("plot", [](const Area& area) { return area.area.name; });
-  add_figures(columns);
-  const auto add = [&columns](const std::string& name, double stand::ClarkEvans::*member) {
-    columns.number(name, [member](const Area& area) {
-      return area.clark_evans ? (*area.clark_evans).*member : data::kMissing;
-    });
-  };
-  add("clark_evans_R", &stand::ClarkEvans::R);
-  add("clark_evans_R_donnelly", &stand::ClarkEvans::R_donnelly);
-  add("clark_evans_p_donnelly", &stand::ClarkEvans::p_donnelly);
-  columns.write(path);
-}
-
-void write_strata(const stand::StandReport& report, const std::filesystem::path& path) {
-  using Stratum = stand::StratumFigures;
-  Columns<Stratum> columns(report.strata);
-  columns.text("stratum", [](const Stratum& stratum) {
-    return stratum.kind == Stratum::Kind::kAll ? "all" : stratum.name;
-  });
-  columns.number("plots",
-                 [](const Stratum& stratum) { return static_cast<double>(stratum.plots); });
-  columns.number("trees",
-                 [](const Stratum& stratum) { return static_cast<double>(stratum.trees); });
-  columns.number("sampled_ha", [](const Stratum& stratum) { return stratum.sampled_ha; });
-  columns.number("area_ha", [](const Stratum& stratum) { return stratum.area_ha; });
-  const auto add = [&columns](const std::string& name, stand::Estimate Stratum::*what) {
-    const auto part = [&](const std::string& suffix, double stand::Estimate::*member) {
-      columns.number(name + suffix,
-                     [what, member](const Stratum& stratum) { return (stratum.*what).*member; });
-    };
-    part("_per_ha", &stand::Estimate::per_ha);
-    part("_per_ha_se", &stand::Estimate::standard_error);
-    part("_total", &stand::Estimate::total);
-    part("_total_se", &stand::Estimate::total_standard_error);
-  };
-  add("stems", &Stratum::stems);
-  add("basal_area_m2", &Stratum::basal_area_m2);
-  // A stratum may be called "all".
-  columns.text("kind", [](const Stratum& stratum) { return std::string(kind_of(stratum)); });
-  columns.write(path);
-}
-
-void write_species(const stand::StandReport& report, const std::filesystem::path& path) {
-  using Row = stand::SpeciesRow;
-  Columns<Row> columns(report.species);
-  columns.text("species", [](const Row& row) { return row.species; });
-  add_figures(columns);
-  columns.number("basal_area_m2", [](const Row& row) { return row.basal_area_m2; });
-  using Pick = std::function<const stand::Importance&(const Row&)>;
-  const auto add = [&columns](const std::string& prefix, const Pick& pick) {
-    const auto part = [&](const std::string& name, double stand::Importance::*member) {
-      columns.number(prefix + name, [pick, member](const Row& row) { return pick(row).*member; });
-    };
-    part("importance", &stand::Importance::value);
-    part("importance_plot_mean", &stand::Importance::plot_mean);
-    part("importance_plot_sd", &stand::Importance::plot_sd);
-    part("relative_density", &stand::Importance::relative_density);
-    part("relative_frequency", &stand::Importance::relative_frequency);
-    part("relative_dominance", &stand::Importance::relative_dominance);
-  };
-  add("", [](const Row& row) -> const stand::Importance& { return row.all; });
-  const std::size_t layers = report.species.empty() ? 0 : report.species.front().layers.size();
-  for (std::size_t i = 0; i < layers; ++i) {
-    add(report.layers.name_of(i) + "_",
-        [i](const Row& row) -> const stand::Importance& { return row.layers[i]; });
-  }
-  columns.write(path);
-}
-
-void write_diameters(const stand::StandReport& report, const std::filesystem::path& path) {
-  using Class = stand::DiameterClass;
-  Columns<Class> columns(report.diameters);
-  columns.number("low_cm", [](const Class& one) { return one.low_cm; });
-  columns.number("high_cm", [](const Class& one) { return one.high_cm; });
-  columns.number("trees", [](const Class& one) { return static_cast<double>(one.trees); });
-  columns.number("stems_per_ha", [](const Class& one) { return one.stems_per_ha; });
-  columns.number("basal_area_m2_per_ha", [](const Class& one) { return one.basal_area_m2_per_ha; });
-  columns.write(path);
-}
-
-void write_classes(const stand::StandReport& report, const std::filesystem::path& path) {
-  std::string text = "first,second,first_value,second_value,share\n";
-  for (const stand::NamedJointDistribution& joint : report.joint) {
-    const std::size_t n = joint.distribution.neighbors;
-    const auto value = [n](std::size_t i) {
-      return data::shortest(static_cast<double>(i) / static_cast<double>(n));
-    };
-    for (std::size_t i = 0; i <= n; ++i) {
-      for (std::size_t j = 0; j <= n; ++j) {
-        const double share = joint.distribution.at(i, j);
-        text += fmt::format("{},{},{},{},{}\n",
-                            joint.first,
-                            joint.second,
-                            value(i),
-                            value(j),
-                            std::isnan(share) ? "" : data::shortest(share));
-      }
-    }
-  }
-  write_file(path, text);
-}
-
 }  // namespace
-
-std::string_view kind_of(const stand::StratumFigures& stratum) {
-  using Kind = stand::StratumFigures::Kind;
-  if (stratum.kind == Kind::kAll) return "all";
-  return stratum.kind == Kind::kWithout ? "none" : "stratum";
-}
 
 void print_stand(const stand::StandReport& report) {
   print_areas(report);
@@ -359,21 +201,6 @@ void print_stand(const stand::StandReport& report) {
   print_diameters(report);
   print_structure(report);
   print_joint(report);
-}
-
-void write_stand(const stand::Inventory& inventory,
-                 const stand::StandReport& report,
-                 const std::filesystem::path& folder) {
-  const ResultFolder results(folder);
-  write_areas(report, folder / "plots.csv");
-  write_strata(report, folder / "strata.csv");
-  write_species(report, folder / "species.csv");
-  write_diameters(report, folder / "diameters.csv");
-  if (!report.units) return;
-  write_classes(report, folder / "classes.csv");
-  AtomicFile indices(folder / "indices.csv");
-  stand::write_structural_units(inventory, *report.units, indices.stream());
-  indices.commit();
 }
 
 }  // namespace silvafit::cli

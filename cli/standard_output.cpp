@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <string>
@@ -41,14 +40,6 @@ void finish_standard_output() {
 
 void print_json_value(const ordered_json& value, int indent) {
   print_text("{}\n", json_text(value, indent));
-}
-
-ordered_json number_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
-
-ordered_json text_or_null(std::string_view text) {
-  return text.empty() ? ordered_json(nullptr) : ordered_json(text);
 }
 
 }  // namespace silvafit::cli

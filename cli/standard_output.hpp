@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "silvafit/base/json_values.hpp"
+
 namespace silvafit::cli {
 
 /// Prints a text with its control characters as escapes, as messages have them.
@@ -45,11 +47,5 @@ void finish_standard_output();
 /// Prints a value and a line end.
 /// \param indent  blanks a level; -1: all in one line
 void print_json_value(const nlohmann::ordered_json& value, int indent = 2);
-
-/// The number, or null if it is not finite.
-nlohmann::ordered_json number_or_null(double value);
-
-/// The text, or null if it is empty.
-nlohmann::ordered_json text_or_null(std::string_view text);
 
 }  // namespace silvafit::cli

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <unordered_map>
@@ -57,10 +59,20 @@ std::size_t undouble_quotes(char* text, std::size_t length) {
   return kept;
 }
 
+/// A column of a table in memory.
+struct SourceColumn {
+  std::span<const double> numbers{};
+  const TextColumn* text = nullptr;  ///< null for numbers
+};
+
 }  // namespace
 
 struct CsvReader::State {
   std::string file;
+  std::shared_ptr<const Table> table{};  // instead of the file
+  std::vector<SourceColumn> columns{};   // of the table
+  std::size_t next_row = 0;
+  std::vector<std::string> cells{};  // of the last row
   std::ifstream stream;
   std::vector<char> buffer = std::vector<char>(kBlock);
   std::size_t begin = 0;  // of the record that comes next
@@ -108,6 +120,8 @@ struct CsvReader::State {
   void read_header();
   bool is_passed_over();
   void fit_to_header();
+  void take_table();
+  bool take_row(std::vector<std::string_view>& fields);
   std::string_view field(std::size_t i);
 };
 
@@ -346,13 +360,51 @@ void CsvReader::State::fit_to_header() {
        fmt::format("fields found: {}, columns in the header: {}", spans.size(), header.size()));
 }
 
-CsvReader::CsvReader(const std::filesystem::path& path, std::vector<std::string> missing)
+void CsvReader::State::take_table() {
+  header = table->names();
+  if (header.empty()) throw InputError("the table has no columns", {.file = file});
+  for (const std::string& name : header) {
+    const bool is_numeric = table->is_numeric(name);
+    columns.push_back({.numbers = is_numeric ? table->numbers(name) : std::span<const double>(),
+                       .text = is_numeric ? nullptr : &table->text(name)});
+  }
+  cells.resize(header.size());
+}
+
+/// The fields of the table's next row; false behind the last.
+bool CsvReader::State::take_row(std::vector<std::string_view>& fields) {
+  if (next_row == table->rows()) return false;
+  const std::size_t row = next_row++;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    const SourceColumn& column = columns[i];
+    if (column.text != nullptr) {
+      cells[i] = (*column.text)[row];
+    } else {
+      cells[i] = std::isnan(column.numbers[row]) ? std::string() : shortest(column.numbers[row]);
+    }
+    fields.emplace_back(cells[i]);
+  }
+  line = table->line(row) > 0 ? table->line(row) : row + 1;
+  return true;
+}
+
+std::string file_of(const TableSource& source) {
+  if (const auto* const path = std::get_if<std::filesystem::path>(&source)) return path->string();
+  return std::get<std::shared_ptr<const Table>>(source)->file();
+}
+
+CsvReader::CsvReader(const TableSource& source, std::vector<std::string> missing)
     : state_(std::make_unique<State>()) {
-  state_->file = path.string();
+  state_->file = file_of(source);
   state_->missing = std::move(missing);
   for (const std::string& text : state_->missing) {
     double value = 0.0;
     if (data::parse_number(text, value)) state_->missing_numbers.push_back(value);
+  }
+  if (const auto* const table = std::get_if<std::shared_ptr<const Table>>(&source)) {
+    state_->table = *table;
+    state_->take_table();
+    return;
   }
   state_->open();
   state_->read_header();
@@ -365,6 +417,10 @@ CsvReader& CsvReader::operator=(CsvReader&&) noexcept = default;
 const std::string& CsvReader::file() const { return state_->file; }
 
 const std::vector<std::string>& CsvReader::header() const { return state_->header; }
+
+bool CsvReader::is_text(std::size_t column) const {
+  return state_->table && state_->columns[column].text != nullptr;
+}
 
 const CsvLayout& CsvReader::layout() const { return state_->layout; }
 
@@ -394,11 +450,15 @@ bool CsvReader::parse_number(std::string_view field, double& value) const {
 bool CsvReader::next(std::vector<std::string_view>& fields) {
   State& state = *state_;
   fields.clear();
-  do {
-    if (!state.find_record()) return false;
-  } while (state.is_passed_over());
-  state.fit_to_header();
-  for (std::size_t i = 0; i < state.spans.size(); ++i) fields.push_back(state.field(i));
+  if (state.table) {
+    if (!state.take_row(fields)) return false;
+  } else {
+    do {
+      if (!state.find_record()) return false;
+    } while (state.is_passed_over());
+    state.fit_to_header();
+    for (std::size_t i = 0; i < state.spans.size(); ++i) fields.push_back(state.field(i));
+  }
   for (auto& [column, last] : state.filled_down) {
     const std::string_view own = trimmed(fields[column]);
     own.empty() ? void(fields[column] = last) : void(last = own);

@@ -90,18 +90,19 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-std::vector<ColumnBuilder> wanted_columns(const std::vector<std::string>& header,
-                                          const CsvTableOptions& options,
-                                          const std::string& file) {
+std::vector<ColumnBuilder> wanted_columns(const CsvReader& reader, const CsvTableOptions& options) {
+  const std::vector<std::string>& header = reader.header();
   std::unordered_map<std::string_view, std::size_t> field_of;
   for (std::size_t i = 0; i < header.size(); ++i) field_of.emplace(header[i], i);
   std::vector<ColumnBuilder> columns;
   for (const std::string& name : options.columns.empty() ? header : options.columns) {
     if (name.empty()) continue;
     const auto found = field_of.find(name);
-    if (found == field_of.end()) throw InputError(no_such_column(name, header), {.file = file});
-    columns.push_back(
-        {.name = name, .field = found->second, .is_text = contains(options.text_columns, name)});
+    if (found == field_of.end())
+      throw InputError(no_such_column(name, header), {.file = reader.file()});
+    const std::size_t field = found->second;
+    const bool is_text = contains(options.text_columns, name) || reader.is_text(field);
+    columns.push_back({.name = name, .field = field, .is_text = is_text});
   }
   return columns;
 }
@@ -141,17 +142,17 @@ void read_again_as_text(const std::filesystem::path& path,
 
 }  // namespace
 
-Table read_csv_table(const std::filesystem::path& path,
+Table read_csv_table(const TableSource& source,
                      const CsvTableOptions& options,
                      MissingCodes* codes) {
-  CsvReader reader(path, options.missing);
+  CsvReader reader(source, options.missing);
   for (const std::size_t field : options.fill_down) reader.fill_down(field);
   return read_csv_table(reader, options, codes);
 }
 
 Table read_csv_table(CsvReader& reader, const CsvTableOptions& options, MissingCodes* codes) {
   const std::filesystem::path path = reader.file();
-  std::vector<ColumnBuilder> columns = wanted_columns(reader.header(), options, path.string());
+  std::vector<ColumnBuilder> columns = wanted_columns(reader, options);
   std::vector<std::uint32_t> lines = read_columns(reader, columns);
   read_again_as_text(path, options, columns);
 

@@ -279,7 +279,7 @@ void InventoryReader::read_other_columns() {
       .columns = columns, .missing = options_.missing, .fill_down = plan_.filled_down};
   // An expression without columns still needs the rows.
   if (columns.empty()) options.columns = {csv_.header().front()};
-  const data::Table source = data::read_csv_table(inventory.file, options).select(kept_rows_);
+  const data::Table source = data::read_csv_table(source_, options).select(kept_rows_);
   for (const ColumnMapping& other : plan_.others) {
     if (!is_column(other.source)) {
       inventory.other.set(other.name,
@@ -401,9 +401,8 @@ CheckedInventory InventoryReader::read() {
   return std::move(result_);
 }
 
-CheckedInventory read_inventory(const std::filesystem::path& path,
-                                const InventoryOptions& options) {
-  return InventoryReader(path, options).read();
+CheckedInventory read_inventory(const data::TableSource& source, const InventoryOptions& options) {
+  return InventoryReader(source, options).read();
 }
 
 }  // namespace silvafit::stand

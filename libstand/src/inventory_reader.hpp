@@ -40,11 +40,12 @@ struct InventoryRow {
 /// A file on its way to an inventory: all at once, or plot by plot.
 class InventoryReader {
  public:
-  InventoryReader(const std::filesystem::path& path, InventoryOptions options)
-      : csv_(path, options.missing),
+  InventoryReader(data::TableSource source, InventoryOptions options)
+      : source_(std::move(source)),
+        csv_(source_, options.missing),
         options_(std::move(options)),
-        plan_(plan_columns(csv_.header(), csv_.layout().units, options_, path.string())) {
-    result_.inventory.file = path.string();
+        plan_(plan_columns(csv_.header(), csv_.layout().units, options_, csv_.file())) {
+    result_.inventory.file = csv_.file();
     for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
     if (plan_.status_field) status_ = StatusColumn(csv_.header()[*plan_.status_field]);
   }
@@ -93,6 +94,7 @@ class InventoryReader {
   void find_plots_left_out();
   [[noreturn]] void refuse_empty(const std::string& excluded) const;
 
+  data::TableSource source_;
   data::CsvReader csv_;
   InventoryOptions options_;
   ColumnPlan plan_;

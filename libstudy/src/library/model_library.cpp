@@ -8,11 +8,11 @@
 #include <string_view>
 #include <utility>
 
-#include "catalogue/json_values.hpp"
 #include "library/published_library.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/json_values.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"

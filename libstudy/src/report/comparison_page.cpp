@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "catalogue/json_values.hpp"
 #include "report/comparison_curves.hpp"
 #include "report/report_fit.hpp"
 #include "report/report_repeat.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/json_values.hpp"
 #include "silvafit/study/report_page.hpp"
 
 namespace silvafit::study {

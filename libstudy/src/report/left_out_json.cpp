@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "catalogue/json_values.hpp"
+#include "silvafit/base/json_values.hpp"
 
 namespace silvafit::study {
 

@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "catalogue/json_values.hpp"
 #include "report/left_out_json.hpp"
 #include "report/report_fit.hpp"
 #include "report/report_map.hpp"
 #include "report/report_repeat.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/json_values.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "study/outlying_plots.hpp"
 #include "study/study_curves.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "catalogue/json_values.hpp"
+#include "silvafit/base/json_values.hpp"
 #include "silvafit/stand/species_table.hpp"
 
 namespace silvafit::study {

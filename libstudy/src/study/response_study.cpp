@@ -19,6 +19,11 @@ const std::vector<std::pair<Level, std::string>> kLevels{
     {&ResponseStudy::random, "random effects"},
     {&ResponseStudy::variance, "variance function"}};
 
+std::string joined_terms(const Candidate& candidate, Level level) {
+  return fmt::format(
+      "{}", fmt::join(candidate.terms, level == &ResponseStudy::covariates ? "; " : " + "));
+}
+
 }  // namespace
 
 bool ResponseStudy::converged() const {
@@ -73,14 +78,19 @@ std::vector<std::string> ResponseStudy::passed_over() const {
   return sentences;
 }
 
+std::string ResponseStudy::chosen_terms(Level level) const {
+  const std::vector<Candidate>& candidates = this->*level;
+  const auto chosen = std::ranges::find(candidates, true, &Candidate::chosen);
+  return chosen == candidates.end() ? std::string() : joined_terms(*chosen, level);
+}
+
 std::string name_of(const Candidate& candidate, std::vector<Candidate> ResponseStudy::*level) {
   const fit::FittedModel& fit = candidate.fit;
   if (level == &ResponseStudy::base) {
     return fit.model.empty() ? fit.specification.formula.text : fit.model;
   }
   if (level == &ResponseStudy::variance) return fit.specification.variance.text();
-  const char* joint = level == &ResponseStudy::covariates ? "; " : " + ";
-  return candidate.terms.empty() ? "none" : fmt::format("{}", fmt::join(candidate.terms, joint));
+  return candidate.terms.empty() ? "none" : joined_terms(candidate, level);
 }
 
 }  // namespace silvafit::study

@@ -3,6 +3,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/variance_function.hpp"
 #include "study/unit_settings_json.hpp"
@@ -97,37 +98,39 @@ void read_choice(const JsonReader& json, StudyOptions& options) {
   }
 }
 
-void read_inventory_keys(const JsonReader& json,
-                         const std::filesystem::path& folder,
-                         StudyConfiguration& configuration) {
+ReadingSettings read_reading_settings(const JsonReader& json) {
+  ReadingSettings settings;
   if (const auto columns = json.find("columns")) {
     for (const auto& [name, source] : columns->members_by_name()) {
-      configuration.columns.push_back(name + "=" + source.text());
+      settings.columns.push_back(name + "=" + source.text());
     }
   }
+  if (const auto value = json.find("trust_units")) settings.trust_units = value->boolean();
+  if (const auto list = json.find("missing")) settings.missing = list->texts();
+  if (const auto list = json.find("fill_down")) settings.fill_down = list->texts();
+  if (const auto value = json.find("dead")) {
+    value->one_of({"leave-out", "neighbors", "include"});
+    settings.dead = value->text();
+  }
+  if (const auto value = json.find("case_sensitive")) settings.case_sensitive = value->boolean();
+  return settings;
+}
+
+/// The keys of structural units that model libraries do not have.
+void read_edge(const JsonReader& json, const std::filesystem::path& folder, UnitSettings& units) {
   if (const auto value = json.find("window"); value && !value->is_null()) {
-    configuration.window = (folder / value->text()).string();
+    units.window = (folder / value->text()).string();
   }
   if (const auto value = json.find("edge")) {
     value->one_of({"buffer", "hanisch", "torus", "none"});
-    configuration.edge = value->text();
+    units.edge = value->text();
   }
-  if (const auto value = json.find("buffer")) configuration.buffer_m = value->not_negative();
-  if (const auto value = json.find("trust_units")) configuration.trust_units = value->boolean();
-  if (const auto list = json.find("missing")) configuration.missing = list->texts();
-  if (const auto list = json.find("fill_down")) configuration.fill_down = list->texts();
-  if (const auto value = json.find("dead")) {
-    value->one_of({"leave-out", "neighbors", "include"});
-    configuration.dead = value->text();
-  }
-  if (const auto value = json.find("case_sensitive")) {
-    configuration.case_sensitive = value->boolean();
-  }
+  if (const auto value = json.find("buffer")) units.buffer_m = value->not_negative();
   if (const auto value = json.find("circle"); value && !value->is_null()) {
-    configuration.circle = value->text();
-    if (configuration.window) value->fail("give either a circle or a window");
+    units.circle = value->text();
+    if (!units.window.empty()) value->fail("give either a circle or a window");
   }
-  if (const auto list = json.find("further")) configuration.further = list->texts();
+  if (const auto list = json.find("further")) units.further = list->texts();
 }
 
 /// The settings of a document: all of a study.json, a part of a run.json.
@@ -177,12 +180,20 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                    "competition_radius",
                    "open_grown"});
   StudyConfiguration configuration;
-  for (const auto& [key, value] : json.members_by_name()) configuration.mentioned.push_back(key);
   read_search(json, catalogue, configuration.study);
   read_choice(json, configuration.study);
-  read_inventory_keys(json, path.parent_path(), configuration);
+  configuration.reading = read_reading_settings(json);
   configuration.units = read_unit_settings(json);
+  read_edge(json, path.parent_path(), configuration.units);
   return configuration;
+}
+
+StudyConfiguration seen_from(const std::filesystem::path& folder, StudyConfiguration settings) {
+  std::string& window = settings.units.window;
+  if (window.empty() || std::filesystem::path(window).is_absolute()) return settings;
+  const std::filesystem::path from = followed(folder.empty() ? "." : folder);
+  window = followed(window).lexically_proximate(from).string();
+  return settings;
 }
 
 }  // namespace silvafit::study

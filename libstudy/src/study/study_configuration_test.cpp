@@ -21,10 +21,10 @@ StudyConfiguration read(const std::string& text) {
 
 TEST_CASE("an empty configuration is that of a study without one") {
   const StudyConfiguration configuration = read("{}");
-  CHECK(configuration.mentioned.empty());
   CHECK(configuration.study.responses == StudyOptions{}.responses);
   CHECK(configuration.study.criteria.covariates == Criterion::kBic);
-  CHECK_FALSE(configuration.window);
+  CHECK(configuration.units.window.empty());
+  CHECK(configuration.units.edge == "buffer");
 }
 
 TEST_CASE("a candidate that the catalogue lacks is named with its key") {
@@ -65,10 +65,10 @@ TEST_CASE("a configuration may say everything, with comments") {
   CHECK(study.equally_good == 4.0);
   CHECK(study.significance == 0.01);
   CHECK(study.compared_trees == 5000);
-  CHECK(configuration.columns == std::vector<std::string>{"dbh=DBH_cm"});
-  CHECK_THAT(*configuration.window, Catch::Matchers::EndsWith("/plots.geojson"));
-  CHECK(configuration.edge == "hanisch");
-  CHECK(configuration.buffer_m == 3.0);
+  CHECK(configuration.reading.columns == std::vector<std::string>{"dbh=DBH_cm"});
+  CHECK_THAT(configuration.units.window, Catch::Matchers::EndsWith("/plots.geojson"));
+  CHECK(configuration.units.edge == "hanisch");
+  CHECK(configuration.units.buffer_m == 3.0);
   CHECK(configuration.units.per == "stand");
   CHECK(configuration.units.neighbors == 6U);
 }
@@ -98,7 +98,7 @@ TEST_CASE("the configuration to start from reads back as a study's defaults") {
   CHECK_THAT(text, Contains("SM (240)"));
   CHECK_THAT(text, Contains("\"M4\",  // Meyer: h ~ 1.3 + a*(1 - exp(-b*dbh))"));
   const StudyConfiguration configuration = read(text);
-  CHECK(configuration.mentioned.size() == 33);
+  CHECK(data::JsonReader::parse(text, "study.json", true).members_by_name().size() == 33);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
   CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has nothing else

@@ -178,7 +178,7 @@ void describe_models(const data::Table& table,
   json.comment(
       "plot (stems_per_ha, basal_area_per_ha, quadratic_mean_dbh, dominant_height), or columns of "
       "the file.");
-  const std::vector<std::string> columns = possible_covariates(table, settings.columns);
+  const std::vector<std::string> columns = possible_covariates(table, settings.reading.columns);
   json.add("covariates",
            values.at("covariates"),
            columns.empty() ? "" : fmt::format("columns of the file: {}", fmt::join(columns, ", ")));

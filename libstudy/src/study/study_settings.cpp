@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "study/study_settings.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "silvafit/base/json_values.hpp"
 #include "study/unit_settings_json.hpp"
 
 namespace silvafit::study {
@@ -10,15 +14,11 @@ using nlohmann::ordered_json;
 
 ordered_json columns_json(const std::vector<std::string>& columns) {
   ordered_json json = ordered_json::object();
-  for (const std::string& column : columns) {
-    const std::size_t sign = column.find('=');
-    json[column.substr(0, sign)] = column.substr(sign + 1);
+  const std::string entries = fmt::format("{}", fmt::join(columns, ","));
+  for (const stand::ColumnMapping& column : stand::parse_column_mappings(entries)) {
+    json[column.name] = column.source;
   }
   return json;
-}
-
-ordered_json text_or_null(const std::optional<std::string>& text) {
-  return text && !text->empty() ? ordered_json(*text) : ordered_json(nullptr);
 }
 
 ordered_json search_json(const StudyOptions& options) {
@@ -47,17 +47,18 @@ ordered_json search_json(const StudyOptions& options) {
 
 ordered_json settings_json(const StudyConfiguration& settings) {
   ordered_json json = search_json(settings.study);
-  json["columns"] = columns_json(settings.columns);
-  json["trust_units"] = settings.trust_units.value_or(false);
-  json["missing"] = settings.missing;
-  json["fill_down"] = settings.fill_down;
-  json["dead"] = settings.dead.value_or("leave-out");
-  json["case_sensitive"] = settings.case_sensitive.value_or(false);
-  json["window"] = text_or_null(settings.window);
-  json["circle"] = text_or_null(settings.circle);
-  json["edge"] = settings.edge.value_or("buffer");
-  json["buffer"] = settings.buffer_m.value_or(5.0);
-  json["further"] = settings.further.value_or(std::vector<std::string>{});
+  const ReadingSettings& reading = settings.reading;
+  json["columns"] = columns_json(reading.columns);
+  json["trust_units"] = reading.trust_units;
+  json["missing"] = reading.missing;
+  json["fill_down"] = reading.fill_down;
+  json["dead"] = reading.dead;
+  json["case_sensitive"] = reading.case_sensitive;
+  json["window"] = text_or_null(settings.units.window);
+  json["circle"] = text_or_null(settings.units.circle);
+  json["edge"] = settings.units.edge;
+  json["buffer"] = settings.units.buffer_m;
+  json["further"] = settings.units.further;
   json.update(unit_settings_json(settings.units));
   return json;
 }

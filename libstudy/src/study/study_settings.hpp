@@ -8,7 +8,7 @@
 
 namespace silvafit::study {
 
-/// Every key of study.json with its value; what is not set has its default.
+/// Every key of study.json with its value.
 nlohmann::ordered_json settings_json(const StudyConfiguration& settings);
 
 }  // namespace silvafit::study

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "study/unit_settings_json.hpp"
 
-#include "catalogue/json_values.hpp"
+#include "silvafit/base/json_values.hpp"
 
 namespace silvafit::study {
 
@@ -31,13 +31,13 @@ UnitSettings read_unit_settings(const data::JsonReader& json) {
 }
 
 nlohmann::ordered_json unit_settings_json(const UnitSettings& settings) {
-  return {{"per", settings.per.value_or("plot")},
-          {"neighbors", settings.neighbors.value_or(4)},
-          {"alpha", settings.alpha.value_or(std::vector<std::string>{})},
-          {"dominance", settings.dominance.value_or("dbh")},
-          {"crowding", settings.crowding.value_or("mean")},
-          {"competition_radius", settings.competition_radius_m.value_or(0.0)},
-          {"open_grown", text_or_null(settings.open_grown.value_or(""))}};
+  return {{"per", settings.per},
+          {"neighbors", settings.neighbors},
+          {"alpha", settings.alpha},
+          {"dominance", settings.dominance},
+          {"crowding", settings.crowding},
+          {"competition_radius", settings.competition_radius_m},
+          {"open_grown", text_or_null(settings.open_grown)}};
 }
 
 }  // namespace silvafit::study

@@ -9,11 +9,11 @@
 
 namespace silvafit::study {
 
-/// Reads the keys that are there; others are passed over.
+/// Reads the keys of the search and the indices that are there; others are passed over.
 /// \throws InputError that names file and key where a value cannot be used
 UnitSettings read_unit_settings(const data::JsonReader& json);
 
-/// Every key with its value; what is not set has its default.
+/// These keys with their values.
 nlohmann::ordered_json unit_settings_json(const UnitSettings& settings);
 
 }  // namespace silvafit::study

@@ -38,6 +38,11 @@ void add_model(const ResponseStudy& result,
   library.models.back().fit.seconds = 0.0;
 }
 
+/// A table in memory has none.
+std::string fingerprint_of(const std::string& file) {
+  return file.empty() ? std::string() : fingerprint(read_file(file, kAnySize));
+}
+
 /// Of the species that were studied, by all of their trees.
 std::map<std::string, double> commonest_diameters(const StudyRecord& record) {
   std::map<std::string, std::vector<double>> diameters;
@@ -69,8 +74,10 @@ void add_predictions(const ModelLibrary& library,
   }
 }
 
-std::string run_json(const StudyRecord& record, const ModelLibrary& library) {
-  StudyConfiguration settings = record.settings;
+std::string run_json(const StudyRecord& record,
+                     const ModelLibrary& library,
+                     const std::filesystem::path& folder) {
+  StudyConfiguration settings = seen_from(folder, record.settings);
   settings.study = record.study.options;
   ordered_json run{
       {"schema", "silvafit-run/1"},
@@ -140,7 +147,7 @@ data::Table inventory_table(const stand::Inventory& inventory,
 ModelLibrary library_of(const StudyRecord& record) {
   const std::string& file = record.inventory.inventory.file;
   ModelLibrary library{.inventory = {.file = std::filesystem::path(file).filename().string(),
-                                     .fingerprint = fingerprint(read_file(file, kAnySize)),
+                                     .fingerprint = fingerprint_of(file),
                                      .trees = record.inventory.inventory.size()}};
   library.inventory.commonest_dbh_cm = commonest_diameters(record);
   if (record.units) library.inventory.units = record.settings.units;
@@ -188,7 +195,7 @@ void write_study(const StudyRecord& record,
   const std::string title =
       "silvafit: " + std::filesystem::path(record.inventory.inventory.file).filename().string();
   write_report_page(page_template, report_data(record, catalogue), title, folder / "report.html");
-  write_file(folder / "run.json", run_json(record, library));
+  write_file(folder / "run.json", run_json(record, library, folder));
 }
 
 }  // namespace silvafit::study

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "silvafit/data/missing_codes.hpp"
@@ -28,6 +29,12 @@ struct CsvLayout {
 /// empty if there is nothing to say.
 std::string describe_layout(const CsvLayout& layout);
 
+/// Where rows come from: a CSV file, or a table in memory, whose columns keep their types.
+using TableSource = std::variant<std::filesystem::path, std::shared_ptr<const Table>>;
+
+/// The file that a source is, or that its table came from; empty for a table that has none.
+std::string file_of(const TableSource& source);
+
 /// Reads a CSV file record by record in blocks, so that memory does not grow with the file.
 class CsvReader {
  public:
@@ -38,8 +45,10 @@ class CsvReader {
   /// and a row of units below it are passed over; docs/inventory.md has the rules.
   /// \param missing  texts that stand for missing values besides those of is_missing_field;
   ///                 numbers among them match any spelling of the number
+  /// The rows of a table in memory are records, too: numbers in their shortest spelling, missing
+  /// values empty. It has no titles, and its line() is that of its file, or the number of the row.
   /// \throws InputError if the file cannot be read, is empty, or names a column twice
-  explicit CsvReader(const std::filesystem::path& path, std::vector<std::string> missing = {});
+  explicit CsvReader(const TableSource& source, std::vector<std::string> missing = {});
   ~CsvReader();
   CsvReader(CsvReader&&) noexcept;
   CsvReader& operator=(CsvReader&&) noexcept;
@@ -49,6 +58,9 @@ class CsvReader {
   /// Column names of the header, as written, without surrounding blanks; a line end within a name
   /// is a blank. Columns without a name are empty.
   const std::vector<std::string>& header() const;
+
+  /// Whether a column is text whatever its values are: one of a table in memory.
+  bool is_text(std::size_t column) const;
 
   /// What is around the table.
   const CsvLayout& layout() const;
@@ -98,7 +110,7 @@ struct CsvTableOptions {
 /// a name are left out.
 /// \param codes  gets the codes that stood for missing values in columns of numbers
 /// \throws InputError if the file cannot be read as CSV, or if a wanted column is not there
-Table read_csv_table(const std::filesystem::path& path,
+Table read_csv_table(const TableSource& source,
                      const CsvTableOptions& options = {},
                      MissingCodes* codes = nullptr);
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
@@ -151,7 +152,8 @@ struct CheckedInventory {
   std::vector<std::string> recognized{};
 };
 
-/// Reads an inventory and checks every value; docs/inventory.md lists the columns and the rules.
+/// Reads an inventory from a file or a table in memory, and checks every value; docs/inventory.md
+/// lists the columns and the rules.
 ///
 /// A value that was not taken is missing; a value that cannot be right excludes its row, and all
 /// problems of all rows are collected. Crown width is taken from four radii where it is missing:
@@ -159,7 +161,7 @@ struct CheckedInventory {
 /// \throws InputError if a needed column is missing, a whole column looks like another unit (the
 ///         message names the remedy), or no row can be used (with the first problems)
 /// \throws FormulaError if a mapping cannot be read; InputError if it names what the file lacks
-CheckedInventory read_inventory(const std::filesystem::path& path,
+CheckedInventory read_inventory(const data::TableSource& source,
                                 const InventoryOptions& options = {});
 
 /// Reads an inventory batch by batch, each of whole plots, so that memory does not grow with the

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,6 +11,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/catalogue.hpp"
 
 namespace silvafit::study {
@@ -147,6 +147,8 @@ struct ResponseStudy {
   std::string verdict() const;
   /// Whether there are groups of several trees, so that random effects can be estimated.
   bool has_groups() const;
+  /// The sub-models that level 2 chose, or the random coefficients of level 3; empty if none.
+  std::string chosen_terms(std::vector<Candidate> ResponseStudy::*level) const;
   /// A sentence for each level whose best candidates were rejected, on the first of them.
   std::vector<std::string> passed_over() const;
 };
@@ -165,10 +167,6 @@ struct Study {
 
   std::size_t fit_count() const;
 };
-
-/// Called as a stage advances; may come from several threads.
-using ProgressCallback =
-    std::function<void(const std::string& stage, std::size_t done, std::size_t total)>;
 
 /// Runs the three levels for every species and response with enough trees.
 ///

@@ -17,10 +17,10 @@ namespace silvafit::study {
 
 /// A study with all that it was made from, so that its files can speak for themselves.
 struct StudyRecord {
-  std::string version{};  ///< of the program
-  std::string command{};  ///< the command line as it was given
+  std::string version{};  ///< of silvafit
+  std::string command{};  ///< the command line or call as it was given
   /// Where columns and structural units come from; what of models is in `study.options`. A window
-  /// is relative to the folder that the study is written to.
+  /// is relative to the current folder.
   StudyConfiguration settings{};
   /// Decisions before fitting, for reading: window, edge correction, ...
   std::vector<std::pair<std::string, std::string>> decisions{};

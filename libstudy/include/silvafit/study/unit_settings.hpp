@@ -1,24 +1,57 @@
 // SPDX-License-Identifier: MIT
-// How structural indices are computed, as study.json and model libraries say it.
+// How a table of trees is read and how its structural units are computed, in the words of
+// study.json, model libraries, R, Python and the program. Errors name the field in Place::column.
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/structural_units.hpp"
+
 namespace silvafit::study {
 
-/// Settings of stand::StructuralUnitOptions in the words of the files and of the command line. What
-/// is not set has the default there.
-struct UnitSettings {
-  std::optional<std::string> per{};  ///< plot or stand
-  std::optional<std::size_t> neighbors{};
-  std::optional<std::vector<std::string>> alpha{};  ///< limit angles: `72`, `SM=60`
-  std::optional<std::string> dominance{};           ///< dbh, h or cw
-  std::optional<std::string> crowding{};            ///< mean or facing
-  std::optional<double> competition_radius_m{};
-  std::optional<std::string> open_grown{};  ///< an expression of dbh
+/// How a table of trees is read.
+struct ReadingSettings {
+  std::vector<std::string> columns{};    ///< `dbh=DBH_cm`: where columns come from
+  bool trust_units = false;              ///< do not ask whether columns or plots have another unit
+  std::vector<std::string> missing{};    ///< further texts and numbers for missing values
+  std::vector<std::string> fill_down{};  ///< columns whose empty fields have the value above
+  std::string dead = "leave-out";        ///< leave-out, neighbors or include
+  bool case_sensitive = false;           ///< species that differ only in capitals are different
 };
+
+/// How structural units are computed; stand::StructuralUnitOptions explains the values.
+struct UnitSettings {
+  std::string window{};  ///< file of stand::read_windows
+  std::string circle{};  ///< `x,y,radius` of every plot [m], instead of a window
+  std::vector<stand::NamedWindow> windows{};  ///< in memory, instead of both
+  std::string edge = "buffer";                ///< buffer, hanisch, torus or none
+  double buffer_m = 5.0;
+  std::string per = "plot";  ///< search within each plot or the whole stand
+  std::size_t neighbors = 4;
+  std::vector<std::string> alpha{};    ///< limit angles of W [degrees]: `72`, `SM=60`
+  std::string dominance = "dbh";       ///< size that U and T compare: dbh, h or cw
+  std::string crowding = "mean";       ///< crowns in C: mean or facing
+  std::vector<std::string> further{};  ///< CO, T, Hegyi, BAL, CCF, or all
+  double competition_radius_m = 0.0;
+  std::string open_grown{};  ///< for CCF: crown width [m], an expression of dbh
+};
+
+/// What an inventory's reader needs of the settings, beside what a caller asks for.
+/// \throws UsageError if a column or a word cannot be read
+stand::InventoryOptions inventory_options(const ReadingSettings& settings,
+                                          stand::InventoryOptions options = {});
+
+/// The further indices that are asked for; "all" are those that nothing else is needed for, and CCF
+/// where `open_grown` gives its crown widths.
+/// \throws UsageError if a name is none of them
+std::vector<stand::FurtherIndex> further_indices(const UnitSettings& settings);
+
+/// The options of stand::structural_units, with the windows read from their file.
+/// \param threads  0: as many as there are cores
+/// \throws UsageError if a word or number cannot be read; else as stand::read_windows
+stand::StructuralUnitOptions unit_options(const UnitSettings& settings, unsigned threads = 0);
 
 }  // namespace silvafit::study

@@ -6,11 +6,11 @@
 #include <functional>
 #include <utility>
 
-#include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "workflow/grow_job.hpp"
 
-namespace silvafit::cli {
+namespace silvafit::study {
 namespace {
 
 namespace fs = std::filesystem;
@@ -20,47 +20,46 @@ class Grower {
  public:
   /// \param stand    all trees that share the ground and the origin
   /// \param for_all  as listed_builders()
-  Grower(const GrowCommand& command,
+  Grower(const GrowJob& job,
          const std::vector<tree::Morphology>& morphologies,
          const std::vector<tree::Morphology>& stand,
          const tree::BuilderCatalogue& catalogue,
          const tree::Builder* for_all)
-      : command_(command),
+      : job_(job),
         morphologies_(morphologies),
         stand_(stand),
-        listed_(listed_builders(morphologies, catalogue, command, for_all)),
-        builders_(listed_),
-        progress_(command.common) {
+        listed_(listed_builders(morphologies, catalogue, job, for_all)),
+        builders_(listed_) {
     for (const tree::Builder*& builder : builders_) {
-      if (builder == nullptr) builder = &catalogue.fallback(command.builder);
+      if (builder == nullptr) builder = &catalogue.fallback(job.builder);
     }
   }
 
   GrowResult run() {
-    result_.builders = builders_;
-    if (command_.resolve_overlaps) resolve();
-    if (command_.share) {
+    for (const tree::Builder* const builder : builders_) {
+      result_.presets.push_back(builder->name());
+    }
+    if (job_.resolve_overlaps) resolve();
+    if (job_.share) {
       share();
     } else {
-      for (const int level : command_.levels) {
-        if (command_.scene.empty()) {
+      for (const int level : job_.levels) {
+        if (job_.scene.empty()) {
           write_alone(level);
         } else {
           write_scene(level);
         }
       }
     }
-    progress_.clear();
     result_.pairs = std::move(overlap_.pairs);
     return std::move(result_);
   }
 
  private:
-  unsigned threads() const { return command_.common.threads; }
+  unsigned threads() const { return job_.threads; }
 
   tree::GrowOptions options(int level) const {
-    return {.seed = command_.common.seed,
-            .mesh = tree::level_of_detail(level, {.textured = command_.textures})};
+    return {.seed = job_.seed, .mesh = tree::level_of_detail(level, {.textured = job_.textures})};
   }
 
   void resolve() {
@@ -68,7 +67,7 @@ class Grower {
     std::atomic<std::size_t> done = 0;
     parallel_for(trees.size(), threads(), [&](std::size_t i) {
       trees[i] = tree::grow_for_stand(morphologies_[i], *builders_[i], options(0));
-      progress_.show("searching neighbors", ++done, trees.size());
+      job_.show("searching neighbors", ++done, trees.size());
     });
     overlap_ = tree::resolve_overlaps(trees, threads());
     for (std::size_t i = 0; i < trees.size(); ++i) {
@@ -77,7 +76,7 @@ class Grower {
   }
 
   GrownTree grow(std::size_t i, int level) const {
-    const tree::TreeOverlap* overlap = command_.resolve_overlaps ? &overlap_.trees[i] : nullptr;
+    const tree::TreeOverlap* overlap = job_.resolve_overlaps ? &overlap_.trees[i] : nullptr;
     GrownTree grown{
         .tree = tree::grow_tree(morphologies_[i], *builders_[i], options(level), overlap),
         .level = level};
@@ -91,23 +90,23 @@ class Grower {
   }
 
   /// Counts a written tree; its mesh is not kept.
-  void take(std::size_t i, GrownTree grown, Written& written) {
+  void take(std::size_t i, GrownTree grown, WrittenScene& written) {
     written.triangles += grown.tree.measured.triangles;
-    if (command_.scene.empty()) written.bytes += grown.bytes;
-    const bool first_level = grown.level == command_.levels.front();
+    if (job_.scene.empty()) written.bytes += grown.bytes;
+    const bool first_level = grown.level == job_.levels.front();
     const bool guessed =
         std::any_of(grown.tree.notes.begin(), grown.tree.notes.end(), [](const tree::Note& note) {
           return note.about != "overlap";
         });
     if (first_level && guessed) result_.with_guesses.push_back(i);
     grown.tree.mesh = {};
-    if (command_.common.json) result_.trees.push_back(std::move(grown));
+    if (job_.keeps_trees) result_.trees.push_back(std::move(grown));
   }
 
   /// Grows a few trees at a time on all threads and passes them on in order, so that memory does
   /// not grow with their number.
   template <typename Each>
-  void in_blocks(const char* stage, Written& written, Each each) {
+  void in_blocks(const char* stage, WrittenScene& written, Each each) {
     constexpr std::size_t kBlock = 64;
     const std::size_t count = written.trees;
     std::vector<GrownTree> block;
@@ -118,20 +117,19 @@ class Grower {
       for (std::size_t k = 0; k < block.size(); ++k) {
         take(from + k, std::move(block[k]), written);
       }
-      progress_.show(stage, from + block.size(), count);
+      job_.show(stage, from + block.size(), count);
     }
   }
 
   void write_alone(int level) {
     if (names_.empty()) names_ = tree_names(morphologies_);
     hand_over_ = [](std::size_t, GrownTree&) {};
-    Written written{.name = folder_text(command_, level), .trees = morphologies_.size()};
+    WrittenScene written{.name = folder_text(job_, level), .trees = morphologies_.size()};
     in_blocks("growing", written, [&](std::size_t i) {
       GrownTree grown = grow(i, level);
-      const fs::path path = tree_path(command_, names_[i], level);
+      const fs::path path = tree_path(job_, names_[i], level);
       grown.file = path.string();
-      const auto writer =
-          tree::open_scene(path, command_.scene_format, scene_options(command_, {}));
+      const auto writer = tree::open_scene(path, job_.scene_format, scene_options(job_, {}));
       // A single tree is at the origin.
       tree::SceneTree& alone = grown.tree;
       const tree::Position place = std::exchange(alone.position, {});
@@ -144,19 +142,18 @@ class Grower {
   }
 
   void write_scene(int level) {
-    const fs::path path = scene_path(command_, level);
+    const fs::path path = scene_path(job_, level);
     const tree::Position origin = tree::scene_origin(stand_);
-    const auto writer =
-        tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
+    const auto writer = tree::open_scene(path, job_.scene_format, scene_options(job_, origin));
     hand_over_ = [&writer](std::size_t, GrownTree& grown) { writer->add_tree(grown.tree); };
-    Written written{.name = path.string(), .trees = morphologies_.size()};
+    WrittenScene written{.name = path.string(), .trees = morphologies_.size()};
     in_blocks("growing", written, [&](std::size_t i) {
       GrownTree grown = grow(i, level);
       grown.file = path.string();
       grown.bytes = tree::glb_mesh_bytes(grown.tree.mesh);
       return grown;
     });
-    add_ground(command_, stand_, origin, *writer);
+    add_ground(job_, stand_, origin, *writer);
     finish_scene(*writer, written);
     result_.files.push_back(std::move(written));
   }
@@ -164,15 +161,14 @@ class Grower {
   // ---- Shared models --------------------------------------------------------------------------
 
   void share() {
-    result_.shared = tree::share_models(morphologies_, builders_, command_.models_per_preset);
-    for (const int level : command_.levels) write_shared(level);
+    result_.shared = tree::share_models(morphologies_, builders_, job_.models_per_preset);
+    for (const int level : job_.levels) write_shared(level);
   }
 
   void write_shared(int level) {
-    const fs::path path = scene_path(command_, level);
+    const fs::path path = scene_path(job_, level);
     const tree::Position origin = tree::scene_origin(stand_);
-    const auto writer =
-        tree::open_scene(path, command_.scene_format, scene_options(command_, origin));
+    const auto writer = tree::open_scene(path, job_.scene_format, scene_options(job_, origin));
     std::vector<tree::SceneWriter::Model> models;
     std::vector<std::size_t> triangles;
     for (std::size_t m = 0; m < result_.shared.models.size(); ++m) {
@@ -185,9 +181,9 @@ class Grower {
       models.push_back(writer->add_model(model.morphology.tree,
                                          tree::parts_of(grown.mesh, model.builder->name())));
       triangles.push_back(grown.measured.triangles);
-      progress_.show("growing models", models.size(), result_.shared.models.size());
+      job_.show("growing models", models.size(), result_.shared.models.size());
     }
-    Written written{.name = path.string(), .trees = morphologies_.size()};
+    WrittenScene written{.name = path.string(), .trees = morphologies_.size()};
     for (std::size_t i = 0; i < morphologies_.size(); ++i) {
       const tree::SharedTree& shared = result_.shared.trees[i];
       const tree::Morphology& tree = morphologies_[i];
@@ -200,17 +196,16 @@ class Grower {
                     i);
       written.triangles += triangles[shared.model];
     }
-    add_ground(command_, stand_, origin, *writer);
+    add_ground(job_, stand_, origin, *writer);
     finish_scene(*writer, written);
     result_.files.push_back(std::move(written));
   }
 
-  const GrowCommand& command_;
+  const GrowJob& job_;
   const std::vector<tree::Morphology>& morphologies_;
   const std::vector<tree::Morphology>& stand_;
   std::vector<const tree::Builder*> listed_;  ///< null if no preset lists the species
   std::vector<const tree::Builder*> builders_;
-  Progress progress_;
   tree::StandOverlap overlap_{};
   GrowResult result_{};
   std::vector<std::string> names_{};
@@ -219,19 +214,19 @@ class Grower {
 
 }  // namespace
 
-GrowResult grow_trees(const GrowCommand& command,
+GrowResult grow_trees(const GrowJob& job,
                       const std::vector<tree::Morphology>& morphologies,
                       const std::vector<tree::Morphology>& stand,
                       const tree::BuilderCatalogue& catalogue,
                       const tree::Builder* for_all) {
-  Grower grower(command, morphologies, stand, catalogue, for_all);
+  Grower grower(job, morphologies, stand, catalogue, for_all);
   try {
     return grower.run();
   } catch (const GeometryError& error) {
     Place place = error.place();
-    if (place.file.empty()) place.file = place.tree.empty() ? command.scene : command.file;
+    if (place.file.empty()) place.file = place.tree.empty() ? job.scene : job.file;
     throw GeometryError(error.message(), place);
   }
 }
 
-}  // namespace silvafit::cli
+}  // namespace silvafit::study

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "grow_command.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "workflow/grow_job.hpp"
 
-namespace silvafit::cli {
+namespace silvafit::study {
 namespace {
 
 /// The stages of one tree while they are grown.
@@ -17,45 +17,42 @@ struct GrownStages {
 
 class Animator {
  public:
-  Animator(const GrowCommand& command,
+  Animator(const GrowJob& job,
            const std::vector<tree::Moment>& moments,
            const std::vector<tree::Morphology>& stand,
            const tree::BuilderCatalogue& catalogue,
            const tree::Builder* for_all)
-      : command_(command),
+      : job_(job),
         moments_(moments),
         stand_(stand),
         catalogue_(catalogue),
         growing_(tree::growing_trees(moments)),
-        origin_(tree::scene_origin(stand)),
-        progress_(command.common) {
+        origin_(tree::scene_origin(stand)) {
     std::vector<tree::Morphology> first;
     for (const tree::GrowingTree& tree : growing_) first.push_back(tree.stages.front().tree);
-    builders_ = listed_builders(first, catalogue, command, for_all);
-    if (command.builder == tree::BuilderKind::kBamboo) {
+    builders_ = listed_builders(first, catalogue, job, for_all);
+    if (job.builder == tree::BuilderKind::kBamboo) {
       // Song et al. 2016, Scientific Reports 6: 25908: moso culms reach their final height and
       // diameter 38 days after they emerge.
       constexpr double kShooting = 38.0 / 365.0;
       pace_.growing_up = kShooting;
     }
-    pace_.seconds_per_unit = command.seconds_per_unit;
+    pace_.seconds_per_unit = job.seconds_per_unit;
   }
 
   GrowResult run() {
     const auto writer =
-        tree::open_scene(command_.scene, command_.scene_format, scene_options(command_, origin_));
+        tree::open_scene(job_.scene, job_.scene_format, scene_options(job_, origin_));
     // A few at a time, so that memory does not grow with their number.
     constexpr std::size_t kBlock = 32;
     for (std::size_t from = 0; from < growing_.size(); from += kBlock) {
       std::vector<GrownStages> block(std::min(kBlock, growing_.size() - from));
-      parallel_for(
-          block.size(), command_.common.threads, [&](std::size_t k) { block[k] = grow(from + k); });
+      parallel_for(block.size(), job_.threads, [&](std::size_t k) { block[k] = grow(from + k); });
       for (std::size_t k = 0; k < block.size(); ++k) write(from + k, block[k], *writer);
-      progress_.show("growing", from + block.size(), growing_.size());
+      job_.show("growing", from + block.size(), growing_.size());
     }
-    add_ground(command_, stand_, origin_, *writer);
-    progress_.clear();
-    Written written{.name = command_.scene, .trees = growing_.size(), .triangles = triangles_};
+    add_ground(job_, stand_, origin_, *writer);
+    WrittenScene written{.name = job_.scene, .trees = growing_.size(), .triangles = triangles_};
     finish_scene(*writer, written);
     result_.files.push_back(std::move(written));
     return std::move(result_);
@@ -63,13 +60,13 @@ class Animator {
 
  private:
   const tree::Builder& builder_of(std::size_t i) const {
-    return builders_[i] != nullptr ? *builders_[i] : catalogue_.fallback(command_.builder);
+    return builders_[i] != nullptr ? *builders_[i] : catalogue_.fallback(job_.builder);
   }
 
   GrownStages grow(std::size_t i) const {
     const tree::GrowOptions options{
-        .seed = command_.common.seed,
-        .mesh = tree::level_of_detail(command_.levels.front(), {.textured = command_.textures})};
+        .seed = job_.seed,
+        .mesh = tree::level_of_detail(job_.levels.front(), {.textured = job_.textures})};
     GrownStages grown;
     for (const tree::Stage& stage : growing_[i].stages) {
       grown.trees.push_back(tree::grow_tree(stage.tree, builder_of(i), options));
@@ -89,11 +86,11 @@ class Animator {
       triangles_ += tree.measured.triangles;
       const std::size_t bytes = tree::glb_mesh_bytes(tree.mesh);
       tree.mesh = {};
-      if (!command_.common.json) continue;
+      if (!job_.keeps_trees) continue;
       result_.trees.push_back({.tree = tree,
-                               .file = command_.scene,
+                               .file = job_.scene,
                                .bytes = bytes,
-                               .level = command_.levels.front(),
+                               .level = job_.levels.front(),
                                .moment = moment});
     }
     writer.animate(name,
@@ -102,13 +99,12 @@ class Animator {
                    tree::tree_extras(grown.trees.back()));
   }
 
-  const GrowCommand& command_;
+  const GrowJob& job_;
   const std::vector<tree::Moment>& moments_;
   const std::vector<tree::Morphology>& stand_;
   const tree::BuilderCatalogue& catalogue_;
   std::vector<tree::GrowingTree> growing_;
   tree::Position origin_;
-  Progress progress_;
   std::vector<const tree::Builder*> builders_{};
   tree::Pace pace_{};
   std::size_t triangles_ = 0;
@@ -117,12 +113,12 @@ class Animator {
 
 }  // namespace
 
-GrowResult write_animation(const GrowCommand& command,
+GrowResult write_animation(const GrowJob& job,
                            const std::vector<tree::Moment>& moments,
                            const std::vector<tree::Morphology>& stand,
                            const tree::BuilderCatalogue& catalogue,
                            const tree::Builder* for_all) {
-  return Animator(command, moments, stand, catalogue, for_all).run();
+  return Animator(job, moments, stand, catalogue, for_all).run();
 }
 
-}  // namespace silvafit::cli
+}  // namespace silvafit::study

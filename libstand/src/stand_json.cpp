@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
 // A stand report as JSON.
+#include "silvafit/stand/stand_json.hpp"
+
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "stand_output.hpp"
-#include "standard_output.hpp"
-#include "unit_summary_json.hpp"
+#include "silvafit/base/json_values.hpp"
 
-namespace silvafit::cli {
+namespace silvafit::stand {
 namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json figures_json(const stand::StandFigures& figures) {
+ordered_json figures_json(const StandFigures& figures) {
   return {{"trees", figures.trees},
           {"area_ha", number_or_null(figures.area_ha)},
           {"stems_per_ha", number_or_null(figures.stems_per_ha)},
@@ -30,7 +31,7 @@ ordered_json figures_json(const stand::StandFigures& figures) {
           {"dominant_trees_without_height", figures.dominant_trees_without_height}};
 }
 
-ordered_json clark_evans_json(const std::optional<stand::ClarkEvans>& result) {
+ordered_json clark_evans_json(const std::optional<ClarkEvans>& result) {
   if (!result) return nullptr;
   return {{"mean_distance_m", number_or_null(result->mean_distance_m)},
           {"R", number_or_null(result->R)},
@@ -41,14 +42,14 @@ ordered_json clark_evans_json(const std::optional<stand::ClarkEvans>& result) {
           {"p_donnelly", number_or_null(result->p_donnelly)}};
 }
 
-ordered_json estimate_json(const stand::Estimate& estimate) {
+ordered_json estimate_json(const Estimate& estimate) {
   return {{"per_ha", number_or_null(estimate.per_ha)},
           {"standard_error", number_or_null(estimate.standard_error)},
           {"total", number_or_null(estimate.total)},
           {"total_standard_error", number_or_null(estimate.total_standard_error)}};
 }
 
-ordered_json importance_json(const stand::Importance& importance) {
+ordered_json importance_json(const Importance& importance) {
   return {{"relative_density", number_or_null(importance.relative_density)},
           {"relative_frequency", number_or_null(importance.relative_frequency)},
           {"relative_dominance", number_or_null(importance.relative_dominance)},
@@ -57,9 +58,9 @@ ordered_json importance_json(const stand::Importance& importance) {
           {"plot_sd", number_or_null(importance.plot_sd)}};
 }
 
-ordered_json areas_json(const stand::StandReport& report) {
+ordered_json areas_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
-  for (const stand::AreaReport& area : report.areas) {
+  for (const AreaReport& area : report.areas) {
     ordered_json entry{{"plot", text_or_null(area.area.name)}};
     entry.update(figures_json(area.figures));
     entry["clark_evans"] = clark_evans_json(area.clark_evans);
@@ -68,9 +69,9 @@ ordered_json areas_json(const stand::StandReport& report) {
   return list;
 }
 
-ordered_json strata_json(const stand::StandReport& report) {
+ordered_json strata_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
-  for (const stand::StratumFigures& stratum : report.strata) {
+  for (const StratumFigures& stratum : report.strata) {
     list.push_back({{"stratum", text_or_null(stratum.name)},
                     {"kind", kind_of(stratum)},
                     {"plots", stratum.plots},
@@ -83,9 +84,9 @@ ordered_json strata_json(const stand::StandReport& report) {
   return list;
 }
 
-ordered_json species_json(const stand::StandReport& report) {
+ordered_json species_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
-  for (const stand::SpeciesRow& row : report.species) {
+  for (const SpeciesRow& row : report.species) {
     ordered_json entry{{"species", text_or_null(row.species)}};
     entry.update(figures_json(row.figures));
     entry["basal_area_m2"] = number_or_null(row.basal_area_m2);
@@ -99,9 +100,9 @@ ordered_json species_json(const stand::StandReport& report) {
   return list;
 }
 
-ordered_json diameters_json(const stand::StandReport& report) {
+ordered_json diameters_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
-  for (const stand::DiameterClass& diameters : report.diameters) {
+  for (const DiameterClass& diameters : report.diameters) {
     list.push_back({{"low_cm", diameters.low_cm},
                     {"high_cm", diameters.high_cm},
                     {"trees", diameters.trees},
@@ -111,7 +112,7 @@ ordered_json diameters_json(const stand::StandReport& report) {
   return list;
 }
 
-ordered_json joint_json(const stand::NamedJointDistribution& joint) {
+ordered_json joint_json(const NamedJointDistribution& joint) {
   ordered_json rows = ordered_json::array();
   const std::size_t classes = joint.distribution.neighbors + 1;
   for (std::size_t i = 0; i < classes; ++i) {
@@ -126,26 +127,39 @@ ordered_json joint_json(const stand::NamedJointDistribution& joint) {
           {"share", std::move(rows)}};
 }
 
-ordered_json structure_json(const stand::StandReport& report) {
+ordered_json structure_json(const StandReport& report) {
   if (!report.units) return nullptr;
-  std::vector<stand::FurtherIndex> further;
-  for (const stand::FurtherValues& values : report.units->further) further.push_back(values.index);
+  std::vector<FurtherIndex> further;
+  for (const FurtherValues& values : report.units->further) further.push_back(values.index);
   ordered_json species = ordered_json::object();
-  for (const stand::UnitSummary& summary : report.unit_means_by_species) {
-    species[summary.species] = unit_summary_json(summary, further);
+  for (const UnitSummary& summary : report.unit_means_by_species) {
+    species[summary.species] = json_of(summary, further);
   }
   ordered_json joint = ordered_json::array();
-  for (const stand::NamedJointDistribution& one : report.joint) joint.push_back(joint_json(one));
+  for (const NamedJointDistribution& one : report.joint) joint.push_back(joint_json(one));
   return {{"neighbors", report.units->neighbors},
           {"alpha_deg", report.units->alpha0_deg},
-          {"all", unit_summary_json(*report.unit_means, further)},
+          {"all", json_of(*report.unit_means, further)},
           {"species", std::move(species)},
           {"joint", std::move(joint)}};
 }
 
 }  // namespace
 
-nlohmann::ordered_json stand_json(const stand::StandReport& report) {
+ordered_json json_of(const UnitSummary& summary, const std::vector<FurtherIndex>& further) {
+  ordered_json result{{"trees", summary.trees},
+                      {"core", summary.core_trees},
+                      {"W", number_or_null(summary.W)},
+                      {"M", number_or_null(summary.M)},
+                      {"U", number_or_null(summary.U)},
+                      {"C", number_or_null(summary.C)}};
+  for (std::size_t i = 0; i < summary.further.size(); ++i) {
+    result[std::string(name_of(further[i]))] = number_or_null(summary.further[i]);
+  }
+  return result;
+}
+
+ordered_json json_of(const StandReport& report) {
   return {{"dominant_trees_per_ha", report.dominant_trees_per_ha},
           {"quadrat_m", report.quadrat_m > 0.0 ? ordered_json(report.quadrat_m) : nullptr},
           {"areas", areas_json(report)},
@@ -156,4 +170,4 @@ nlohmann::ordered_json stand_json(const stand::StandReport& report) {
           {"structure", structure_json(report)}};
 }
 
-}  // namespace silvafit::cli
+}  // namespace silvafit::stand

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tree_table.hpp"
+#include "silvafit/study/tree_table.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -23,7 +24,7 @@
 #include "silvafit/stand/tree_status.hpp"
 #include "silvafit/study/table_checks.hpp"
 
-namespace silvafit::cli {
+namespace silvafit::study {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -45,17 +46,17 @@ struct Wishes {
   Names names{};      ///< columns that stay text, in our words
   Mappings mapped{};  ///< where other columns of ours come from; they are not added
   std::function<bool(const std::string&)> is_wanted{};
-  const SheetArguments& sheet;
+  const ReadingSettings& settings;
   bool unifies_spellings = false;
   bool leaves_out_dead = false;
   bool counts_repeated = false;  ///< rows of one plot and tree
 };
 
-/// Reads one file; an object so that its parts need not be handed around.
+/// Reads one source; an object so that its parts need not be handed around.
 class TableReader {
  public:
-  TableReader(const std::filesystem::path& file, const Wishes& wishes)
-      : wishes_(wishes), reader_(file, wishes.sheet.missing) {
+  TableReader(const data::TableSource& source, const Wishes& wishes)
+      : wishes_(wishes), reader_(source, wishes.settings.missing) {
     result_.mapped = wishes.mapped;
   }
 
@@ -109,16 +110,12 @@ void TableReader::read_table() {
       if (contains(wishes_.names, mapping.name)) texts.push_back(mapping.source);
     }
   }
-  Names entries;
-  for (const stand::ColumnMapping& mapping : wishes_.mapped) {
-    entries.push_back(mapping.name + "=" + mapping.source);
-  }
   const std::vector<std::size_t> fields =
-      filled_fields(reader_.header(), wishes_.sheet.fill_down, entries, reader_.file());
+      filled_fields(reader_.header(), wishes_.settings, reader_.file());
   for (const std::size_t field : fields) reader_.fill_down(field);
   result_.table = data::read_csv_table(
       reader_,
-      {.text_columns = std::move(texts), .missing = wishes_.sheet.missing, .fill_down = fields},
+      {.text_columns = std::move(texts), .missing = wishes_.settings.missing, .fill_down = fields},
       &codes_);
 }
 
@@ -153,7 +150,7 @@ void TableReader::add_column(const stand::ColumnMapping& column) {
     std::vector<data::TextCell> cells;
     const auto reference =
         data::column_reference(column.name, column.source, table.names(), reader_.file());
-    study::require_numbers(table, reference.expression->variables());
+    require_numbers(table, reference.expression->variables());
     table.set(column.name, data::numbers_of(table, reference, cells));
   } else if (table.is_numeric(column.source)) {
     const auto values = table.numbers(column.source);
@@ -167,7 +164,7 @@ void TableReader::unify_spellings() {
   const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, "species");
   const std::string name = mapping == nullptr ? "species" : mapping->source;
   data::Table& table = result_.table;
-  if (wishes_.sheet.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
+  if (wishes_.settings.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
   stand::SpeciesSpellings spellings;
   data::TextColumn species = table.text(name);
   spellings.unify(species);
@@ -189,7 +186,7 @@ void TableReader::read_status() {
   }
   const std::size_t others = values.size() - alive.size();
   if (others == 0) return;
-  const bool are_left_out = wishes_.leaves_out_dead && wishes_.sheet.dead != "include";
+  const bool are_left_out = wishes_.leaves_out_dead && wishes_.settings.dead != "include";
   note(fmt::format(
       "the status of trees is read from column {}: {} dead, {} cut or gone, {}",
       *column,
@@ -258,10 +255,6 @@ TableReader::Result TableReader::read() {
   return std::move(result_);
 }
 
-void say_all(const Names& notes, const CommonOptions& common) {
-  for (const std::string& note : notes) say(common, "note: " + note);
-}
-
 /// \throws InputError if some plots have other units than the others
 void check_mixed_units(const data::Table& table) {
   for (const char* name : {"plot", "dbh", "h"}) {
@@ -281,13 +274,6 @@ void check_mixed_units(const data::Table& table) {
 
 }  // namespace
 
-CLI::Option* add_columns_option(CLI::App& command, std::vector<std::string>& columns) {
-  return command
-      .add_option("--columns", columns, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10")
-      ->type_name("NAME=COLUMN,...")
-      ->allow_extra_args(false);
-}
-
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
   std::map<std::string, std::string> map;
   for (stand::ColumnMapping& mapping : stand::parse_column_mappings(joined(entries))) {
@@ -297,8 +283,7 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
 }
 
 std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
-                                       const std::vector<std::string>& names,
-                                       const std::vector<std::string>& mapped,
+                                       const ReadingSettings& settings,
                                        const std::string& file) {
   std::vector<std::size_t> fields;
   const auto add = [&](const std::string& column) {
@@ -307,8 +292,8 @@ std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
     fields.push_back(static_cast<std::size_t>(found - header.begin()));
     return true;
   };
-  const std::map<std::string, std::string> sources = column_map(mapped);
-  for (const std::string& name : names) {
+  const std::map<std::string, std::string> sources = column_map(settings.columns);
+  for (const std::string& name : settings.fill_down) {
     const auto source = sources.find(name);
     if (add(source == sources.end() ? name : source->second)) continue;
     const auto usual = stand::usual_columns(
@@ -319,45 +304,46 @@ std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
   return fields;
 }
 
-ReadTable read_tree_table(const std::filesystem::path& file,
+ReadTable read_tree_table(const data::TableSource& source,
+                          const ReadingSettings& settings,
                           std::map<std::string, std::string>& columns,
-                          const SheetArguments& sheet,
-                          const CommonOptions& common) {
+                          const NoteCallback& note) {
+  columns = column_map(settings.columns);
   Wishes wishes{.names = {"plot", "tree", "species"},
                 .is_wanted = [](const std::string&) { return true; },
-                .sheet = sheet,
+                .settings = settings,
                 .unifies_spellings = true,
                 .leaves_out_dead = true};
-  for (const auto& [name, source] : columns) wishes.mapped.push_back({name, source});
-  TableReader::Result result = TableReader(file, wishes).read();
+  for (const auto& [name, column] : columns) wishes.mapped.push_back({name, column});
+  TableReader::Result result = TableReader(source, wishes).read();
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
   // The status is no measure of a tree's shape.
   columns.erase("status");
-  say_all(result.recognized, common);
+  give_notes(result.recognized, note);
   return {std::move(result.table), std::move(result.recognized)};
 }
 
-ReadTable read_model_table(const std::filesystem::path& file,
+ReadTable read_model_table(const data::TableSource& source,
+                           const ReadingSettings& settings,
                            const ModelColumns& columns,
-                           const CommonOptions& common) {
+                           const NoteCallback& note) {
   const Wishes wishes{
       .names = columns.names,
-      .mapped = stand::parse_column_mappings(joined(columns.entries)),
+      .mapped = stand::parse_column_mappings(joined(settings.columns)),
       .is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); },
-      .sheet = columns.sheet,
+      .settings = settings,
       .unifies_spellings = !columns.keeps_spellings,
       .counts_repeated = true};
-  TableReader::Result result = TableReader(file, wishes).read();
+  TableReader::Result result = TableReader(source, wishes).read();
   Names entries;
   for (const stand::ColumnMapping& mapping : result.mapped) {
     entries.push_back(mapping.name + "=" + mapping.source);
   }
-  for (const std::string& note : study::add_columns(joined(entries), result.table, columns.units)) {
-    result.recognized.push_back(note);
-  }
-  say_all(result.recognized, common);
-  if (!columns.trust_units) check_mixed_units(result.table);
+  Names computed = add_columns(joined(entries), result.table, columns.units);
+  std::ranges::move(computed, std::back_inserter(result.recognized));
+  give_notes(result.recognized, note);
+  if (!settings.trust_units) check_mixed_units(result.table);
   return {std::move(result.table), std::move(result.recognized)};
 }
 
-}  // namespace silvafit::cli
+}  // namespace silvafit::study

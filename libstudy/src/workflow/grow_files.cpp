@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <set>
 
-#include "grow_command.hpp"
 #include "silvafit/base/error.hpp"
+#include "workflow/grow_job.hpp"
 
-namespace silvafit::cli {
+namespace silvafit::study {
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,8 +61,8 @@ std::string untaken(const std::string& name, std::set<std::string>& taken) {
   return candidate;
 }
 
-std::string level_suffix(const GrowCommand& command, int level) {
-  return command.levels.size() > 1 && level > 0 ? fmt::format("-lod{}", level) : std::string();
+std::string level_suffix(const GrowSettings& settings, int level) {
+  return settings.levels.size() > 1 && level > 0 ? fmt::format("-lod{}", level) : std::string();
 }
 
 /// `path` with a suffix before its ending.
@@ -86,39 +86,39 @@ std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphol
   return names;
 }
 
-fs::path tree_path(const GrowCommand& command, const std::string& name, int level) {
-  return fs::path(command.out) /
-         (name + level_suffix(command, level) + "." + tree::file_ending(command.scene_format));
+fs::path tree_path(const GrowJob& job, const std::string& name, int level) {
+  return fs::path(job.out) /
+         (name + level_suffix(job, level) + "." + tree::file_ending(job.scene_format));
 }
 
-std::string folder_text(const GrowCommand& command, int level) {
-  const std::string suffix = level_suffix(command, level);
-  if (suffix.empty()) return command.out;
-  return fmt::format("{} (*{}.{})", command.out, suffix, tree::file_ending(command.scene_format));
+std::string folder_text(const GrowJob& job, int level) {
+  const std::string suffix = level_suffix(job, level);
+  if (suffix.empty()) return job.out;
+  return fmt::format("{} (*{}.{})", job.out, suffix, tree::file_ending(job.scene_format));
 }
 
-fs::path scene_path(const GrowCommand& command, int level) {
-  const std::string suffix = level_suffix(command, level);
-  return suffix.empty() ? command.scene : with_suffix(command.scene, suffix);
+fs::path scene_path(const GrowSettings& settings, int level) {
+  const std::string suffix = level_suffix(settings, level);
+  return suffix.empty() ? settings.scene : with_suffix(settings.scene, suffix);
 }
 
-GrowCommand of_moment(const GrowCommand& command, const tree::Moment& moment) {
-  GrowCommand one = command;
+GrowJob of_moment(const GrowJob& job, const tree::Moment& moment) {
+  GrowJob one = job;
   const std::string plain = file_name(moment.name);
   if (plain.size() > kLongestName) {
     throw InputError(fmt::format(
         "--by {}: a value of {} characters is too long for a file name; shorten it: {}...",
-        command.by,
+        job.by,
         moment.name.size(),
         moment.name.substr(0, 40)));
   }
   const std::string name = distinct_from_levels(plain);
-  if (command.scene.empty()) {
-    one.out = (fs::path(command.out) / name).string();
+  if (job.scene.empty()) {
+    one.out = (fs::path(job.out) / name).string();
   } else {
-    one.scene = with_suffix(command.scene, "-" + name);
+    one.scene = with_suffix(job.scene, "-" + name);
   }
   return one;
 }
 
-}  // namespace silvafit::cli
+}  // namespace silvafit::study

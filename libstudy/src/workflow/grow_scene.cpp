@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <set>
 
-#include "grow_command.hpp"
 #include "silvafit/tree/ground.hpp"
+#include "workflow/grow_job.hpp"
 
-namespace silvafit::cli {
+namespace silvafit::study {
 namespace {
 
 std::string quoted(const std::set<std::string>& names) {
@@ -21,45 +21,46 @@ std::string quoted(const std::set<std::string>& names) {
 
 std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
                                                   const tree::BuilderCatalogue& catalogue,
-                                                  const GrowCommand& command,
+                                                  const GrowJob& job,
                                                   const tree::Builder* for_all) {
   if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
   std::vector<const tree::Builder*> builders;
   std::set<std::string> unknown;
   for (const tree::Morphology& morphology : morphologies) {
-    const tree::Builder* builder = command.preset.empty()
-                                       ? catalogue.for_species(command.builder, morphology.species)
-                                       : &catalogue.named(command.builder, command.preset);
+    const tree::Builder* builder = job.preset.empty()
+                                       ? catalogue.for_species(job.builder, morphology.species)
+                                       : &catalogue.named(job.builder, job.preset);
     if (builder == nullptr) unknown.insert(morphology.species);
     builders.push_back(builder);
   }
   if (!unknown.empty()) {
-    say(command.common,
-        fmt::format("No preset lists the species {}; preset {} is used (see --preset).",
-                    quoted(unknown),
-                    catalogue.fallback(command.builder).name()));
+    give_notes(
+        std::vector{fmt::format("No preset lists the species {}; preset {} is used (see --preset).",
+                                quoted(unknown),
+                                catalogue.fallback(job.builder).name())},
+        job.callbacks.note);
   }
   return builders;
 }
 
-void finish_scene(tree::SceneWriter& writer, Written& written) {
+void finish_scene(tree::SceneWriter& writer, WrittenScene& written) {
   written.bytes = writer.finish();
   for (const auto& path : writer.other_files()) written.beside.push_back(path.string());
 }
 
-tree::SceneOptions scene_options(const GrowCommand& command, const tree::Position& origin) {
+tree::SceneOptions scene_options(const GrowJob& job, const tree::Position& origin) {
   return {.origin = origin,
-          .instancing = command.instancing,
-          .quantize = command.quantize,
-          .compress = command.compress,
-          .ascii = command.ascii};
+          .instancing = job.instancing,
+          .quantize = job.quantize,
+          .compress = job.compress,
+          .ascii = job.ascii};
 }
 
-void add_ground(const GrowCommand& command,
+void add_ground(const GrowJob& job,
                 const std::vector<tree::Morphology>& trees,
                 const tree::Position& origin,
                 tree::SceneWriter& writer) {
-  if (command.ground == "none") return;
+  if (job.ground == "none") return;
   std::vector<tree::Position> stems;
   stems.reserve(trees.size());
   double lowest = trees.front().position.z_m;
@@ -67,7 +68,7 @@ void add_ground(const GrowCommand& command,
     stems.push_back(tree.position);
     lowest = std::min(lowest, tree.position.z_m);
   }
-  if (command.ground == "flat") {
+  if (job.ground == "flat") {
     // Four corners define it.
     for (tree::Position& stem : stems) stem.z_m = lowest;
     const auto by = [&](double tree::Position::*axis) {
@@ -84,4 +85,4 @@ void add_ground(const GrowCommand& command,
   writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
 }
 
-}  // namespace silvafit::cli
+}  // namespace silvafit::study

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "catalogue/json_values.hpp"
+#include "silvafit/base/json_values.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
-namespace silvafit::study {
+namespace silvafit {
 
 using nlohmann::ordered_json;
 
@@ -17,8 +18,8 @@ ordered_json numbers_or_null(const std::vector<double>& values) {
   return list;
 }
 
-ordered_json text_or_null(const std::string& text) {
+ordered_json text_or_null(std::string_view text) {
   return text.empty() ? ordered_json(nullptr) : ordered_json(text);
 }
 
-}  // namespace silvafit::study
+}  // namespace silvafit

@@ -2,11 +2,11 @@
 // Values that may be missing, as JSON.
 #pragma once
 
-#include <nlohmann/json.hpp>
-#include <string>
+#include <nlohmann/json_fwd.hpp>
+#include <string_view>
 #include <vector>
 
-namespace silvafit::study {
+namespace silvafit {
 
 /// The number, or null if it is not finite.
 nlohmann::ordered_json number_or_null(double value);
@@ -15,6 +15,6 @@ nlohmann::ordered_json number_or_null(double value);
 nlohmann::ordered_json numbers_or_null(const std::vector<double>& values);
 
 /// The text, or null if it is empty.
-nlohmann::ordered_json text_or_null(const std::string& text);
+nlohmann::ordered_json text_or_null(std::string_view text);
 
-}  // namespace silvafit::study
+}  // namespace silvafit

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Growing the trees of a table into files: a scene of a stand, or one file a tree.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/study/callbacks.hpp"
+#include "silvafit/study/unit_settings.hpp"
+#include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/growth.hpp"
+#include "silvafit/tree/morphology_table.hpp"
+#include "silvafit/tree/overlap.hpp"
+#include "silvafit/tree/scene_writer.hpp"
+#include "silvafit/tree/shared_models.hpp"
+
+namespace silvafit::study {
+
+struct GrowSettings {
+  ReadingSettings reading{};
+  std::vector<std::string> plots{};  ///< plots to grow; empty: all
+  std::string use =
+      "observed";  ///< source of h, hcb and cw: observed, ols, population, conditional
+  // What is written: one of the two.
+  std::string scene{};   ///< file of all trees at their positions
+  std::string out{};     ///< folder of one file a tree, at the origin
+  std::string format{};  ///< glb, gltf, obj or ply; empty: from the ending of `scene`, else glb
+  // How trees look.
+  tree::BuilderKind builder = tree::BuilderKind::kSegment;
+  std::string preset{};                ///< of the builder, for all trees; empty: by species
+  std::string grammar{};               ///< file of an L-system grammar for all trees
+  std::vector<int> levels{0};          ///< of detail, 0 (finest) to 3; each has files of its own
+  bool resolve_overlaps = false;       ///< remove and turn branches where crowns overlap
+  bool share = false;                  ///< trees of similar shape share a model
+  std::size_t models_per_preset = 64;  ///< with `share`
+  std::string ground = "stems";        ///< of a scene: stems, flat or none
+  // How files are written; tree::SceneOptions explains them.
+  bool instancing = false;
+  bool quantize = false;
+  bool compress = false;
+  bool ascii = false;
+  bool textures = false;
+  // Repeated measurements.
+  std::string by{};               ///< column of the time; one scene a time: FILE-2021.glb, ...
+  bool animate = false;           ///< one animated scene of all times instead
+  double seconds_per_unit = 1.0;  ///< of the animation, by unit of `by`
+  bool keeps_trees = false;       ///< the result has an entry for each tree
+  std::uint64_t seed = 1;
+  unsigned threads = 0;  ///< 0: as many as there are cores
+};
+
+/// The results for a tree at one level of detail.
+struct GrownTree {
+  tree::SceneTree tree{};  ///< without its mesh
+  std::string file{};
+  std::size_t bytes = 0;  ///< of its file, or of its mesh in the scene
+  int level = 0;
+  double surface_error_cm = 0.0;
+  std::string moment{};  ///< with `by`
+};
+
+/// A scene that was written, or the files of one level of detail in a folder.
+struct WrittenScene {
+  std::string name{};  ///< the scene's file; the folder, with the ending of a level's files
+  std::size_t bytes = 0;
+  std::size_t trees = 0;
+  std::size_t triangles = 0;  ///< as drawn
+  /// Companion files: the buffer of glTF, materials and textures of OBJ.
+  std::vector<std::string> beside{};
+};
+
+struct GrowResult {
+  GrowSettings settings{};
+  std::size_t moments = 0;
+  std::vector<tree::Morphology> morphologies{};  ///< of all moments, one after the other
+  std::vector<tree::LeftOut> left_out{};         ///< rows that cannot be used
+  std::vector<GrownTree> trees{};                ///< with `keeps_trees`
+  std::vector<std::string> presets{};            ///< of all trees, except with `animate`
+  std::vector<tree::PairOverlap> pairs{};        ///< with `resolve_overlaps`
+  tree::SharedModels shared{};  ///< with `share`; its builders are those of the catalogue
+  std::vector<WrittenScene> files{};
+  std::vector<std::size_t> with_guesses{};  ///< indices of trees with missing measurements
+  /// Indices of trees whose radius branches cross those of neighbors.
+  std::vector<std::size_t> crossing{};
+  double seconds = 0.0;
+};
+
+/// Grows the trees of a table and writes their files.
+/// \throws UsageError for settings that cannot be combined; InputError if no row can be used; else
+///   as read_tree_table, tree::read_morphologies and tree::grow_tree
+GrowResult grow(const data::TableSource& trees,
+                const tree::BuilderCatalogue& catalogue,
+                const GrowSettings& settings,
+                const Callbacks& callbacks = {});
+
+/// As JSON, schema silvafit-grow/1 (docs/grow.md).
+nlohmann::ordered_json json_of(const GrowResult& result);
+
+/// The largest differences between trees and the models that they share.
+tree::ShapeError worst_of(const tree::SharedModels& shared);
+
+/// Sentences on skipped rows: the first twenty, and how many more there are.
+std::vector<std::string> notes_on(const std::vector<tree::LeftOut>& left_out);
+
+}  // namespace silvafit::study

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// Tables of trees that models and builders read: columns under other names or in other units, and
+// what spreadsheets leave in them.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/callbacks.hpp"
+#include "silvafit/study/unit_settings.hpp"
+
+namespace silvafit::study {
+
+/// The entries NAME=COLUMN of ReadingSettings::columns, by name.
+/// \throws UsageError for one that is none, or a name that comes twice
+std::map<std::string, std::string> column_map(const std::vector<std::string>& entries);
+
+/// A table and how it was read: titles, columns, units, codes, spellings, dead trees.
+struct ReadTable {
+  data::Table table{};
+  std::vector<std::string> recognized{};
+};
+
+/// A table for builders of trees, which read the columns of `columns` themselves: plot, tree and
+/// species stay text, whatever they are called. Columns of ours that the source has under a usual
+/// name or in another unit only, such as dbh as `BHD (mm)`, are added under our names. Dead trees
+/// are left out unless they are to be included.
+/// \param columns  gets NAME -> COLUMN of the settings; columns in other units become expressions
+/// \throws as data::read_csv_table(); UsageError if two columns could be one of ours
+ReadTable read_tree_table(const data::TableSource& source,
+                          const ReadingSettings& settings,
+                          std::map<std::string, std::string>& columns,
+                          const NoteCallback& note = {});
+
+/// What models read of a table.
+struct ModelColumns {
+  std::vector<std::string> names{};      ///< columns that keep their spelling ("07"), as models say
+  std::vector<std::string> wanted{};     ///< looked for under their usual names, too
+  stand::StructuralUnitOptions units{};  ///< of indices that the settings' columns ask for: C=C
+  bool keeps_spellings = false;          ///< species are what the source has
+};
+
+/// A table for models, with the columns that the settings name, and with wanted ones of ours that
+/// the source has under a usual name or in another unit only.
+/// \throws as read_tree_table() and study::add_columns(); InputError if plots have other units
+ReadTable read_model_table(const data::TableSource& source,
+                           const ReadingSettings& settings,
+                           const ModelColumns& columns,
+                           const NoteCallback& note = {});
+
+/// The fields that ReadingSettings::fill_down means, by position in a header.
+/// \param file  for messages
+/// \throws UsageError if there is no such column
+std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
+                                       const ReadingSettings& settings,
+                                       const std::string& file);
+
+}  // namespace silvafit::study

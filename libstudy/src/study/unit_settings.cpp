@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/unit_settings.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "study/words.hpp"
+
+namespace silvafit::study {
+namespace {
+
+constexpr std::array<Word<stand::EdgeCorrection>, 4> kEdges{
+    {{"buffer", stand::EdgeCorrection::kBuffer},
+     {"hanisch", stand::EdgeCorrection::kHanisch},
+     {"torus", stand::EdgeCorrection::kTorus},
+     {"none", stand::EdgeCorrection::kNone}}};
+constexpr std::array<Word<stand::SearchScope>, 2> kScopes{
+    {{"plot", stand::SearchScope::kPlot}, {"stand", stand::SearchScope::kStand}}};
+constexpr std::array<Word<stand::SizeMeasure>, 3> kSizes{{{"dbh", stand::SizeMeasure::kDbh},
+                                                          {"h", stand::SizeMeasure::kHeight},
+                                                          {"cw", stand::SizeMeasure::kCrownWidth}}};
+constexpr std::array<Word<stand::CrownReach>, 2> kReaches{
+    {{"mean", stand::CrownReach::kMeanWidth}, {"facing", stand::CrownReach::kFacingRadii}}};
+constexpr std::array<Word<stand::DeadTrees>, 3> kDead{{{"leave-out", stand::DeadTrees::kLeaveOut},
+                                                       {"neighbors", stand::DeadTrees::kNeighbors},
+                                                       {"include", stand::DeadTrees::kInclude}}};
+
+double number_in(std::string_view text, const char* field, std::string_view what) {
+  double value = 0.0;
+  if (data::parse_number(data::trimmed(text), value)) return value;
+  throw UsageError(fmt::format("'{}' is not {}", text, what), {.column = field});
+}
+
+void set_limit_angles(const std::vector<std::string>& alpha,
+                      stand::StructuralUnitOptions& options) {
+  constexpr std::string_view kWhat = "an angle in degrees, or SPECIES=ANGLE";
+  for (const std::string& part : alpha) {
+    const std::size_t sign = part.rfind('=');
+    if (sign == std::string::npos) {
+      options.alpha0_deg = number_in(part, "--alpha", kWhat);
+    } else {
+      options.alpha0_deg_of_species.emplace_back(
+          part.substr(0, sign), number_in(part.substr(sign + 1), "--alpha", kWhat));
+    }
+  }
+}
+
+/// A circle that every plot has, in its own coordinates.
+stand::NamedWindow circle_of_every_plot(const std::string& text) {
+  constexpr std::string_view kWhat = "X,Y,RADIUS in m, such as 0,0,12.62";
+  std::vector<double> numbers;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    numbers.push_back(
+        number_in(std::string_view(text).substr(begin, end - begin), "--circle", kWhat));
+    begin = end + 1;
+  }
+  if (numbers.size() != 3) {
+    throw UsageError(fmt::format("'{}' is not {}", text, kWhat), {.column = "--circle"});
+  }
+  return {.plot = stand::kEveryPlot,
+          .window = stand::Window::circle({numbers[0], numbers[1]}, numbers[2])};
+}
+
+std::vector<stand::NamedWindow> given_windows(const UnitSettings& settings) {
+  if (!settings.windows.empty()) return settings.windows;
+  if (!settings.circle.empty()) return {circle_of_every_plot(settings.circle)};
+  if (!settings.window.empty()) return stand::read_windows(settings.window);
+  return {};
+}
+
+}  // namespace
+
+stand::InventoryOptions inventory_options(const ReadingSettings& settings,
+                                          stand::InventoryOptions options) {
+  options.columns =
+      stand::parse_column_mappings(fmt::format("{}", fmt::join(settings.columns, ",")));
+  options.trust_units = settings.trust_units;
+  options.missing = settings.missing;
+  options.fill_down = settings.fill_down;
+  options.dead = meaning_of(settings.dead, kDead, "--dead");
+  options.case_sensitive = settings.case_sensitive;
+  return options;
+}
+
+std::vector<stand::FurtherIndex> further_indices(const UnitSettings& settings) {
+  std::vector<stand::FurtherIndex> indices;
+  for (const std::string& name : settings.further) {
+    if (name == "all") {
+      for (const stand::FurtherIndex index : stand::all_further_indices()) {
+        const bool needs_crowns = index == stand::FurtherIndex::kCrownCompetition;
+        if (!needs_crowns || !settings.open_grown.empty()) indices.push_back(index);
+      }
+      continue;
+    }
+    const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
+    if (!index) {
+      throw UsageError(fmt::format("'{}' is not one of CO, T, Hegyi, BAL, CCF, all", name),
+                       {.column = "--further"});
+    }
+    indices.push_back(*index);
+  }
+  return indices;
+}
+
+stand::StructuralUnitOptions unit_options(const UnitSettings& settings, unsigned threads) {
+  stand::StructuralUnitOptions options{
+      .neighbors = settings.neighbors,
+      .edge = meaning_of(settings.edge, kEdges, "--edge"),
+      .buffer_m = settings.buffer_m,
+      .scope = meaning_of(settings.per, kScopes, "--per"),
+      .windows = given_windows(settings),
+      .size = meaning_of(settings.dominance, kSizes, "--dominance"),
+      .reach = meaning_of(settings.crowding, kReaches, "--crowding"),
+      .further = further_indices(settings),
+      .competition_radius_m = settings.competition_radius_m,
+      .open_grown_crown = settings.open_grown,
+      .threads = threads};
+  set_limit_angles(settings.alpha, options);
+  return options;
+}
+
+}  // namespace silvafit::study

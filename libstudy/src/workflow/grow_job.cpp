@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// Settings of growing that fit together.
+#include "workflow/grow_job.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string_view>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::study {
+namespace {
+
+void check_moments(const GrowJob& job) {
+  if (!job.by.empty() && job.share) {
+    throw UsageError("--by gives each tree its own models; omit --share");
+  }
+  if (!job.animate) return;
+  if (job.by.empty() || job.scene.empty()) {
+    throw UsageError("--animate needs --by, the column with the times, and --scene");
+  }
+  const bool is_gltf =
+      job.scene_format == tree::SceneFormat::kGlb || job.scene_format == tree::SceneFormat::kGltf;
+  if (!is_gltf) throw UsageError("--animate needs the format glb or gltf");
+  if (job.resolve_overlaps || job.levels.size() > 1) {
+    throw UsageError(
+        "--animate allows only one level of detail and cannot be combined with --resolve-overlaps");
+  }
+}
+
+void check_sharing(const GrowJob& job) {
+  if (job.share && (job.scene.empty() || job.resolve_overlaps)) {
+    throw UsageError(
+        "--share needs --scene and cannot be combined with --resolve-overlaps, which gives each "
+        "tree its own shape");
+  }
+  if (job.instancing && !job.share) {
+    throw UsageError("--instancing needs shared models; add --share");
+  }
+}
+
+/// The requested format, or that of the scene's file name ending.
+tree::SceneFormat scene_format_of(const GrowJob& job) {
+  std::string format = job.format;
+  const std::string ending = std::filesystem::path(job.scene).extension().string();
+  const std::string of_ending = ending.empty() ? "" : ending.substr(1);
+  if (format.empty()) format = of_ending.empty() ? "glb" : of_ending;
+  constexpr std::array<std::string_view, 4> kEndings{"glb", "gltf", "obj", "ply"};
+  if (format != of_ending && std::ranges::find(kEndings, of_ending) != kEndings.end()) {
+    throw UsageError(fmt::format(
+        "--scene ends in .{} but --format is {}; remove one of the two", of_ending, format));
+  }
+  return tree::scene_format_from_text(format);
+}
+
+}  // namespace
+
+GrowJob grow_job(const GrowSettings& settings,
+                 const std::string& file,
+                 const Callbacks& callbacks) {
+  GrowJob job{settings, tree::SceneFormat::kGlb, file, callbacks};
+  if (!job.grammar.empty() && job.builder != tree::BuilderKind::kLsystem) {
+    throw UsageError("--grammar needs --builder lsystem");
+  }
+  if (job.scene.empty() && job.out.empty()) {
+    throw UsageError(
+        "no output is given; use --scene FILE for one file, or --out DIR for one file per tree");
+  }
+  if (!job.scene.empty() && !job.out.empty()) {
+    throw UsageError(
+        "--scene writes all trees to one file, --out writes one file per tree; use one of the two");
+  }
+  check_sharing(job);
+  std::sort(job.levels.begin(), job.levels.end());
+  job.levels.erase(std::unique(job.levels.begin(), job.levels.end()), job.levels.end());
+  for (const int level : job.levels) static_cast<void>(tree::level_of_detail(level));
+  job.scene_format = scene_format_of(job);
+  if (job.textures && job.scene_format == tree::SceneFormat::kPly) {
+    throw UsageError("PLY files have no textures; --textures needs glb, gltf or obj");
+  }
+  if (job.ascii && job.scene_format != tree::SceneFormat::kPly) {
+    throw UsageError("--ascii needs the format ply");
+  }
+  if (job.models_per_preset == 0) throw UsageError("--models must be at least 1");
+  check_moments(job);
+  return job;
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/indices.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <variant>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/study_files.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// Computes the units of an inventory or of its batches, and what is said of all.
+class IndicesRun {
+ public:
+  IndicesRun(const data::TableSource& source,
+             const IndicesOptions& options,
+             const UnitSink& sink,
+             const Callbacks& callbacks)
+      : source_(source),
+        settings_(options),
+        options_(unit_options(options.units, options.threads)),
+        sink_(sink),
+        callbacks_(callbacks) {
+    result_.inventory = data::file_of(source);
+    result_.settings = options.units;
+    result_.further = options_.further;
+    std::ranges::sort(result_.further);
+    // Not std::ranges::unique, because clang 14 does not support structured bindings of its result.
+    result_.further.erase(std::unique(result_.further.begin(), result_.further.end()),
+                          result_.further.end());
+  }
+
+  IndicesSummary run() {
+    const auto start = Clock::now();
+    settings_.stream ? read_batches() : read_whole();
+    note(stand::notes_of(findings_, options_, result_.inventory));
+    note_on_core_trees();
+    result_.seconds = seconds_since(start);
+    return std::move(result_);
+  }
+
+ private:
+  void note(const std::vector<std::string>& notes) {
+    result_.notes.insert(result_.notes.end(), notes.begin(), notes.end());
+    give_notes(notes, callbacks_.note);
+  }
+
+  /// The units of one inventory or batch, handed over and summed up.
+  void take(stand::CheckedInventory& checked) {
+    result_.excluded_trees += checked.excluded_tree_count;
+    stand::StructuralUnits units;
+    if (checked.inventory.size() > 0) {
+      const auto start = Clock::now();
+      units = stand::structural_units(checked.inventory, options_);
+      result_.seconds_units += seconds_since(start);
+      findings_.add(units.findings);
+      result_.alpha0_deg = units.alpha0_deg;
+      result_.summaries.add(checked.inventory, units);
+    }
+    sink_(checked, units);
+  }
+
+  void read_whole() {
+    stand::CheckedInventory checked =
+        read_inventory(source_, settings_.reading, {.needs_coordinates = true}, callbacks_.note);
+    result_.notes = checked.notes;
+    result_.recognized = checked.recognized;
+    take(checked);
+  }
+
+  void read_batches() {
+    const auto* const file = std::get_if<std::filesystem::path>(&source_);
+    if (file == nullptr) {
+      throw UsageError("a table in memory is not read plot by plot", {.column = "--stream"});
+    }
+    if (options_.scope == stand::SearchScope::kStand) {
+      throw UsageError("--stream cannot search neighbors across plots; use --per plot",
+                       {.column = "--stream"});
+    }
+    constexpr std::size_t kTreesOfBatch = 200000;
+    stand::InventoryBatches batches(
+        *file, inventory_options(settings_.reading, {.needs_coordinates = true}), kTreesOfBatch);
+    options_.is_part = true;
+    std::size_t trees = 0;
+    while (auto batch = batches.next()) {
+      trees += batch->inventory.size();
+      take(*batch);
+      if (callbacks_.progress) callbacks_.progress(fmt::format("{} trees", trees), 0, 1);
+    }
+    std::vector<std::string> species;
+    for (const auto& summary : result_.summaries.by_species()) species.push_back(summary.species);
+    std::erase(species, "");
+    stand::check_species_of_angles(options_, species, result_.inventory);
+    note(batches.notes());
+    result_.recognized = batches.recognized();
+    const std::string excluded = batches.excluded();
+    if (!excluded.empty() && callbacks_.note) callbacks_.note(excluded);
+  }
+
+  void note_on_core_trees() const {
+    const stand::UnitSummary all = result_.summaries.all();
+    if (all.core_trees == all.trees || !callbacks_.note) return;
+    callbacks_.note(fmt::format(
+        "{} of {} trees are core trees; {} are near the boundary or have no structural unit",
+        all.core_trees,
+        all.trees,
+        all.trees - all.core_trees));
+  }
+
+  const data::TableSource& source_;
+  const IndicesOptions& settings_;
+  stand::StructuralUnitOptions options_;
+  const UnitSink& sink_;
+  const Callbacks& callbacks_;
+  /// Of all parts of the inventory, whose notes are made at the end.
+  stand::UnitFindings findings_{};
+  IndicesSummary result_{};
+};
+
+}  // namespace
+
+ordered_json json_of(const IndicesSummary& summary) {
+  ordered_json species = ordered_json::object();
+  for (const auto& one : summary.summaries.by_species()) {
+    species[one.species] = stand::json_of(one, summary.further);
+  }
+  const UnitSettings& settings = summary.settings;
+  return {{"schema", "silvafit-indices/1"},
+          {"silvafit", SILVAFIT_VERSION},
+          {"inventory", summary.inventory},
+          {"excluded", summary.excluded_trees},
+          {"neighbors", settings.neighbors},
+          {"alpha_deg", summary.alpha0_deg},
+          {"edge", settings.edge},
+          {"buffer_m",
+           settings.edge == "buffer" ? ordered_json(settings.buffer_m) : ordered_json(nullptr)},
+          {"per", settings.per},
+          {"all", stand::json_of(summary.summaries.all(), summary.further)},
+          {"species", std::move(species)},
+          {"recognized", summary.recognized},
+          {"notes", summary.notes},
+          {"seconds", summary.seconds},
+          {"seconds_units", summary.seconds_units}};
+}
+
+IndicesSummary compute_indices(const data::TableSource& inventory,
+                               const IndicesOptions& options,
+                               const UnitSink& sink,
+                               const Callbacks& callbacks) {
+  return IndicesRun(inventory, options, sink, callbacks).run();
+}
+
+data::Table TreeIndices::table() const { return inventory_table(inventory.inventory, units); }
+
+TreeIndices tree_indices(const data::TableSource& inventory,
+                         const IndicesOptions& options,
+                         const Callbacks& callbacks) {
+  if (options.stream) {
+    throw UsageError("all trees are wanted in memory; use compute_indices", {.column = "--stream"});
+  }
+  TreeIndices result;
+  const UnitSink sink = [&result](stand::CheckedInventory& trees, stand::StructuralUnits& units) {
+    result.inventory = std::move(trees);
+    result.units = std::move(units);
+  };
+  result.summary = compute_indices(inventory, options, sink, callbacks);
+  return result;
+}
+
+stand::CheckedInventory read_inventory(const data::TableSource& inventory,
+                                       const ReadingSettings& settings,
+                                       const stand::InventoryOptions& options,
+                                       const NoteCallback& note) {
+  stand::CheckedInventory checked =
+      stand::read_inventory(inventory, inventory_options(settings, options));
+  give_notes(checked.notes, note);
+  const std::string excluded = stand::describe_excluded(checked);
+  if (!excluded.empty() && note) note(excluded);
+  return checked;
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/whole_study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/json_values.hpp"
+#include "silvafit/study/indices.hpp"
+#include "silvafit/study/structure_columns.hpp"
+#include "silvafit/study/study_files.hpp"
+#include "workflow/study_decisions.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Columns of the file that a study reads besides those of an inventory: covariates, the group, and
+/// what own formulas name. Names that are no column are parameters there.
+std::vector<std::string> other_columns(const StudyOptions& options) {
+  constexpr std::size_t kMostCovariates = 8;
+  if (options.covariates.size() > kMostCovariates) {
+    throw UsageError(fmt::format("{} covariates have too many subsets; the maximum is {}",
+                                 options.covariates.size(),
+                                 kMostCovariates),
+                     {.column = "--covariates"});
+  }
+  std::vector<std::string> names;
+  for (const std::string& name : options.covariates) {
+    if (!is_structure_name(name)) names.push_back(name);
+  }
+  if (options.group != "plot") names.push_back(options.group);
+  for (const std::string& text : options.variance_functions) {
+    for (const fit::VarianceFactor& factor : fit::parse_variance_function(text).factors) {
+      for (const std::string& name : {factor.column, factor.stratum}) {
+        if (!name.empty() && !is_structure_name(name)) names.push_back(name);
+      }
+    }
+  }
+  return names;
+}
+
+/// What own candidates and responses may read: with them, every column of the file is kept.
+bool has_own_candidates(const StudyOptions& options) {
+  const auto is_own = [](const std::string& text) { return text.find('~') != std::string::npos; };
+  return std::ranges::any_of(options.candidates, [&](const auto& entry) {
+    return std::ranges::any_of(entry.second, is_own);
+  });
+}
+
+/// The structural units and the table with them.
+void add_structure(const StudyConfiguration& settings,
+                   const Callbacks& callbacks,
+                   StudyRecord& record) {
+  const stand::Inventory& inventory = record.inventory.inventory;
+  stand::StructuralUnitOptions options = unit_options(settings.units, settings.study.threads);
+  options.further = further_indices(settings);
+  const bool has_positions = inventory.has_coordinates();
+  if (has_positions) {
+    record.units = stand::structural_units(inventory, options);
+    give_notes(record.units->notes, callbacks.note);
+  }
+  record.table = inventory_table(inventory, record.units);
+  if (!has_positions) return;
+  // Without crown widths there is no C, and computing the units again would find none either.
+  const auto& covariates = settings.study.covariates;
+  const bool wants_crowding = std::ranges::find(covariates, "C") != covariates.end();
+  if (wants_crowding && !record.table.has("C")) {
+    record.table.set("C", std::vector<double>(record.table.rows(), data::kMissing));
+  }
+  give_notes(
+      add_structure_columns(structure_names_in(covariates, record.table), record.table, options),
+      callbacks.note);
+}
+
+ordered_json left_out_json(const ResponseStudy& result) {
+  if (!result.left_out) return nullptr;
+  return {{"rmse_ols", number_or_null(result.left_out->rmse_ols)},
+          {"rmse_covariates", number_or_null(result.left_out->rmse_covariates)},
+          {"rmse_nlme", number_or_null(result.left_out->rmse_nlme)},
+          {"worse", result.left_out->is_worse}};
+}
+
+ordered_json result_json(const ResponseStudy& result) {
+  const std::string formula = result.ols ? result.ols->fit.specification.formula.text : "";
+  return {{"species", result.species},
+          {"response", result.response},
+          {"n", result.rows.size()},
+          {"model", text_or_null(result.ols ? result.ols->fit.model : "")},
+          {"formula", text_or_null(formula)},
+          {"covariates", result.chosen_terms(&ResponseStudy::covariates)},
+          {"random", result.chosen_terms(&ResponseStudy::random)},
+          {"variance", result.nlme ? result.nlme->fit.variance.function().text() : ""},
+          {"r2_ols", number_or_null(result.ols ? result.ols->fit.population.r2 : NAN)},
+          {"r2_nlme", number_or_null(result.nlme ? result.nlme->fit.conditional.r2 : NAN)},
+          {"converged", result.converged()},
+          {"verdict", result.verdict()},
+          {"sound", result.is_sound()},
+          {"doubts", result.doubts},
+          {"passed_over", result.passed_over()},
+          {"left_out", left_out_json(result)}};
+}
+
+}  // namespace
+
+std::vector<stand::FurtherIndex> further_indices(const StudyConfiguration& settings) {
+  std::vector<stand::FurtherIndex> indices = further_indices(settings.units);
+  for (const std::string& name : settings.study.covariates) {
+    if (const auto index = stand::further_index_named(name)) indices.push_back(*index);
+  }
+  return indices;
+}
+
+StudyRecord whole_study(const data::TableSource& inventory,
+                        const Catalogue& catalogue,
+                        const StudyConfiguration& settings,
+                        const Callbacks& callbacks) {
+  StudyRecord record{.version = SILVAFIT_VERSION, .settings = settings};
+  record.inventory = read_inventory(
+      inventory,
+      settings.reading,
+      {.keep = other_columns(settings.study), .keep_all = has_own_candidates(settings.study)},
+      callbacks.note);
+  add_structure(settings, callbacks, record);
+  record.study = run_study(record.table, catalogue, settings.study, callbacks.progress);
+  give_notes(record.study.notes, callbacks.note);
+  record.decisions = decisions_of(record);
+  return record;
+}
+
+std::string study_configuration_for(const data::TableSource& inventory,
+                                    const Catalogue& catalogue,
+                                    const StudyConfiguration& settings,
+                                    const Callbacks& callbacks) {
+  const stand::CheckedInventory read =
+      read_inventory(inventory, settings.reading, {.keep_all = true}, callbacks.note);
+  return study_configuration_for(stand::to_table(read.inventory), catalogue, settings);
+}
+
+ordered_json json_of(const StudyRecord& record, const std::filesystem::path& folder) {
+  ordered_json summary{{"schema", "silvafit-study/1"},
+                       {"silvafit", record.version},
+                       {"out", folder.string()},
+                       {"report", (folder / "report.html").string()},
+                       {"fits", record.study.fit_count()},
+                       {"recognized", record.inventory.recognized},
+                       {"notes", record.study.notes},
+                       {"results", ordered_json::array()}};
+  for (const ResponseStudy& result : record.study.results) {
+    summary["results"].push_back(result_json(result));
+  }
+  return summary;
+}
+
+}  // namespace silvafit::study
