@@ -334,7 +334,7 @@ FitResult fit_model(const ModelSpecification& specification,
   check_method(specification, method, options.reml);
   check_start(specification, options.start);
   const FreeFit fit = [&](const ModelSpecification& model, const FittedModel* nearby) {
-    const NonlinearModel bound(model, table, options.threads);
+    const NonlinearModel bound(model, table, options.threads, options.stop);
     return nearby == nullptr ? fit_freely(bound, method, options)
                              : fit_nearby(bound, method, options, *nearby);
   };

@@ -130,7 +130,7 @@ void add_profiles(const FittedModel& fit,
                   const data::Table& table,
                   const IntervalOptions& options,
                   Intervals& result) {
-  const SurfaceSetting setting(fit, table);
+  const SurfaceSetting setting(fit, table, options.stop);
   const auto surface = make_surface(setting);
   const std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
   const ProfileStart start = start_of(setting, *surface);

@@ -6,6 +6,8 @@
 #include <limits>
 #include <memory>
 
+#include "silvafit/base/stop.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -43,7 +45,7 @@ class ResidualCost final : public ceres::CostFunction {
   /// Evaluates at a point; false where the mean or its derivative is not finite.
   bool visit(const VectorXd& point) const {
     point_ = point;
-    point_is_good_ = model_.evaluate(point) && model_.evaluate_jacobian(jacobian_);
+    point_is_good_ = evaluate(point);
     if (!point_is_good_) return false;
     const double sum_of_squares = model_.residuals().squaredNorm();
     if (sum_of_squares < best_.sum_of_squares) {
@@ -54,6 +56,15 @@ class ResidualCost final : public ceres::CostFunction {
   }
 
  private:
+  bool evaluate(const VectorXd& point) const {
+    try {
+      return model_.evaluate(point) && model_.evaluate_jacobian(jacobian_);
+    } catch (const Stopped&) {
+      // Ceres is not written for exceptions; the descent ends soon if each step fails.
+      return false;
+    }
+  }
+
   mutable VectorXd point_;
   mutable bool point_is_good_ = false;
   ProjectedModel& model_;
@@ -93,6 +104,7 @@ Descent descend(ProjectedModel& model, const VectorXd& nonlinear, const DescentO
   }
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(options), &problem, &summary);
+  model.model().check_stop();
   best.iterations = static_cast<int>(summary.iterations.size());
   return best;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
@@ -71,14 +72,20 @@ CoefficientFrame frame_of(const FittedModel& fit,
 
 }  // namespace
 
-SurfaceSetting::SurfaceSetting(const FittedModel& of, const data::Table& table)
-    : SurfaceSetting(of, table, held_by(of)) {}
+SurfaceSetting::SurfaceSetting(const FittedModel& of,
+                               const data::Table& table,
+                               std::stop_token stop)
+    : SurfaceSetting(of, table, held_by(of), std::move(stop)) {}
 
 SurfaceSetting::SurfaceSetting(const FittedModel& of,
                                const data::Table& table,
-                               const std::map<std::string, double>& held)
+                               const std::map<std::string, double>& held,
+                               std::stop_token stop)
     : fit(of),
-      model(held.empty() ? of.specification : with_held(of.specification, held), table),
+      model(held.empty() ? of.specification : with_held(of.specification, held),
+            table,
+            1,
+            std::move(stop)),
       variance(model.specification().variance, VarianceData::of(model)),
       estimate(free_estimate(of, held)),
       frame(frame_of(of, model, estimate)),

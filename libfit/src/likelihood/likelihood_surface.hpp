@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include "likelihood/surface_layout.hpp"
@@ -18,13 +19,14 @@ namespace silvafit::fit {
 /// What surfaces of one fit share: the model bound to the data, without coefficients that are held.
 struct SurfaceSetting {
   /// \throws UsageError if the fit did not converge, or the table is not the one it was made of
-  SurfaceSetting(const FittedModel& fit, const data::Table& table);
+  SurfaceSetting(const FittedModel& fit, const data::Table& table, std::stop_token stop = {});
   /// \param held  coefficients that the surface does not have, and their values; it has all others,
   ///   also those that the fit held
   /// \throws UsageError if the table is not the one that the fit was made of
   SurfaceSetting(const FittedModel& fit,
                  const data::Table& table,
-                 const std::map<std::string, double>& held);
+                 const std::map<std::string, double>& held,
+                 std::stop_token stop = {});
 
   /// The estimates as a vector.
   /// \param log_sigma  of the internal sigma

@@ -412,6 +412,7 @@ bool Linearizer::linearize(const LinearizationPoint& point,
                            bool expand,
                            const Linearization* before,
                            Linearization& result) {
+  model_.check_stop();
   const bool varies = !variance_.log_scale().is_zero();
   expand = expand && variance_.parameter_count() > 0;
   const Index width = model_.coefficient_count() + 1;

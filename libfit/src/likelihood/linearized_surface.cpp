@@ -24,7 +24,8 @@ MatrixXd mixing_of(const CoefficientFrame& frame) {
 class LinearizedSurface : public LikelihoodSurface {
  public:
   explicit LinearizedSurface(const SurfaceSetting& setting)
-      : is_restricted_(setting.fit.reml),
+      : model_(setting.model),
+        is_restricted_(setting.fit.reml),
         layout_(setting.model,
                 setting.variance,
                 setting.frame,
@@ -41,6 +42,7 @@ class LinearizedSurface : public LikelihoodSurface {
 
   double value(const VectorXd& x, VectorXd* gradient) override {
     constexpr double kOutside = std::numeric_limits<double>::infinity();
+    model_.check_stop();
     if (!x.allFinite()) return kOutside;
     const VectorXd variance = layout_.variance_part(x);
     if (variance != point_.variance || !is_valid_) is_valid_ = linearize(variance);
@@ -90,6 +92,7 @@ class LinearizedSurface : public LikelihoodSurface {
     return linearizer_.linearize(point_, variance.size() > 0, nullptr, at_);
   }
 
+  const NonlinearModel& model_;
   bool is_restricted_;
   SurfaceLayout layout_;
   Linearizer linearizer_;

@@ -129,6 +129,7 @@ MarginalValue MarginalLikelihood::evaluate(const MarginalPoint& point, bool with
 MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
                                         bool with_gradient,
                                         const PointChange* change) {
+  model_.check_stop();
   sums_.set_point(point.observation);
   const RandomDesign design = design_of(point);
   Modes modes = modes_;
@@ -153,6 +154,7 @@ MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
 std::optional<VectorXd> MarginalLikelihood::find_modes(const MarginalPoint& point,
                                                        Modes& modes,
                                                        const Modes* known) {
+  model_.check_stop();
   sums_.set_point(point.observation);
   const RandomDesign design = design_of(point);
   VectorXd objectives(model_.cluster_count());

@@ -369,6 +369,7 @@ LinearMixedProfile LindstromBates::profile_at(const Linearization& at,
 LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state,
                                                 const Linearization& at,
                                                 const VectorXd& theta) {
+  model_.check_stop();
   if (!linearizer_.is_curved() || variance_parameters(theta) == at.variance) {
     return profile_at(at, theta, true);
   }

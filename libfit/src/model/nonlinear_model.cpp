@@ -139,9 +139,11 @@ void check_effect_count(const ModelSpecification& specification) {
 
 NonlinearModel::NonlinearModel(ModelSpecification specification,
                                const data::Table& table,
-                               unsigned threads)
+                               unsigned threads,
+                               std::stop_token stop)
     : specification_(std::move(specification)),
       threads_(threads),
+      stop_(std::move(stop)),
       names_(specification_.coefficient_names()) {
   check_effect_count(specification_);
   choose_rows(table);
@@ -405,6 +407,7 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
       (coefficients.cols() != 1 && coefficients.cols() != group_count())) {
     throw UsageError("coefficients must be given once, or once for each group");
   }
+  check_stop();
   // Parameters and derivatives of a row are needed only until its results are there.
   constexpr Index kBlockRows = 4096;
   const Index n = observations();

@@ -36,8 +36,8 @@ struct BootstrapOptions {
   /// The column of the groups that kCases draws, each of which holds whole groups of the random
   /// effects. Empty: those of the outermost grouping, single observations without random effects.
   std::string group{};
-  /// Held coefficients, bounds and iterations, as the fit had them. Method, restricted likelihood
-  /// and points of quadrature are those of the fit whatever is here.
+  /// Held coefficients, bounds and iterations, as the fit had them, and the stop token. Method,
+  /// restricted likelihood and points of quadrature are those of the fit whatever is here.
   FitModelOptions refit{};
   /// Called as replicates are done, if given; may come from several threads.
   std::function<void(std::size_t done, std::size_t total)> progress{};

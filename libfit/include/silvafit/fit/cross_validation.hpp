@@ -26,8 +26,8 @@ struct CrossValidationOptions {
   std::size_t measured = 0;
   std::uint64_t seed = 1;  ///< of the dealing and the drawing
   unsigned threads = 0;    ///< over folds; 0: as many as there are cores
-  /// Held coefficients, bounds and iterations, as the fit had them. Method, restricted likelihood
-  /// and points of quadrature are those of the fit whatever is here.
+  /// Held coefficients, bounds and iterations, as the fit had them, and the stop token. Method,
+  /// restricted likelihood and points of quadrature are those of the fit whatever is here.
   FitModelOptions refit{};
   /// Called as folds are done, if given; may come from several threads.
   std::function<void(std::size_t done, std::size_t total)> progress{};

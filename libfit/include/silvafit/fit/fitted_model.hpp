@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -158,13 +159,15 @@ struct FitModelOptions {
   unsigned threads = 1;                           ///< over rows and groups; 0: all cores
   /// Called with one line for each iteration, if given.
   std::function<void(const std::string&)> trace{};
+  /// Ends the fit by the exception Stopped, within a few passes over the data, if given.
+  std::stop_token stop{};
 };
 
 /// Fits a model to the rows of a table where all of its columns have values. Mixed and generalized
 /// fits start from the least-squares fit. A fit that fails is a result that says so.
 /// \throws UsageError if the method does not suit the specification, a start value, a held value or
 ///   a bound is for no coefficient, or is for one with a random effect; UsageError, InputError,
-///   DomainError as NonlinearModel and fit_least_squares
+///   DomainError as NonlinearModel and fit_least_squares; Stopped if the caller has asked for it
 FitResult fit_model(const ModelSpecification& specification,
                     const data::Table& table,
                     const FitModelOptions& options = {});

@@ -2,6 +2,8 @@
 // Confidence intervals of all parameters of a fit: Wald's and those of the profile likelihood.
 #pragma once
 
+#include <stop_token>
+
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/parameter_intervals.hpp"
 
@@ -13,6 +15,8 @@ struct IntervalOptions {
   IntervalMethod method = IntervalMethod::kWald;
   double level = 0.95;   ///< of confidence, between 0 and 1
   unsigned threads = 1;  ///< over parameters; 0 as many as there are cores
+  /// Ends the search for the limits of profiles by the exception Stopped, if given.
+  std::stop_token stop{};
 };
 
 /// Intervals of coefficients, standard deviations and correlations of random effects, parameters of

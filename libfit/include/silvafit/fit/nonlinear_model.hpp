@@ -8,11 +8,13 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/stop.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/model_specification.hpp"
@@ -40,14 +42,21 @@ class NonlinearModel {
   };
 
   /// \param threads  to compute with; 0 as many as the machine has cores
+  /// \param stop     ends what is computed from the model; see check_stop()
   /// \throws UsageError if a column is not there, or if a group has more than 12 random effects
   /// over
   ///   both groupings; InputError if no complete row is left, or a column of the data has an
   ///   infinite value
-  NonlinearModel(ModelSpecification specification, const data::Table& table, unsigned threads = 1);
+  NonlinearModel(ModelSpecification specification,
+                 const data::Table& table,
+                 unsigned threads = 1,
+                 std::stop_token stop = {});
 
   const ModelSpecification& specification() const { return specification_; }
   unsigned threads() const { return threads_; }
+  /// Called before each pass over the data, which all searches consist of.
+  /// \throws Stopped if the caller has asked to stop
+  void check_stop() const { silvafit::check_stop(stop_); }
   Eigen::Index observations() const { return response_.size(); }
   Eigen::Index coefficient_count() const { return static_cast<Eigen::Index>(names_.size()); }
   const std::vector<std::string>& coefficient_names() const { return names_; }
@@ -166,6 +175,7 @@ class NonlinearModel {
 
   ModelSpecification specification_;
   unsigned threads_ = 1;
+  std::stop_token stop_;
   std::vector<std::string> names_;
   std::vector<Slot> slots_;
   std::string file_;
