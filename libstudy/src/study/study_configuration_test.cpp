@@ -4,6 +4,7 @@
 
 #include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "study/study_test_support.hpp"
 
 using namespace silvafit;
