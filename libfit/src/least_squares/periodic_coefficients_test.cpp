@@ -45,6 +45,8 @@ NonlinearModel bound(const std::string& formula, const data::Table& table) {
 }
 
 const std::string kWave = "y ~ A + B*cos(w*t) + C*sin(w*t)";
+/// Place of the frequency among the coefficients: A, B, w, C, as the formula names them.
+constexpr Eigen::Index kFrequency = 2;
 
 /// Standard deviation of the least-squares estimate of a frequency, for amplitude 3 and sd 1.
 /// Source: Rife and Boorstyn 1974, IEEE Transactions on Information Theory 20, 591-598: the bound
@@ -63,7 +65,7 @@ TEST_CASE("frequencies that data tell apart reach up to Nyquist's") {
   const data::Table table = wave(regular(101, 0.1), 6.0, 1);
   const auto found = periodic_coefficients(bound(kWave, table));
   REQUIRE(found.size() == 1);
-  CHECK(found[0].coefficient == 3);  // after A, B and C
+  CHECK(found[0].coefficient == kFrequency);
   CHECK_FALSE(found[0].is_period);
   const double nyquist = std::numbers::pi / 0.1;
   CHECK(found[0].value(found[0].count) == Approx(nyquist));
@@ -93,7 +95,7 @@ TEST_CASE("a frequency is found without a start value") {
       const data::Table table = wave(times, frequency, seed);
       const FittedModel fit = fit_model(specify_model(kWave, {}, table), table).fit;
       REQUIRE(fit.convergence.converged());
-      CHECK(fit.estimate[3] == Approx(frequency).margin(5.0 * frequency_error(times)));
+      CHECK(fit.estimate[kFrequency] == Approx(frequency).margin(5.0 * frequency_error(times)));
     }
   }
 }
@@ -105,13 +107,13 @@ TEST_CASE("a frequency is found in observations at irregular times, or as a peri
     const data::Table table = wave(times, frequency, 4);
     const FittedModel fit = fit_model(specify_model(kWave, {}, table), table).fit;
     REQUIRE(fit.convergence.converged());
-    CHECK(fit.estimate[3] == Approx(frequency).margin(5.0 * frequency_error(times)));
+    CHECK(fit.estimate[kFrequency] == Approx(frequency).margin(5.0 * frequency_error(times)));
     const FittedModel period =
         fit_model(specify_model("y ~ A + B*cos(2*pi*t/P) + C*sin(2*pi*t/P)", {}, table), table).fit;
     REQUIRE(period.convergence.converged());
     CHECK(period.log_likelihood == Approx(fit.log_likelihood).epsilon(1e-9));
-    CHECK(std::abs(period.estimate[3]) ==
-          Approx(2.0 * std::numbers::pi / fit.estimate[3]).epsilon(1e-6));
+    CHECK(std::abs(period.estimate[kFrequency]) ==
+          Approx(2.0 * std::numbers::pi / fit.estimate[kFrequency]).epsilon(1e-6));
   }
 }
 
@@ -123,5 +125,5 @@ TEST_CASE("a given frequency is a start, whatever Nyquist's is") {
   options.start = {{"A", 12.0}, {"B", 2.0}, {"C", -2.0}, {"w", alias}};
   const FittedModel fit = fit_model(specify_model(kWave, {}, table), table, options).fit;
   REQUIRE(fit.convergence.converged());
-  CHECK(fit.estimate[3] == Approx(alias).margin(5.0 * frequency_error(times)));
+  CHECK(fit.estimate[kFrequency] == Approx(alias).margin(5.0 * frequency_error(times)));
 }
