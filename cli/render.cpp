@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct RenderArguments {
   std::string date{};
   std::string place{};
   std::string camera = "200,12";
+  std::string target{};
   std::size_t turntable = 0;
   std::size_t columns = 0;
   bool without_ground = false;
@@ -50,6 +52,22 @@ std::array<double, 2> pair_of(const std::string& text, char separator, const std
     throw UsageError(fmt::format("{} needs two numbers, A{}B, not '{}'", option, separator, text));
   }
   return values;
+}
+
+/// A point of a text such as `3,-2.5,8` (east, north, up) as the ray tracer has it.
+render::Vector point_of(const std::string& text, const std::string& option) {
+  std::array<double, 3> values{};
+  std::istringstream words(text);
+  std::size_t count = 0;
+  bool is_point = true;
+  for (std::string word; std::getline(words, word, ','); ++count) {
+    is_point = is_point && count < values.size() && data::parse_number(word, values[count]);
+  }
+  is_point = is_point && count == values.size();
+  if (!is_point) {
+    throw UsageError(fmt::format("{} needs three numbers, EAST,NORTH,UP, not '{}'", option, text));
+  }
+  return {values[0], values[2], -values[1]};
 }
 
 std::size_t side_of(double value) {
@@ -90,6 +108,7 @@ render::RenderOptions options_of(const RenderArguments& arguments) {
   const auto [azimuth, elevation] = pair_of(arguments.camera, ',', "--camera");
   options.camera.azimuth_deg = azimuth;
   options.camera.elevation_deg = elevation;
+  if (!arguments.target.empty()) options.camera.target = point_of(arguments.target, "--target");
   options.sun = sun_of(arguments);
   options.seed = arguments.common.seed;
   options.threads = arguments.common.threads;
@@ -232,6 +251,12 @@ void add_render_command(CLI::App& program) {
                   "Position of the camera: azimuth from north, clockwise, and elevation [degrees]")
       ->type_name("AZIMUTH,ELEVATION")
       ->capture_default_str();
+  command
+      .add_option("--target",
+                  arguments->target,
+                  "Point in the middle of the image, in the model's coordinates [m]; by default "
+                  "the model fills the image")
+      ->type_name("EAST,NORTH,UP");
   command
       .add_option("--view", arguments->options.camera.view_deg, "Vertical field of view [degrees]")
       ->capture_default_str();

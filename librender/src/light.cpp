@@ -13,8 +13,9 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kPi = std::numbers::pi_v<float>;
-/// Maximum number of reflections; further ones add nothing visible.
-constexpr int kMostReflections = 2;
+/// After this number of surfaces a way may end by chance, and after the second it does.
+constexpr int kCertainSurfaces = 2;
+constexpr int kMostSurfaces = 32;
 
 float uniform(Random& random) { return static_cast<float>(random.uniform()); }
 
@@ -56,7 +57,76 @@ Ray leaving(const Hit& hit, const Vector3f& flat_normal, const Vector3f& directi
 
 Vector3f mixed(const Vector3f& a, const Vector3f& b, float share) { return a + share * (b - a); }
 
+/// Schlick's reflectance; a rough surface has less of it at grazing angles (Lagarde).
+float fresnel(const Material& material, float cosine) {
+  const auto least = static_cast<float>(material.reflectance);
+  const float most = std::max(1.0F - static_cast<float>(material.roughness), least);
+  return least + (most - least) * std::pow(1.0F - std::clamp(cosine, 0.0F, 1.0F), 5.0F);
+}
+
+/// The share of the microfacets that are visible from a direction (Smith, GGX).
+float visible_share(float cosine, float alpha) {
+  const float square = alpha * alpha;
+  return 2.0F * cosine / (cosine + std::sqrt(square + (1.0F - square) * cosine * cosine));
+}
+
+/// The density of microfacets with a normal at this cosine from the surface's (GGX).
+float facet_density(float cosine, float alpha) {
+  const float square = alpha * alpha;
+  const float base = cosine * cosine * (square - 1.0F) + 1.0F;
+  return square / (kPi * base * base);
+}
+
+/// The normal of a microfacet that is visible from a direction, drawn by their visible areas
+/// (Heitz 2018, Sampling the GGX distribution of visible normals, JCGT 7).
+Vector3f visible_facet(const Vector3f& normal, const Vector3f& to, float alpha, Random& random) {
+  const auto [x, y] = frame_of(normal);
+  const Vector3f own(to.dot(x), to.dot(y), to.dot(normal));
+  const Vector3f view = Vector3f(alpha * own.x(), alpha * own.y(), own.z()).normalized();
+  const auto [first, second] = frame_of(view);
+  const float radius = std::sqrt(uniform(random));
+  const float angle = 2.0F * kPi * uniform(random);
+  const float a = radius * std::cos(angle);
+  const float share = 0.5F * (1.0F + view.z());
+  // frame_of() need not be oriented to the surface: the second coordinate is the one that tilts.
+  const Vector3f level =
+      view.z() < 0.9999F ? Vector3f(-view.y(), view.x(), 0.0F).normalized() : Vector3f(first);
+  const Vector3f tilted = view.z() < 0.9999F ? Vector3f(view.cross(level)) : Vector3f(second);
+  const float b =
+      (1.0F - share) * std::sqrt(std::max(0.0F, 1.0F - a * a)) + share * radius * std::sin(angle);
+  const Vector3f facet =
+      a * level + b * tilted + std::sqrt(std::max(0.0F, 1.0F - a * a - b * b)) * view;
+  const Vector3f stretched =
+      Vector3f(alpha * facet.x(), alpha * facet.y(), std::max(1e-6F, facet.z())).normalized();
+  return stretched.x() * x + stretched.y() * y + stretched.z() * normal;
+}
+
+float alpha_of(const Material& material) {
+  const auto roughness = static_cast<float>(material.roughness);
+  return roughness * roughness;
+}
+
 }  // namespace
+
+/// A surface as it is seen along a ray: both normals are on the side of the ray.
+struct Surroundings {
+  const Hit& hit;
+  Vector3f back;  ///< towards the start of the ray
+  Vector3f flat_normal;
+  Vector3f normal;
+  float reflected = 0.0F;   ///< share of the light that is reflected
+  float through = 0.0F;     ///< light scattered to the other side relative to this side
+  Vector3f color{0, 0, 0};  ///< scattered to this side; both sides together at most 1
+
+  Surroundings(const Hit& at, const Ray& ray) : hit(at), back(-ray.direction) {
+    flat_normal = at.flat_normal.dot(back) < 0.0F ? Vector3f(-at.flat_normal) : at.flat_normal;
+    // Vertex normals of a leaf may point to its other side.
+    normal = at.normal.dot(flat_normal) < 0.0F ? Vector3f(-at.normal) : at.normal;
+    if (at.material->reflectance > 0.0) reflected = fresnel(*at.material, flat_normal.dot(back));
+    through = static_cast<float>(at.material->translucency);
+    color = at.color / std::max(1.0F, (1.0F + through) * at.color.maxCoeff());
+  }
+};
 
 Vector3f sky_direction(double azimuth_deg, double elevation_deg) {
   const double azimuth = kDegree * azimuth_deg;
@@ -67,30 +137,29 @@ Vector3f sky_direction(double azimuth_deg, double elevation_deg) {
       .cast<float>();
 }
 
-Light::Light(const TracedScene& scene, SunPosition sun, float ground_m)
-    : scene_(scene),
-      to_sun_(sky_direction(sun.azimuth_deg, sun.elevation_deg)),
-      ground_m_(ground_m),
-      ground_{.color = {0.22, 0.20, 0.13}} {
-  // A low sun is red and weak, and the sky darkens with it.
-  const float height = to_sun_.y();
+Sky sky_with(const SunPosition& sun) {
+  Sky sky{.to_sun = sky_direction(sun.azimuth_deg, sun.elevation_deg)};
+  const float height = sky.to_sun.y();
   const float day = std::clamp((height + 0.1F) / 0.3F, 0.02F, 1.0F);
   const float warmth = std::clamp(1.0F - height / 0.5F, 0.0F, 1.0F);
-  sun_color_ =
-      height > 0.0F
-          ? Vector3f(
-                mixed(Vector3f(2.9F, 2.7F, 2.4F), Vector3f(2.4F, 1.3F, 0.6F), warmth * warmth) *
-                std::min(1.0F, 0.3F + 2.0F * height))
-          : Vector3f::Zero();
-  zenith_ = day * Vector3f(0.20F, 0.38F, 0.75F);
-  horizon_ =
+  if (height > 0.0F) {
+    const Vector3f high(2.9F, 2.7F, 2.4F);
+    const Vector3f low(2.4F, 1.3F, 0.6F);
+    sky.sun = mixed(high, low, warmth * warmth) * std::min(1.0F, 0.3F + 2.0F * height);
+  }
+  sky.zenith = day * Vector3f(0.20F, 0.38F, 0.75F);
+  sky.horizon =
       day * mixed(Vector3f(0.72F, 0.82F, 0.92F), Vector3f(0.95F, 0.72F, 0.50F), 0.6F * warmth);
-  scale_m_ = (scene.bounds()[1] - scene.bounds()[0]).norm();
+  return sky;
 }
 
-Vector3f Light::sky(const Vector3f& direction) const {
-  const float height = std::max(0.0F, direction.y());
-  return mixed(horizon_, zenith_, std::sqrt(height));
+Vector3f Sky::along(const Vector3f& direction) const {
+  return mixed(horizon, zenith, std::sqrt(std::max(0.0F, direction.y())));
+}
+
+Light::Light(const TracedScene& scene, const Sky& sky, float ground_m)
+    : scene_(scene), sky_(sky), ground_m_(ground_m), ground_{.color = {0.22, 0.20, 0.13}} {
+  scale_m_ = (scene.bounds()[1] - scene.bounds()[0]).norm();
 }
 
 std::optional<Hit> Light::first_hit(const Ray& ray) const {
@@ -106,70 +175,74 @@ std::optional<Hit> Light::first_hit(const Ray& ray) const {
              .material = &ground_};
 }
 
-Vector3f Light::from_sun(const Hit& hit,
-                         const Vector3f& normal,
-                         const Vector3f& flat_normal,
-                         Random& random) const {
-  const Vector3f direction = sun_direction(to_sun_, random);
-  const float cosine = normal.dot(direction);
-  const float share = cosine >= 0.0F ? 1.0F : static_cast<float>(hit.material->translucency);
+/// The sun's light that a surface scatters and reflects back along the ray.
+Vector3f Light::from_sun(const Surroundings& here, Random& random) const {
+  if (sky_.sun.isZero()) return Vector3f::Zero();
+  const Vector3f direction = sun_direction(sky_.to_sun, random);
   // If the smooth normal faces the sun but the triangle does not, the surface shades itself.
-  const bool is_behind = flat_normal.dot(direction) < 0.0F;
-  if (is_behind && hit.material->translucency <= 0.0) return Vector3f::Zero();
-  if (share <= 0.0F || sun_color_.isZero()) return Vector3f::Zero();
-  if (scene_.is_blocked(leaving(hit, flat_normal, direction))) return Vector3f::Zero();
-  return share * std::abs(cosine) * sun_color_;
-}
-
-Vector3f Light::from_sky(const Hit& hit,
-                         const Vector3f& normal,
-                         const Vector3f& flat_normal,
-                         Random& random) const {
-  const auto through = static_cast<float>(hit.material->translucency);
-  const bool is_from_behind = uniform(random) * (1.0F + through) > 1.0F;
-  const Vector3f direction = cosine_direction(is_from_behind ? Vector3f(-normal) : normal, random);
-  // Other surfaces give a little light where the sky is blocked.
-  constexpr float kBounced = 0.12F;
-  const Vector3f arriving = direction.y() < 0.0F ? Vector3f(kBounced * horizon_)
-                            : scene_.is_blocked(leaving(hit, flat_normal, direction))
-                                ? Vector3f(kBounced * horizon_)
-                                : sky(direction);
-  return (1.0F + through) * arriving;
-}
-
-Vector3f Light::scattered(const Hit& hit,
-                          const Vector3f& normal,
-                          const Vector3f& flat_normal,
-                          Random& random) const {
-  const Vector3f light =
-      from_sun(hit, normal, flat_normal, random) + from_sky(hit, normal, flat_normal, random);
-  return hit.color.cwiseProduct(light);
-}
-
-Vector3f Light::along(const Ray& ray, Random& random, int depth) const {
-  const std::optional<Hit> hit = first_hit(ray);
-  if (!hit) return sky(ray.direction);
-  const bool is_back = hit->flat_normal.dot(ray.direction) > 0.0F;
-  const Vector3f flat_normal = is_back ? Vector3f(-hit->flat_normal) : hit->flat_normal;
-  // Vertex normals of a leaf may point to its other side.
-  const Vector3f normal =
-      hit->normal.dot(flat_normal) < 0.0F ? Vector3f(-hit->normal) : hit->normal;
-  const auto reflectance = static_cast<float>(hit->material->reflectance);
-  if (reflectance > 0.0F && depth < kMostReflections) {
-    const float cosine = std::clamp(-normal.dot(ray.direction), 0.0F, 1.0F);
-    const float share = reflectance + (1.0F - reflectance) * std::pow(1.0F - cosine, 5.0F);
-    if (uniform(random) < share) {
-      const Vector3f direction =
-          (ray.direction - 2.0F * normal.dot(ray.direction) * normal).normalized();
-      return along(leaving(*hit, flat_normal, direction), random, depth + 1);
-    }
+  const float flat_cosine = here.flat_normal.dot(direction);
+  if (flat_cosine < 0.0F && here.through <= 0.0F) return Vector3f::Zero();
+  const float cosine = here.normal.dot(direction);
+  const float share = cosine >= 0.0F ? 1.0F : here.through;
+  Vector3f light = (1.0F - here.reflected) * share * std::abs(cosine) * here.color;
+  const float alpha = alpha_of(*here.hit.material);
+  if (here.reflected > 0.0F && alpha > 0.0F && flat_cosine > 0.0F) {
+    const Vector3f facet = (direction + here.back).normalized();
+    const float view_cosine = std::max(here.flat_normal.dot(here.back), 1e-4F);
+    const float density = facet_density(here.flat_normal.dot(facet), alpha);
+    const float reflected = here.reflected * density * visible_share(flat_cosine, alpha) *
+                            visible_share(view_cosine, alpha) / (4.0F * view_cosine);
+    light += Vector3f::Constant(kPi * reflected);
   }
-  Vector3f light = scattered(*hit, normal, flat_normal, random);
-  if (hit->material != &ground_) return light;
-  // The plane is infinite: it fades into the horizon.
-  const float haze =
-      1.0F - std::exp(-std::max(0.0F, hit->distance - 2.0F * scale_m_) / (4.0F * scale_m_));
-  return mixed(light, horizon_, haze);
+  if (light.isZero() || scene_.is_blocked(leaving(here.hit, here.flat_normal, direction))) {
+    return Vector3f::Zero();
+  }
+  return light.cwiseProduct(sky_.sun);
+}
+
+/// The direction in which the way goes on, and the share of its light that goes back along the ray.
+Ray Light::next(const Surroundings& here, Random& random, Vector3f& share) const {
+  if (here.reflected > 0.0F && uniform(random) < here.reflected) {
+    const float alpha = alpha_of(*here.hit.material);
+    // A mirror reflects by its smooth normal, a rough surface by that of its triangle.
+    const Vector3f facet =
+        alpha > 0.0F ? visible_facet(here.flat_normal, here.back, alpha, random) : here.normal;
+    const Vector3f direction = (2.0F * facet.dot(here.back) * facet - here.back).normalized();
+    const float cosine = here.flat_normal.dot(direction);
+    if (alpha > 0.0F) share *= cosine > 0.0F ? visible_share(cosine, alpha) : 0.0F;
+    return leaving(here.hit, here.flat_normal, direction);
+  }
+  const bool is_through = uniform(random) * (1.0F + here.through) > 1.0F;
+  Vector3f direction = cosine_direction(is_through ? Vector3f(-here.normal) : here.normal, random);
+  const float cosine = here.flat_normal.dot(direction);
+  // A smooth normal must not send light through a surface that lets none pass.
+  if (cosine < 0.0F && here.through <= 0.0F) direction -= 2.0F * cosine * here.flat_normal;
+  share = share.cwiseProduct((1.0F + here.through) * here.color);
+  return leaving(here.hit, here.flat_normal, direction);
+}
+
+Vector3f Light::along(Ray ray, Random& random) const {
+  Vector3f sum = Vector3f::Zero();
+  Vector3f share = Vector3f::Ones();
+  for (int surfaces = 0; surfaces < kMostSurfaces; ++surfaces) {
+    const std::optional<Hit> hit = first_hit(ray);
+    if (!hit) return sum + share.cwiseProduct(sky_.along(ray.direction));
+    if (surfaces == 0 && hit->material == &ground_) {
+      // The plane is infinite: it fades into the horizon.
+      const float haze =
+          1.0F - std::exp(-std::max(0.0F, hit->distance - 2.0F * scale_m_) / (4.0F * scale_m_));
+      sum += haze * sky_.horizon;
+      share *= 1.0F - haze;
+    }
+    const Surroundings here(*hit, ray);
+    sum += share.cwiseProduct(from_sun(here, random));
+    ray = next(here, random, share);
+    if (surfaces + 1 < kCertainSurfaces) continue;
+    const float chance = std::min(share.maxCoeff(), 1.0F);
+    if (!(uniform(random) < chance)) break;
+    share /= chance;
+  }
+  return sum;
 }
 
 }  // namespace silvafit::render

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Light of sun and sky, and its reflection by surfaces.
+// Light of sun and sky, and its way from surface to surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,35 +10,44 @@
 
 namespace silvafit::render {
 
+struct Surroundings;
+
+/// What lights a scene, linear RGB. The sky has its horizon's color at the horizon and its zenith's
+/// above.
+struct Sky {
+  Eigen::Vector3f to_sun{0, 1, 0};  ///< of length 1
+  /// Radiance of a white surface that faces the sun: its irradiance by pi.
+  Eigen::Vector3f sun{0, 0, 0};
+  Eigen::Vector3f zenith{0, 0, 0};
+  Eigen::Vector3f horizon{0, 0, 0};
+
+  Eigen::Vector3f along(const Eigen::Vector3f& direction) const;
+};
+
+/// A clear sky. A low sun is red and weak, and the sky darkens with it.
+Sky sky_with(const SunPosition& sun);
+
+/// Follows light backwards along rays: at each surface the sun, and one direction by chance in
+/// which the way goes on.
+///
+/// A surface reflects the share F of the light by its rough reflection (GGX, with Schlick's F for
+/// the triangle's own normal) and scatters the rest: by its color to the side of the light, and by
+/// color times translucency to the other side. Both together never exceed the light that arrives.
 class Light {
  public:
   /// \param ground_m  height of the ground plane; not finite without one
-  Light(const TracedScene& scene, SunPosition sun, float ground_m);
+  Light(const TracedScene& scene, const Sky& sky, float ground_m);
 
   /// Light that arrives along a ray, linear RGB.
-  Eigen::Vector3f along(const Ray& ray, Random& random, int depth = 0) const;
+  Eigen::Vector3f along(Ray ray, Random& random) const;
 
  private:
   std::optional<Hit> first_hit(const Ray& ray) const;
-  Eigen::Vector3f sky(const Eigen::Vector3f& direction) const;
-  Eigen::Vector3f scattered(const Hit& hit,
-                            const Eigen::Vector3f& normal,
-                            const Eigen::Vector3f& flat_normal,
-                            Random& random) const;
-  Eigen::Vector3f from_sun(const Hit& hit,
-                           const Eigen::Vector3f& normal,
-                           const Eigen::Vector3f& flat_normal,
-                           Random& random) const;
-  Eigen::Vector3f from_sky(const Hit& hit,
-                           const Eigen::Vector3f& normal,
-                           const Eigen::Vector3f& flat_normal,
-                           Random& random) const;
+  Eigen::Vector3f from_sun(const Surroundings& here, Random& random) const;
+  Ray next(const Surroundings& here, Random& random, Eigen::Vector3f& share) const;
 
   const TracedScene& scene_;
-  Eigen::Vector3f to_sun_;
-  Eigen::Vector3f sun_color_;
-  Eigen::Vector3f zenith_;
-  Eigen::Vector3f horizon_;
+  Sky sky_;
   float ground_m_;
   Material ground_;
   float scale_m_;  ///< of the scene, by which distance fades the ground into the horizon

@@ -2,7 +2,6 @@
 #include "silvafit/render/models.hpp"
 
 #include "silvafit/base/error.hpp"
-#include "traced_scene.hpp"
 
 namespace silvafit::render {
 namespace {
@@ -11,10 +10,13 @@ Material material_of(const tree::ReadPart& part) {
   const tree::MeshPart& mesh = part.mesh;
   Material material{.color = {mesh.color[0], mesh.color[1], mesh.color[2]},
                     .double_sided = mesh.double_sided};
-  // Proportion of green light that passes thin leaves, and the Fresnel reflectance of wax (n =
-  // 1.4).
-  constexpr double kLeafTranslucency = 0.35;
+  // Light that passes thin leaves relative to the light that they scatter back: in green a leaf
+  // transmits about as much as it reflects (Jacquemoud and Baret 1990, PROSPECT, figure 4); shoots
+  // have several leaves behind each other. The Fresnel reflectance of wax (n = 1.4), and the
+  // roughness of its surface (Bousquet et al. 2005, 0.3 to 0.5).
+  constexpr double kLeafTranslucency = 0.6;
   constexpr double kLeafReflectance = 0.028;
+  constexpr double kLeafRoughness = 0.5;
   // silvafit names materials after presets, such as generic-conifer-leaf. Names in other files are
   // unknown.
   const bool is_ours = !part.part.empty();
@@ -24,6 +26,7 @@ Material material_of(const tree::ReadPart& part) {
   if (is_leaf) {
     material.translucency = kLeafTranslucency;
     material.reflectance = kLeafReflectance;
+    material.roughness = kLeafRoughness;
   }
   return material;
 }
@@ -44,12 +47,13 @@ Scene scene_of(const tree::ReadScene& read) {
                                  .colors = part.mesh.colors,
                                  .indices = part.mesh.indices,
                                  .uvs = part.mesh.uvs,
-                                 .texture = part.mesh.texture});
+                                 .texture = part.mesh.texture,
+                                 .normal_texture = part.mesh.normal_texture});
     }
   }
   for (const tree::ReadInstance& instance : read.instances) {
     scene.instances.push_back({.model = instance.model, .transform = instance.transform});
-    if (is_flattened(scene.instances.back())) {
+    if (tree::is_flattened(instance.transform)) {
       throw InputError("the node '" + instance.name + "' is scaled to 0 in one direction",
                        {.file = read.file});
     }

@@ -36,6 +36,10 @@ void check(const RenderOptions& options) {
   if (!(std::abs(camera.elevation_deg) <= 89.0) || !std::isfinite(camera.azimuth_deg)) {
     throw UsageError("the camera's elevation must be between -89 and 89 degrees");
   }
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  if (camera.target && !std::ranges::all_of(*camera.target, is_finite)) {
+    throw UsageError("the camera's target must be finite");
+  }
   if (!(camera.zoom > 0.0) || !std::isfinite(camera.zoom)) {
     throw UsageError("the zoom must be positive");
   }
@@ -47,19 +51,21 @@ void check(const RenderOptions& options) {
 /// Rays through the pixels of an image.
 class Lens {
  public:
-  Lens(const std::array<Vector3f, 2>& bounds, const RenderOptions& options)
+  /// \param outline  points that are in the image if the zoom is 1
+  Lens(const std::vector<Vector3f>& outline, const RenderOptions& options)
       : width_(static_cast<float>(options.width)), height_(static_cast<float>(options.height)) {
     const Camera& camera = options.camera;
-    Vector3f target = 0.5F * (bounds[0] + bounds[1]);
-    if (camera.target) {
-      target = Eigen::Map<const Eigen::Vector3d>(camera.target->data()).cast<float>();
-    }
     half_height_ = static_cast<float>(std::tan(0.5 * kDegree * camera.view_deg));
     const Vector3f backwards = sky_direction(camera.azimuth_deg, camera.elevation_deg);
     forward_ = -backwards;
     right_ = forward_.cross(Vector3f::UnitY()).normalized();
     up_ = right_.cross(forward_);
-    eye_ = target + static_cast<float>(distance(bounds, target) / camera.zoom) * backwards;
+    if (camera.target) {
+      aim_at(Eigen::Map<const Eigen::Vector3d>(camera.target->data()).cast<float>(), outline);
+    } else {
+      frame(outline);
+    }
+    eye_ = target_ + distance_ / static_cast<float>(camera.zoom) * backwards;
   }
 
   /// \param x, y  from the upper left corner, in pixels
@@ -70,25 +76,85 @@ class Lens {
   }
 
  private:
-  /// A distance at which all corners of the box are in the image, with a margin.
-  float distance(const std::array<Vector3f, 2>& bounds, const Vector3f& target) const {
-    constexpr float kMargin = 1.06F;
-    float result = 0.0F;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vector3f point(
-          bounds[corner & 1].x(), bounds[corner >> 1 & 1].y(), bounds[corner >> 2 & 1].z());
+  static constexpr float kMargin = 1.06F;
+
+  /// Tangents of the largest angles to the side and up, less the margin.
+  float wide() const { return half_height_ * width_ / height_ / kMargin; }
+  float tall() const { return half_height_ / kMargin; }
+
+  /// The distance at which everything is in the image around a target.
+  void aim_at(const Vector3f& target, const std::vector<Vector3f>& outline) {
+    target_ = target;
+    for (const Vector3f& point : outline) {
       const Vector3f offset = point - target;
-      const float half_width = half_height_ * width_ / height_;
-      const float needed = kMargin * std::max(std::abs(offset.dot(right_)) / half_width,
-                                              std::abs(offset.dot(up_)) / half_height_);
-      result = std::max(result, needed - offset.dot(forward_));
+      const float needed =
+          std::max(std::abs(offset.dot(right_)) / wide(), std::abs(offset.dot(up_)) / tall());
+      distance_ = std::max(distance_, needed - offset.dot(forward_));
     }
-    return std::max(result, std::numeric_limits<float>::min());
+    distance_ = std::max(distance_, std::numeric_limits<float>::min());
+  }
+
+  /// The nearest camera that has everything in its image. For the sides of the image, whose slope
+  /// is s, every point (x, z) with z forward must have |x - eye_x| <= s (z - eye_z): the largest
+  /// values of x - s z and of -x - s z are two lines that meet at the eye. The same holds for the
+  /// upper and the lower edge; the pair that needs the larger distance decides.
+  void frame(const std::vector<Vector3f>& outline) {
+    const auto [x, z_wide] = meeting_point(outline, right_, wide());
+    const auto [y, z_tall] = meeting_point(outline, up_, tall());
+    float nearest = std::numeric_limits<float>::infinity();
+    float farthest = -nearest;
+    for (const Vector3f& point : outline) {
+      nearest = std::min(nearest, point.dot(forward_));
+      farthest = std::max(farthest, point.dot(forward_));
+    }
+    const float eye = std::min({z_wide, z_tall, nearest});
+    const float middle = 0.5F * (nearest + farthest);
+    distance_ = std::max(middle - eye, std::numeric_limits<float>::min());
+    // In the direction that has room to spare the outline is in the middle of the image.
+    target_ = centered(outline, right_, eye, x) * right_ + centered(outline, up_, eye, y) * up_ +
+              middle * forward_;
+  }
+
+  std::array<float, 2> meeting_point(const std::vector<Vector3f>& outline,
+                                     const Vector3f& side,
+                                     float slope) const {
+    float upper = -std::numeric_limits<float>::infinity();
+    float lower = upper;
+    for (const Vector3f& point : outline) {
+      const float behind = slope * point.dot(forward_);
+      upper = std::max(upper, point.dot(side) - behind);
+      lower = std::max(lower, -point.dot(side) - behind);
+    }
+    return {0.5F * (upper - lower), -0.5F * (upper + lower) / slope};
+  }
+
+  /// The place of the eye along a side from which the largest angles to both sides are equal,
+  /// starting from a guess.
+  float centered(const std::vector<Vector3f>& outline,
+                 const Vector3f& side,
+                 float eye,
+                 float guess) const {
+    constexpr int kSteps = 8;
+    for (int i = 0; i < kSteps; ++i) {
+      float most = -std::numeric_limits<float>::infinity();
+      float least = -most;
+      float depth = 0.0F;
+      for (const Vector3f& point : outline) {
+        const float ahead = std::max(point.dot(forward_) - eye, 1e-6F);
+        most = std::max(most, (point.dot(side) - guess) / ahead);
+        least = std::min(least, (point.dot(side) - guess) / ahead);
+        depth = std::max(depth, ahead);
+      }
+      guess += 0.5F * (most + least) * std::min(distance_, depth);
+    }
+    return guess;
   }
 
   float width_;
   float height_;
   float half_height_ = 1.0F;
+  float distance_ = 0.0F;  ///< of the eye from the target if the zoom is 1
+  Vector3f target_{0, 0, 0};
   Vector3f eye_;
   Vector3f forward_;
   Vector3f right_;
@@ -159,8 +225,8 @@ Picture RayTracer::picture(const RenderOptions& options) const {
   const TracedScene& traced = state_->traced;
   const float ground =
       options.has_ground ? traced.bounds()[0].y() : std::numeric_limits<float>::quiet_NaN();
-  const Light light(traced, options.sun, ground);
-  const Lens lens(traced.bounds(), options);
+  const Light light(traced, sky_with(options.sun), ground);
+  const Lens lens(traced.outline(), options);
   Picture picture{.width = options.width, .height = options.height};
   picture.rgb.resize(3 * options.width * options.height);
   std::atomic<std::size_t> done{0};

@@ -59,6 +59,16 @@ Vector4f sampled(const tree::Texture& texture, float u, float v) {
   return sum;
 }
 
+Vector4f sampled_as_stored(const tree::Texture& texture, float u, float v) {
+  const Around at = around(texture, u, v);
+  Vector4f sum = Vector4f::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::uint8_t* p = at.pixels[i];
+    sum += at.weights[i] / 255.0F * Vector4f(p[0], p[1], p[2], p[3]);
+  }
+  return sum;
+}
+
 float opacity(const tree::Texture& texture, float u, float v) {
   const Around at = around(texture, u, v);
   float sum = 0.0F;

@@ -13,6 +13,9 @@ namespace silvafit::render {
 /// \param u, v  from the upper left corner, in sizes of the image
 Eigen::Vector4f sampled(const tree::Texture& texture, float u, float v);
 
+/// The four channels as they are stored, from 0 to 1, bilinear: for normal maps.
+Eigen::Vector4f sampled_as_stored(const tree::Texture& texture, float u, float v);
+
 /// The opacity alone, as in sampled().
 float opacity(const tree::Texture& texture, float u, float v);
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/scene_reader.hpp"
 #include "texture_sampling.hpp"
 
 namespace silvafit::render {
@@ -44,12 +45,20 @@ bool has_picture(const Surface& surface) {
   return surface.texture != nullptr && !surface.uvs.empty() && !surface.texture->rgba.empty();
 }
 
-void check_picture(const Surface& surface) {
-  if (!has_picture(surface)) return;
-  const tree::Texture& texture = *surface.texture;
+bool has_normal_map(const Surface& surface) {
+  return surface.normal_texture != nullptr && !surface.uvs.empty() &&
+         !surface.normal_texture->rgba.empty();
+}
+
+void check_pixels(const tree::Texture& texture) {
   if (texture.rgba.size() != 4 * texture.width * texture.height) {
     throw UsageError("the number of pixels of a texture must be width times height");
   }
+}
+
+void check_pictures(const Surface& surface) {
+  if (has_picture(surface)) check_pixels(*surface.texture);
+  if (has_normal_map(surface)) check_pixels(*surface.normal_texture);
 }
 
 /// The point of the texture where a triangle was hit.
@@ -64,6 +73,40 @@ std::array<float, 2> place_in_picture(const Surface& surface,
     place[k] = (1.0F - second - third) * at(0) + second * at(1) + third * at(2);
   }
   return place;
+}
+
+/// The normal of a normal map: x along increasing u, y along decreasing v, z outward, each stored
+/// as a half of itself plus a half.
+Vector3f bent_normal(const Surface& surface,
+                     std::uint32_t triangle,
+                     const Matrix3f& turn,
+                     const Vector3f& normal,
+                     const Vector3f& stored) {
+  const std::uint32_t* corners = surface.indices.data() + std::size_t{3} * triangle;
+  const auto at = [&](int corner) {
+    return Vector3f(
+        Eigen::Map<const Vector3f>(surface.positions.data() + std::size_t{3} * corners[corner]));
+  };
+  const auto uv = [&](int corner) {
+    return Eigen::Vector2f(surface.uvs[std::size_t{2} * corners[corner]],
+                           surface.uvs[std::size_t{2} * corners[corner] + 1]);
+  };
+  const Vector3f a = turn * (at(1) - at(0));
+  const Vector3f b = turn * (at(2) - at(0));
+  const Eigen::Vector2f p = uv(1) - uv(0);
+  const Eigen::Vector2f q = uv(2) - uv(0);
+  const float area = p.x() * q.y() - q.x() * p.y();
+  if (std::abs(area) < 1e-12F) return normal;
+  const Vector3f to_right = (q.y() * a - p.y() * b) / area;
+  const Vector3f to_top = -(p.x() * b - q.x() * a) / area;
+  const Vector3f x = to_right - normal.dot(to_right) * normal;
+  if (!(x.squaredNorm() > 0.0F)) return normal;
+  const Vector3f tangent = x.normalized();
+  Vector3f bitangent = normal.cross(tangent);
+  if (bitangent.dot(to_top) < 0.0F) bitangent = -bitangent;
+  const Vector3f flat = 2.0F * stored - Vector3f::Ones();
+  const Vector3f bent = flat.x() * tangent + flat.y() * bitangent + flat.z() * normal;
+  return bent.squaredNorm() > 0.0F ? Vector3f(bent.normalized()) : normal;
 }
 
 /// Rays pass where a texture is less than half opaque, as in glTF viewers.
@@ -85,7 +128,7 @@ void check(const Scene& scene) {
   for (const Model& model : scene.models) {
     for (const Surface& surface : model.surfaces) {
       check(surface);
-      check_picture(surface);
+      check_pictures(surface);
     }
   }
   for (const Instance& instance : scene.instances) {
@@ -99,6 +142,47 @@ void check(const Scene& scene) {
     }
   }
   if (triangles == 0) throw UsageError("the scene has no triangles");
+}
+
+/// Directions all round (Fibonacci's spiral on a sphere).
+std::vector<Vector3f> directions_all_round() {
+  constexpr int kNumber = 96;
+  constexpr double kGoldenAngle = 2.399963229728653;
+  std::vector<Vector3f> result;
+  for (int i = 0; i < kNumber; ++i) {
+    const double height = 1.0 - 2.0 * (i + 0.5) / kNumber;
+    const double level = std::sqrt(1.0 - height * height);
+    result.push_back(Eigen::Vector3d(level * std::cos(kGoldenAngle * i),
+                                     height,
+                                     level * std::sin(kGoldenAngle * i))
+                         .cast<float>());
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    result.emplace_back(Vector3f::Unit(axis));
+    result.emplace_back(-Vector3f::Unit(axis));
+  }
+  return result;
+}
+
+/// The used vertices of a model that are farthest in each of the directions.
+std::vector<Vector3f> farthest_vertices(const Model& model,
+                                        const std::vector<Vector3f>& directions) {
+  std::vector<Vector3f> points(directions.size(), Vector3f::Zero());
+  std::vector<float> reach(directions.size(), -std::numeric_limits<float>::infinity());
+  for (const Surface& surface : model.surfaces) {
+    for (const std::uint32_t index : surface.indices) {
+      const Vector3f at =
+          Eigen::Map<const Vector3f>(surface.positions.data() + std::size_t{3} * index);
+      for (std::size_t k = 0; k < directions.size(); ++k) {
+        const float along = directions[k].dot(at);
+        if (along <= reach[k]) continue;
+        reach[k] = along;
+        points[k] = at;
+      }
+    }
+  }
+  if (!points.empty() && std::isinf(reach.front())) points.clear();
+  return points;
 }
 
 Vector3f vertex(const std::vector<float>& values, std::uint32_t index) {
@@ -188,13 +272,6 @@ TracedScene::Geometry TracedScene::build(const Model& model) const {
   return scene;
 }
 
-bool is_flattened(const Instance& instance) {
-  const Matrix4d transform = Eigen::Map<const Matrix4d>(instance.transform.data());
-  const Matrix3f linear = transform.topLeftCorner<3, 3>().cast<float>();
-  // Then the directions of normals are unknown, too.
-  return !(std::abs(linear.determinant()) >= std::numeric_limits<float>::min());
-}
-
 void TracedScene::add(const Instance& instance, RTCScene scene) {
   const Matrix4d transform = Eigen::Map<const Matrix4d>(instance.transform.data());
   const Eigen::Matrix4f rounded = transform.cast<float>();
@@ -204,8 +281,11 @@ void TracedScene::add(const Instance& instance, RTCScene scene) {
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
-  if (is_flattened(instance)) throw UsageError("an instance is scaled to 0 in one direction");
+  if (tree::is_flattened(instance.transform)) {
+    throw UsageError("an instance is scaled to 0 in one direction");
+  }
   const Matrix3f linear = rounded.topLeftCorner<3, 3>();
+  transforms_.push_back(rounded);
   normal_transforms_.emplace_back(linear.inverse().transpose());
   model_of_.push_back(instance.model);
   for (const Surface& surface : models_[instance.model].surfaces) {
@@ -248,7 +328,27 @@ std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
     const auto [u, v] = place_in_picture(surface, query.hit.primID, query.hit.u, query.hit.v);
     hit.color = hit.color.cwiseProduct(sampled(*surface.texture, u, v).head<3>());
   }
+  if (has_normal_map(surface)) {
+    const auto [u, v] = place_in_picture(surface, query.hit.primID, query.hit.u, query.hit.v);
+    const Eigen::Vector4f stored = sampled_as_stored(*surface.normal_texture, u, v);
+    const Matrix3f linear = transforms_[number].topLeftCorner<3, 3>();
+    hit.normal = bent_normal(surface, query.hit.primID, linear, hit.normal, stored.head<3>());
+  }
   return hit;
+}
+
+std::vector<Vector3f> TracedScene::outline() const {
+  const std::vector<Vector3f> directions = directions_all_round();
+  std::vector<std::vector<Vector3f>> of_models;
+  of_models.reserve(models_.size());
+  for (const Model& model : models_) of_models.push_back(farthest_vertices(model, directions));
+  std::vector<Vector3f> result;
+  for (std::size_t i = 0; i < model_of_.size(); ++i) {
+    for (const Vector3f& point : of_models[model_of_[i]]) {
+      result.emplace_back((transforms_[i] * point.homogeneous()).head<3>());
+    }
+  }
+  return result;
 }
 
 bool TracedScene::is_blocked(const Ray& ray) const {

@@ -24,13 +24,10 @@ struct Hit {
   float distance = std::numeric_limits<float>::infinity();
   Eigen::Vector3f at{0, 0, 0};
   Eigen::Vector3f flat_normal{0, 1, 0};  ///< of the triangle, as it is wound; of length 1
-  Eigen::Vector3f normal{0, 1, 0};       ///< interpolated between its vertices; of length 1
+  Eigen::Vector3f normal{0, 1, 0};       ///< by its vertices and the normal map; of length 1
   Eigen::Vector3f color{1, 1, 1};
   const Material* material = nullptr;
 };
-
-/// Whether an instance is scaled to a plane, a line or a point.
-bool is_flattened(const Instance& instance);
 
 class TracedScene {
  public:
@@ -41,6 +38,8 @@ class TracedScene {
   bool is_blocked(const Ray& ray) const;
   const std::array<Eigen::Vector3f, 2>& bounds() const { return bounds_; }
   std::size_t triangle_count() const { return triangles_; }
+  /// Points of the scene that are farthest in many directions: nothing is farther in any of these.
+  std::vector<Eigen::Vector3f> outline() const;
 
  private:
   struct DeviceRelease {
@@ -58,6 +57,7 @@ class TracedScene {
 
   std::vector<Model> models_;
   std::vector<std::size_t> model_of_;               ///< by instance
+  std::vector<Eigen::Matrix4f> transforms_;         ///< by instance
   std::vector<Eigen::Matrix3f> normal_transforms_;  ///< by instance
   Device device_;
   std::vector<Geometry> model_scenes_;

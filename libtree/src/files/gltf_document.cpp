@@ -348,21 +348,32 @@ class Reader {
     part.material = gltf_text(material, "name");
     spend(part.material.size());
     part.mesh.double_sided = material.value("doubleSided", false);
+    part.mesh.normal_texture = texture_of(material, "normalTexture");
     if (!material.contains("pbrMetallicRoughness")) return;
     const json& base = material["pbrMetallicRoughness"];
     const auto color = numbers<4>(base, "baseColorFactor", {1, 1, 1, 1});
     part.mesh.color = {color[0], color[1], color[2]};
-    if (!base.contains("baseColorTexture")) return;
-    const json& texture = item(json_, "textures", number(base["baseColorTexture"], "index"));
-    part.mesh.texture = picture(number(texture, "source"));
+    part.mesh.texture = texture_of(base, "baseColorTexture");
   }
 
-  /// A PNG image in a buffer; null for other formats and separate files.
+  std::shared_ptr<const Texture> texture_of(const json& material, const char* name) {
+    if (!material.contains(name)) return nullptr;
+    const json& texture = item(json_, "textures", number(material[name], "index"));
+    return texture.contains("source") ? picture(number(texture, "source")) : nullptr;
+  }
+
+  /// A PNG image in a buffer; null for other formats.
   std::shared_ptr<const Texture> picture(std::size_t index) {
     const auto known = pictures_.find(index);
     if (known != pictures_.end()) return known->second;
     const json& image = item(json_, "images", index);
     std::shared_ptr<const Texture> texture;
+    const std::string uri = gltf_text(image, "uri");
+    if (!uri.empty() && !uri.starts_with("data:")) {
+      throw InputError("the scene needs the picture " + uri +
+                       " in a file of its own, which is not read; export the scene as one GLB file "
+                       "that contains its pictures");
+    }
     if (image.contains("bufferView") && gltf_text(image, "mimeType") == "image/png") {
       std::string name = gltf_text(image, "name");
       if (name.empty()) name = fmt::format("image-{}", index);

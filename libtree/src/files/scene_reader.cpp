@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/scene_reader.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "silvafit/tree/point.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -132,6 +135,15 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
 }
 
 }  // namespace
+
+bool is_flattened(const std::array<double, 16>& transform) {
+  const auto column = [&](std::size_t k) {
+    return Point{transform[4 * k], transform[4 * k + 1], transform[4 * k + 2]};
+  };
+  const double volume = dot(cross(column(0), column(1)), column(2));
+  // Then the directions of normals are unknown in single precision, too.
+  return !(std::abs(volume) >= double{std::numeric_limits<float>::min()});
+}
 
 std::array<double, 3> ReadInstance::moved(std::array<double, 3> point) const {
   std::array<double, 3> result{};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Whitted ray tracing of triangle meshes: sun, sky, shadows, reflection, light through leaves.
+// Path tracing of triangle meshes: sun, sky, shadows, light from surface to surface and through
+// leaves.
 #pragma once
 
 #include <array>
@@ -23,6 +24,7 @@ struct Material {
   Vector color{0.6, 0.6, 0.6};
   double translucency = 0.0;  ///< proportion of the light from behind that passes, tinted
   double reflectance = 0.0;   ///< at normal incidence; grows towards 1 at grazing angles (Schlick)
+  double roughness = 0.0;     ///< of the reflection: 0 is a mirror, 1 the roughest
   bool double_sided = false;  ///< else the back is black, as the inside of a stem
 };
 
@@ -37,6 +39,8 @@ struct Surface {
   /// Texture, repeated, and multiplied with the surface's color, or null; rays pass where it is
   /// less than half opaque.
   std::shared_ptr<const tree::Texture> texture{};
+  /// Normals relative to the surface, as in glTF, or null.
+  std::shared_ptr<const tree::Texture> normal_texture{};
 };
 
 struct Model {
@@ -54,13 +58,14 @@ struct Scene {
   std::vector<Instance> instances{};
 };
 
-/// The camera points to the scene's bounding box.
+/// By default the scene fills the image: it touches two opposite edges of it, with a margin.
 struct Camera {
   double azimuth_deg = 200.0;   ///< azimuth of the camera, clockwise from north
   double elevation_deg = 12.0;  ///< elevation of the camera above the scene's middle, in [-89, 89]
   double view_deg = 35.0;       ///< vertical field of view, in (1, 120)
   double zoom = 1.0;            ///< 2: half the distance
-  /// Target of the camera [x east, y up, z south]; default: the middle of the scene.
+  /// Point in the middle of the image [x east, y up, z south]; default: that of the scene's
+  /// outline.
   std::optional<Vector> target{};
 };
 

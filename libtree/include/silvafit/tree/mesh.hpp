@@ -43,6 +43,8 @@ struct MeshPart {
   /// Placed on the part by its UVs and multiplied with the color, or null; transparent pixels are
   /// not drawn.
   std::shared_ptr<const Texture> texture{};
+  /// Normals relative to the surface as in glTF, placed like the texture, or null.
+  std::shared_ptr<const Texture> normal_texture{};
 
   std::size_t vertex_count() const { return positions.size() / 3; }
   std::size_t triangle_count() const { return indices.size() / 3; }

@@ -31,6 +31,9 @@ struct ReadModel {
   std::vector<ReadPart> parts{};
 };
 
+/// Whether a transformation (column by column, as in glTF) scales to a plane, a line or a point.
+bool is_flattened(const std::array<double, 16>& transform);
+
 /// A model at its position.
 struct ReadInstance {
   std::string name{};  ///< of its node
@@ -53,10 +56,10 @@ struct ReadScene {
 
 /// Reads the default scene: uncompressed and quantized attributes (KHR_mesh_quantization), buffers
 /// compressed by meshoptimizer (EXT_meshopt_compression), shared meshes and instances
-/// (EXT_mesh_gpu_instancing), base color textures that are PNG in a buffer. Nodes with scale 0 are
-/// skipped. Everything is checked before it is used: sizes, indices, references, and that a scene
-/// takes no more memory than 512 MB and 256 times its file.
-/// \throws InputError with the file and the reason
+/// (EXT_mesh_gpu_instancing), base color textures and normal maps that are PNG in a buffer; a
+/// picture in a file of its own is refused. Nodes with scale 0 are skipped. Everything is checked
+/// before it is used: sizes, indices, references, and that a scene takes no more memory than 512 MB
+/// and 256 times its file. \throws InputError with the file and the reason
 ReadScene read_scene(const std::filesystem::path& path);
 
 /// A GLB file in memory.
