@@ -25,6 +25,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/model_texts.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
@@ -108,37 +109,20 @@ study::ReadTable read_data(const FitArguments& arguments,
   return read;
 }
 
-void set_covariance(fit::ModelSpecification& specification, fit::Covariance covariance) {
-  for (auto* const random : {&specification.random, &specification.outer_random}) {
-    if (*random) (*random)->covariance = covariance;
-  }
+/// The model of a formula with what all models of a command have in common.
+fit::ModelSpecification specification_of(const std::string& formula,
+                                         const FitArguments& arguments,
+                                         const data::Table& table) {
+  study::ModelTexts texts{.formula = formula,
+                          .sub_models = arguments.parameters,
+                          .random = arguments.random,
+                          .variance = arguments.variance};
+  if (!arguments.covariance.empty()) texts.covariance = {arguments.covariance};
+  return study::specify_model(texts, table);
 }
 
-void require_column(const data::Table& table, const std::string& name) {
-  if (table.has(name)) return;
-  throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});
-}
-
-/// What all models of a command have in common.
-void complete(Task& task, const FitArguments& arguments, const data::Table& table) {
-  fit::ModelSpecification& specification = task.specification;
-  fit::check_response(specification, table);
-  if (!arguments.random.empty()) {
-    fit::add_random_effects(specification, arguments.random, table);
-  }
-  if (!arguments.covariance.empty()) {
-    set_covariance(specification, fit::parse_covariance(arguments.covariance));
-  }
-  if (!arguments.variance.empty()) {
-    specification.variance = fit::parse_variance_function(arguments.variance);
-  }
-  std::vector<std::string> columns = specification.predictors();
-  columns.push_back(specification.formula.left);
-  for (const fit::VarianceFactor& factor : specification.variance.factors) {
-    if (!factor.column.empty()) columns.push_back(factor.column);
-    if (!factor.stratum.empty()) require_column(table, factor.stratum);
-  }
-  study::require_numbers(table, columns);
+/// Options that all models of a command have in common.
+void set_options(Task& task, const FitArguments& arguments) {
   if (!arguments.method.empty()) task.options.method = fit::parse_method(arguments.method);
   task.options.start = parse_values(arguments.start, "--start");
   task.options.spread_starts = arguments.spread_starts;
@@ -170,9 +154,8 @@ Task catalogue_task(const study::BaseModel& model,
                     const data::Table& table) {
   study::require_domain(model, table);
   study::require_possible(model.response, table);
-  Task task{.id = model.id,
-            .specification = fit::specify_model(model.formula, arguments.parameters, table)};
-  complete(task, arguments, table);
+  Task task{.id = model.id, .specification = specification_of(model.formula, arguments, table)};
+  set_options(task, arguments);
   const std::vector<double> starts = starts_of(model, table);
   for (std::size_t k = 0; k < starts.size(); ++k) {
     task.options.rule[model.parameters[k].name] = starts[k];
@@ -224,10 +207,9 @@ std::vector<Task> tasks_of(const FitArguments& arguments,
                            const data::Table& table) {
   std::vector<Task> tasks;
   if (!arguments.formula.empty()) {
-    tasks.push_back(
-        {.specification = fit::specify_model(arguments.formula, arguments.parameters, table)});
+    tasks.push_back({.specification = specification_of(arguments.formula, arguments, table)});
     say_near_columns(tasks.front().specification, table, arguments.common);
-    complete(tasks.front(), arguments, table);
+    set_options(tasks.front(), arguments);
     return tasks;
   }
   for (const study::BaseModel* const model : models) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// A model in words, as the program, R and Python take it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::study {
+
+/// The texts of a model; docs/fit-command.md explains them.
+struct ModelTexts {
+  std::string formula{};                  ///< "h ~ 1.3 + a*(1 - exp(-b*dbh))"
+  std::vector<std::string> sub_models{};  ///< "b ~ 1 + C"
+  std::string random{};                   ///< "a + b | plot"; empty: no random effects
+  /// general, diagonal or identity: one for all groupings, or one for each with the coarser first;
+  /// empty: general, or the blocks of `random`.
+  std::vector<std::string> covariance{};
+  std::string variance{};  ///< "power"; empty: constant
+};
+
+/// The model of the texts for a table.
+/// \throws FormulaError if a text cannot be read; UsageError if `covariance` has another length
+///   than the groupings; InputError if a column is missing or has text in place of numbers
+fit::ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table);
+
+}  // namespace silvafit::study
