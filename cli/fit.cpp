@@ -17,7 +17,6 @@
 #include "fit_resampling.hpp"
 #include "fit_table.hpp"
 #include "inventory_options.hpp"
-#include "name_columns.hpp"
 #include "near_names.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
@@ -25,6 +24,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/column_uses.hpp"
 #include "silvafit/study/model_texts.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -82,11 +82,11 @@ study::ReadTable read_data(const FitArguments& arguments,
   std::vector<std::string> formulas;
   if (!arguments.formula.empty()) formulas.push_back(arguments.formula);
   for (const study::BaseModel* const model : models) formulas.push_back(model->formula);
-  const std::vector<std::string> names = name_columns({.formulas = formulas,
-                                                       .parameters = arguments.parameters,
-                                                       .where = arguments.where,
-                                                       .random = arguments.random,
-                                                       .variance = arguments.variance});
+  const std::vector<std::string> names = study::name_columns({.formulas = formulas,
+                                                              .parameters = arguments.parameters,
+                                                              .where = arguments.where,
+                                                              .random = arguments.random,
+                                                              .variance = arguments.variance});
   Progress progress(arguments.common);
   study::ReadTable read = study::read_model_table(
       arguments.data,

@@ -1,38 +1,36 @@
 // SPDX-License-Identifier: MIT
-#include "name_columns.hpp"
+#include "silvafit/study/column_uses.hpp"
 
 #include <algorithm>
 #include <iterator>
-#include <set>
 
 #include "silvafit/data/expression.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
-namespace silvafit::cli {
+namespace silvafit::study {
 namespace {
 
-struct Uses {
-  std::set<std::string> as_numbers{};
-  std::set<std::string> as_names{"plot", "tree", "species"};
-
-  void add(const data::Expression& expression) {
-    for (const std::string& variable : expression.variables()) {
-      data::TextMatch match;
-      if (data::is_text_match(variable, match)) {
-        as_names.insert(match.column);
-      } else {
-        as_numbers.insert(variable);
-      }
+void add_uses(const data::Expression& expression, ColumnUses& uses) {
+  for (const std::string& variable : expression.variables()) {
+    data::TextMatch match;
+    if (data::is_text_match(variable, match)) {
+      uses.as_names.insert(match.column);
+    } else {
+      uses.as_numbers.insert(variable);
     }
   }
-};
+}
 
 }  // namespace
 
-std::vector<std::string> name_columns(const ColumnTexts& texts) {
-  Uses uses;
-  for (const std::string& text : texts.formulas) uses.add(data::parse_formula(text).right);
-  if (!texts.where.empty()) uses.add(data::Expression::parse(texts.where));
+ColumnUses column_uses(const ColumnTexts& texts) {
+  ColumnUses uses;
+  for (const std::string& text : texts.formulas) {
+    const data::Formula formula = data::parse_formula(text);
+    uses.as_numbers.insert(formula.left);
+    add_uses(formula.right, uses);
+  }
+  if (!texts.where.empty()) add_uses(data::Expression::parse(texts.where), uses);
   for (const std::string& text : texts.parameters) {
     const fit::SubModelColumns columns = fit::sub_model_columns(text);
     uses.as_numbers.insert(columns.as_numbers.begin(), columns.as_numbers.end());
@@ -49,9 +47,15 @@ std::vector<std::string> name_columns(const ColumnTexts& texts) {
       if (!factor.stratum.empty()) uses.as_names.insert(factor.stratum);
     }
   }
+  return uses;
+}
+
+std::vector<std::string> name_columns(const ColumnTexts& texts) {
+  ColumnUses uses = column_uses(texts);
+  uses.as_names.insert({"plot", "tree", "species"});
   std::vector<std::string> names;
   std::ranges::set_difference(uses.as_names, uses.as_numbers, std::back_inserter(names));
   return names;
 }
 
-}  // namespace silvafit::cli
+}  // namespace silvafit::study

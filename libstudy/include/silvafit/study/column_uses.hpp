@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Which columns of a table a model's texts speak of, and which of these hold names.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace silvafit::study {
+
+/// The texts of a call that speak of columns; empty where they were not given.
+struct ColumnTexts {
+  std::vector<std::string> formulas{};
+  std::vector<std::string> parameters{};  ///< sub-models, such as "b ~ 1 + C"
+  std::string where{};
+  std::string random{};
+  std::string variance{};
+};
+
+/// Names in texts. Those of a formula may be parameters, which are no columns.
+struct ColumnUses {
+  std::set<std::string> as_numbers{};  ///< with the responses
+  std::set<std::string> as_names{};    ///< groups, strata, factors, and what is compared with text
+};
+
+/// \throws FormulaError if a text cannot be read
+ColumnUses column_uses(const ColumnTexts& texts);
+
+/// Columns whose values keep their spelling ("07"): plots, trees, species, groups, strata, and what
+/// is compared with text, unless the texts also read them as numbers.
+/// \throws FormulaError if a text cannot be read
+std::vector<std::string> name_columns(const ColumnTexts& texts);
+
+}  // namespace silvafit::study

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/column_uses.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "silvafit/base/error.hpp"
+
+using silvafit::study::column_uses;
+using silvafit::study::ColumnUses;
+using silvafit::study::name_columns;
+
+TEST_CASE("texts of a model name the columns that it may read") {
+  const ColumnUses uses = column_uses({.formulas = {"h ~ 1.3 + a*(1 - exp(-b*dbh))"},
+                                       .parameters = {"b ~ 1 + C + factor(site)"},
+                                       .where = "species == \"SM\" && core == 1",
+                                       .random = "a | stand/plot",
+                                       .variance = "power(d6 | layer)"});
+  CHECK(uses.as_numbers == std::set<std::string>{"h", "a", "b", "dbh", "C", "core", "d6"});
+  CHECK(uses.as_names == std::set<std::string>{"site", "species", "stand", "plot", "layer"});
+}
+
+TEST_CASE("columns that are read as numbers, too, do not keep their spelling") {
+  CHECK(name_columns({.formulas = {"h ~ a + b*plot"}, .random = "a | block"}) ==
+        std::vector<std::string>{"block", "species", "tree"});
+  CHECK_THROWS_AS(column_uses({.formulas = {"h ~ (a"}}), silvafit::FormulaError);
+}
