@@ -14,7 +14,9 @@ export function repeat({ command, inventory, repeat: { fingerprint, versions } }
     element(
       "dl",
       {},
-      ...entry("Inventory", inventory.file, ", fingerprint ", element("code", {}, fingerprint)),
+      ...(fingerprint === ""
+        ? entry("Inventory", "a table in memory")
+        : entry("Inventory", inventory.file, ", fingerprint ", element("code", {}, fingerprint))),
       ...versions.flatMap(({ name, version }) => entry(name, version)),
       ...entry("To predict with its models", element("code", {}, "silvafit predict library.json trees.csv")),
     ),

@@ -47,7 +47,8 @@ ordered_json report_versions() {
 
 ordered_json report_repeat(const StudyRecord& record) {
   const std::string& file = record.inventory.inventory.file;
-  return {{"fingerprint", fingerprint(read_file(file, kAnySize))}, {"versions", report_versions()}};
+  return {{"fingerprint", file.empty() ? "" : fingerprint(read_file(file, kAnySize))},
+          {"versions", report_versions()}};
 }
 
 }  // namespace silvafit::study

@@ -8,8 +8,8 @@
 
 namespace silvafit::study {
 
-/// `repeat` of docs/report-data.md: the fingerprint of the inventory, and the versions of what
-/// computed the numbers.
+/// `repeat` of docs/report-data.md: the fingerprint of the inventory's file (empty for a table in
+/// memory), and the versions of what computed the numbers.
 /// \throws InputError if the inventory is no longer there
 nlohmann::ordered_json report_repeat(const StudyRecord& record);
 

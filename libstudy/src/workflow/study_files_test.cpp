@@ -53,6 +53,19 @@ TEST_CASE("the library holds the chosen model of each level, without wall times"
   }
 }
 
+TEST_CASE("a study of a table in memory has its files, without a fingerprint") {
+  test::RecordedStudy recorded({});
+  recorded.record.inventory.inventory.file.clear();
+  const ScratchFolder folder;
+  const std::filesystem::path page = folder.path() / "page.html";
+  write_file(page, "{{=<% %>=}}<title><% title %></title><script><%& data %></script>");
+  const std::filesystem::path catalogue = test::source_file("models");
+  write_study(recorded.record, Catalogue::load(catalogue), page, folder.path());
+  CHECK(read_library(folder.path() / "library.json").inventory.fingerprint.empty());
+  CHECK_THAT(read_file(folder.path() / "report.html"),
+             Catch::Matchers::Contains("\"fingerprint\":\"\""));
+}
+
 TEST_CASE("predictions are the fitted values where trees were fitted") {
   const test::RecordedStudy recorded({});
   const data::Table table = predictions_of(recorded.record, library_of(recorded.record));
