@@ -12,6 +12,7 @@ help:
 	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
 	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
+	@echo "make python-package   the Python package, as a wheel and in build/python; make test-python tests it"
 	@echo "make format  rewrite the sources as .clang-format says"
 
 deps:
@@ -81,6 +82,15 @@ package: build
 check-package: build
 	@./scripts/install-dependencies packages-debian12-package.txt
 	@./scripts/check-package
+
+# docs/python.md
+python-package: configure
+	@./scripts/install-dependencies packages-debian12-python.txt
+	@grep -qs SILVAFIT_BUILD_PYTHON:BOOL=ON build/CMakeCache.txt || cmake --preset release -DSILVAFIT_BUILD_PYTHON=ON
+	@cmake --build build --target silvafit_python_package
+
+test-python: python-package build
+	@PYTHONPATH=$(CURDIR)/build/python /usr/bin/python3 -m pytest -q -p no:cacheprovider bindings/python/tests
 
 docs:
 	@./scripts/install-dependencies packages-debian12-docs.txt

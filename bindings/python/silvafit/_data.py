@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: MIT
+"""Data of any kind as tables of the libraries, and tables as DataFrames."""
+from __future__ import annotations
+
+import dataclasses
+import os
+from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Tuple
+
+import numpy as np
+import pandas as pd
+
+from . import _arrow, _core
+
+#: Integers beyond this are no exact doubles, so that such columns can only be labels.
+_LARGEST_EXACT = 2**53
+
+Choice = Callable[[List[str]], Collection[str]]
+
+
+@dataclasses.dataclass
+class Frame:
+    """A table, and what pandas knows of it."""
+
+    table: Any
+    index: Optional[pd.Index]
+    names: List[str]  #: of all columns of the data, also those that the table lacks
+    labels: Dict[str, Any]  #: how texts of label columns become values again
+
+    @property
+    def rows(self) -> pd.Index:
+        return pd.RangeIndex(self.table.rows) if self.index is None else self.index
+
+    def aligned(self, values: Any, places: Any, name: Optional[str]) -> pd.Series:
+        """Values of some rows as a series of all rows, NaN elsewhere."""
+        result = np.full(self.table.rows, np.nan)
+        result[np.asarray(places, dtype=np.intp)] = values
+        return pd.Series(result, index=self.rows, name=name)
+
+    def state(self) -> dict:
+        """For pickle."""
+        return {"rows": self.table.rows, "columns": self.table.columns(), "index": self.index,
+                "names": self.names, "labels": self.labels}
+
+    @classmethod
+    def restored(cls, state: dict) -> "Frame":
+        table = _core.table(state["rows"], state["columns"])
+        return cls(table, state["index"], state["names"], state["labels"])
+
+
+def _labels_of(values: Any, texts: List[str]) -> Optional[Dict[str, Any]]:
+    """The values that texts stand for, where these are not the texts themselves."""
+    pairs = {text: value for text, value in zip(texts, values) if not isinstance(value, str)}
+    return pairs or None
+
+
+def _text_column(name: str, codes: Any, values: Any) -> Tuple[Any, Any]:
+    texts = [value if isinstance(value, str) else _text_of(value) for value in values]
+    return (np.asarray(codes, dtype=np.int32), texts), _labels_of(values, texts)
+
+
+def _text_of(value: Any) -> str:
+    if isinstance(value, bytes):
+        return value.decode()
+    if isinstance(value, (float, np.floating)) and float(value).is_integer():
+        return str(int(value))
+    return str(value)
+
+
+def _integers(values: np.ndarray) -> Tuple[Any, Any]:
+    if values.size and max(abs(int(values.min())), abs(int(values.max()))) > _LARGEST_EXACT:
+        codes, unique = pd.factorize(values)
+        return _text_column("", codes, unique.tolist())
+    return values.astype(np.float64), int
+
+
+def _objects(name: str, values: Any) -> Tuple[Any, Any]:
+    """Numbers among objects are numbers if there is nothing else."""
+    kind = pd.api.types.infer_dtype(values, skipna=True)
+    if kind in ("integer", "floating", "mixed-integer-float", "decimal", "boolean"):
+        numbers = pd.to_numeric(pd.Series(values).astype(object), errors="coerce")
+        return numbers.to_numpy(np.float64, na_value=np.nan), int if kind == "integer" else None
+    if kind == "empty":
+        return np.full(len(values), np.nan), None
+    codes, unique = pd.factorize(np.asarray(values, dtype=object))
+    return _text_column(name, codes, list(unique))
+
+
+def _column(name: str, values: Any) -> Tuple[Any, Any]:
+    """A column as numbers or (codes, texts), and how its labels become values again."""
+    if isinstance(values, (pd.Series, pd.Index)):
+        values = values.array
+    if isinstance(values, pd.Categorical):
+        return _text_column(name, values.codes, list(values.categories))
+    if isinstance(values, pd.api.extensions.ExtensionArray):
+        return _extension(name, values)
+    values = np.asarray(values)
+    if values.ndim != 1:
+        raise TypeError(f"{name}: a column has one dimension, this one has {values.ndim}")
+    kind = values.dtype.kind
+    if kind == "f":
+        return values, None
+    if kind in "iu":
+        return _integers(values)
+    if kind == "b":
+        return values.astype(np.float64), bool
+    if kind in "mM":
+        return _objects(name, np.where(np.isnat(values), None, values.astype(str)))
+    if kind == "O":
+        return _objects(name, values)
+    if kind in "US":
+        codes, unique = pd.factorize(values.astype(object))
+        return _text_column(name, codes, list(unique))
+    raise TypeError(f"{name}: values of type {values.dtype} are neither numbers nor text")
+
+
+def _extension(name: str, values: Any) -> Tuple[Any, Any]:
+    """Nullable and other extension types of pandas."""
+    dtype = values.dtype
+    if getattr(dtype, "subtype", None) is not None:  # sparse
+        return _column(name, np.asarray(values))
+    if pd.api.types.is_bool_dtype(dtype):
+        return values.to_numpy(np.float64, na_value=np.nan), bool
+    if pd.api.types.is_integer_dtype(dtype):
+        if not values.isna().any():
+            return _integers(values.to_numpy())
+        return values.to_numpy(np.float64, na_value=np.nan), int
+    if pd.api.types.is_float_dtype(dtype):
+        return values.to_numpy(np.float64, na_value=np.nan), None
+    if pd.api.types.is_datetime64_any_dtype(dtype):
+        return _objects(name, np.where(values.isna(), None, np.asarray(values.astype(str), dtype=object)))
+    plain = values.to_numpy(dtype=object, na_value=None) if pd.api.types.is_string_dtype(dtype) else values
+    return _column(name, np.asarray(plain, dtype=None if isinstance(plain, np.ndarray) else object))
+
+
+def _named_columns(data: Any, choose: Optional[Choice]) -> Tuple[List[str], Dict[str, Any], Optional[pd.Index]]:
+    """Names of all columns, those that are chosen, and the index."""
+    if isinstance(data, pd.DataFrame):
+        data = _with_positions(data)
+        names = [str(name) for name in data.columns]
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise TypeError(f"{twice}: two columns have this name")
+        chosen = names if choose is None else choose(names)
+        keep = {name: data.iloc[:, place] for place, name in enumerate(names)
+                if name in chosen and not _is_geometry(data.dtypes.iloc[place])}
+        return names, keep, data.index
+    if _arrow.has_stream(data):
+        names, columns = _arrow.names_and_columns(data, choose)
+        return names, columns, None
+    if isinstance(data, np.ndarray) and data.dtype.names:
+        data = {name: data[name] for name in data.dtype.names}
+    if isinstance(data, Mapping):
+        names = [str(name) for name in data]
+        chosen = names if choose is None else choose(names)
+        index = next((column.index for column in data.values() if isinstance(column, pd.Series)), None)
+        return names, {str(name): data[name] for name in data if str(name) in chosen}, index
+    if isinstance(data, (str, os.PathLike)):
+        raise TypeError("data are a table here, not a file; read it first, for example by pandas.read_csv")
+    raise TypeError(
+        f"data of type {type(data).__name__} are no table; give a pandas DataFrame, a dict of arrays, or an "
+        "object with __arrow_c_stream__ (polars, pyarrow, DuckDB)")
+
+
+def _is_geometry(dtype: Any) -> bool:
+    return str(dtype) == "geometry"
+
+
+def _with_positions(data: pd.DataFrame) -> pd.DataFrame:
+    """Points of geopandas give the columns x and y, if there are none."""
+    if not any(_is_geometry(dtype) for dtype in data.dtypes) or not hasattr(data, "geometry"):
+        return data
+    if "x" in data.columns or "y" in data.columns:
+        return data
+    points = data.geometry
+    if not (points.geom_type.dropna() == "Point").all():
+        return data
+    check_projected(points)
+    return data.assign(x=points.x, y=points.y)
+
+
+def check_projected(shapes: Any) -> None:
+    """Positions are meters. Files without a reference system are often read as degrees, which reach to 180."""
+    from ._errors import UsageError
+
+    if shapes.crs is None or not shapes.crs.is_geographic or shapes.empty:
+        return
+    west, south, east, north = shapes.total_bounds
+    if max(abs(west), abs(east)) <= 180.0 and max(abs(south), abs(north)) <= 90.0:
+        raise UsageError("the coordinates are degrees, but meters are needed; project them first, for "
+                         "example by trees.to_crs(trees.estimate_utm_crs())", column="geometry")
+
+
+def frame_of(data: Any, choose: Optional[Choice] = None) -> Frame:
+    """A table of the columns that are chosen.
+
+    Parameters
+    ----------
+    data : DataFrame, dict of arrays, or object with ``__arrow_c_stream__``
+    choose : callable, optional
+        Gets all names, returns those to convert; without, all.
+    """
+    if isinstance(data, Frame):
+        return data
+    names, columns, index = _named_columns(data, choose)
+    converted = []
+    labels = {}
+    rows = len(index) if index is not None else None
+    for name, values in columns.items():
+        column, restore = _column(name, values)
+        count = len(column[0]) if isinstance(column, tuple) else len(column)
+        if rows is None:
+            rows = count
+        if count != rows:
+            raise TypeError(f"{name}: the column has {count} values, others have {rows}")
+        converted.append((name, column))
+        if restore is not None:
+            labels[name] = restore
+    return Frame(_core.table(rows or 0, converted), index, names, labels)
+
+
+def source_of(data: Any) -> Tuple[Any, Optional[Frame]]:
+    """What the libraries read: a path, or a table with its frame."""
+    if isinstance(data, (str, os.PathLike)):
+        return os.fspath(data), None
+    frame = frame_of(data)
+    return frame.table, frame
+
+
+def restored_labels(texts: List[str], restore: Any) -> list:
+    """Labels of groups with the types that their column has."""
+    if restore is int:
+        return [int(float(text)) for text in texts]
+    if restore is bool:
+        return [float(text) != 0.0 for text in texts]
+    if isinstance(restore, dict):
+        return [restore.get(text, text) for text in texts]
+    return texts
+
+
+def data_frame(table: Any, index: Optional[pd.Index] = None) -> pd.DataFrame:
+    """A table of the libraries as a DataFrame."""
+    columns = {}
+    for name, values in table.columns():
+        if isinstance(values, tuple):
+            codes, texts = values
+            with_none = np.empty(len(texts) + 1, object)
+            with_none[:-1] = texts
+            with_none[-1] = None
+            columns[name] = with_none[codes]
+        else:
+            columns[name] = np.array(values)
+    return pd.DataFrame(columns, index=index)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""Exceptions and warnings. A message says what is wrong, where, and what to do."""
+from __future__ import annotations
+
+import contextlib
+import re
+import warnings
+from typing import Any, Iterator, Optional
+
+_OPTION = re.compile(r"(?<![\w-])--([a-z][a-z-]*)")
+
+
+def _as_arguments(text: str) -> str:
+    """Options of the program are keyword arguments here."""
+    return _OPTION.sub(lambda match: match.group(1).replace("-", "_"), text)
+
+
+class Error(Exception):
+    """Base of all errors of silvafit.
+
+    Attributes
+    ----------
+    message : str
+        The problem and the remedy, without the place.
+    column : str or None
+        Column of the data, or name of an argument.
+    row : object
+        Label of the row in the index of the data, or None.
+    line : int or None
+        Line in a file, or number of the row from 1.
+    file, plot, tree, model : str or None
+        Further parts of the place.
+    position : int or None
+        Column in the text of a formula, from 1.
+    """
+
+    def __init__(self, message: str, **place: Any):
+        self.message = _as_arguments(message)
+        column = place.get("column")
+        self.column: Optional[str] = _as_arguments(column) if column else None
+        self.row: Any = place.get("row")
+        self.line: Optional[int] = place.get("line")
+        self.file: Optional[str] = place.get("file")
+        self.plot: Optional[str] = place.get("plot")
+        self.tree: Optional[str] = place.get("tree")
+        self.model: Optional[str] = place.get("model")
+        self.position: Optional[int] = place.get("position")
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        text = self.message
+        if self.column:
+            text = f"{self.column}: {text}"
+        if self.file:
+            text = f"{self.file}:{self.line}: {text}" if self.line else f"{self.file}: {text}"
+        elif self.row is not None:
+            text = f"row {self.row!r}: {text}"
+        elif self.line:
+            text = f"row number {self.line}: {text}"
+        of = ((word, getattr(self, word)) for word in ("plot", "tree", "model"))
+        subject = ", ".join(f"{word} {value}" for word, value in of if value)
+        return f"{text} ({subject})" if subject else text
+
+    def __reduce__(self) -> tuple:
+        return _restored, (type(self), self.message, self.__dict__)
+
+
+def _restored(kind: type, message: str, attributes: dict) -> Error:
+    error = kind(message)
+    error.__dict__.update(attributes)
+    return error
+
+
+class UsageError(Error, ValueError):
+    """An argument cannot be used: an unknown name, a value out of range."""
+
+
+class FormulaError(UsageError):
+    """A formula or another text of a model cannot be read."""
+
+
+class InputError(Error, ValueError):
+    """The data or the content of a file cannot be used."""
+
+
+class DomainError(InputError):
+    """A value is outside the range where a model is defined."""
+
+
+class NumericalError(Error, ArithmeticError):
+    """No result exists, or it cannot be computed with the required precision."""
+
+
+class GeometryError(Error, ValueError):
+    """A tree, a mesh or a window is not valid."""
+
+
+class FileError(Error, OSError):
+    """The system could not read or write a file."""
+
+    # OSError formats messages from an error number, which there is not.
+    __str__ = Error.__str__
+
+
+class ConvergenceWarning(UserWarning):
+    """A fit did not converge, or is a boundary (singular) fit.
+
+    Attributes
+    ----------
+    status : str
+        ``Fit.status``, such as ``"no_maximum"``.
+    """
+
+    def __init__(self, message: str, status: str = ""):
+        self.status = status
+        super().__init__(message, status)
+
+    def __str__(self) -> str:
+        return f"{self.args[0]} (status: {self.status})"
+
+
+def warn_of(core: Any, stacklevel: int) -> None:
+    """Warns unless a fit converged inside its range."""
+    if core.status not in ("converged", "perfect_fit", "published"):
+        warnings.warn(ConvergenceWarning(core.verdict, core.status), stacklevel=stacklevel + 1)
+
+
+@contextlib.contextmanager
+def located_in(index: Any) -> Iterator[None]:
+    """Errors inside name rows by the labels of an index (None: the data have none)."""
+    try:
+        yield
+    except Error as error:
+        if index is not None and not error.file and error.line and error.line <= len(index):
+            error.row = index[error.line - 1]
+        raise

@@ -1,0 +1,445 @@
+# SPDX-License-Identifier: MIT
+"""Analyses of an inventory: structural units, stand tables, imputation, studies, libraries."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import tempfile
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
+
+import numpy as np
+import pandas as pd
+
+from . import _core, _location
+from ._data import Frame, data_frame, source_of
+from ._errors import UsageError, located_in
+from ._fit import Fit
+from ._listener import Listener
+from ._windows import window_arguments
+
+Path = Union[str, os.PathLike]
+
+
+def _index_of(frame: Optional[Frame], rows: Any) -> pd.Index:
+    """Labels of the rows that a result has."""
+    places = np.asarray(rows, dtype=np.intp)
+    return pd.Index(places) if frame is None or frame.index is None else frame.index[places]
+
+
+def _index(frame: Optional[Frame]) -> Optional[pd.Index]:
+    return None if frame is None else frame.rows
+
+
+def structural_units(
+    trees: Any,
+    window: Any = None,
+    *,
+    edge: str = "buffer",
+    buffer: float = 5.0,
+    per: str = "plot",
+    neighbors: int = 4,
+    further: Sequence[str] = (),
+    threads: int = 0,
+    progress: Optional[bool] = None,
+    **options: Any,
+) -> pd.DataFrame:
+    """Compute the structural indices of every tree: W, M, U, C and further ones.
+
+    Parameters
+    ----------
+    trees : DataFrame, dict of arrays, GeoDataFrame of points, or path of a CSV file
+        Columns plot, tree, species, x, y [m], dbh [cm], and if measured h, hcb, cw [m] and crown radii;
+        usual other names and units are recognized (docs/inventory.md).
+    window : path, shapely polygon, or GeoDataFrame with a column plot, optional
+        The area in which all trees were measured. Default: the convex hull of each plot.
+    edge : {"buffer", "hanisch", "torus", "none"}
+        Edge correction.
+    buffer : float
+        Width of the buffer [m].
+    per : {"plot", "stand"}
+        Where neighbors are searched.
+    neighbors : int
+    further : list of str
+        Further indices: CO, T, Hegyi, BAL, CCF, or all.
+    threads : int
+        0: all cores.
+    progress : bool, optional
+        Show a bar (tqdm); None: on a terminal.
+    **options
+        alpha, dominance, crowding, competition_radius, open_grown, circle (docs/structural-units.md);
+        columns, missing, fill_down, dead, trust_units, case_sensitive (docs/inventory.md).
+
+    Returns
+    -------
+    DataFrame
+        The inventory with our names, core, W, M, U, C and the further indices, with the index of
+        `trees`. Rows that cannot be used are not in it. ``attrs`` has notes and the means (summary).
+    """
+    source, frame = source_of(trees)
+    keywords = {"edge": edge, "buffer": buffer, "per": per, "neighbors": neighbors, "further": list(further),
+                "threads": threads, **window_arguments(window), **options}
+    with Listener(progress) as listener, located_in(_index(frame)):
+        found = _core.structural_units(source, keywords, listener)
+    result = data_frame(found["table"], _index_of(frame, found["rows"]))
+    result.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
+    return result
+
+
+class Stand:
+    """Stand tables, as `stand_summary` returns them.
+
+    Attributes
+    ----------
+    plots, species, diameters : DataFrame
+        Figures of each plot and of all, of each species, and of each diameter class.
+    tables : dict of str to DataFrame
+        All tables, also strata and classes (joint distributions of two indices).
+    summary : dict
+        The JSON of ``silvafit stand`` (docs/stand.md).
+    notes : list of str
+        What was recognized and assumed.
+    """
+
+    def __init__(self, found: dict, notes: List[str]):
+        self.tables: Dict[str, pd.DataFrame] = {name: data_frame(table) for name, table in found["tables"]}
+        self.summary: dict = json.loads(found["json"])
+        self.notes = notes
+
+    @property
+    def plots(self) -> pd.DataFrame:
+        return self.tables["plots"]
+
+    @property
+    def species(self) -> pd.DataFrame:
+        return self.tables["species"]
+
+    @property
+    def diameters(self) -> pd.DataFrame:
+        return self.tables["diameters"]
+
+    def __repr__(self) -> str:
+        return repr(self.plots)
+
+    def _repr_html_(self) -> str:
+        return "<h4>Plots</h4>" + self.plots.to_html() + "<h4>Species</h4>" + self.species.to_html()
+
+
+def stand_summary(
+    trees: Any,
+    window: Any = None,
+    *,
+    plot_area: Optional[float] = None,
+    stratum: Optional[str] = None,
+    stratum_areas: Optional[Mapping[str, float]] = None,
+    diameter_class: float = 4.0,
+    edge: str = "buffer",
+    buffer: float = 5.0,
+    threads: int = 0,
+    **options: Any,
+) -> Stand:
+    """Compute stand tables: stems and basal area per hectare, dominant height, species, diameters.
+
+    Parameters
+    ----------
+    trees, window, edge, buffer, threads, **options
+        As in `structural_units`.
+    plot_area : float, optional
+        Area of every plot [m2], for inventories without positions.
+    stratum : str, optional
+        Column with each tree's stratum.
+    stratum_areas : dict, optional
+        Areas of strata [ha].
+    diameter_class : float
+        Width of diameter classes [cm].
+    """
+    source, frame = source_of(trees)
+    keywords = {"edge": edge, "buffer": buffer, "plot_area": plot_area, "stratum": stratum,
+                "stratum_areas": None if stratum_areas is None else dict(stratum_areas),
+                "diameter_class": diameter_class, "threads": threads, **window_arguments(window), **options}
+    with Listener() as listener, located_in(_index(frame)):
+        return Stand(_core.stand_summary(source, keywords, listener), listener.notes)
+
+
+def impute(
+    trees: Any,
+    response: str = "h",
+    *,
+    group: Optional[str] = None,
+    by: Optional[str] = None,
+    formula: Optional[str] = None,
+    models: Sequence[str] = (),
+    random: Optional[str] = None,
+    variance: Optional[str] = None,
+    method: Optional[str] = None,
+    minimum_trees: int = 30,
+    add_residual: bool = False,
+    seed: int = 1,
+    threads: int = 0,
+    **options: Any,
+) -> pd.DataFrame:
+    """Fill in a response that was measured on some trees only.
+
+    Parameters
+    ----------
+    trees : DataFrame, dict of arrays, or path of a CSV file
+    response : str
+    group : str, optional
+        Column of the plots; default: plot, if there is one.
+    by : str, optional
+        Column whose values have models of their own, such as species.
+    formula, models : str, list of str, optional
+        The model, or models of the catalogue to choose from; default for h: Naslund's curve.
+    random, variance, method : str, optional
+        As in `fit`; ``random="none"`` for none.
+    minimum_trees : int
+        Measured trees for a model of its own.
+    add_residual : bool
+        Add random residuals, so that imputed values vary as measured ones do.
+    seed, threads : int
+    **options
+        How the table is read: columns, missing, fill_down, dead, trust_units, case_sensitive.
+
+    Returns
+    -------
+    DataFrame
+        The trees, with the response filled in and the columns ``h_source`` (measured, imputed, missing),
+        ``h_level`` (plot, stand, population) and ``h_flag``. ``attrs["models"]`` has the fits by label.
+    """
+    source, frame = source_of(trees)
+    keywords = {"response": response, "group": group, "by": by, "formula": formula, "models": list(models),
+                "random": random, "variance": variance, "method": method, "minimum_trees": minimum_trees,
+                "add_residual": add_residual, "seed": seed, "threads": threads, **options}
+    with Listener() as listener, located_in(_index(frame)):
+        found = _core.impute(source, _location.catalogue(), keywords, listener)
+    columns = data_frame(found["table"], _index_of(frame, found["rows"]))
+    result = _with_columns(trees, columns, found["rows"])
+    result.attrs.update(models={label: Fit(core) for label, core in found["models"]},
+                        summary=found["summary"], notes=listener.notes)
+    return result
+
+
+def _with_columns(trees: Any, columns: pd.DataFrame, rows: Any) -> pd.DataFrame:
+    """A DataFrame with columns of a result, by the places of its rows; for other data the result alone."""
+    if not isinstance(trees, pd.DataFrame):
+        return columns
+    result = trees.copy()
+    places = np.asarray(rows, dtype=np.intp)
+    for name in columns.columns:
+        values = columns[name].to_numpy()
+        if name in result.columns:
+            column = result[name].to_numpy(np.float64, na_value=np.nan).copy()
+        else:
+            column = np.full(len(result), None, dtype=object) if values.dtype == object else np.full(len(result), np.nan)
+        column[places] = values
+        result[name] = column
+    return result
+
+
+class Library:
+    """Models by species and response, for prediction; as `read_library` and `study` return them.
+
+    Attributes
+    ----------
+    models : DataFrame
+        For each model: species, response, unit, role, and its `Fit`.
+    """
+
+    def __init__(self, core: Any):
+        self._core = core
+
+    @classmethod
+    def of(cls, *fits: Fit) -> "Library":
+        """A library of fits, each for the left side of its formula and any species."""
+        return cls(_core.Library.of([one._core for one in fits]))
+
+    @property
+    def models(self) -> pd.DataFrame:
+        rows = [{**one, "species": one["species"] or None, "fit": Fit(one["fit"])} for one in self._core.models()]
+        return pd.DataFrame(rows, columns=["species", "response", "unit", "role", "fit"])
+
+    def fit(self, response: str, species: Optional[str] = None, role: Optional[str] = None) -> Fit:
+        """The only model of a response, a species and a role."""
+        found = [one for one in self._core.models() if one["response"] == response
+                 and (species is None or one["species"] == species) and (role is None or one["role"] == role)]
+        if len(found) == 1:
+            return Fit(found[0]["fit"])
+        known = ", ".join(f"{one['species']} {one['response']} {one['role']}" for one in self._core.models())
+        raise UsageError(f"{len(found)} models match; available: {known}")
+
+    def predict(
+        self,
+        trees: Any,
+        level: str = "population",
+        interval: Optional[str] = None,
+        *,
+        coverage: float = 0.95,
+        standard_errors: bool = False,
+        new_groups: str = "population",
+        seen_groups: str = "fitted",
+        role: Optional[str] = None,
+        threads: int = 0,
+        **options: Any,
+    ) -> pd.DataFrame:
+        """Predict every response with the model of each tree's species.
+
+        Parameters
+        ----------
+        trees : DataFrame, dict of arrays, or path of a CSV file
+        level, interval, coverage, standard_errors, new_groups, seen_groups
+            As in `Fit.predict`.
+        role : {"ols", "covariates", "nlme"}, optional
+            Which model of a study; default: nlme, or the next simpler one where a column is missing.
+        **options
+            How the table is read. ``columns={"C": "C"}`` computes an index as in the study.
+
+        Returns
+        -------
+        DataFrame
+            ``h_pred``, with an interval ``h_lower`` and ``h_upper``, ..., and ``flag``, with the index
+            of `trees`. Rows of dead trees are not in it.
+        """
+        source, frame = source_of(trees)
+        keywords = {"level": level, "interval": interval, "coverage": coverage, "standard_errors": standard_errors,
+                    "new_groups": new_groups, "seen_groups": seen_groups, "role": role, "threads": threads, **options}
+        with Listener() as listener, located_in(_index(frame)):
+            found = self._core.predict(source, _location.catalogue(), keywords, listener)
+        result = data_frame(found["table"], _index_of(frame, found["rows"]))
+        result.attrs["notes"] = listener.notes
+        return result
+
+    def to_json(self, path: Optional[Path] = None) -> Optional[str]:
+        """The library as JSON (docs/json.md), as text or into a file."""
+        if path is None:
+            return self._core.to_json()
+        self._core.write(os.fspath(path))
+        return None
+
+    def __getstate__(self) -> dict:
+        return {"json": self._core.to_json()}
+
+    def __setstate__(self, state: dict) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "library.json"
+            file.write_text(state["json"], encoding="utf-8")
+            self._core = _core.Library.read(str(file), _location.models_directory())
+
+    def __repr__(self) -> str:
+        return repr(self._shown())
+
+    def _repr_html_(self) -> str:
+        return self._shown().to_html()
+
+    def _shown(self) -> pd.DataFrame:
+        models = self.models
+        models["model"] = [one.model or one.formula for one in models.pop("fit")]
+        return models
+
+
+def read_library(name_or_file: Path) -> Library:
+    """Read a model library: ``library.json`` of a study, a fit as JSON, or a published one by name.
+
+    Parameters
+    ----------
+    name_or_file : path or str
+        Such as ``"study/library.json"`` or ``"shanxia-2023"``.
+    """
+    return Library(_core.Library.read(os.fspath(name_or_file), _location.models_directory()))
+
+
+class Study:
+    """A study, as `study` returns it.
+
+    Attributes
+    ----------
+    results : DataFrame
+        For each species and response: n, model, covariates, random, variance, R2, verdict, doubts, ...
+    library : Library
+        The chosen models.
+    predictions : DataFrame
+        The inventory with the predictions of the chosen models, with the index of the trees.
+    notes : list of str
+        What was recognized and assumed.
+    out, report : pathlib.Path or None
+        The folder of the files, and the report page in it.
+    """
+
+    def __init__(self, found: dict, frame: Optional[Frame], out: Optional[str], notes: List[str]):
+        self.summary: dict = json.loads(found["json"])
+        self.results = pd.DataFrame(self.summary["results"])
+        self.library = Library(found["library"])
+        self.predictions = data_frame(found["predictions"], _index_of(frame, found["rows"]))
+        self.notes = notes
+        self.out = pathlib.Path(out) if out else None
+        self.report = self.out / "report.html" if self.out else None
+
+    def __repr__(self) -> str:
+        return repr(self._shown()) + (f"\nreport: {self.report}" if self.report else "")
+
+    def _repr_html_(self) -> str:
+        return self._shown().to_html() + (f"<p>Report: {self.report}</p>" if self.report else "")
+
+    def _shown(self) -> pd.DataFrame:
+        columns = ["species", "response", "n", "model", "covariates", "random", "variance", "r2_ols", "r2_nlme",
+                   "sound"]
+        return self.results[[name for name in columns if name in self.results.columns]]
+
+
+def study(
+    trees: Any,
+    out: Optional[Path] = None,
+    *,
+    settings: Union[Path, Mapping[str, Any], None] = None,
+    window: Any = None,
+    threads: int = 0,
+    progress: Optional[bool] = None,
+    **options: Any,
+) -> Study:
+    """Run a study: base models, structural covariates and mixed effects for each species and response.
+
+    Parameters
+    ----------
+    trees : DataFrame, dict of arrays, GeoDataFrame of points, or path of a CSV file
+        As in `structural_units`.
+    out : path, optional
+        Folder for the report, tables and library; default: no files.
+    settings : path or dict, optional
+        A study.json, or its keys as a dict (docs/study.md).
+    window : path, shapely polygon, or GeoDataFrame, optional
+    threads : int
+        0: all cores.
+    progress : bool, optional
+        Show a bar (tqdm); None: on a terminal.
+    **options
+        Keys of study.json: species, responses, candidates, covariates, edge, buffer, ...
+
+    Returns
+    -------
+    Study
+    """
+    source, frame = source_of(trees)
+    given = window_arguments(window)
+    with tempfile.TemporaryDirectory() as folder, Listener(progress) as listener, located_in(_index(frame)):
+        file = _settings_file(settings, dict(options, **{k: _absolute(v) for k, v in given.items() if k == "window"}),
+                              pathlib.Path(folder))
+        keywords = {"settings": file, "out": None if out is None else os.fspath(out), "threads": threads,
+                    "call": "silvafit.study()", "windows": given.get("windows"),
+                    "page": _location.page("report.html") if out is not None else None}
+        found = _core.study(source, _location.catalogue(), keywords, listener)
+    return Study(found, frame, None if out is None else os.fspath(out), listener.notes)
+
+
+def _absolute(path: str) -> str:
+    return str(pathlib.Path(path).resolve())
+
+
+def _settings_file(settings: Any, options: Dict[str, Any], folder: pathlib.Path) -> str:
+    """Settings as a file, with further ones."""
+    if isinstance(settings, (str, os.PathLike)):
+        if options:
+            raise UsageError("give either a file of settings or settings as arguments, not both",
+                             column=next(iter(options)))
+        return os.fspath(settings)
+    file = folder / "study.json"
+    file.write_text(json.dumps({**(settings or {}), **options}), encoding="utf-8")
+    return str(file)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""Windows: files, polygons of shapely, and frames of geopandas."""
+from __future__ import annotations
+
+import os
+from typing import Any, List, Optional, Tuple
+
+import numpy as np
+import pandas as pd
+
+from ._data import check_projected
+from ._errors import UsageError
+
+#: A plot or None, and its polygons: lists of rings, the outer one first.
+Window = Tuple[Optional[str], List[List[np.ndarray]]]
+
+
+def _polygons(shape: Any) -> List[List[np.ndarray]]:
+    kind = getattr(shape, "geom_type", None)
+    if kind == "MultiPolygon":
+        return [rings for part in shape.geoms for rings in _polygons(part)]
+    if kind != "Polygon":
+        raise UsageError(f"a window is a Polygon or a MultiPolygon, not {kind or type(shape).__name__}",
+                         column="window")
+    rings = [shape.exterior, *shape.interiors]
+    return [[np.asarray(ring.coords, dtype=np.float64)[:, :2] for ring in rings]]
+
+
+def _label(value: Any) -> str:
+    return str(int(value)) if isinstance(value, (float, np.floating)) and float(value).is_integer() else str(value)
+
+
+def _windows_of_frame(frame: Any) -> List[Window]:
+    check_projected(frame.geometry)
+    if "plot" not in frame.columns:
+        return [(None, [rings for shape in frame.geometry for rings in _polygons(shape)])]
+    windows: dict = {}
+    for plot, shape in zip(frame["plot"], frame.geometry):
+        key = None if pd.isna(plot) else _label(plot)
+        windows.setdefault(key, []).extend(_polygons(shape))
+    return list(windows.items())
+
+
+def window_arguments(window: Any) -> dict:
+    """The keywords of the libraries for a window.
+
+    Parameters
+    ----------
+    window : path, shapely Polygon or MultiPolygon, GeoDataFrame or GeoSeries, or None
+        A column `plot` of a frame names the plot of each polygon.
+    """
+    if window is None:
+        return {}
+    if isinstance(window, (str, os.PathLike)):
+        return {"window": os.fspath(window)}
+    if hasattr(window, "crs") and hasattr(window, "geometry"):
+        frame = window if isinstance(window, pd.DataFrame) else window.to_frame("geometry")
+        return {"windows": _windows_of_frame(frame)}
+    return {"windows": [(None, _polygons(window))]}

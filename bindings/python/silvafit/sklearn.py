@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: MIT
+"""Mixed-effects models as estimators of scikit-learn."""
+from __future__ import annotations
+
+from typing import Any, List, Mapping, Optional, Sequence, Union
+
+import numpy as np
+import pandas as pd
+from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.utils.validation import check_consistent_length, check_is_fitted, column_or_1d
+
+from ._errors import UsageError
+from ._fit import fit as _fit
+
+__all__ = ["MixedRegressor"]
+
+
+class MixedRegressor(RegressorMixin, BaseEstimator):
+    """A nonlinear mixed-effects model as a regressor.
+
+    Groups are a column of X that `random` names (``"a | plot"``), or the argument `groups` of `fit` and
+    `predict`. Predictions for groups that were in the fit have their random effects; others are those of
+    the population.
+
+    Parameters
+    ----------
+    formula : str, optional
+        Such as ``"h ~ 1.3 + a*(1 - exp(-b*dbh))"``, with the columns of X by name (x0, x1, ... for
+        arrays); the left side is y whatever its name. Default: a linear model of all columns, with the
+        coefficients intercept, b0, b1, ... of x0, x1, ...
+    random : str, optional
+        Random effects, ``"a + b | plot"``, or ``"a + b"`` for those of `groups`. Default: the intercept of
+        the linear model if there are groups, else none.
+    parameters, covariance, variance, method, reml, start, starts, fixed, bounds, threads
+        As in `silvafit.fit`.
+    level : {"conditional", "population", "marginal"}
+        Of predictions for rows whose group is known.
+
+    Attributes
+    ----------
+    fit_ : silvafit.Fit
+        The fit: summary, random effects, intervals, plots.
+    n_features_in_, feature_names_in_
+        As in scikit-learn.
+
+    Examples
+    --------
+    >>> from sklearn.model_selection import GroupKFold, cross_val_score
+    >>> model = MixedRegressor("h ~ 1.3 + a*(1 - exp(-b*dbh))", random="a | plot")
+    >>> cross_val_score(model, trees[["dbh", "plot"]], trees["h"],
+    ...                 groups=trees["plot"], cv=GroupKFold(5))                  # doctest: +SKIP
+    """
+
+    #: Column of the argument `groups`.
+    _GROUP = "group"
+
+    def __init__(
+        self,
+        formula: Optional[str] = None,
+        random: Optional[str] = None,
+        parameters: Union[str, Sequence[str], None] = None,
+        covariance: Optional[str] = None,
+        variance: Optional[str] = None,
+        method: Optional[str] = None,
+        reml: bool = False,
+        start: Optional[Mapping[str, float]] = None,
+        starts: int = 0,
+        fixed: Optional[Mapping[str, float]] = None,
+        bounds: Optional[Mapping[str, Any]] = None,
+        level: str = "conditional",
+        threads: int = 1,
+    ):
+        self.formula = formula
+        self.random = random
+        self.parameters = parameters
+        self.covariance = covariance
+        self.variance = variance
+        self.method = method
+        self.reml = reml
+        self.start = start
+        self.starts = starts
+        self.fixed = fixed
+        self.bounds = bounds
+        self.level = level
+        self.threads = threads
+
+    def fit(self, X: Any, y: Any, groups: Any = None) -> "MixedRegressor":
+        """Fit the model.
+
+        Parameters
+        ----------
+        X : DataFrame or array of shape (n, features)
+        y : array of shape (n,)
+        groups : array of shape (n,), optional
+            The group of each row.
+        """
+        table, y = self._training_data(X, y)
+        formula = self._formula(table)
+        table = self._with_groups(table, groups)
+        table[formula.split("~")[0].strip()] = y
+        self.fit_ = _fit(
+            formula, table, random=self._random(groups), parameters=self.parameters, covariance=self.covariance,
+            variance=self.variance, method=self.method, reml=self.reml, start=self.start, starts=self.starts,
+            fixed=self.fixed, bounds=self.bounds, threads=self.threads)
+        return self
+
+    def predict(self, X: Any, groups: Any = None) -> np.ndarray:
+        """Predict, with random effects where the group of a row is known.
+
+        Parameters
+        ----------
+        X : DataFrame or array of shape (n, features)
+        groups : array of shape (n,), optional
+
+        Returns
+        -------
+        array of shape (n,)
+        """
+        check_is_fitted(self)
+        table = self._with_groups(self._table(X, reset=False), groups)
+        columns = {column for term in self.fit_._core.random_terms for column in term["columns"]}
+        level = self.level if columns <= set(table.columns) else "population"
+        return self.fit_.predict(table, level=level, threads=self.threads).to_numpy()
+
+    def _training_data(self, X: Any, y: Any) -> tuple:
+        if self.formula is None:
+            X, y = self._validate_data(X, y, y_numeric=True, dtype=np.float64, ensure_min_samples=2)
+            return self._numbered(X), y
+        table = self._table(X, reset=True)
+        y = column_or_1d(y, warn=True).astype(np.float64)
+        check_consistent_length(table, y)
+        return table, y
+
+    def _table(self, X: Any, reset: bool) -> pd.DataFrame:
+        """The columns of X by name; with the default formula numbers under x0, x1, ..."""
+        if self.formula is None or not isinstance(X, pd.DataFrame):
+            return self._numbered(self._validate_data(X, dtype=np.float64, reset=reset))
+        self._check_feature_names(X, reset=reset)
+        self._check_n_features(X, reset=reset)
+        return X.copy()
+
+    @staticmethod
+    def _numbered(X: np.ndarray) -> pd.DataFrame:
+        return pd.DataFrame(X, columns=[f"x{k}" for k in range(X.shape[1])])
+
+    def _with_groups(self, table: pd.DataFrame, groups: Any) -> pd.DataFrame:
+        if groups is None:
+            return table
+        check_consistent_length(table, groups)
+        values = groups.array if isinstance(groups, (pd.Series, pd.Index)) else groups
+        return table.assign(**{self._GROUP: values})
+
+    def _formula(self, table: pd.DataFrame) -> str:
+        if self.formula is not None:
+            return self.formula
+        slopes: List[str] = [f"b{k}*x{k}" for k in range(table.shape[1])]
+        return "y ~ " + " + ".join(["intercept", *slopes])
+
+    def _random(self, groups: Any) -> Optional[str]:
+        if self.random is not None:
+            return self.random if "|" in self.random else f"{self.random} | {self._GROUP}"
+        if groups is None:
+            return None
+        if self.formula is None:
+            return f"intercept | {self._GROUP}"
+        raise UsageError("with groups, say which coefficients vary between them, such as random='a'", column="random")
+
+    def _more_tags(self) -> dict:
+        return {
+            "requires_y": True,
+            "poor_score": False,
+        }

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+#include "fits.hpp"
+
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include <string>
+#include <vector>
+
+#include "arguments.hpp"
+#include "fit_options.hpp"
+#include "random_terms.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/parameter_values.hpp"
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/column_uses.hpp"
+#include "silvafit/study/model_texts.hpp"
+#include "silvafit/study/structure_columns.hpp"
+#include "silvafit/study/table_checks.hpp"
+#include "tables.hpp"
+#include "work.hpp"
+
+namespace silvafit::python {
+namespace {
+
+/// What to fit, from keyword arguments.
+struct Request {
+  std::string model{};  ///< id in the catalogue, instead of a formula
+  study::ModelTexts texts{};
+};
+
+Request request_of(const py::dict& keywords) {
+  Arguments arguments(keywords);
+  Request request;
+  std::string covariance;
+  arguments.take("model", request.model);
+  arguments.take("formula", request.texts.formula);
+  arguments.take("parameters", request.texts.sub_models);
+  arguments.take("random", request.texts.random);
+  arguments.take("covariance", covariance);
+  arguments.take("variance", request.texts.variance);
+  arguments.finish();
+  if (!covariance.empty()) request.texts.covariance = {covariance};
+  return request;
+}
+
+/// Checks the data of a model of the catalogue, and takes over its formula and its start values.
+void use_catalogue(const study::BaseModel& model,
+                   const data::Table& table,
+                   Request& request,
+                   fit::FitModelOptions& options) {
+  study::require_domain(model, table);
+  study::require_possible(model.response, table);
+  request.texts.formula = model.formula;
+  const std::vector<double> starts = study::start_values(model, table);
+  for (std::size_t k = 0; k < starts.size(); ++k)
+    options.rule[model.parameters[k].name] = starts[k];
+}
+
+FitPointer fit_of(const TablePointer& table,
+                  const study::Catalogue* catalogue,
+                  const py::dict& texts,
+                  const py::dict& keywords,
+                  bool traces,
+                  const py::object& listener) {
+  Request request = request_of(texts);
+  fit::FitModelOptions options = fit_options(keywords);
+  return run(listener, [&](Work& work) {
+    options.stop = work.stop();
+    if (traces) options.trace = [&work](const std::string& line) { work.line(line); };
+    if (!request.model.empty()) {
+      use_catalogue(catalogue->find(request.model), *table, request, options);
+    }
+    const fit::ModelSpecification specification = study::specify_model(request.texts, *table);
+    fit::FittedModel fit = fit::fit_model(specification, *table, options).fit;
+    fit.model = request.model;
+    return share(std::move(fit));
+  });
+}
+
+/// Names in texts: those read as numbers, with parameters, and those read as names.
+py::tuple uses(const std::string& formula,
+               const std::vector<std::string>& parameters,
+               const std::string& random,
+               const std::string& variance) {
+  const study::ColumnUses found = study::column_uses(
+      {.formulas = {formula}, .parameters = parameters, .random = random, .variance = variance});
+  return py::make_tuple(std::vector<std::string>(found.as_numbers.begin(), found.as_numbers.end()),
+                        std::vector<std::string>(found.as_names.begin(), found.as_names.end()));
+}
+
+/// All columns that a fit reads, its response last.
+std::vector<std::string> columns_of(const fit::FittedModel& fit) {
+  std::vector<std::string> columns = fit.specification.label_columns();
+  const std::vector<std::string> predictors = fit.specification.predictors();
+  columns.insert(columns.end(), predictors.begin(), predictors.end());
+  for (const fit::VarianceFactor& factor : fit.specification.variance.factors) {
+    for (const std::string& name : {factor.column, factor.stratum}) {
+      if (!name.empty()) columns.push_back(name);
+    }
+  }
+  columns.push_back(fit.specification.formula.left);
+  return columns;
+}
+
+/// Structural indices that sub-models read and the columns lack, as far as positions are known.
+std::vector<std::string> structure_names(const std::vector<std::string>& texts,
+                                         const std::vector<std::string>& columns) {
+  data::Table header(0);
+  for (const std::string& name : columns) header.set(name, std::vector<double>{});
+  return study::structure_names_in(texts, header);
+}
+
+py::tuple with_structure(const TablePointer& table, const std::vector<std::string>& names) {
+  data::Table result = *table;
+  const std::vector<std::string> notes = study::add_structure_columns(names, result);
+  return py::make_tuple(share(std::move(result)), notes);
+}
+
+py::dict variance_of(const fit::FittedModel& fit) {
+  py::dict result;
+  result["text"] = fit.specification.variance.text();
+  result["delta"] = fit.variance.delta();
+  result["constant"] = fit.variance.constant();
+  return result;
+}
+
+py::list evidence_of(const fit::FittedModel& fit) {
+  py::list result;
+  for (const fit::Evidence& item : fit.convergence.evidence) {
+    py::dict one;
+    one["kind"] = std::string(fit::kind_text(item.kind));
+    one["term"] = item.term;
+    one["value"] = item.value;
+    result.append(one);
+  }
+  return result;
+}
+
+py::list optima_of(const fit::FittedModel& fit) {
+  py::list result;
+  for (const fit::LocalOptimum& optimum : fit.optima) {
+    py::dict one;
+    one["origin"] = optimum.origin;
+    one["log_likelihood"] = optimum.log_likelihood;
+    one["marginal_log_likelihood"] = optimum.marginal_log_likelihood;
+    one["estimate"] = optimum.estimate;
+    result.append(one);
+  }
+  return result;
+}
+
+py::dict statistics_of(const fit::FitStatistics& statistics) {
+  py::dict result;
+  result["r2"] = statistics.r2;
+  result["mean_error"] = statistics.mean_error;
+  result["rmse"] = statistics.rmse;
+  result["mae"] = statistics.mae;
+  return result;
+}
+
+/// Sub-models as text, but for parameters that are constants.
+py::list sub_models_of(const fit::FittedModel& fit) {
+  py::list result;
+  for (const fit::ParameterModel& parameter : fit.specification.parameters) {
+    if (parameter.covariates.empty()) continue;
+    result.append(py::make_tuple(parameter.name, parameter.text()));
+  }
+  return result;
+}
+
+py::list parameters_of(const fit::FittedModel& fit) {
+  py::list result;
+  for (const fit::NamedValue& value : fit::parameter_values(fit)) {
+    result.append(py::make_tuple(value.name, value.value));
+  }
+  return result;
+}
+
+py::list models_of(const study::Catalogue& catalogue) {
+  py::list result;
+  for (const study::BaseModel& model : catalogue.models()) {
+    py::dict one;
+    one["id"] = model.id;
+    one["name"] = model.name;
+    one["response"] = model.response;
+    one["formula"] = model.formula;
+    one["parameters"] = model.parameter_names();
+    one["covariates"] = model.covariates;
+    result.append(one);
+  }
+  return result;
+}
+
+/// Values that are the same for all fits.
+void add_values(py::class_<fit::FittedModel, FitPointer>& fit) {
+  using fit::FittedModel;
+  fit.def_readonly("model", &FittedModel::model)
+      .def_readonly("reml", &FittedModel::reml)
+      .def_readonly("observations", &FittedModel::observations)
+      .def_readonly("excluded", &FittedModel::excluded)
+      .def_readonly("coefficient_names", &FittedModel::coefficient_names)
+      .def_readonly("estimate", &FittedModel::estimate)
+      .def_readonly("covariance", &FittedModel::covariance)
+      .def_readonly("degrees_of_freedom", &FittedModel::degrees_of_freedom)
+      .def_readonly("sigma", &FittedModel::sigma)
+      .def_readonly("log_likelihood", &FittedModel::log_likelihood)
+      .def_readonly("parameter_count", &FittedModel::parameter_count)
+      .def_readonly("r2_marginal", &FittedModel::r2_marginal)
+      .def_readonly("r2_conditional", &FittedModel::r2_conditional)
+      .def_readonly("seconds", &FittedModel::seconds)
+      .def_property_readonly("aic", &FittedModel::aic)
+      .def_property_readonly("aicc", &FittedModel::aicc)
+      .def_property_readonly("bic", &FittedModel::bic)
+      .def_property_readonly("bic_groups", &FittedModel::bic_groups)
+      .def_property_readonly("standard_errors", &FittedModel::standard_errors)
+      .def_property_readonly("t_values", &FittedModel::t_values)
+      .def_property_readonly("p_values", &FittedModel::p_values);
+}
+
+}  // namespace
+
+void add_fits(py::module_& module) {
+  using fit::FittedModel;
+  py::class_<FittedModel, FitPointer> fit(module, "Fit");
+  add_values(fit);
+  fit.def_property_readonly("formula",
+                            [](const FittedModel& self) { return self.specification.formula.text; })
+      .def_property_readonly(
+          "response", [](const FittedModel& self) { return self.specification.formula.left; })
+      .def_property_readonly(
+          "predictors", [](const FittedModel& self) { return self.specification.predictors(); })
+      .def_property_readonly("method",
+                             [](const FittedModel& self) { return fit::method_text(self.method); })
+      .def_property_readonly("converged",
+                             [](const FittedModel& self) { return self.convergence.converged(); })
+      .def_property_readonly("status",
+                             [](const FittedModel& self) {
+                               return std::string(fit::status_text(self.convergence.status));
+                             })
+      .def_property_readonly("verdict",
+                             [](const FittedModel& self) { return self.convergence.verdict; })
+      .def_property_readonly("evidence", &evidence_of)
+      .def_property_readonly("optima", &optima_of)
+      .def_property_readonly("variance", &variance_of)
+      .def_property_readonly("columns", &columns_of)
+      .def_property_readonly("random_terms", &random_terms)
+      .def_property_readonly("random_text", &random_text)
+      .def_property_readonly("sub_models", &sub_models_of)
+      .def_property_readonly("parameter_values", &parameters_of)
+      .def_property_readonly("population",
+                             [](const FittedModel& self) { return statistics_of(self.population); })
+      .def_property_readonly(
+          "conditional", [](const FittedModel& self) { return statistics_of(self.conditional); })
+      .def(
+          "to_json",
+          [](const FittedModel& self, int indent) { return fit::to_json(self, indent); },
+          py::arg("indent") = -1)
+      .def_static(
+          "from_json",
+          [](const std::string& text, const std::string& file) {
+            return share(fit::from_json(text, file));
+          },
+          py::arg("text"),
+          py::arg("file") = "");
+  py::class_<study::Catalogue>(module, "Catalogue")
+      .def(py::init([](const std::string& folder) { return study::Catalogue::load(folder); }),
+           py::arg("models_directory"))
+      .def("models", &models_of)
+      .def("formula", [](const study::Catalogue& self, const std::string& id) {
+        return self.find(id).formula;
+      });
+  module.def("fit",
+             &fit_of,
+             py::arg("table"),
+             py::arg("catalogue").none(true),
+             py::arg("texts"),
+             py::arg("options"),
+             py::arg("trace"),
+             py::arg("listener"));
+  module.def("uses", &uses);
+  module.def("structure_names", &structure_names);
+  module.def("with_structure", &with_structure);
+}
+
+}  // namespace silvafit::python

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Fits: making them, what they contain, and what follows from them and their data.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::python {
+
+using FitPointer = std::shared_ptr<fit::FittedModel>;
+
+/// A fit for Python, which nobody changes any more.
+inline FitPointer share(fit::FittedModel fit) {
+  return std::make_shared<fit::FittedModel>(std::move(fit));
+}
+
+/// The class Fit with its values, JSON, and fit().
+void add_fits(pybind11::module_& module);
+/// Predictions, residuals and simulated responses.
+void add_predictions(pybind11::module_& module);
+/// Intervals, comparisons, the bootstrap and cross-validation.
+void add_inference(pybind11::module_& module);
+
+}  // namespace silvafit::python

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "arguments.hpp"
+#include "fit_options.hpp"
+#include "fits.hpp"
+#include "silvafit/fit/bootstrap.hpp"
+#include "silvafit/fit/comparison.hpp"
+#include "silvafit/fit/cross_validation.hpp"
+#include "silvafit/fit/intervals.hpp"
+#include "tables.hpp"
+#include "work.hpp"
+
+namespace silvafit::python {
+namespace {
+
+const char* kind_text(fit::ParameterKind kind) {
+  switch (kind) {
+    case fit::ParameterKind::kFixed:
+      return "fixed";
+    case fit::ParameterKind::kDeviation:
+      return "standard deviation";
+    case fit::ParameterKind::kCorrelation:
+      return "correlation";
+    case fit::ParameterKind::kVariance:
+      return "variance function";
+    case fit::ParameterKind::kSigma:
+      break;
+  }
+  return "sigma";
+}
+
+py::dict intervals(const FitPointer& fit,
+                   const TablePointer& table,
+                   const std::string& method,
+                   double level,
+                   unsigned threads) {
+  fit::IntervalOptions options{
+      .method = fit::parse_interval_method(method), .level = level, .threads = threads};
+  const fit::Intervals found = run(py::none(), [&](Work& work) {
+    options.stop = work.stop();
+    return fit::confidence_intervals(*fit, *table, options);
+  });
+  py::list parameters;
+  for (const fit::ParameterInterval& one : found.parameters) {
+    parameters.append(py::make_tuple(
+        one.name, kind_text(one.kind), one.estimate, one.lower, one.upper, one.note));
+  }
+  py::dict result;
+  result["likelihood"] = found.likelihood;
+  result["parameters"] = parameters;
+  return result;
+}
+
+py::list reasons_of(const std::vector<fit::CountedReason>& reasons) {
+  py::list result;
+  for (const fit::CountedReason& one : reasons) {
+    result.append(py::make_tuple(one.reason, one.replicates));
+  }
+  return result;
+}
+
+py::dict bootstrap_result(const fit::Bootstrap& found) {
+  py::list parameters;
+  for (const fit::BootstrapParameter& one : found.parameters) {
+    parameters.append(py::make_tuple(one.name,
+                                     one.estimate,
+                                     one.replicates,
+                                     one.bias,
+                                     one.standard_error,
+                                     one.percentile.low,
+                                     one.percentile.high,
+                                     one.basic.low,
+                                     one.basic.high));
+  }
+  py::dict result;
+  result["replicates"] = found.replicates;
+  result["converged"] = found.converged;
+  result["parameters"] = parameters;
+  result["values"] = found.values;
+  result["failures"] = reasons_of(found.failures);
+  result["boundary"] = reasons_of(found.on_edge);
+  return result;
+}
+
+/// \param refit  the keyword arguments of the fit
+py::dict bootstrap(const FitPointer& fit,
+                   const TablePointer& table,
+                   const py::dict& keywords,
+                   const py::dict& refit,
+                   const py::object& listener) {
+  Arguments arguments(keywords);
+  fit::BootstrapOptions options;
+  std::string resample;
+  arguments.take("replicates", options.replicates);
+  arguments.take("resample", resample);
+  arguments.take("level", options.level);
+  arguments.take("seed", options.seed);
+  arguments.take("group", options.group);
+  arguments.take("threads", options.threads);
+  arguments.finish();
+  if (!resample.empty()) options.resample = fit::parse_resample(resample);
+  options.refit = fit_options(refit);
+  return bootstrap_result(run(listener, [&](Work& work) {
+    options.refit.stop = work.stop();
+    options.progress = work.progress_of("bootstrap");
+    return fit::bootstrap(*fit, *table, options);
+  }));
+}
+
+py::dict statistics_of(const fit::FitStatistics& statistics) {
+  py::dict result;
+  result["r2"] = statistics.r2;
+  result["mean_error"] = statistics.mean_error;
+  result["rmse"] = statistics.rmse;
+  result["mae"] = statistics.mae;
+  return result;
+}
+
+py::dict cross_validation_result(const fit::CrossValidation& found) {
+  py::list failed;
+  for (const fit::FailedFold& fold : found.failed) {
+    failed.append(py::make_tuple(fold.groups, fold.verdict));
+  }
+  py::dict result;
+  result["rows"] = found.rows;
+  result["fold"] = found.fold;
+  result["observed"] = found.observed;
+  result["predicted"] = found.predicted;
+  result["calibrated"] = found.calibrated;
+  result["population"] = statistics_of(found.statistics);
+  result["calibrated_statistics"] = statistics_of(found.calibrated_statistics);
+  result["mean_log_density"] = found.log_density;
+  result["measured"] = found.measured;
+  result["failed"] = failed;
+  return result;
+}
+
+py::dict cross_validate(const FitPointer& fit,
+                        const TablePointer& table,
+                        const py::dict& keywords,
+                        const py::dict& refit,
+                        const py::object& listener) {
+  Arguments arguments(keywords);
+  fit::CrossValidationOptions options;
+  arguments.take("folds", options.folds);
+  arguments.take("group", options.group);
+  arguments.take("measured", options.measured);
+  arguments.take("seed", options.seed);
+  arguments.take("threads", options.threads);
+  arguments.finish();
+  options.refit = fit_options(refit);
+  return cross_validation_result(run(listener, [&](Work& work) {
+    options.refit.stop = work.stop();
+    options.progress = work.progress_of("cross-validation");
+    return fit::cross_validate(*fit, *table, options);
+  }));
+}
+
+/// The test of a fit against the one before it, or why there is none.
+py::dict test_of(const fit::ComparedPair& pair) {
+  py::dict result;
+  result["larger"] = pair.larger;
+  result["smaller"] = pair.smaller;
+  result["reason"] = pair.reason;
+  if (pair.test) {
+    result["statistic"] = pair.test->statistic;
+    result["df"] = pair.test->degrees_of_freedom;
+    result["p"] = pair.test->p;
+    result["note"] = pair.test->note;
+  }
+  return result;
+}
+
+/// Fits are named by their places in the list.
+py::dict compare(const std::vector<FitPointer>& fits) {
+  std::vector<const fit::FittedModel*> pointers;
+  for (const FitPointer& fit : fits) pointers.push_back(fit.get());
+  const auto place_of = [&](const fit::FittedModel* fit) {
+    return std::ranges::find(pointers, fit) - pointers.begin();
+  };
+  const fit::Comparison found =
+      run(py::none(), [&](Work& /*work*/) { return fit::compare(pointers); });
+  py::list rows;
+  for (const fit::ComparedFit& row : found.fits) {
+    rows.append(py::make_tuple(place_of(row.fit), row.aic_difference, row.akaike_weight));
+  }
+  py::list tests;
+  for (const fit::ComparedPair& pair : found.pairs) tests.append(test_of(pair));
+  py::list failed;
+  for (const fit::FittedModel* const fit : found.failed) failed.append(place_of(fit));
+  py::dict result;
+  result["fits"] = rows;
+  result["tests"] = tests;
+  result["reason"] = found.reason;
+  result["failed"] = failed;
+  return result;
+}
+
+}  // namespace
+
+void add_inference(py::module_& module) {
+  module.def("intervals", &intervals);
+  module.def("bootstrap", &bootstrap);
+  module.def("cross_validate", &cross_validate);
+  module.def("compare", &compare);
+}
+
+}  // namespace silvafit::python

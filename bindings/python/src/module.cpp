@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// silvafit._core: the libraries for the Python package, which gives them their shape.
+#include <pybind11/pybind11.h>
+
+#include "errors.hpp"
+#include "fits.hpp"
+#include "studies.hpp"
+#include "tables.hpp"
+
+PYBIND11_MODULE(_core, module) {
+  using namespace silvafit::python;
+  module.attr("__version__") = SILVAFIT_VERSION;
+  add_errors(module);
+  add_tables(module);
+  add_fits(module);
+  add_predictions(module);
+  add_inference(module);
+  add_studies(module);
+  add_trees(module);
+}

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+#include "studies.hpp"
+
+#include <pybind11/stl.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arguments.hpp"
+#include "fits.hpp"
+#include "reading.hpp"
+#include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/impute_table.hpp"
+#include "silvafit/study/indices.hpp"
+#include "silvafit/study/model_library.hpp"
+#include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/stand_summary.hpp"
+#include "silvafit/study/study_files.hpp"
+#include "silvafit/study/whole_study.hpp"
+#include "tables.hpp"
+#include "work.hpp"
+
+namespace silvafit::python {
+namespace {
+
+/// Numbers of the rows that an inventory was read from, from 0.
+std::vector<std::size_t> rows_of(const stand::Inventory& inventory) {
+  std::vector<std::size_t> rows;
+  for (const std::uint32_t line : inventory.lines) rows.push_back(line - 1);
+  return rows;
+}
+
+py::dict structural_units(const py::object& trees,
+                          const py::dict& keywords,
+                          const py::object& listener) {
+  Arguments arguments(keywords);
+  study::IndicesOptions options{.reading = take_reading(arguments), .units = take_units(arguments)};
+  arguments.take("threads", options.threads);
+  arguments.finish();
+  const data::TableSource source = source_of(trees);
+  const study::TreeIndices found = run(
+      listener, [&](Work& work) { return study::tree_indices(source, options, work.callbacks()); });
+  py::dict result;
+  result["table"] = share(found.table());
+  result["rows"] = rows_of(found.inventory.inventory);
+  result["json"] = study::json_of(found.summary).dump();
+  return result;
+}
+
+py::dict stand_summary(const py::object& trees,
+                       const py::dict& keywords,
+                       const py::object& listener) {
+  Arguments arguments(keywords);
+  study::StandOptions options{.reading = take_reading(arguments), .units = take_units(arguments)};
+  double plot_area_m2 = 0.0;
+  arguments.take("plot_area", plot_area_m2);
+  arguments.take("stratum", options.report.stratum);
+  arguments.take("stratum_areas", options.report.stratum_areas_ha);
+  arguments.take("diameter_class", options.report.diameter_class_cm);
+  arguments.take("threads", options.threads);
+  arguments.finish();
+  if (plot_area_m2 != 0.0) options.report.plot_area_m2 = plot_area_m2;
+  const data::TableSource source = source_of(trees);
+  const study::StandSummary found = run(listener, [&](Work& work) {
+    return study::stand_summary(source, options, work.callbacks());
+  });
+  py::list tables;
+  for (auto& [name, table] : stand::tables_of(found.report)) {
+    tables.append(py::make_tuple(name, share(std::move(table))));
+  }
+  py::dict result;
+  result["tables"] = tables;
+  result["json"] = study::json_of(found).dump();
+  return result;
+}
+
+study::ImputeOptions impute_options(Arguments& arguments) {
+  study::ImputeOptions options;
+  arguments.take("response", options.response);
+  arguments.take("group", options.group);
+  arguments.take("by", options.by);
+  arguments.take("minimum_trees", options.minimum_trees);
+  arguments.take("formula", options.formula);
+  arguments.take("models", options.models);
+  arguments.take("random", options.random);
+  arguments.take("variance", options.variance);
+  arguments.take("method", options.method);
+  arguments.take("add_residual", options.add_residual);
+  arguments.take("seed", options.seed);
+  arguments.take("threads", options.threads);
+  return options;
+}
+
+py::dict impute(const py::object& trees,
+                const study::Catalogue& catalogue,
+                const py::dict& keywords,
+                const py::object& listener) {
+  Arguments arguments(keywords);
+  const study::ImputeOptions options = impute_options(arguments);
+  const study::ReadingSettings reading = take_reading(arguments);
+  arguments.finish();
+  const data::TableSource source = source_of(trees);
+  const study::TableImputation found = run(listener, [&](Work& work) {
+    return study::impute_table(source, catalogue, options, reading, work.callbacks());
+  });
+  py::list models;
+  for (const study::ImputeModel& model : found.imputation.models) {
+    models.append(py::make_tuple(model.label, share(model.fit)));
+  }
+  py::dict result;
+  result["table"] = share(study::imputed_columns(found));
+  result["rows"] = python::rows_of(found.table);
+  result["models"] = models;
+  result["summary"] = study::summary_of(found);
+  return result;
+}
+
+py::list models_of(const study::ModelLibrary& library) {
+  py::list models;
+  for (const study::LibraryModel& model : library.models) {
+    py::dict one;
+    one["species"] = model.species;
+    one["response"] = model.response;
+    one["unit"] = model.unit;
+    one["role"] = model.role;
+    one["fit"] = share(model.fit);
+    models.append(one);
+  }
+  return models;
+}
+
+study::ModelLibrary library_of(const std::vector<FitPointer>& fits) {
+  study::ModelLibrary library;
+  for (const FitPointer& fit : fits) {
+    library.models.push_back({.response = fit->specification.formula.left, .fit = *fit});
+  }
+  return library;
+}
+
+study::PredictionSettings prediction_settings(const py::dict& keywords) {
+  Arguments arguments(keywords);
+  study::PredictionSettings settings{.reading = take_reading(arguments)};
+  double coverage = 0.95;
+  std::string interval;
+  arguments.take("level", settings.level);
+  arguments.take("new_groups", settings.new_groups);
+  arguments.take("seen_groups", settings.seen_groups);
+  arguments.take("interval", interval);
+  arguments.take("coverage", coverage);
+  arguments.take("standard_errors", settings.standard_errors);
+  arguments.take("role", settings.role);
+  arguments.take("threads", settings.threads);
+  arguments.finish();
+  if (!interval.empty()) {
+    settings.interval_kind = interval;
+    settings.interval = coverage;
+  }
+  return settings;
+}
+
+py::dict predict(const study::ModelLibrary& library,
+                 const py::object& trees,
+                 const study::Catalogue& catalogue,
+                 const py::dict& keywords,
+                 const py::object& listener) {
+  const study::PredictionSettings settings = prediction_settings(keywords);
+  const data::TableSource source = source_of(trees);
+  const study::TablePrediction found = run(listener, [&](Work& work) {
+    return study::predict_table(source, library, catalogue, settings, work.callbacks());
+  });
+  py::dict result;
+  result["table"] = share(study::new_columns(found));
+  result["rows"] = python::rows_of(found.table);
+  return result;
+}
+
+/// What a study takes besides its settings.
+struct StudyRequest {
+  std::string settings{};  ///< a study.json, or a file with the keywords
+  std::string out{};       ///< empty: no files
+  std::string page{};      ///< the bundled report page
+  std::string call{};      ///< as the report shows it
+  unsigned threads = 0;
+  std::vector<stand::NamedWindow> windows{};
+};
+
+StudyRequest study_request(const py::dict& keywords) {
+  Arguments arguments(keywords);
+  StudyRequest request;
+  py::object windows = py::none();
+  arguments.take("settings", request.settings);
+  arguments.take("out", request.out);
+  arguments.take("page", request.page);
+  arguments.take("call", request.call);
+  arguments.take("threads", request.threads);
+  arguments.take("windows", windows);
+  arguments.finish();
+  request.windows = windows_of(windows);
+  return request;
+}
+
+struct StudyResult {
+  study::ModelLibrary library{};
+  data::Table predictions{};
+  std::vector<std::size_t> rows{};
+  std::string json{};
+};
+
+StudyResult study_of(const data::TableSource& source,
+                     const study::Catalogue& catalogue,
+                     StudyRequest& request,
+                     Work& work) {
+  study::StudyConfiguration settings =
+      study::read_study_configuration(request.settings, &catalogue);
+  settings.study.threads = request.threads;
+  settings.units.windows = std::move(request.windows);
+  study::StudyRecord record = study::whole_study(source, catalogue, settings, work.callbacks());
+  record.command = request.call;
+  if (!request.out.empty()) study::write_study(record, catalogue, request.page, request.out);
+  StudyResult result{.library = study::library_of(record)};
+  result.predictions = study::predictions_of(record, result.library);
+  result.rows = rows_of(record.inventory.inventory);
+  result.json = study::json_of(record, request.out).dump();
+  return result;
+}
+
+py::dict study_results(const py::object& trees,
+                       const study::Catalogue& catalogue,
+                       const py::dict& keywords,
+                       const py::object& listener) {
+  StudyRequest request = study_request(keywords);
+  const data::TableSource source = source_of(trees);
+  StudyResult found =
+      run(listener, [&](Work& work) { return study_of(source, catalogue, request, work); });
+  py::dict result;
+  result["library"] = std::move(found.library);
+  result["predictions"] = share(std::move(found.predictions));
+  result["rows"] = found.rows;
+  result["json"] = found.json;
+  return result;
+}
+
+}  // namespace
+
+void add_studies(py::module_& module) {
+  py::class_<study::ModelLibrary>(module, "Library")
+      .def_static(
+          "read",
+          [](const std::string& name_or_file, const std::string& models) {
+            return study::find_library(name_or_file, models);
+          },
+          py::arg("name_or_file"),
+          py::arg("models"))
+      .def_static("of", &library_of, py::arg("fits"))
+      .def("models", &models_of)
+      .def("to_json", [](const study::ModelLibrary& self) { return study::to_json(self); })
+      .def("write",
+           [](const study::ModelLibrary& self, const std::string& path) {
+             study::write_library(self, path);
+           })
+      .def("predict", &predict);
+  module.def("structural_units", &structural_units);
+  module.def("stand_summary", &stand_summary);
+  module.def("impute", &impute);
+  module.def("study", &study_results);
+}
+
+}  // namespace silvafit::python

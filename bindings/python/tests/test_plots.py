@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""Plots show the numbers of the fit."""
+import numpy as np
+import pytest
+from conftest import FORMULA
+
+matplotlib = pytest.importorskip("matplotlib")
+matplotlib.use("Agg")
+
+import silvafit as sf  # noqa: E402
+
+
+def test_curves_of_groups_are_predictions(mixed):
+    ax = mixed.plot(groups=["S1P1", "S2P1"])
+    curves = {line.get_label(): line for line in ax.lines}
+    assert {"S1P1", "S2P1", "population"} <= set(curves)
+    x, y = curves["S1P1"].get_data()
+    expected = mixed.predict({"dbh": x, "plot": ["S1P1"] * len(x)}, level="conditional")
+    assert np.asarray(y, float) == pytest.approx(expected.to_numpy())
+    assert ax.get_xlabel() == "dbh" and ax.get_ylabel() == "h"
+    with pytest.raises(sf.UsageError, match="nowhere"):
+        mixed.plot(groups=["nowhere"])
+
+
+def test_residuals_and_random_effects(mixed):
+    ax = mixed.plot("residuals")
+    points = next(line for line in ax.lines if len(line.get_xdata()) == mixed.nobs)
+    assert np.asarray(points.get_ydata()) == pytest.approx(mixed.residuals("pearson").to_numpy())
+    ax = mixed.plot("random", effect="b")
+    container = ax.containers[0]
+    middle = container.lines[0].get_xdata()
+    assert np.asarray(middle, float) == pytest.approx(np.sort(mixed.random_effects["b"].to_numpy()))
+    with pytest.raises(sf.UsageError):
+        mixed.plot("pie")
+
+
+def test_plots_of_other_models(stands):
+    matplotlib.pyplot.close("all")
+    sf.fit(FORMULA, stands).plot()
+    nested = sf.fit(FORMULA, stands, random="a | stand/plot")
+    nested.plot(groups=["S1/S1P1"])
+    nested.plot("random")
+    numbers = stands.assign(plot=stands["plot"].astype("category").cat.codes)
+    ax = sf.fit(FORMULA, numbers, random="a | plot").plot(groups=[3])
+    assert "3" in [line.get_label() for line in ax.lines]
+    with_factor = sf.fit(FORMULA, stands, parameters="b ~ 1 + species", random="a | plot")
+    with_factor.plot()
+    figure, ax = matplotlib.pyplot.subplots()
+    assert with_factor.plot("residuals", ax=ax) is ax
+    with pytest.raises(sf.UsageError, match="no random effects"):
+        sf.fit(FORMULA, stands).plot("random")
+    matplotlib.pyplot.close("all")

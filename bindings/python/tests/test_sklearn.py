@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""The estimator in scikit-learn's own checks, in cross-validation and in pipelines."""
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import FORMULA
+
+pytest.importorskip("sklearn")
+from sklearn.base import clone  # noqa: E402
+from sklearn.linear_model import LinearRegression  # noqa: E402
+from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_score  # noqa: E402
+from sklearn.pipeline import make_pipeline  # noqa: E402
+from sklearn.preprocessing import StandardScaler  # noqa: E402
+from sklearn.utils.estimator_checks import check_estimator  # noqa: E402
+
+import silvafit as sf  # noqa: E402
+from silvafit.sklearn import MixedRegressor  # noqa: E402
+
+CHECKS = list(check_estimator(MixedRegressor(), generate_only=True))
+
+
+@pytest.mark.parametrize("estimator, check", CHECKS, ids=[getattr(check, "func", check).__name__ for _, check in CHECKS])
+def test_checks_of_scikit_learn(estimator, check):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sf.ConvergenceWarning)
+        check(estimator)
+
+
+def test_without_groups_it_is_least_squares(stands):
+    X = stands[["dbh", "crowding"]]
+    ours = MixedRegressor().fit(X, stands["h"])
+    theirs = LinearRegression().fit(X, stands["h"])
+    assert ours.predict(X) == pytest.approx(theirs.predict(X), rel=1e-9)
+    assert ours.score(X, stands["h"]) == pytest.approx(theirs.score(X, stands["h"]), rel=1e-9)
+
+
+def test_groups_by_column_and_by_argument_are_the_same(stands):
+    X = stands[["dbh", "plot"]]
+    by_column = MixedRegressor(FORMULA, random="a + b | plot").fit(X, stands["h"])
+    by_argument = MixedRegressor(FORMULA, random="a + b").fit(X[["dbh"]], stands["h"], groups=stands["plot"])
+    assert by_column.fit_.loglik == by_argument.fit_.loglik
+    conditional = by_column.predict(X)
+    assert conditional == pytest.approx(by_argument.predict(X[["dbh"]], groups=stands["plot"]))
+    assert conditional == pytest.approx(by_column.fit_.fitted.to_numpy())
+    assert by_argument.predict(X[["dbh"]]) == pytest.approx(by_column.fit_.predict(X).to_numpy())
+    linear = MixedRegressor().fit(X[["dbh"]], stands["h"], groups=stands["plot"])
+    assert linear.fit_.random == "intercept | group"
+
+
+def test_cross_validation_by_groups(stands):
+    X, y, plots = stands[["dbh", "plot"]], stands["h"], stands["plot"]
+    folds = GroupKFold(4)
+    scores = cross_val_score(MixedRegressor(FORMULA, random="a | plot"), X, y, groups=plots, cv=folds)
+    by_hand = []
+    for train, test in folds.split(X, y, plots):
+        fit = sf.fit(FORMULA, stands.iloc[train], random="a | plot")
+        error = y.iloc[test] - fit.predict(stands.iloc[test])
+        by_hand.append(1 - (error**2).sum() / ((y.iloc[test] - y.iloc[test].mean()) ** 2).sum())
+    assert scores == pytest.approx(by_hand, rel=1e-9)
+    with_parameter = cross_val_score(MixedRegressor(FORMULA, random="a"), X[["dbh"]], y, groups=plots, cv=folds,
+                                     fit_params={"groups": plots.to_numpy()})
+    assert with_parameter == pytest.approx(by_hand, rel=1e-9)
+
+
+def test_pipelines_clones_and_searches(stands):
+    X = stands[["dbh", "crowding"]]
+    scaled = make_pipeline(StandardScaler(), MixedRegressor())
+    scaled.fit(X, stands["h"], mixedregressor__groups=stands["plot"])
+    plain = MixedRegressor().fit(X, stands["h"], groups=stands["plot"])
+    assert scaled.predict(X) == pytest.approx(plain.predict(X), rel=1e-6)
+    model = MixedRegressor(FORMULA, random="a | plot", variance="power")
+    assert clone(model).get_params() == model.get_params()
+    search = GridSearchCV(model, {"random": ["a | plot", "b | plot"]}, cv=GroupKFold(3))
+    search.fit(stands[["dbh", "plot"]], stands["h"], groups=stands["plot"])
+    assert search.best_params_["random"] in ("a | plot", "b | plot")
+
+
+def test_groups_need_effects(stands):
+    with pytest.raises(sf.UsageError, match="random='a'"):
+        MixedRegressor(FORMULA).fit(stands[["dbh"]], stands["h"], groups=stands["plot"])
+
+
+def test_arrays_have_columns_x0_and_so_on(stands):
+    array = stands[["dbh"]].to_numpy()
+    model = MixedRegressor("h ~ 1.3 + a*(1 - exp(-b*x0))").fit(array, stands["h"].to_numpy())
+    assert model.fit_.fixed_effects.to_numpy() == pytest.approx(sf.fit(FORMULA, stands).fixed_effects.to_numpy())
+    assert isinstance(model.predict(array), np.ndarray) and isinstance(stands, pd.DataFrame)

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""Analyses of inventories: the tables of the program, with the index of the trees."""
+import io
+import json
+import pickle
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import FORMULA
+
+import silvafit as sf
+
+
+@pytest.fixture(scope="module")
+def small(inventory):
+    """Two plots, with labels of their own and a row that cannot be used."""
+    trees = inventory[inventory["plot"].isin([1, 2])].copy()
+    trees.index = [f"t{k}" for k in range(len(trees))]
+    trees.loc["t4", "dbh"] = np.nan
+    return trees
+
+
+@pytest.fixture(scope="module")
+def small_file(small, tmp_path_factory):
+    file = tmp_path_factory.mktemp("inventory") / "small.csv"
+    small.to_csv(file, index=False)
+    return file
+
+
+def test_structural_units_are_those_of_the_program(program, small, small_file):
+    theirs = pd.read_csv(io.StringIO(program("indices", small_file, "--quiet")))
+    ours = sf.structural_units(small)
+    assert "t4" not in ours.index and set(ours.index) <= set(small.index)
+    assert len(ours) == len(theirs)
+    for index in ("W", "M", "U", "C"):
+        assert ours[index].to_numpy() == pytest.approx(theirs[index].to_numpy(), rel=1e-12, nan_ok=True)
+    assert ours["dbh"].equals(small["dbh"].reindex(ours.index))
+    assert ours.attrs["summary"]["schema"] == "silvafit-indices/1"
+    assert sf.structural_units(small_file)["M"].to_numpy() == pytest.approx(ours["M"].to_numpy(), nan_ok=True)
+
+
+def test_windows_of_geopandas_are_those_of_files(source, inventory):
+    geopandas = pytest.importorskip("geopandas")
+    file = source / "examples/fir-mixed/window.geojson"
+    # Without a reference system in the file, geopandas takes these meters for degrees.
+    frame = geopandas.read_file(file)
+    expected = sf.structural_units(inventory, file, per="stand")
+    for window in (frame, frame.geometry, frame.geometry.iloc[0]):
+        found = sf.structural_units(inventory, window, per="stand")
+        assert found["core"].equals(expected["core"]) and found["C"].equals(expected["C"])
+    assert not expected["core"].equals(sf.structural_units(inventory)["core"])
+
+
+def test_windows_of_plots_and_degrees(inventory):
+    geopandas = pytest.importorskip("geopandas")
+    from shapely.geometry import box
+
+    plots = [1, 2]
+    trees = inventory[inventory["plot"].isin(plots)]
+    boxes = [box(*trees.loc[trees["plot"] == plot, ["x", "y"]].agg(["min", "max"]).to_numpy().ravel())
+             for plot in plots]
+    windows = geopandas.GeoDataFrame({"plot": plots}, geometry=boxes)
+    summary = sf.stand_summary(trees, windows).summary
+    for plot, shape, area in zip(plots, boxes, summary["areas"]):
+        assert area["plot"] == str(plot) and area["area_ha"] * 1e4 == pytest.approx(shape.area)
+    with pytest.raises(sf.UsageError, match="to_crs"):
+        sf.structural_units(trees, windows.set_crs(32650).to_crs(4326))
+
+
+def test_points_of_geopandas_have_positions(small):
+    geopandas = pytest.importorskip("geopandas")
+    points = geopandas.GeoDataFrame(small.drop(columns=["x", "y"]),
+                                    geometry=geopandas.points_from_xy(small["x"], small["y"]), crs=32650)
+    assert sf.structural_units(points)["C"].equals(sf.structural_units(small)["C"])
+    with pytest.raises(sf.UsageError, match="to_crs"):
+        sf.structural_units(points.to_crs(4326))
+
+
+def test_stand_tables(program, small, small_file):
+    stand = sf.stand_summary(small)
+    theirs = json.loads(program("stand", small_file, "--json", "--quiet"))
+    assert stand.summary["all"] == theirs["all"]
+    assert set(stand.tables) >= {"plots", "species", "diameters", "classes"}
+    assert set(stand.species["species"]) >= {"SM", "OF"}
+    assert "<table" in stand._repr_html_()
+
+
+def test_imputed_heights_fill_the_gaps(small):
+    trees = small.copy()
+    hidden = trees.index[::3]
+    trees.loc[hidden, "h"] = np.nan
+    result = sf.impute(trees, "h")
+    assert result.index.equals(trees.index)
+    measured = trees["h"].notna()
+    assert result.loc[measured, "h"].equals(trees.loc[measured, "h"])
+    imputed = result["h_source"] == "imputed"
+    assert set(result.index[imputed]) == {label for label in hidden if label != "t4"}
+    fit = result.attrs["models"][""]
+    assert isinstance(fit, sf.Fit) and fit.converged
+    known = result.loc[imputed, "h"] - small.loc[imputed, "h"]
+    assert known.abs().mean() < small["h"].std()
+    assert list(result.columns) == [*trees.columns, "h_source", "h_level", "h_flag"]
+
+
+def test_a_study_writes_its_files_and_predicts(small, tmp_path):
+    out = tmp_path / "study"
+    study = sf.study(small, out, responses=["h"], minimum_trees=80, candidates={"h": ["M4", "M5"]},
+                     covariates=["C"], maximum_random_effects=1, variance_functions=["none"], progress=False)
+    assert study.report.is_file() and (out / "library.json").is_file()
+    assert not study.results.empty and set(study.results["response"]) == {"h"}
+    assert set(study.predictions.index) <= set(small.index)
+    library = sf.read_library(out / "library.json")
+    species = study.results["species"][0]
+    assert library.fit("h", species, "ols").loglik == study.library.fit("h", species, "ols").loglik
+    predicted = library.predict(small, role="ols", interval="prediction")
+    assert list(predicted.columns) == ["h_pred", "h_lower", "h_upper", "flag"]
+    trees = small[(small["species"] == species) & small["dbh"].notna()].index
+    fit = library.fit("h", species, "ols")
+    assert predicted.loc[trees, "h_pred"].to_numpy() == pytest.approx(fit.predict(small.loc[trees]).to_numpy())
+    again = pickle.loads(pickle.dumps(library))
+    assert again.to_json() == library.to_json()
+    with pytest.raises(sf.InputError, match="colour"):
+        sf.study(small, colour="red")
+
+
+def test_a_library_of_fits_and_published_ones(mixed, stands, tmp_path):
+    library = sf.Library.of(mixed)
+    library.to_json(tmp_path / "library.json")
+    again = sf.read_library(tmp_path / "library.json")
+    assert again.predict(stands)["h_pred"].to_numpy() == pytest.approx(mixed.predict(stands).to_numpy())
+    assert len(sf.read_library("shanxia-2023").models) > 0
+    with pytest.raises(sf.InputError):
+        sf.read_library("no such library")
+
+
+def test_trees_and_pages(small, tmp_path):
+    few = small.iloc[[1, 2, 3]]
+    written = sf.grow(few, tmp_path / "stand.glb", lod=3, progress=False)
+    assert (tmp_path / "stand.glb").read_bytes()[:4] == b"glTF"
+    assert len(written["trees"]) == 3
+    sf.grow(few, tmp_path / "trees", lod=3)
+    assert len(list((tmp_path / "trees").glob("*.glb"))) == 3
+    page = sf.view(few, tmp_path / "view.html", title="Three trees", lod=[3], models=1)
+    assert "3 trees" in repr(page)
+    frame = page._repr_html_()
+    assert frame.startswith("<iframe srcdoc=") and 'height="600"' in frame
+    assert (tmp_path / "view.html").read_text() == page.html
+    scene = sf.view(tmp_path / "stand.glb")
+    assert scene.summary["trees"] == 3
+
+
+def test_the_catalogue():
+    models = sf.models()
+    assert models.loc["M4", "formula"] == FORMULA
+    assert set(models["response"]) == {"h", "hcb", "cw"}
