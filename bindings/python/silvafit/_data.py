@@ -75,6 +75,10 @@ def _integers(values: np.ndarray) -> Tuple[Any, Any]:
 
 def _objects(name: str, values: Any) -> Tuple[Any, Any]:
     """Numbers among objects are numbers if there is nothing else."""
+    values = np.asarray(values, dtype=object)
+    texts = _core.text(values)
+    if texts is not None:
+        return texts, None
     kind = pd.api.types.infer_dtype(values, skipna=True)
     if kind in ("integer", "floating", "mixed-integer-float", "decimal", "boolean"):
         numbers = pd.to_numeric(pd.Series(values).astype(object), errors="coerce")
@@ -89,6 +93,8 @@ def _column(name: str, values: Any) -> Tuple[Any, Any]:
     """A column as numbers or (codes, texts), and how its labels become values again."""
     if isinstance(values, (pd.Series, pd.Index)):
         values = values.array
+    if isinstance(values, pd.arrays.PandasArray):
+        values = values.to_numpy()
     if isinstance(values, pd.Categorical):
         return _text_column(name, values.codes, list(values.categories))
     if isinstance(values, pd.api.extensions.ExtensionArray):

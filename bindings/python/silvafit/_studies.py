@@ -79,7 +79,7 @@ def structural_units(
     source, frame = source_of(trees)
     keywords = {"edge": edge, "buffer": buffer, "per": per, "neighbors": neighbors, "further": list(further),
                 "threads": threads, **window_arguments(window), **options}
-    with Listener(progress) as listener, located_in(_index(frame)):
+    with Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
         found = _core.structural_units(source, keywords, listener)
     result = data_frame(found["table"], _index_of(frame, found["rows"]))
     result.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
@@ -157,7 +157,7 @@ def stand_summary(
     keywords = {"edge": edge, "buffer": buffer, "plot_area": plot_area, "stratum": stratum,
                 "stratum_areas": None if stratum_areas is None else dict(stratum_areas),
                 "diameter_class": diameter_class, "threads": threads, **window_arguments(window), **options}
-    with Listener() as listener, located_in(_index(frame)):
+    with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
         return Stand(_core.stand_summary(source, keywords, listener), listener.notes)
 
 
@@ -210,7 +210,7 @@ def impute(
     keywords = {"response": response, "group": group, "by": by, "formula": formula, "models": list(models),
                 "random": random, "variance": variance, "method": method, "minimum_trees": minimum_trees,
                 "add_residual": add_residual, "seed": seed, "threads": threads, **options}
-    with Listener() as listener, located_in(_index(frame)):
+    with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
         found = _core.impute(source, _location.catalogue(), keywords, listener)
     columns = data_frame(found["table"], _index_of(frame, found["rows"]))
     result = _with_columns(trees, columns, found["rows"])
@@ -302,7 +302,7 @@ class Library:
         source, frame = source_of(trees)
         keywords = {"level": level, "interval": interval, "coverage": coverage, "standard_errors": standard_errors,
                     "new_groups": new_groups, "seen_groups": seen_groups, "role": role, "threads": threads, **options}
-        with Listener() as listener, located_in(_index(frame)):
+        with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
             found = self._core.predict(source, _location.catalogue(), keywords, listener)
         result = data_frame(found["table"], _index_of(frame, found["rows"]))
         result.attrs["notes"] = listener.notes
@@ -419,7 +419,7 @@ def study(
     """
     source, frame = source_of(trees)
     given = window_arguments(window)
-    with tempfile.TemporaryDirectory() as folder, Listener(progress) as listener, located_in(_index(frame)):
+    with tempfile.TemporaryDirectory() as folder, Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
         file = _settings_file(settings, dict(options, **{k: _absolute(v) for k, v in given.items() if k == "window"}),
                               pathlib.Path(folder))
         keywords = {"settings": file, "out": None if out is None else os.fspath(out), "threads": threads,

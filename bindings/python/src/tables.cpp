@@ -3,11 +3,13 @@
 
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <numeric>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
 
@@ -33,12 +35,14 @@ data::TextColumn text_column(std::span<const std::int32_t> codes,
   return column;
 }
 
-/// \param columns  (name, numbers) or (name, (codes, texts)); a negative code is a missing value
+/// \param columns  (name, numbers), (name, Text) or (name, (codes, texts))
 TablePointer table_of(std::size_t rows, const py::list& columns) {
   data::Table table(rows);
   for (const auto& column : columns) {
     const auto [name, values] = column.cast<std::pair<std::string, py::object>>();
-    if (py::isinstance<py::tuple>(values)) {
+    if (py::isinstance<data::TextColumn>(values)) {
+      table.set(name, values.cast<const data::TextColumn&>());
+    } else if (py::isinstance<py::tuple>(values)) {
       const auto [codes, texts] = values.cast<std::pair<Codes, std::vector<std::string>>>();
       table.set(name, text_column(view(codes), texts));
     } else {
@@ -85,6 +89,36 @@ py::list columns_of(const TablePointer& table) {
   return columns;
 }
 
+bool is_nan(PyObject* object) {
+  return PyFloat_Check(object) != 0 && std::isnan(PyFloat_AS_DOUBLE(object));
+}
+
+/// Appends a text or a missing value. \return false if the object is neither
+bool append(PyObject* object, data::TextColumn& column) {
+  if (object == Py_None || is_nan(object)) {
+    column.append_missing();
+    return true;
+  }
+  if (PyUnicode_Check(object) == 0) return false;
+  Py_ssize_t size = 0;
+  const char* const bytes = PyUnicode_AsUTF8AndSize(object, &size);
+  if (bytes == nullptr) throw py::error_already_set();
+  column.append({bytes, static_cast<std::size_t>(size)});
+  return true;
+}
+
+/// A column of objects that are all text, None or NaN; else None.
+py::object text_of_objects(const py::array& objects) {
+  if (objects.dtype().kind() != 'O' || objects.ndim() != 1) return py::none();
+  auto column = std::make_shared<data::TextColumn>();
+  column->reserve(static_cast<std::size_t>(objects.shape(0)));
+  for (py::ssize_t row = 0; row < objects.shape(0); ++row) {
+    PyObject* const object = *static_cast<PyObject* const*>(objects.data(row));
+    if (object == nullptr || !append(object, *column)) return py::none();
+  }
+  return column->levels().empty() ? py::none() : py::cast(column);
+}
+
 }  // namespace
 
 data::TableSource source_of(const py::object& trees) {
@@ -99,6 +133,9 @@ void add_tables(py::module_& module) {
       .def_property_readonly("rows", &data::Table::rows)
       .def_property_readonly("names", &data::Table::names)
       .def("columns", &columns_of);
+  py::class_<data::TextColumn, std::shared_ptr<data::TextColumn>>(module, "Text")
+      .def("__len__", &data::TextColumn::size);
+  module.def("text", &text_of_objects, py::arg("objects"));
   module.def("table", &table_of, py::arg("rows"), py::arg("columns"));
 }
 

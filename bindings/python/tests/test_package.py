@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""The package is complete: data, types and documentation."""
+import ast
+import inspect
+import pathlib
+
+import silvafit as sf
+from silvafit import _core, _location
+from silvafit.sklearn import MixedRegressor
+
+PACKAGE = pathlib.Path(sf.__file__).parent
+
+
+def test_the_catalogue_and_the_pages_are_in_the_package(monkeypatch):
+    monkeypatch.delenv("SILVAFIT_DATA_DIR", raising=False)
+    share = _location.data_directory()
+    assert share.resolve().is_relative_to(PACKAGE.resolve())
+    for part in ("models/base", "models/presets", "models/published"):
+        assert any((share / part).iterdir())
+    assert not any(path.is_symlink() for path in share.rglob("*"))
+    for page in ("report.html", "scene.html"):
+        assert pathlib.Path(_location.page(page)).stat().st_size > 10000
+
+
+def test_the_stub_of_the_extension_names_what_it_has():
+    stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
+    assert (PACKAGE / "py.typed").is_file()
+    functions = {node.name for node in stub.body if isinstance(node, ast.FunctionDef)}
+    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    public = {name for name in dir(_core) if not name.startswith("_")}
+    assert functions | set(classes) == public
+    for name, node in classes.items():
+        described = {item.name for item in node.body if isinstance(item, ast.FunctionDef)}
+        described |= {item.target.id for item in node.body if isinstance(item, ast.AnnAssign)}
+        actual = {member for member in vars(getattr(_core, name)) if not member.startswith("_")}
+        assert {member for member in described if not member.startswith("_")} == actual, name
+
+
+def _documented(owner):
+    for name, member in vars(owner).items():
+        if name.startswith("_"):
+            continue
+        function = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+        if inspect.isfunction(function):
+            yield name, function
+
+
+def test_everything_public_has_a_docstring_and_types():
+    functions = [(name, getattr(sf, name)) for name in sf.__all__ if inspect.isfunction(getattr(sf, name))]
+    for owner in (sf.Fit, sf.Library, sf.View, MixedRegressor):
+        functions += _documented(owner)
+    assert len(functions) > 50
+    for name, function in functions:
+        parameters = inspect.signature(function).parameters
+        assert function.__annotations__.get("return") is not None, name
+        assert all(parameter.annotation is not inspect.Parameter.empty
+                   for parameter in parameters.values() if parameter.name != "self" and parameter.name != "cls"), name
+        if name not in ("plots", "species", "diameters", "models"):
+            assert inspect.getdoc(function), name
