@@ -13,6 +13,10 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/silvafitConfigVersion.cma
 install(FILES ${PROJECT_BINARY_DIR}/silvafitConfig.cmake
               ${PROJECT_BINARY_DIR}/silvafitConfigVersion.cmake
         DESTINATION ${package_dir} COMPONENT development)
+file(RELATIVE_PATH SILVAFIT_PREFIX_OF_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(cmake/silvafit.pc.in ${PROJECT_BINARY_DIR}/silvafit.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/silvafit.pc
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 # What comes with the program to read and to try.
 set(documentation ${CMAKE_INSTALL_DATADIR}/doc/silvafit)

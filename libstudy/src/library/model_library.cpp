@@ -131,7 +131,10 @@ void write_library(const ModelLibrary& library, const std::filesystem::path& pat
 }
 
 ModelLibrary read_library(const std::filesystem::path& path) {
-  const JsonReader json = JsonReader::open(path);
+  return read_library(JsonReader::open(path));
+}
+
+ModelLibrary read_library(const JsonReader& json) {
   if (has_schema(json, "silvafit-published-models/")) return published_library(json);
   return is_plain_fit(json) ? read_fits(json) : read_models(json);
 }

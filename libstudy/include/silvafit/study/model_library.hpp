@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
@@ -48,6 +49,8 @@ void write_library(const ModelLibrary& library, const std::filesystem::path& pat
 /// several, which have neither species nor role and the left side of their formula as response.
 /// \throws InputError that names file and key if it is none of these, or from a newer silvafit
 ModelLibrary read_library(const std::filesystem::path& path);
+/// The same from JSON that has been read already, such as the text of a library in memory.
+ModelLibrary read_library(const data::JsonReader& json);
 
 /// Names of the published libraries in `published` of the folder models, in alphabetical order.
 /// \throws InputError if the folder cannot be read
