@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package format check-format clean
+.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -8,6 +8,7 @@ help:
 	@echo "make sanitize, make sanitize-threads, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make fuzz SECONDS=60   every reader of files with libFuzzer, so many seconds each"
 	@echo "make attack SECONDS=600   all commands on changed inputs, so many seconds"
+	@echo "make r-package   the package for R, installed into build/r-library; make test-r runs its tests, make check-r R CMD check"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
@@ -36,6 +37,18 @@ demo: build
 test: configure-tests
 	@cmake --build --preset release-tests
 	@ctest --preset release -j 2
+
+r-deps: deps
+	@./scripts/install-dependencies packages-debian12-r.txt
+
+r-package: r-deps build
+	@./scripts/r-package
+
+test-r: r-package
+	@./scripts/test-r
+
+check-r: r-package
+	@./scripts/check-r
 
 # The presets leave out the tests that mostly run npm, Chromium or the compiler; a whole study stands in for them.
 sanitize: test-deps

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+# Columns of data frames as the C++ libraries take them: numbers, factors and texts.
+
+plain_column <- function(column, name) {
+  if (is.factor(column)) return(factor_as_text_or_itself(column))
+  if (is.character(column)) return(as.vector(column))
+  if (is.logical(column) || is.numeric(column)) {
+    if (inherits(column, c("Date", "POSIXct", "POSIXlt", "difftime", "integer64"))) {
+      stop_input("column '", name, "' is of class ", class(column)[1], "; make it a number with as.numeric()",
+                 column = name)
+    }
+    if (is.null(dim(column)) || length(dim(column)) == 1) {
+      # Labels and units of other packages are attributes; the values need no copy without them.
+      return(if (is.null(attributes(column))) column else as.vector(unclass(column)))
+    }
+  }
+  stop_input("column '", name, "' is of class ", class(column)[1], "; it has to be numeric, a factor or text",
+             column = name)
+}
+
+# Ordered factors and those with many attributes are factors all the same.
+factor_as_text_or_itself <- function(column) {
+  attributes(column) <- list(levels = levels(column), class = "factor")
+  column
+}
+
+# \param names  columns to take; all, without those that are neither numbers nor texts, if NULL
+plain_columns <- function(data, names = NULL) {
+  if (is.null(names)) {
+    usable <- vapply(data, function(column) {
+      (is.factor(column) || is.character(column) || is.logical(column) || is.numeric(column)) &&
+        is.null(dim(column)) && !inherits(column, c("Date", "POSIXt", "difftime", "integer64"))
+    }, logical(1))
+    names <- base::names(data)[usable]
+  }
+  columns <- lapply(names, function(name) plain_column(data[[name]], name))
+  base::names(columns) <- names
+  columns
+}
+
+# Points of sf become the columns x and y.
+without_geometry <- function(data) {
+  if (!inherits(data, "sf")) return(data)
+  if (!requireNamespace("sf", quietly = TRUE)) stop_usage("data of class sf need the package sf")
+  geometry <- sf::st_geometry(data)
+  plain <- sf::st_drop_geometry(data)
+  if (all(sf::st_geometry_type(geometry) == "POINT")) {
+    coordinates <- sf::st_coordinates(geometry)
+    if (!"x" %in% names(plain)) plain$x <- coordinates[, 1]
+    if (!"y" %in% names(plain)) plain$y <- coordinates[, 2]
+    if (ncol(coordinates) >= 3 && !"z" %in% names(plain)) plain$z <- coordinates[, 3]
+  }
+  plain
+}
+
+check_data <- function(data, argument = "data") {
+  if (!is.data.frame(data)) stop_usage("`", argument, "` has to be a data frame, not an object of class ", class(data)[1])
+  data <- without_geometry(data)
+  if (nrow(data) == 0) stop_input("`", argument, "` has no rows")
+  twice <- names(data)[duplicated(names(data))]
+  if (length(twice) > 0) stop_input("`", argument, "` has two columns '", twice[1], "'", column = twice[1])
+  data
+}

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: MIT
+# Confidence intervals and comparisons of fits.
+
+#' Confidence intervals of all parameters
+#'
+#' `confint()` has the fixed effects, the standard deviations and correlations of the random effects, the parameters
+#' of the variance function and sigma. `intervals()` returns the Wald intervals in the form of [nlme::intervals()].
+#'
+#' Wald intervals of variance parameters are those of nlme: on the scales of the logarithm and of Fisher's z.
+#' Profile-likelihood intervals refit the model for each limit; they take longer and are more accurate.
+#'
+#' @param object a fit of [silvafit()]
+#' @param parm names or numbers of parameters; all if missing
+#' @param level confidence level
+#' @param method `"wald"` or `"profile"`
+#' @param which `"all"`, `"var-cov"` or `"fixed"`
+#' @param threads number of threads; 0 means all cores
+#' @param ... not used
+#' @return `confint()`: matrix with a row for each parameter; the attribute `notes` explains limits that are not known or do not
+#'   exist. `intervals()`: list of class `intervals.silvafit` with the elements `fixed`, `reStruct`, `varStruct` and `sigma`.
+#' @export
+#' @importFrom stats confint
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' confint(fit, c("Asym", "sigma"))
+#' intervals(fit)
+confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile"), threads = 1, ...) {
+  result <- parameter_intervals(object, level, match.arg(method), threads)
+  half <- (1 - level) / 2
+  table <- cbind(result$lower, result$upper)
+  dimnames(table) <- list(result$name, paste(format(100 * c(half, 1 - half), trim = TRUE, digits = 3), "%"))
+  if (!missing(parm)) {
+    unknown <- if (is.character(parm)) setdiff(parm, rownames(table))
+    if (length(unknown) > 0) stop_usage("unknown parameter '", unknown[1], "'; available: ", paste(rownames(table), collapse = ", "))
+    table <- table[parm, , drop = FALSE]
+  }
+  notes <- stats::setNames(result$note, result$name)[rownames(table)]
+  if (any(notes != "")) attr(table, "notes") <- notes[notes != ""]
+  structure(table, class = c("confint.silvafit", class(table)))
+}
+
+#' @export
+print.confint.silvafit <- function(x, ...) {
+  notes <- attr(x, "notes")
+  attr(x, "notes") <- NULL
+  print(unclass(x), ...)
+  print_notes(notes)
+  invisible(x)
+}
+
+print_notes <- function(notes) {
+  if (length(notes) == 0) return(invisible())
+  texts <- if (is.null(names(notes))) notes else paste0(names(notes), ": ", notes)
+  cat("\n", paste(strwrap(texts, exdent = 2), collapse = "\n"), "\n", sep = "")
+}
+
+parameter_intervals <- function(object, level, method, threads = 1) {
+  needs_data(object, "confidence intervals")
+  if (!is.numeric(level) || length(level) != 1 || level <= 0 || level >= 1) stop_usage("`level` has to be between 0 and 1")
+  result <- engine(.Call(C_intervals_of_fit, object$json, plain_columns(object$frame, names(object$frame)), method, level, threads))
+  result$name <- r_names(object, result$name)
+  result$note <- r_names(object, in_words_of_r(result$note))
+  # NaN is a limit that is not known.
+  result$lower <- not_nan(result$lower)
+  result$upper <- not_nan(result$upper)
+  result
+}
+
+#' @rdname confint.silvafit
+#' @export
+intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov", "fixed"), ...) {
+  which <- match.arg(which)
+  result <- parameter_intervals(object, level, "wald")
+  rows <- function(kinds) {
+    chosen <- result$kind %in% kinds
+    table <- cbind(lower = result$lower, est. = result$estimate, upper = result$upper)[chosen, , drop = FALSE]
+    rownames(table) <- result$name[chosen]
+    table
+  }
+  parts <- list()
+  if (which != "var-cov") parts$fixed <- rows("fixed")
+  if (which != "fixed") {
+    random <- rows(c("sd", "cor"))
+    if (nrow(random) > 0) {
+      groups <- names(grouping_counts(object))
+      # With two groupings, names end with "| group)".
+      of_group <- if (length(groups) == 1) rep(groups, nrow(random)) else sub(".*\\| (.*)\\)$", "\\1", rownames(random))
+      parts$reStruct <- lapply(split(seq_len(nrow(random)), factor(of_group, groups)), function(i) as.data.frame(random[i, , drop = FALSE]))
+    }
+    if (any(result$kind == "variance")) parts$varStruct <- rows("variance")
+    parts$sigma <- rows("sigma")[1, ]
+  }
+  structure(parts, level = level, notes = stats::setNames(result$note, result$name)[result$note != ""], class = "intervals.silvafit")
+}
+
+#' @export
+print.intervals.silvafit <- function(x, ...) {
+  cat("Approximate ", 100 * attr(x, "level"), "% confidence intervals\n", sep = "")
+  titles <- c(fixed = "Fixed effects", varStruct = "Variance function")
+  if (!is.null(x$fixed)) {
+    cat("\n Fixed effects:\n")
+    print(x$fixed, ...)
+  }
+  for (group in names(x$reStruct)) {
+    cat("\n Random effects, ", group, ":\n", sep = "")
+    print(x$reStruct[[group]], ...)
+  }
+  if (!is.null(x$varStruct)) {
+    cat("\n Variance function:\n")
+    print(x$varStruct, ...)
+  }
+  if (!is.null(x$sigma)) {
+    cat("\n Residual standard deviation (sigma):\n")
+    print(x$sigma, ...)
+  }
+  print_notes(attr(x, "notes"))
+  invisible(x)
+}
+
+#' Compare fits by information criteria and likelihood-ratio tests
+#'
+#' With several fits, each is tested against the one with the next fewer parameters, if it contains it. If the larger model has
+#' further variances, the p value is that of a mixture of chi-squared distributions (Self and Liang 1987, Stram and Lee 1994), because
+#' a variance of 0 is at the boundary of its range; nlme uses the chi-squared distribution there, which is conservative. Fits to different
+#' observations, by different methods or by REML with different fixed effects are not compared.
+#'
+#' With one fit, the terms of each parameter are tested by Wald's F.
+#'
+#' @param object a fit of [silvafit()]
+#' @param ... further fits
+#' @param type `"sequential"` is not available; terms are tested given all others
+#' @return Data frame of class `anova`. The attribute `notes` has what there is to know of the tests.
+#' @export
+#' @examples
+#' curve <- height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age)
+#' one <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed)
+#' two <- silvafit(curve, data = Loblolly, random = list(Asym ~ 1 | Seed, R0 ~ 1 | Seed))
+#' anova(one, two)
+#' anova(one)
+anova.silvafit <- function(object, ..., type = "marginal") {
+  further <- list(...)
+  if (length(further) == 0) return(wald_tests(object))
+  fits <- c(list(object), further)
+  if (!all(vapply(fits, inherits, logical(1), what = "silvafit"))) {
+    stop_usage("only fits of silvafit() can be compared; refit the others with silvafit()")
+  }
+  names <- vapply(as.list(substitute(list(object, ...)))[-1], deparse1, "")
+  compared_fits(fits, names)
+}
+
+compared_fits <- function(fits, names) {
+  result <- engine(.Call(C_compare_fits, vapply(fits, `[[`, "", "json")))
+  order <- c(unlist(result$order), unlist(result$failed))
+  fits <- fits[order]
+  names <- names[order]
+  value <- function(key) vapply(fits, function(fit) number_or_na(fit$fit[[key]]), 0)
+  table <- data.frame(Model = seq_along(fits), df = value("k"), AIC = value("aic"), BIC = value("bic"), logLik = value("log_likelihood"),
+                      Test = "", L.Ratio = NA_real_, "p-value" = NA_real_, check.names = FALSE, row.names = make.unique(names))
+  notes <- character()
+  if (nzchar(result$reason)) notes <- c(notes, result$reason)
+  for (test in result$tests) {
+    pair <- paste(test$smaller, "vs", test$larger)
+    if (!is.null(test$reason)) {
+      notes <- c(notes, paste0(pair, ": ", test$reason))
+      next
+    }
+    table$Test[test$larger] <- pair
+    table$L.Ratio[test$larger] <- number_or_na(test$statistic)
+    table$`p-value`[test$larger] <- test$p
+    if (nzchar(test$note)) notes <- c(notes, paste0(pair, ": ", test$note))
+  }
+  if (length(result$failed) > 0) notes <- c(notes, paste("not converged:", paste(utils::tail(names, length(result$failed)), collapse = ", ")))
+  structure(table, heading = "Comparison of fits\n", notes = in_words_of_r(notes), class = c("anova.silvafit", "anova", "data.frame"))
+}
+
+wald_tests <- function(object) {
+  table <- fixed_table(object)
+  covariance <- vcov(object)
+  estimated <- which(is.finite(table[, "Std.Error"]))
+  parameter <- sub(":.*", "", rownames(table))
+  term <- term_names(object)
+  keys <- unique(term[estimated])
+  rows <- lapply(keys, function(key) {
+    at <- intersect(which(term == key), estimated)
+    statistic <- drop(crossprod(table[at, "Value"], solve(covariance[at, at, drop = FALSE], table[at, "Value"]))) / length(at)
+    df <- min(table[at, "DF"])
+    data.frame(numDF = length(at), denDF = df, "F-value" = statistic, "p-value" = stats::pf(statistic, length(at), df, lower.tail = FALSE),
+               check.names = FALSE, row.names = key)
+  })
+  structure(do.call(rbind, rows), heading = "Wald tests of the terms of each parameter\n", class = c("anova.silvafit", "anova", "data.frame"))
+}
+
+# The coefficients of a factor are one term.
+term_names <- function(object) {
+  names <- names(object$fit$fixed)
+  for (factor in unlist(object$texts$factors)) {
+    pattern <- paste0("\\(", gsub(".", "\\.", name_text(factor), fixed = TRUE), " == (\"[^\"]*\"|'[^']*')\\)")
+    names <- gsub(pattern, factor, names)
+  }
+  r_names(object, names)
+}
+
+#' @export
+print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ...) {
+  cat(attr(x, "heading"))
+  shown <- as.data.frame(unclass(x)[names(x)], row.names = row.names(x), check.names = FALSE)
+  names(shown) <- names(x)
+  for (name in intersect(c("AIC", "BIC", "logLik", "L.Ratio", "F-value"), names(shown))) {
+    shown[[name]] <- ifelse(is.na(shown[[name]]), "", format(shown[[name]], digits = digits + 2))
+  }
+  shown$`p-value` <- ifelse(is.na(shown$`p-value`), "", format.pval(shown$`p-value`, digits = 3, eps = 1e-4))
+  print(shown)
+  print_notes(attr(x, "notes"))
+  invisible(x)
+}

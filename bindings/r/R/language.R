@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+# Expressions of R as texts of silvafit's formula language.
+
+known_functions <- c("exp", "log", "log10", "log2", "log1p", "expm1", "sqrt", "abs", "sign", "sin", "cos", "tan",
+                     "asin", "acos", "atan", "sinh", "cosh", "tanh", "pow", "min", "max", "ifelse", "I")
+
+# Precedence as R and silvafit have it; a name or a call binds tighter than all of them.
+operator_precedence <- c("||" = 1, "|" = 1, "&&" = 2, "&" = 2, "!" = 3, "<" = 4, "<=" = 4, ">" = 4, ">=" = 4, "==" = 4, "!=" = 4,
+                         "+" = 5, "-" = 5, "*" = 6, "/" = 6, "unary" = 7, "^" = 8)
+
+# The self-starting models of stats as formulas of their arguments.
+self_start_models <- list(
+  SSasymp = quote(Asym + (R0 - Asym) * exp(-exp(lrc) * input)),
+  SSasympOff = quote(Asym * (1 - exp(-exp(lrc) * (input - c0)))),
+  SSasympOrig = quote(Asym * (1 - exp(-exp(lrc) * input))),
+  SSbiexp = quote(A1 * exp(-exp(lrc1) * input) + A2 * exp(-exp(lrc2) * input)),
+  SSfpl = quote(A + (B - A) / (1 + exp((xmid - input) / scal))),
+  SSgompertz = quote(Asym * exp(-b2 * b3^x)),
+  SSlogis = quote(Asym / (1 + exp((xmid - input) / scal))),
+  SSmicmen = quote(Vm * input / (K + input)),
+  SSweibull = quote(Asym - Drop * exp(-exp(lrc) * x^pwr))
+)
+self_start_arguments <- list(
+  SSasymp = c("input", "Asym", "R0", "lrc"), SSasympOff = c("input", "Asym", "lrc", "c0"),
+  SSasympOrig = c("input", "Asym", "lrc"), SSbiexp = c("input", "A1", "lrc1", "A2", "lrc2"),
+  SSfpl = c("input", "A", "B", "xmid", "scal"), SSgompertz = c("x", "Asym", "b2", "b3"),
+  SSlogis = c("input", "Asym", "xmid", "scal"), SSmicmen = c("input", "Vm", "K"),
+  SSweibull = c("x", "Asym", "Drop", "lrc", "pwr")
+)
+
+expanded_self_start <- function(call) {
+  name <- as.character(call[[1]])
+  arguments <- self_start_arguments[[name]]
+  given <- as.list(call)[-1]
+  empty <- stats::setNames(rep(list(quote(expr = )), length(arguments)), arguments)
+  matched <- as.list(match.call(as.function(c(empty, list(NULL))), call))[-1]
+  if (length(given) != length(arguments)) {
+    stop_formula(name, "() has the arguments ", paste(arguments, collapse = ", "))
+  }
+  wrapped <- lapply(matched, function(argument) if (is.call(argument)) call("(", argument) else argument)
+  call("(", do.call(substitute, list(self_start_models[[name]], wrapped)))
+}
+
+number_text <- function(value) {
+  if (!is.finite(value)) stop_formula("a formula cannot contain ", value)
+  text <- deparse(value, control = "digits17")
+  sub("L$", "", text)
+}
+
+string_text <- function(text) {
+  if (!grepl("\"", text, fixed = TRUE)) return(paste0("\"", text, "\""))
+  if (grepl("'", text, fixed = TRUE)) stop_formula("a text with both kinds of quotes cannot be used: ", text)
+  paste0("'", text, "'")
+}
+
+name_text <- function(name) {
+  if (grepl("^[[:alpha:]_][[:alnum:]_.]*$", name)) return(name)
+  if (grepl("`", name, fixed = TRUE)) stop_formula("the name ", name, " contains a backquote; rename the column")
+  paste0("`", name, "`")
+}
+
+# The text of an expression. `what` says where it stands, for messages.
+expression_text <- function(expression, what = "the formula") {
+  text_and_precedence(expression, what)$text
+}
+
+text_and_precedence <- function(expression, what) {
+  atom <- function(text) list(text = text, precedence = 9)
+  if (is.name(expression)) {
+    name <- as.character(expression)
+    if (name == "T") return(atom("1"))
+    if (name == "F") return(atom("0"))
+    return(atom(name_text(name)))
+  }
+  if (is.logical(expression) && !is.na(expression)) return(atom(if (expression) "1" else "0"))
+  if (is.numeric(expression)) {
+    if (expression < 0) return(list(text = number_text(expression), precedence = operator_precedence[["unary"]]))
+    return(atom(number_text(expression)))
+  }
+  if (is.character(expression)) return(atom(string_text(expression)))
+  if (!is.call(expression) || !is.name(expression[[1]])) {
+    stop_formula("'", deparse1(expression), "' cannot be used in ", what)
+  }
+  call_text(expression, as.character(expression[[1]]), what)
+}
+
+call_text <- function(call, name, what) {
+  atom <- function(text) list(text = text, precedence = 9)
+  if (name == "(") return(atom(paste0("(", expression_text(call[[2]], what), ")")))
+  if (name %in% names(operator_precedence)) return(operator_text(call, name, what))
+  if (name %in% names(self_start_models)) return(text_and_precedence(expanded_self_start(call), what))
+  if (name == "%in%") return(atom(membership_text(call, what)))
+  if (name %in% c("pmin", "pmax")) name <- substr(name, 2, 4)
+  if (name == "offset") return(atom(paste0("(", expression_text(call[[2]], what), ")")))
+  if (name == "log" && length(call) == 3) {
+    return(atom(paste0("(log(", expression_text(call[[2]], what), ")/log(", expression_text(call[[3]], what), "))")))
+  }
+  if (!name %in% known_functions) {
+    stop_formula("unknown function '", name, "()' in ", what, "; available: ", paste(known_functions, collapse = ", "))
+  }
+  arguments <- vapply(as.list(call)[-1], expression_text, "", what = what)
+  atom(paste0(name, "(", paste(arguments, collapse = ", "), ")"))
+}
+
+operator_text <- function(call, name, what) {
+  written <- switch(name, "&" = "&&", "|" = "||", name)
+  if (length(call) == 2) {
+    operand <- text_and_precedence(call[[2]], what)
+    # In R, !x > 2 is !(x > 2); here the parentheses say so.
+    if (name == "!") return(list(text = paste0("!(", operand$text, ")"), precedence = operator_precedence[["unary"]]))
+    own <- operator_precedence[["unary"]]
+    return(list(text = paste0(written, in_parentheses(operand, operand$precedence < own)), precedence = own))
+  }
+  own <- operator_precedence[[name]]
+  left <- text_and_precedence(call[[2]], what)
+  right <- text_and_precedence(call[[3]], what)
+  # From left to right, but for the power.
+  is_right <- name == "^"
+  left_text <- in_parentheses(left, if (is_right) left$precedence <= own else left$precedence < own)
+  right_text <- in_parentheses(right, if (is_right) right$precedence < own && right$precedence != operator_precedence[["unary"]]
+                                      else right$precedence <= own)
+  separator <- if (name %in% c("^", "*", "/")) "" else " "
+  list(text = paste0(left_text, separator, written, separator, right_text), precedence = own)
+}
+
+in_parentheses <- function(part, is_needed) if (is_needed) paste0("(", part$text, ")") else part$text
+
+membership_text <- function(call, what) {
+  values <- tryCatch(eval(call[[3]], baseenv()), error = function(e) NULL)
+  if (!is.character(values) || length(values) == 0) {
+    stop_formula("'", deparse1(call), "' cannot be used in ", what, "; write the texts, as in species %in% c(\"A\", \"B\")")
+  }
+  column <- expression_text(call[[2]], what)
+  paste0("(", paste0(column, " == ", vapply(values, string_text, ""), collapse = " || "), ")")
+}

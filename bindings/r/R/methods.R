@@ -1,0 +1,363 @@
+# SPDX-License-Identifier: MIT
+# Estimates, likelihoods and other generics of stats and nlme.
+
+#' @importFrom nlme fixef ranef VarCorr intervals
+#' @export
+nlme::fixef
+#' @export
+nlme::ranef
+#' @export
+nlme::VarCorr
+#' @export
+nlme::intervals
+
+#' Estimates of a fit
+#'
+#' @param object,x a fit of [silvafit()]
+#' @param ... not used
+#' @return `fixef()`: named vector of the fixed effects. `ranef()`: data frame of the random effects (EBLUPs; in a
+#'   nonlinear model the conditional modes) with a row for each group; with two groupings a list of two. `coef()`: as
+#'   in nlme, the sum of both for each group; without random effects the coefficients. `vcov()`: covariance matrix of
+#'   the fixed effects; rows of coefficients that were held are 0. `sigma()`: residual standard deviation.
+#' @name estimates
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' fixef(fit)
+#' head(ranef(fit))
+#' VarCorr(fit)
+#' sigma(fit)
+NULL
+
+#' @rdname estimates
+#' @export
+fixef.silvafit <- function(object, ...) {
+  table <- fixed_table(object)
+  stats::setNames(table[, "Value"], rownames(table))
+}
+
+#' @rdname estimates
+#' @param se add the conditional standard errors of the effects as attribute `se`
+#' @export
+ranef.silvafit <- function(object, se = FALSE, ...) {
+  terms <- random_terms_of(object)
+  if (length(terms) == 0) stop_usage("the fit has no random effects")
+  frames <- lapply(terms, function(term) {
+    frame <- term$modes
+    if (se) attr(frame, "se") <- term$errors
+    frame
+  })
+  if (length(frames) == 1) frames[[1]] else frames
+}
+
+#' @rdname estimates
+#' @export
+coef.silvafit <- function(object, ...) {
+  fixed <- fixef(object)
+  terms <- random_terms_of(object)
+  if (length(terms) == 0) return(fixed)
+  inner <- terms[[length(terms)]]$modes
+  table <- as.data.frame(matrix(fixed, nrow(inner), length(fixed), byrow = TRUE), row.names = rownames(inner))
+  names(table) <- names(fixed)
+  for (name in names(inner)) table[[name]] <- table[[name]] + inner[[name]]
+  if (length(terms) == 2) {
+    outer <- terms[[1]]$modes
+    # Labels of the finer groups begin with that of the coarser one, a slash in it written as %2F.
+    own <- match(sub("/.*", "", rownames(inner)), gsub("/", "%2F", rownames(outer), fixed = TRUE))
+    for (name in names(outer)) table[[name]] <- table[[name]] + outer[[name]][own]
+  }
+  table
+}
+
+#' @rdname estimates
+#' @export
+vcov.silvafit <- function(object, ...) {
+  names <- names(fixef(object))
+  values <- matrix_of(object$fit$fixed_covariance, names)
+  values[is.na(values)] <- 0
+  values
+}
+
+#' @rdname estimates
+#' @export
+sigma.silvafit <- function(object, ...) number_or_na(object$fit$sigma)
+
+number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(value)
+
+#' @rdname estimates
+#' @param sigma not used
+#' @details `VarCorr()` has the covariance matrix of the random effects for each grouping, with the attributes
+#'   `stddev` and `correlation`; `as.data.frame()` makes a table of it.
+#' @export
+VarCorr.silvafit <- function(x, sigma = 1, ...) {
+  result <- lapply(random_terms_of(x), function(term) {
+    deviation <- sqrt(diag(term$covariance))
+    names(deviation) <- term$effects
+    structure(term$covariance, stddev = deviation, correlation = term$covariance / outer(deviation, deviation))
+  })
+  structure(result, sc = sigma(x), class = "VarCorr.silvafit")
+}
+
+#' @export
+print.VarCorr.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
+  rows <- list()
+  width <- max(0, vapply(x, ncol, 0L))
+  for (group in names(x)) {
+    deviation <- attr(x[[group]], "stddev")
+    correlation <- attr(x[[group]], "correlation")
+    for (i in seq_along(deviation)) {
+      corr <- if (i > 1) format(round(correlation[i, seq_len(i - 1)], 3), nsmall = 3) else character()
+      rows <- c(rows, list(c(if (i == 1) group else "", names(deviation)[i], format(signif(deviation[i]^2, digits)),
+                             format(signif(deviation[i], digits)), corr, rep("", max(0, width - 1 - length(corr))))))
+    }
+  }
+  rows <- c(rows, list(c("Residual", "", format(signif(attr(x, "sc")^2, digits)), format(signif(attr(x, "sc"), digits)), rep("", max(0, width - 1)))))
+  table <- do.call(rbind, rows)
+  colnames(table) <- c("Groups", "Effect", "Variance", "Std.Dev.", if (width > 1) c("Corr", rep("", width - 2)))
+  rownames(table) <- rep("", nrow(table))
+  print(table, quote = FALSE, right = FALSE)
+  invisible(x)
+}
+
+#' @export
+as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE, ...) {
+  parts <- lapply(names(x), function(group) {
+    covariance <- x[[group]]
+    effects <- rownames(covariance)
+    pairs <- which(lower.tri(covariance), arr.ind = TRUE)
+    rbind(data.frame(grp = group, var1 = effects, var2 = NA_character_, vcov = diag(covariance), sdcor = attr(covariance, "stddev")),
+          if (nrow(pairs) > 0) data.frame(grp = group, var1 = effects[pairs[, 2]], var2 = effects[pairs[, 1]],
+                                          vcov = covariance[pairs], sdcor = attr(covariance, "correlation")[pairs]))
+  })
+  table <- do.call(rbind, c(parts, list(data.frame(grp = "Residual", var1 = NA_character_, var2 = NA_character_,
+                                                   vcov = attr(x, "sc")^2, sdcor = attr(x, "sc")))))
+  row.names(table) <- NULL
+  table
+}
+
+#' Likelihood, degrees of freedom, data and formula of a fit
+#'
+#' The information criteria have the number of observations in `BIC`, as in nlme.
+#'
+#' @inheritParams estimates
+#' @param formula as in the generic
+#' @return What the generics of \pkg{stats} return.
+#' @name likelihood
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' logLik(fit)
+#' c(AIC(fit), BIC(fit), nobs(fit), df.residual(fit))
+NULL
+
+#' @rdname likelihood
+#' @export
+logLik.silvafit <- function(object, ...) {
+  structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = object$fit$n,
+            nall = object$fit$n, class = "logLik")
+}
+
+#' @rdname likelihood
+#' @export
+nobs.silvafit <- function(object, ...) as.integer(object$fit$n)
+
+#' @rdname likelihood
+#' @export
+df.residual.silvafit <- function(object, ...) nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"]))
+
+#' @rdname likelihood
+#' @export
+deviance.silvafit <- function(object, ...) -2 * number_or_na(object$fit$log_likelihood)
+
+#' @rdname likelihood
+#' @export
+formula.silvafit <- function(x, ...) x$formula
+
+#' @rdname likelihood
+#' @export
+model.frame.silvafit <- function(formula, ...) formula$frame
+
+#' @rdname likelihood
+#' @export
+family.silvafit <- function(object, ...) stats::gaussian()
+
+#' @rdname likelihood
+#' @export
+terms.silvafit <- function(x, ...) {
+  # The response and the columns that the mean reads; the formula itself is not linear.
+  columns <- setdiff(names(x$frame), c(deparse1(x$formula[[2]]), names(grouping_counts(x))))
+  stats::terms(stats::reformulate(if (length(columns) > 0) vapply(columns, name_text, "") else "1", x$formula[[2]], env = environment(x$formula)))
+}
+
+#' Refit with other arguments
+#'
+#' @param object a fit of [silvafit()]
+#' @param formula. new formula; a `.` on a side stands for that side of the old formula
+#' @param ... arguments of [silvafit()] to change; `NULL` removes one
+#' @param evaluate fit, or return the call
+#' @return The new fit, or its call.
+#' @export
+#' @importFrom stats update
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' update(fit, variance = "power")
+update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
+  call <- object$call
+  if (!missing(formula.)) {
+    formula <- as_formula(formula., "formula.")
+    for (side in 2:3) {
+      formula[[side]] <- do.call(substitute, list(formula[[side]], list(. = base::call("(", object$formula[[side]]))))
+      formula[[side]] <- strip_parentheses(formula[[side]])
+    }
+    call$formula <- formula
+  }
+  changes <- match.call(expand.dots = FALSE)$...
+  for (name in names(changes)) call[[name]] <- changes[[name]]
+  if (evaluate) eval(call, parent.frame()) else call
+}
+
+response_values <- function(object) object$frame[[1]]
+
+#' Fitted values and residuals
+#'
+#' @param object a fit of [silvafit()]
+#' @param level `"conditional"`, with the random effects of the groups, or `"population"`, with random effects 0; the numbers
+#'   of nlme are accepted: 0 is the population, the number of groupings the conditional level
+#' @param type `"response"`: y - fitted; `"pearson"`: divided by the residual standard deviation; `"normalized"`: the
+#'   same here, because residuals are independent given the random effects
+#' @param ... not used
+#' @return A vector with an element for each row that the fit uses; with `na.action = na.exclude`, for each row of the data.
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' head(residuals(fit, type = "pearson"))
+#' head(fitted(fit, level = "population"))
+residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), ...) {
+  type <- match.arg(type)
+  values <- response_values(object) - fitted_at(object, level)
+  if (type != "response") values <- values / object$residual_sd
+  names(values) <- row.names(object$frame)
+  stats::naresid(object$na.action, values)
+}
+
+#' @rdname residuals.silvafit
+#' @export
+fitted.silvafit <- function(object, level = "conditional", ...) {
+  values <- fitted_at(object, level)
+  names(values) <- row.names(object$frame)
+  stats::napredict(object$na.action, values)
+}
+
+fitted_at <- function(object, level) {
+  level <- level_word(object, level)
+  if (!level %in% c("population", "conditional")) {
+    stop_usage("`level` = \"", level, "\" is for predict(); fitted values are \"population\" or \"conditional\"")
+  }
+  object$fitted_values[[level]]
+}
+
+# nlme counts levels from 0.
+level_word <- function(object, level) {
+  if (length(level) != 1) stop_usage("`level` has to be one value")
+  if (is.character(level)) return(level)
+  groupings <- length(grouping_counts(object))
+  if (isTRUE(level == 0)) return("population")
+  if (isTRUE(level == groupings)) return("conditional")
+  if (isTRUE(level == 1 && groupings == 2)) return("outer")
+  stop_usage("`level` has to be \"population\", \"conditional\", \"calibrated\", \"marginal\", or a number from 0 to ", groupings)
+}
+
+#' Convergence of a fit
+#'
+#' @param object a fit of [silvafit()]
+#' @return A list of class `silvafit_convergence`: `converged`; `status`, a word such as `"converged"` or `"boundary"`; the
+#'   `message`, a sentence that says whether and why the fit has converged or what to try; the `newton_decrement`, the
+#'   squared distance to the optimum in standard errors; `iterations`; `boundary`, the estimates at the boundary of their
+#'   range; and `optima`, all local maxima that were found.
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' convergence(fit)
+convergence <- function(object) {
+  if (!inherits(object, "silvafit")) stop_usage("`object` has to be a fit of silvafit()")
+  fit <- object$fit
+  structure(list(converged = fit$converged, status = fit$status,
+                 message = r_names(object, in_words_of_r(fit$verdict)),
+                 newton_decrement = number_or_na(fit$evidence$gradient), iterations = fit$evidence$iterations,
+                 boundary = r_names(object, as.character(unlist(fit$evidence$boundary))), optima = optima_of(object)),
+            class = "silvafit_convergence")
+}
+
+optima_of <- function(object) {
+  optima <- object$fit$optima
+  if (length(optima) == 0) return(NULL)
+  fixed <- do.call(rbind, lapply(optima, function(one) unlist(lapply(one$fixed, number_or_na))))
+  colnames(fixed) <- r_names(object, colnames(fixed))
+  data.frame(start = vapply(optima, `[[`, "", "origin"), logLik = vapply(optima, function(one) number_or_na(one$log_likelihood), 0),
+             fixed, check.names = FALSE)
+}
+
+#' @export
+print.silvafit_convergence <- function(x, ...) {
+  cat(if (x$converged) "Converged" else "Not converged", " (", x$status, ")\n", sep = "")
+  cat(strwrap(x$message, exdent = 2), sep = "\n")
+  cat("Newton decrement: ", format(x$newton_decrement, digits = 3), ", iterations: ", x$iterations, "\n", sep = "")
+  if (NROW(x$optima) > 1) {
+    cat("\nLocal maxima:\n")
+    print(x$optima, row.names = FALSE)
+  }
+  invisible(x)
+}
+
+#' A fit as JSON
+#'
+#' `fit_json()` writes a fit in the format that the program silvafit, the C++ libraries and the Python package read; `read_fit()`
+#' reads one, for example the output of `silvafit fit --json`.
+#'
+#' @param object a fit of [silvafit()]
+#' @param file file to write or to read; without it `fit_json()` returns the text
+#' @return `fit_json()`: the text, invisibly if a file is written. `read_fit()`: an object of class `silvafit` without data: estimates and
+#'   predictions are available, but not residuals or profiles.
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' file <- tempfile(fileext = ".json")
+#' fit_json(fit, file)
+#' again <- read_fit(file)
+#' all.equal(fixef(again), fixef(fit))
+fit_json <- function(object, file = NULL) {
+  if (!inherits(object, "silvafit")) stop_usage("`object` has to be a fit of silvafit()")
+  if (is.null(file)) return(object$json)
+  write_text(object$json, file)
+  invisible(object$json)
+}
+
+write_text <- function(text, file) {
+  connection <- tryCatch(suppressWarnings(file(file, "wb")), error = function(e) stop_classed("io", paste0(file, ": the file cannot be written")))
+  on.exit(close(connection))
+  writeLines(enc2utf8(text), connection, useBytes = TRUE)
+}
+
+#' @rdname fit_json
+#' @export
+read_fit <- function(file) {
+  if (!file.exists(file)) stop_input(file, ": there is no such file")
+  json <- paste(readLines(file, encoding = "UTF-8", warn = FALSE), collapse = "\n")
+  fit_from_json(json, match.call())
+}
+
+fit_from_json <- function(json, call) {
+  read <- engine(.Call(C_read_fit, json))
+  fit <- read$fit
+  formula <- tryCatch(stats::as.formula(fit$formula, env = globalenv()), error = function(e) NULL)
+  structure(list(call = call, formula = formula, texts = NULL, labels = character(), json = read$json, fit = fit, frame = NULL,
+                 fitted_values = NULL, residual_sd = NULL), class = "silvafit")
+}
+
+needs_data <- function(object, what) {
+  if (is.null(object$frame)) stop_usage("the fit was read from a file and has no data, which ", what, " needs")
+}

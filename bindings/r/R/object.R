@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+# The object of a fit: what R keeps of it.
+
+new_fit <- function(result, model, call, na.action) {
+  is_complete <- length(result$rows) == nrow(model$frame)
+  omitted <- if (!is_complete) setdiff(seq_len(nrow(model$frame)), result$rows)
+  structure(
+    list(call = call, formula = model$formula, texts = model$texts, labels = model$labels,
+         contrasts = model$contrasts, json = result$json, fit = result$fit,
+         frame = rows_of(model$frame, if (!is_complete) result$rows),
+         na.action = if (length(omitted) > 0) {
+           structure(omitted, names = row.names(model$frame)[omitted], class = na.action)
+         },
+         fitted_values = list(population = result$population, conditional = result$conditional),
+         residual_sd = result$residual_sd, cpu_seconds = result$cpu_seconds),
+    class = "silvafit")
+}
+
+report_convergence <- function(object) {
+  state <- convergence(object)
+  if (!state$converged) {
+    warn(paste0("the fit has not converged: ", state$message), "silvafit_convergence_warning", status = state$status)
+  } else if (state$status == "boundary") {
+    tell(state$message, "silvafit_boundary_message")
+  }
+  invisible(object)
+}
+
+# Names of coefficients and other texts of the C++ libraries with the names that R uses.
+r_names <- function(object, texts) {
+  labels <- object$labels
+  for (name in names(labels)[order(-nchar(names(labels)))]) {
+    texts <- gsub(name, labels[[name]], texts, fixed = TRUE)
+    # An expression in I(...) is stored without it.
+    bare <- sub("^([^:]+):I\\((.*)\\)$", "\\1:(\\2)", name)
+    texts <- gsub(bare, labels[[name]], texts, fixed = TRUE)
+  }
+  texts
+}
+
+fixed_table <- function(object) {
+  fixed <- object$fit$fixed
+  column <- function(key) vapply(fixed, function(one) if (is.null(one[[key]])) NA_real_ else as.numeric(one[[key]]), 0)
+  table <- cbind(Value = column("estimate"), Std.Error = column("se"), DF = column("df"), "t-value" = column("t"), "p-value" = column("p"))
+  rownames(table) <- r_names(object, names(fixed))
+  table
+}
+
+# The only function that reads random effects of a fit.
+# \return  a list with an entry for each grouping, the coarser first: group (column), effects (names),
+#          form, covariance, modes and their standard errors (a row for each group)
+random_terms_of <- function(object) {
+  stored <- object$fit$random
+  if (is.null(stored)) return(list())
+  # Schema 2 has a list of terms; schema 1 one object whose element `outer` is the coarser grouping.
+  terms <- if (is.null(names(stored))) stored else if (is.null(stored$outer)) list(stored) else list(stored$outer, stored)
+  result <- lapply(terms, function(term) {
+    effects <- r_names(object, term$effects)
+    list(group = term$group, effects = effects, form = term$form,
+         covariance = matrix_of(term$covariance, effects),
+         modes = frame_of(term$eblup, effects), errors = if (!is.null(term$eblup_se)) frame_of(term$eblup_se, effects))
+  })
+  names(result) <- vapply(result, `[[`, "", "group")
+  result
+}
+
+matrix_of <- function(rows, names) {
+  values <- if (is.list(rows)) do.call(rbind, lapply(rows, as.numeric)) else matrix(as.numeric(rows), length(names))
+  dimnames(values) <- list(names, names)
+  values
+}
+
+# The values of all groups, one after the other.
+frame_of <- function(by_group, effects) {
+  frame <- as.data.frame(matrix(as.numeric(by_group$values), ncol = length(effects), byrow = TRUE), row.names = as.character(by_group$groups))
+  names(frame) <- effects
+  frame
+}
+
+has_random <- function(object) !is.null(object$fit$random)
+
+method_title <- function(object) {
+  fit <- object$fit
+  likelihood <- if (isTRUE(fit$reml)) "REML" else "maximum likelihood"
+  switch(fit$method,
+         ols = "Nonlinear regression by ordinary least squares",
+         gnls = paste("Generalized nonlinear least squares fit by", likelihood),
+         lb = paste0("Nonlinear mixed-effects model fit by ", likelihood, " (Lindstrom and Bates)"),
+         laplace = "Nonlinear mixed-effects model fit by maximum marginal likelihood (Laplace)",
+         focei = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCEI)",
+         foce = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCE)",
+         agq = paste0("Nonlinear mixed-effects model fit by maximum marginal likelihood (",
+                      fit$agq_points, " quadrature points)"),
+         fit$method)
+}
+
+variance_is_constant <- function(object) identical(object$fit$variance$`function`, "none")
+
+# One line for each factor of the variance function.
+variance_lines <- function(object) {
+  variance <- object$fit$variance
+  factors <- if (is.null(variance$factors)) list(variance) else variance$factors
+  vapply(factors, function(one) {
+    name <- c(exponential = "Exponential", power = "Power", "constant-plus-power" = "Constant plus power",
+              stratum = "Different standard deviations for each stratum of")[one$`function`]
+    of <- if (one$`function` == "stratum") one$strata else paste("of", if (identical(one$of, "fitted")) "fitted values" else one$of)
+    strata <- if (one$`function` != "stratum" && !is.null(one$strata)) paste(" for each stratum of", one$strata) else ""
+    values <- if (one$`function` == "stratum") one$ratio else Filter(Negate(is.null), one[c("delta", "constant")])
+    values <- unlist(values)
+    shown <- if (length(values) > 0) paste0("\n  ", paste(names(values), "=", vapply(values, function(v) format(signif(as.numeric(v), 6)), ""), collapse = ", ")) else ""
+    paste0(" ", name, " ", of, strata, shown)
+  }, "")
+}
+
+grouping_counts <- function(object) unlist(object$fit$groups)

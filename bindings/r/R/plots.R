@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+# Diagnostic plots.
+
+#' Diagnostic plots
+#'
+#' `plot()` shows standardized residuals against fitted values; `qqnorm()` shows normal quantiles of the residuals or of the random effects.
+#'
+#' @param x,y,object a fit of [silvafit()]
+#' @param level level of the fitted values, as in [fitted.silvafit()]
+#' @param type type of the residuals, as in [residuals.silvafit()]
+#' @param of `"residuals"` or `"ranef"`
+#' @param ... graphical parameters
+#' @return `plot()` and `qqnorm()` return their object invisibly; `autoplot()`, if \pkg{ggplot2} is loaded, a plot.
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' plot(fit)
+#' qqnorm(fit)
+plot.silvafit <- function(x, level = "conditional", type = "pearson", ...) {
+  needs_data(x, "plot()")
+  residuals <- stats::na.omit(residuals(x, level = level, type = type))
+  fitted <- stats::na.omit(fitted(x, level = level))
+  draw <- function(xlab = "Fitted values", ylab = if (type == "response") "Residuals" else "Standardized residuals", ...) {
+    graphics::plot(as.vector(fitted), as.vector(residuals), xlab = xlab, ylab = ylab, ...)
+  }
+  draw(...)
+  graphics::abline(h = 0, col = "grey50")
+  invisible(x)
+}
+
+#' @rdname plot.silvafit
+#' @export
+#' @importFrom stats qqnorm
+qqnorm.silvafit <- function(y, of = c("residuals", "ranef"), ...) {
+  of <- match.arg(of)
+  needs_data(y, "qqnorm()")
+  draw <- function(values, main, ...) {
+    stats::qqnorm(values, main = main, ...)
+    stats::qqline(values, col = "grey50")
+  }
+  if (of == "residuals") {
+    draw(as.vector(stats::na.omit(residuals(y, type = "normalized"))), main = "Standardized residuals", ...)
+  } else {
+    terms <- random_terms_of(y)
+    if (length(terms) == 0) stop_usage("the fit has no random effects")
+    count <- sum(vapply(terms, function(term) length(term$effects), 0L))
+    before <- graphics::par(mfrow = grDevices::n2mfrow(count))
+    on.exit(graphics::par(before))
+    for (term in terms) for (effect in term$effects) draw(term$modes[[effect]], main = paste0(effect, " (", term$group, ")"), ...)
+  }
+  invisible(y)
+}
+
+#' @rdname plot.silvafit
+#' @exportS3Method ggplot2::autoplot
+autoplot.silvafit <- function(object, level = "conditional", type = "pearson", ...) {
+  needs_data(object, "autoplot()")
+  data <- data.frame(fitted = fitted_at(object, level), residual = as.vector(stats::na.omit(residuals(object, level = level, type = type))))
+  ggplot2::ggplot(data, ggplot2::aes(x = .data[["fitted"]], y = .data[["residual"]])) +
+    ggplot2::geom_hline(yintercept = 0, colour = "grey50") + ggplot2::geom_point(...) +
+    ggplot2::labs(x = "Fitted values", y = if (type == "response") "Residuals" else "Standardized residuals")
+}
+utils::globalVariables(".data")

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+# Predictions.
+
+#' Predictions of a fit
+#'
+#' @param object a fit of [silvafit()]
+#' @param newdata data frame; without it the data of the fit
+#' @param level `"population"`: random effects 0, a typical group. `"conditional"`: with the random effects of the
+#'   groups of the fit. `"calibrated"`: with the random effects that the rows with a measured response in `newdata`
+#'   imply for their group. `"marginal"`: mean over all groups. The numbers of nlme are accepted: 0 is the population.
+#' @param interval `"none"`, `"prediction"` (for the value of a new observation) or `"confidence"` (for the mean of such observations)
+#' @param coverage coverage of the intervals
+#' @param se.fit add standard errors: of the mean, or for `interval = "prediction"` of a new observation
+#' @param new_groups prediction for groups that were not in the fit (level `"conditional"`), or without a measured
+#'   row (`"calibrated"`): `"population"`, `"marginal"`, `"missing"` (NA) or `"error"`
+#' @param seen_groups for calibrated predictions, the effects of groups that were in the fit: `"fitted"`, those of the fit; `"new"`,
+#'   from the rows of `newdata` alone; `"combined"`, from both
+#' @param na.action for rows with missing values: `na.pass` gives NA, `na.omit` omits the rows
+#' @param threads number of threads; 0 means all cores
+#' @param ... not used
+#' @return A vector; with `interval` or `se.fit` a data frame with the columns `fit`, `lwr`, `upr` and `se.fit`. Calibrated predictions have the
+#'   attribute `measured`, the number of rows that calibrated the group of each row.
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' # A new tree that was measured at age 10
+#' new <- data.frame(Seed = "new", age = c(5, 10, 15, 20), height = c(NA, 30, NA, NA))
+#' predict(fit, new, level = "calibrated", interval = "prediction")
+predict.silvafit <- function(object, newdata, level = "conditional", interval = c("none", "prediction", "confidence"),
+                             coverage = 0.95, se.fit = FALSE, new_groups = c("population", "marginal", "missing", "error"),
+                             seen_groups = c("fitted", "new", "combined"), na.action = stats::na.pass, threads = 1, ...) {
+  interval <- match.arg(interval)
+  new_groups <- match.arg(new_groups)
+  seen_groups <- match.arg(seen_groups)
+  if (length(level) > 1 && is.numeric(level)) return(predict_levels(object, newdata, level, new_groups = new_groups))
+  level <- level_word(object, level)
+  if (missing(newdata) || is.null(newdata)) {
+    if (interval == "none" && !se.fit && level %in% c("population", "conditional")) return(fitted(object, level))
+    needs_data(object, "a prediction without `newdata`")
+    newdata <- object$frame
+  }
+  newdata <- prediction_data(object, newdata, level)
+  if (level == "outer") {
+    newdata <- without_inner_groups(object, newdata)
+    level <- "conditional"
+  }
+  settings <- list(level = level, new_groups = new_groups, seen_groups = seen_groups,
+                   coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
+                   standard_errors = se.fit, threads = threads)
+  result <- engine(.Call(C_predict_fit, object$json, plain_columns(newdata, names(newdata)), settings))
+  predicted(result, row.names(newdata), interval, se.fit, level, na.action)
+}
+
+predicted <- function(result, names, interval, se.fit, level, na.action) {
+  value <- not_nan(result$value)
+  if (interval == "none" && !se.fit) {
+    output <- stats::setNames(value, names)
+  } else {
+    output <- data.frame(fit = value, row.names = names)
+    if (interval != "none") {
+      output$lwr <- not_nan(result$lower)
+      output$upr <- not_nan(result$upper)
+    }
+    if (se.fit) output$se.fit <- not_nan(if (interval == "prediction") result$prediction_error else result$mean_error)
+  }
+  measured <- result$calibrated_from
+  if (identical(na.action, stats::na.omit)) {
+    keep <- !is.na(value)
+    output <- if (is.data.frame(output)) output[keep, , drop = FALSE] else output[keep]
+    measured <- measured[keep]
+  }
+  if (level == "calibrated" && length(measured) > 0) attr(output, "measured") <- ifelse(measured < 0, NA_integer_, as.integer(measured))
+  output
+}
+
+not_nan <- function(values) {
+  values[is.nan(values)] <- NA_real_
+  values
+}
+
+# Several levels of nlme beside each other.
+predict_levels <- function(object, newdata, levels, ...) {
+  data <- if (missing(newdata) || is.null(newdata)) object$frame else newdata
+  groups <- names(grouping_counts(object))
+  columns <- lapply(levels, function(level) as.vector(stats::predict(object, data, level = level, ...)))
+  names(columns) <- ifelse(levels == 0, "predict.fixed", paste0("predict.", groups[pmax(levels, 1)]))
+  data.frame(as.list(data)[intersect(groups, names(data))], columns, check.names = FALSE, row.names = row.names(data))
+}
+
+# The columns that the model reads. A missing response is no error unless calibration needs it.
+prediction_data <- function(object, newdata, level) {
+  newdata <- check_data(newdata, "newdata")
+  left <- if (is.null(object$formula)) NULL else object$formula[[2]]
+  response <- deparse1(left)
+  if (!is.null(left) && !is.name(left) && !response %in% names(newdata) && all(all.vars(left) %in% names(newdata))) {
+    newdata[[response]] <- eval(left, newdata, environment(object$formula))
+  }
+  if (level == "calibrated" && !is.null(left) && !response %in% names(newdata)) {
+    stop_input("calibrated predictions need the column '", response, "' in `newdata`, with NA where it was not measured", column = response)
+  }
+  wanted <- if (is.null(object$frame)) names(newdata) else names(object$frame)
+  newdata <- newdata[intersect(wanted, names(newdata))]
+  if (length(newdata) == 0) stop_input("`newdata` has none of the columns of the model: ", paste(wanted, collapse = ", "))
+  for (name in names(newdata)) {
+    # A column of missing values only is logical.
+    if (is.logical(newdata[[name]]) && all(is.na(newdata[[name]])) && is_text(object$frame[[name]])) newdata[[name]] <- as.character(newdata[[name]])
+    if (is.logical(newdata[[name]]) && all(is.na(newdata[[name]]))) newdata[[name]] <- as.numeric(newdata[[name]])
+  }
+  newdata
+}
+
+is_text <- function(column) is.character(column) || is.factor(column)
+
+# With labels that no group of the fit has, only the effects of the coarser grouping are used.
+without_inner_groups <- function(object, newdata) {
+  inner <- names(grouping_counts(object))[2]
+  if (inner %in% names(newdata)) newdata[[inner]] <- "\u0001"
+  newdata
+}
+
+#' Draw responses from a fit
+#'
+#' Draws new random effects for each group and new residuals, on the rows of the fit.
+#'
+#' @param object a fit of [silvafit()]
+#' @param nsim number of replicates
+#' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect
+#' @param ... not used
+#' @return Data frame with a column `sim_1`, `sim_2`, ... for each replicate, and the attribute `seed`.
+#' @export
+#' @importFrom stats simulate
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' simulated <- simulate(fit, nsim = 3, seed = 1)
+#' head(simulated)
+simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
+  needs_data(object, "simulate()")
+  if (!is.numeric(nsim) || length(nsim) != 1 || nsim < 1) stop_usage("`nsim` has to be a whole number of 1 or more")
+  if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)
+  result <- engine(.Call(C_simulate_fit, object$json, plain_columns(object$frame, names(object$frame)), nsim, seed))
+  frame <- as.data.frame(matrix(NA_real_, nrow(object$frame), nsim), row.names = row.names(object$frame))
+  frame[result$rows, ] <- result$values
+  names(frame) <- paste0("sim_", seq_len(nsim))
+  attr(frame, "seed") <- seed
+  frame
+}

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: MIT
+# The fit.
+
+#' Fit a nonlinear model, with random effects or without
+#'
+#' Fits heights, crown widths or any other response to a formula whose parameters may have linear sub-models
+#' and random effects. Start values and derivatives are not needed.
+#'
+#' The names in `formula` that are columns of `data` are data; all others are parameters. Besides the
+#' operators, the functions `exp`, `log`, `log10`, `log2`, `log1p`, `expm1`, `sqrt`, `abs`, `sign`, `sin`,
+#' `cos`, `tan`, `asin`, `acos`, `atan`, `sinh`, `cosh`, `tanh`, `pow`, `min`, `max`, `ifelse` and `I` can be
+#' used, and the self-starting models of \pkg{stats} (`SSlogis`, `SSasymp`, ...). The left side is a column or
+#' an expression such as `log(h)`.
+#'
+#' **Sub-models.** `parameters = list(a ~ species, b ~ 1 + C)` replaces the parameter `a` by one coefficient for
+#' each column of the model matrix: `a` is the intercept, `a:speciesSM` the coefficient of a level, `b:C` that of
+#' a covariate. Factors have the contrasts of R. Parameters without a sub-model are one coefficient.
+#'
+#' **Random effects.** `random = a + b ~ 1 | plot` gives the parameters `a` and `b` an effect for each plot;
+#' `a ~ 1 | stand/plot` nests plots in stands; `list(stand = a ~ 1, plot = a + b ~ 1)` gives both groupings
+#' their own effects. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent.
+#' The classes `pdDiag`, `pdIdent`, `pdSymm` and `pdBlocked` of \pkg{nlme} can be used, or `covariance`.
+#'
+#' **Methods.** `"lb"`, the method of Lindstrom and Bates, is that of [nlme::nlme()] and the default with random
+#' effects. `"laplace"`, `"focei"`, `"foce"` and `"agq"` (adaptive Gauss-Hermite quadrature) maximize the marginal
+#' likelihood, which is better for few observations in a group. `"gnls"` (the default with a variance function) and
+#' `"ols"` are least squares.
+#'
+#' A fit that has not converged gives a warning with the reason; [convergence()] has the evidence. A fit can be
+#' interrupted.
+#'
+#' @param formula model, such as `h ~ 1.3 + a * (1 - exp(-b * dbh))`
+#' @param data data frame, tibble, or points of class `sf`
+#' @param parameters formula or list of formulas with the linear sub-models of parameters
+#' @param random formula, list of formulas, `pdMat` object of nlme, or text; see Details
+#' @param groups one-sided formula with the groups if `random` does not name them, as in [nlme::nlme()]
+#' @param covariance form of the covariance of the random effects: `"general"`, `"diagonal"` or `"identity"`; one
+#'   for all groupings, or one for each
+#' @param variance variance function of the residuals: an object of nlme such as `varPower(form = ~ dbh)`, or a text:
+#'   `"power"`, `"exponential"`, `"constant-plus-power"`, `"power(dbh)"`, `"power(fitted | species)"`,
+#'   `"stratum(species)"`, products with `*`
+#' @param method `"lb"`, `"laplace"`, `"focei"`, `"foce"`, `"agq"`, `"gnls"` or `"ols"`
+#' @param reml restricted maximum likelihood, for `"lb"` and `"gnls"`
+#' @param start named vector of start values, never needed; they are tried in addition to those that are found
+#' @param fixed named vector of coefficients that are held at a value
+#' @param lower,upper named vectors of bounds of coefficients
+#' @param subset condition on the rows, evaluated in `data`
+#' @param na.action `na.omit`, `na.exclude` (residuals and fitted values have NA for omitted rows) or `na.fail`
+#' @param contrasts list of contrasts by factor, as in [stats::model.matrix()]
+#' @param starts number of further random starts of a mixed fit
+#' @param quadrature_points points per random effect, for `"agq"`
+#' @param max_iterations limit of the iterations of `"lb"` and `"gnls"`
+#' @param threads number of threads; 0 means all cores. Results do not depend on it
+#' @param trace show the iterations
+#' @return An object of class `silvafit`. Methods exist for the generics of stats (`coef`, `vcov`, `logLik`,
+#'   `AIC`, `residuals`, `fitted`, `predict`, `simulate`, `confint`, `anova`, `update`, ...) and nlme (`fixef`,
+#'   `ranef`, `VarCorr`, `intervals`).
+#' @seealso [predict.silvafit()], [convergence()], `vignette("from-nlme", package = "silvafit")`
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' summary(fit)
+#' predict(fit, data.frame(age = c(5, 15)), level = "population", interval = "confidence")
+silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = NULL, covariance = NULL,
+                     variance = NULL, method = NULL, reml = FALSE, start = NULL, fixed = NULL, lower = NULL,
+                     upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, starts = 0,
+                     quadrature_points = 7, max_iterations = 200, threads = 1, trace = FALSE) {
+  call <- match.call()
+  # update() has to find the formulas, not the names of variables that had them.
+  formula <- as_formula(formula, "formula")
+  call$formula <- formula
+  if (length(formula) != 3) stop_formula("the formula needs a response: h ~ ...")
+  if (missing(data)) stop_usage("`data` is missing: the data frame with the columns of the model")
+  data <- check_data(data)
+  rows <- subset_rows(substitute(subset), data, parent.frame())
+  model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, contrasts)
+  options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), fixed = engine_names(fixed, model, "fixed"),
+                  lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
+                  quadrature_points = quadrature_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
+  check_options(options)
+  tell_near_columns(model, names(data))
+  frame <- model$frame
+  omit <- check_missing(frame, na.action)
+  result <- engine(.Call(C_fit_model, plain_columns(frame, names(frame)), model$texts, options))
+  object <- new_fit(result, model, call, na.action = omit)
+  report_convergence(object)
+  object
+}
+
+check_options <- function(options) {
+  is_count <- function(value, least) is.numeric(value) && length(value) == 1 && is.finite(value) && value >= least && value == floor(value)
+  if (!is.null(options$method) && (!is.character(options$method) || length(options$method) != 1)) stop_usage("`method` has to be one text")
+  for (name in c("reml", "trace")) {
+    if (!isTRUE(options[[name]]) && !isFALSE(options[[name]])) stop_usage("`", name, "` has to be TRUE or FALSE")
+  }
+  for (name in c("starts", "threads")) if (!is_count(options[[name]], 0)) stop_usage("`", name, "` has to be a whole number of 0 or more")
+  for (name in c("quadrature_points", "maximum_iterations")) {
+    if (!is_count(options[[name]], 1)) stop_usage("`", sub("maximum_", "max_", name), "` has to be a whole number of 1 or more")
+  }
+}
+
+# All rows if NULL, without a copy.
+rows_of <- function(data, rows) if (is.null(rows)) data else data[rows, , drop = FALSE]
+
+# \param condition  the unevaluated argument `subset`
+# \return           numbers of rows, or NULL for all
+subset_rows <- function(condition, data, frame) {
+  if (is.null(condition)) return(NULL)
+  value <- tryCatch(eval(condition, data, frame), error = function(e) stop_usage("`subset`: ", conditionMessage(e)))
+  if (is.null(value)) return(NULL)
+  if (is.logical(value)) {
+    if (length(value) != nrow(data) && length(value) != 1) stop_usage("`subset` has ", length(value), " values for ", nrow(data), " rows")
+    value <- which(rep_len(value, nrow(data)))
+  }
+  if (!is.numeric(value)) stop_usage("`subset` has to be a condition such as species == \"SM\"")
+  rows <- seq_len(nrow(data))[value]
+  if (length(rows) == 0) stop_input("`subset`: the condition holds for no row")
+  rows
+}
+
+# The model as the C++ libraries read it, and the columns that it needs.
+model_texts <- function(formula, data, parameters, random, groups, covariance, variance, contrasts) {
+  response <- response_of(formula, data)
+  if (!response$name %in% names(data)) data[[response$name]] <- response$values
+  right <- without_data_pronouns(formula[[3]], data)
+  formulas <- sub_model_formulas(parameters)
+  needed <- c(all.vars(right), unlist(lapply(formulas, all.vars)))
+  complete <- stats::complete.cases(data[intersect(c(needed, response$name), names(data))])
+  used <- if (all(complete)) data else data[complete, , drop = FALSE]
+  if (nrow(used) == 0) stop_input("no row has all values that the model needs")
+  subs <- sub_models(formulas, used, contrasts)
+  effects <- random_effects(random, groups, used, contrasts)
+  variance <- variance_text(variance)
+  right <- with_offsets(right, subs$offsets)
+  columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance)), names(data))))
+  labels <- subs$labels
+  list(formula = formula, frame = data[columns], labels = labels, contrasts = contrasts, response = formula[[2]],
+       texts = list(formula = paste(name_text(response$name), "~", expression_text(right)), sub_models = subs$texts,
+                    factors = subs$factors, random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
+                    variance = variance))
+}
+
+# The left side is a column, or an expression of columns whose values become one.
+response_of <- function(formula, data) {
+  left <- formula[[2]]
+  name <- deparse1(left)
+  if (is.name(left)) {
+    name <- as.character(left)
+    if (!name %in% names(data)) stop_no_column(name, data, "the left side of the formula")
+    return(list(name = name))
+  }
+  absent <- setdiff(all.vars(left), names(data))
+  if (length(absent) > 0) stop_no_column(absent[1], data, "the left side of the formula")
+  values <- eval(left, data, environment(formula))
+  if (!is.numeric(values) || length(values) != nrow(data)) stop_formula("the left side ", name, " is not a number for each row")
+  list(name = name, values = values)
+}
+
+# A parameter with offset(x) in its sub-model is the parameter plus x.
+with_offsets <- function(expression, offsets) {
+  for (parameter in names(offsets)) {
+    for (offset in offsets[[parameter]]) {
+      replacement <- stats::setNames(list(call("(", call("+", as.name(parameter), call("(", offset)))), parameter)
+      expression <- do.call(substitute, list(expression, replacement))
+    }
+  }
+  expression
+}
+
+without_data_pronouns <- function(expression, data) {
+  if ("." %in% all.names(expression)) stop_formula("'.' cannot be used in the formula; name the columns")
+  expression
+}
+
+# A parameter that is nearly a column may be a typing error.
+tell_near_columns <- function(model, columns) {
+  for (parameter in setdiff(all.vars(model$formula[[3]]), columns)) {
+    if (nchar(parameter) < 3) next
+    near <- columns[utils::adist(parameter, columns, ignore.case = TRUE) <= 1]
+    if (length(near) > 0) {
+      tell(paste0(parameter, " is not a column of the data and is used as a parameter; did you mean the column ", near[1], "?"))
+    }
+  }
+}
+
+check_missing <- function(frame, na.action) {
+  name <- if (is.function(na.action)) NULL else as.character(na.action)
+  is_it <- function(which) identical(na.action, get(which, asNamespace("stats"))) || identical(name, which)
+  incomplete <- which(!stats::complete.cases(frame))
+  if (is_it("na.fail") && length(incomplete) > 0) {
+    column <- names(frame)[vapply(frame, anyNA, logical(1))][1]
+    stop_input("column '", column, "' has missing values; use na.action = na.omit, or remove the rows", column = column)
+  }
+  if (is_it("na.exclude")) "exclude" else "omit"
+}
+
+# Names of coefficients as the C++ libraries have them.
+engine_names <- function(values, model, argument) {
+  if (is.null(values)) return(NULL)
+  if (is.list(values)) values <- unlist(values)
+  if (!is.numeric(values) || is.null(names(values)) || any(names(values) == "")) {
+    stop_usage("`", argument, "` has to be a named vector, such as c(a = 20, b = 0.05)")
+  }
+  # nlme names an intercept a.(Intercept) and other coefficients a.speciesSM.
+  for (parameter in unique(sub(":.*", "", names(model$labels)))) {
+    names(values) <- sub(paste0("^", parameter, "\\.\\(Intercept\\)$"), parameter, names(values))
+  }
+  names(values) <- vapply(names(values), function(name) {
+    found <- names(model$labels)[model$labels == name | sub(":", ".", model$labels, fixed = TRUE) == name]
+    if (length(found) > 0) found[1] else name
+  }, "")
+  values
+}

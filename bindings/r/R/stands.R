@@ -1,0 +1,394 @@
+# SPDX-License-Identifier: MIT
+# Inventories: structural units, stand tables, imputation, studies, libraries, trees in three dimensions.
+
+#' Arguments of inventories
+#'
+#' @param trees data frame with a row for each tree, points of class `sf`, or the path of a CSV file. Columns with usual names are recognized:
+#'   `plot`, `tree`, `species`, `x`, `y` \[m\], `dbh` \[cm\], `h`, `hcb`, `cw` \[m\].
+#' @param columns named vector: where columns come from, such as `c(dbh = "DBH_cm", x = "xk/10")`
+#' @param window the area in which all trees were measured: polygons of class `sf` or `sfc` (the column `plot`, if there is one, names the
+#'   plot), or the path of a GeoJSON, WKT or CSV file
+#' @param circle center and radius of every plot in its own coordinates \[m\], instead of a window: `c(0, 0, 12.62)`
+#' @param edge edge correction: `"buffer"`, `"hanisch"`, `"torus"` or `"none"`
+#' @param buffer width of the buffer \[m\]
+#' @param per search for neighbors within each `"plot"` or the whole `"stand"`
+#' @param neighbors number of neighbors of a structural unit
+#' @param dead standing dead trees: `"leave-out"`, `"neighbors"` or `"include"`
+#' @param trust_units do not stop at columns or plots that seem to have another unit
+#' @param threads number of threads; 0 means all cores
+#' @param progress show the progress in the console
+#' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`,
+#'   `case_sensitive`, as the options of the program
+#' @name inventory-arguments
+#' @keywords internal
+NULL
+
+data_folder <- function() {
+  folder <- Sys.getenv("SILVAFIT_DATA_DIR", system.file("silvafit", package = "silvafit"))
+  if (folder == "") stop_input("the catalogue of models is missing; reinstall the package")
+  folder
+}
+
+# Names that CRAN's example data sets, forest offices and others give to these columns are for C++ to know.
+tree_source <- function(trees) {
+  if (is.character(trees) && length(trees) == 1) {
+    if (!file.exists(trees)) stop_input(trees, ": there is no such file")
+    return(trees)
+  }
+  plain_columns(check_data(trees, "trees"))
+}
+
+unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list()) {
+  known <- c("alpha", "dominance", "crowding", "further", "competition_radius", "open_grown", "missing", "case_sensitive")
+  unknown <- setdiff(names(further), known)
+  if (length(unknown) > 0 || any(names(further) == "") || (length(further) > 0 && is.null(names(further)))) {
+    stop_usage("unknown argument ", if (length(unknown) > 0) paste0("'", unknown[1], "'") else "without a name", "; available: ", paste(known, collapse = ", "))
+  }
+  if (!is.null(circle)) {
+    if (!is.numeric(circle) || length(circle) != 3) stop_usage("`circle` has to be c(x, y, radius)")
+    circle <- paste(vapply(circle, number_text, ""), collapse = ",")
+  }
+  if (is.numeric(further$alpha)) further$alpha <- number_or_named(further$alpha)
+  c(reading_arguments(columns, dead, trust_units), window_arguments(window),
+    list(circle = circle, edge = edge, buffer = buffer, per = per, neighbors = neighbors, threads = threads, progress = progress), further)
+}
+
+number_or_named <- function(values) {
+  texts <- vapply(values, number_text, "")
+  if (is.null(names(values))) texts else ifelse(names(values) == "", texts, paste0(names(values), "=", texts))
+}
+
+reading_arguments <- function(columns, dead = NULL, trust_units = FALSE) {
+  if (!is.null(columns)) {
+    if (is.null(names(columns)) || any(names(columns) == "")) stop_usage("`columns` has to be a named vector, such as c(dbh = \"DBH_cm\")")
+    columns <- paste0(names(columns), "=", columns)
+  }
+  list(columns = columns, dead = dead, trust_units = trust_units)
+}
+
+# Polygons of sf as lists of rings.
+window_arguments <- function(window) {
+  if (is.null(window)) return(list())
+  if (is.character(window)) {
+    if (!file.exists(window)) stop_input(window, ": there is no such file")
+    return(list(window = window))
+  }
+  if (!inherits(window, c("sf", "sfc", "sfg"))) stop_usage("`window` has to be a path or polygons of class sf or sfc")
+  if (!requireNamespace("sf", quietly = TRUE)) stop_usage("windows of class sf need the package sf")
+  plots <- if (inherits(window, "sf") && "plot" %in% names(window)) as.character(window$plot)
+  geometry <- if (inherits(window, "sfg")) list(window) else sf::st_geometry(window)
+  polygons <- lapply(geometry, rings_of)
+  # Polygons of one plot, or of the stand, are one window.
+  keys <- if (is.null(plots)) rep("", length(polygons)) else plots
+  list(windows = lapply(unique(keys), function(key) do.call(c, polygons[keys == key])), window_plots = if (!is.null(plots)) unique(keys))
+}
+
+rings_of <- function(geometry) {
+  flat <- function(polygon) lapply(unclass(polygon), function(ring) ring[, 1:2, drop = FALSE])
+  if (inherits(geometry, "POLYGON")) return(list(flat(geometry)))
+  if (inherits(geometry, "MULTIPOLYGON")) return(lapply(unclass(geometry), flat))
+  stop_usage("`window` has to consist of polygons, not of ", class(geometry)[2])
+}
+
+#' Structural indices of each tree
+#'
+#' Computes the structural unit of each tree, the tree and its nearest neighbors, and its indices: uniform angle index W, mingling M, dominance
+#' U, crowding C, and further ones.
+#'
+#' @inheritParams inventory-arguments
+#' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. If
+#'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
+#' @export
+#' @examples
+#' trees <- data.frame(x = c(1, 3, 6, 4, 8, 9, 2, 7), y = c(1, 7, 2, 5, 9, 4, 9, 7), dbh = c(20, 15, 30, 22, 18, 25, 28, 14),
+#'                     species = c("A", "B", "A", "A", "B", "B", "A", "B"))
+#' units <- structural_units(trees, edge = "none")
+#' units
+structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL,
+                             dead = "leave-out", trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...))
+  result <- engine(.Call(C_structural_units, tree_source(trees), settings))
+  tell_notes(result$notes)
+  table <- as.data.frame(result$table, check.names = FALSE)
+  if (!is.character(trees)) {
+    new <- names(table)[seq(match("core", names(table)), ncol(table))]
+    for (name in new) {
+      column <- rep(NA_real_, nrow(trees))
+      column[result$rows] <- table[[name]]
+      trees[[name]] <- column
+    }
+    table <- trees
+  }
+  attr(table, "summary") <- result$summary
+  table
+}
+
+#' Stand tables of an inventory
+#'
+#' @inheritParams inventory-arguments
+#' @param plot_area area of every plot \[m2\], for inventories without a window
+#' @param class_width width of a diameter class \[cm\]
+#' @param dominant_trees number of thickest trees per ha for the dominant height
+#' @param stratum column with the stratum of each plot
+#' @param stratum_areas named vector of the areas of strata \[ha\]
+#' @return List of class `silvafit_stand` with data frames: `plots`, `strata`, `species`, `diameters` and, with positions, `classes`.
+#' @export
+#' @examples
+#' trees <- data.frame(plot = rep(1:2, each = 4), species = c("A", "A", "B", "A"), dbh = c(20, 31, 14, 25, 22, 18, 40, 33),
+#'                     h = c(18, 24, 12, 20, 19, 16, 27, 25))
+#' stand_summary(trees, plot_area = 400)
+stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL,
+                          circle = NULL, class_width = 4, dominant_trees = 100, stratum = "", stratum_areas = NULL, dead = "leave-out",
+                          trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...))
+  areas <- if (!is.null(stratum_areas)) paste0(names(stratum_areas), "=", vapply(stratum_areas, number_text, ""))
+  settings <- c(settings, list(plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees, stratum = stratum, stratum_areas = areas))
+  result <- engine(.Call(C_stand_summary, tree_source(trees), settings))
+  tell_notes(result$notes)
+  structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
+}
+
+#' @export
+print.silvafit_stand <- function(x, digits = 3, ...) {
+  for (name in setdiff(names(x), "classes")) {
+    if (nrow(x[[name]]) == 0) next
+    cat(toupper(substr(name, 1, 1)), substring(name, 2), "\n", sep = "")
+    shown <- x[[name]]
+    # Importance values by layer and relative values stay in the table.
+    is_empty <- vapply(shown, function(column) all(is.na(column)), logical(1)) | grepl("^(lower|middle|upper|relative)_|_plot_mean$", names(shown))
+    print(shown[!is_empty], digits = digits, row.names = FALSE)
+    cat("\n")
+  }
+  invisible(x)
+}
+
+#' Impute values that were measured on some trees only
+#'
+#' Fits a model with random effects of the plots to the measured trees, and predicts the others with the effects of their plot.
+#'
+#' @inheritParams inventory-arguments
+#' @param response column to fill in, such as `"h"`
+#' @param group column of the plots; `plot` if there is one
+#' @param by column whose values get models of their own, such as `"species"`
+#' @param minimum_trees number of measured trees that a model of its own needs
+#' @param formula formula instead of a model of the catalogue
+#' @param models models of the catalogue, of which the one with the lowest AIC is taken
+#' @param random random effects as in `"a + b | plot"`, or `"none"`
+#' @param variance variance function, as in [silvafit()]
+#' @param method method, as in [silvafit()]
+#' @param add_residual add random residuals to imputed values, so that they vary as measured ones do
+#' @param seed seed of the random residuals
+#' @return `trees` with the response filled in and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level` (plot, stand, population)
+#'   and `RESPONSE_flag`. The attribute `models` has the fits.
+#' @export
+#' @examples
+#' trees <- as.data.frame(Loblolly)
+#' names(trees) <- c("h", "dbh", "plot")
+#' trees$h[seq(1, 84, 3)] <- NA
+#' filled <- impute(trees, "h", formula = h ~ 1.3 + a * (1 - exp(-b * dbh)), trust_units = TRUE)
+#' head(filled)
+impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
+                   add_residual = FALSE, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive()) {
+  if (inherits(formula, "formula")) formula <- paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]]))
+  settings <- c(reading_arguments(columns, dead, trust_units),
+                list(response = response, group = group, by = by, minimum_trees = minimum_trees, formula = formula, models = models, random = random,
+                     variance = variance_text(variance), method = method, add_residual = add_residual, seed = seed, threads = threads,
+                     progress = progress, data_folder = data_folder()))
+  result <- engine(.Call(C_impute_table, tree_source(trees), settings))
+  tell_notes(c(result$notes, result$sentences))
+  filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees
+  for (name in names(result$columns)) {
+    if (length(result$columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
+    filled[[name]] <- result$columns[[name]]
+  }
+  attr(filled, "models") <- result$json$models
+  filled
+}
+
+#' Run a whole study
+#'
+#' From an inventory to structural indices, models at three levels (least squares, covariates, random effects), a model library, predictions and a
+#' report, which are written to a folder.
+#'
+#' @inheritParams inventory-arguments
+#' @param out folder for the results
+#' @param species species to study; all with enough trees by default
+#' @param responses responses to model
+#' @param covariates covariates of level 2: structural indices or columns
+#' @param group column of the random effects
+#' @param minimum_trees number of measured trees that a species needs
+#' @param config path of a study.json whose settings replace those of inventories above
+#' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `notes`; the paths `out` and `report`.
+#'   `read_library(study)` has its models.
+#' @export
+#' @examples
+#' \donttest{
+#' set.seed(1)
+#' plots <- rep(1:12, each = 25)
+#' trees <- data.frame(plot = plots, species = "A", dbh = round(runif(300, 8, 45), 1))
+#' trees$h <- round(1.3 + (24 + rnorm(12)[plots]) * (1 - exp(-0.06 * trees$dbh)) + rnorm(300), 1)
+#' study <- fit_study(trees, tempfile("study"), responses = "h", progress = FALSE)
+#' study
+#' }
+fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"), covariates = c("W", "M", "C", "U"), group = "plot", minimum_trees = 100,
+                      window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL, dead = "leave-out",
+                      trust_units = FALSE, config = NULL, threads = 0, progress = interactive(), ...) {
+  if (missing(out)) stop_usage("`out` is missing: the folder for the results")
+  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...)),
+                list(species = species, responses = responses, covariates = covariates, group = group, minimum_trees = minimum_trees, config = config,
+                     out = path.expand(out), data_folder = data_folder()))
+  result <- engine(.Call(C_study_of, tree_source(trees), settings))
+  tell_notes(result$notes)
+  structure(list(results = study_results(result$summary$results), out = result$summary$out, report = result$summary$report, fits = result$summary$fits,
+                 notes = result$notes), class = "silvafit_study")
+}
+
+study_results <- function(results) {
+  rows <- lapply(results, function(one) {
+    text <- function(key) if (is.null(one[[key]])) NA_character_ else paste(one[[key]], collapse = "; ")
+    data.frame(species = text("species"), response = text("response"), n = one$n, model = text("model"), formula = text("formula"), covariates = text("covariates"),
+               random = text("random"), variance = text("variance"), r2_ols = number_or_na(one$r2_ols), r2_nlme = number_or_na(one$r2_nlme),
+               converged = one$converged, sound = one$sound, doubts = paste(unlist(one$doubts), collapse = " "), message = text("verdict"))
+  })
+  do.call(rbind, rows)
+}
+
+#' @export
+print.silvafit_study <- function(x, ...) {
+  cat("Study: ", sum(x$results$sound), " of ", NROW(x$results), " final models are sound\n\n", sep = "")
+  print(x$results[c("species", "response", "n", "model", "covariates", "random", "variance", "r2_ols", "r2_nlme", "sound")], digits = 3, row.names = FALSE)
+  cat("\nReport:", x$report, "\n")
+  invisible(x)
+}
+
+#' Model libraries
+#'
+#' A library has the models of a study, or published ones such as `"shanxia-2023"`. `predict()` adds predictions of all responses to a table of trees.
+#'
+#' @param file path of a library.json, of a fit in JSON, the name of a published library, or a study of [fit_study()]
+#' @param object,x a library
+#' @param newdata data frame or path of a CSV file
+#' @param level,interval,coverage,se.fit,new_groups,seen_groups,threads as in [predict.silvafit()]
+#' @param role `"ols"`, `"covariates"` or `"nlme"`; by default `"nlme"`, or the next simpler model if a column is missing
+#' @param columns,trust_units,progress as in [structural_units()]
+#' @param ... not used
+#' @return `read_library()`: list of class `silvafit_library` with the data frame `models`. `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
+#'   `h_upper`, `h_se`, `h_trees` and `flag`.
+#' @export
+#' @examples
+#' library <- read_library("shanxia-2023")
+#' library
+#' predict(library, data.frame(species = "SM", dbh = c(10, 20), h = NA_real_, hcb = NA_real_, cw = NA_real_))
+read_library <- function(file) {
+  if (inherits(file, "silvafit_study")) file <- file.path(file$out, "library.json")
+  if (inherits(file, "silvafit")) {
+    path <- tempfile(fileext = ".json")
+    on.exit(unlink(path))
+    fit_json(file, path)
+    file <- path
+  }
+  if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be a path, the name of a published library, a study or a fit")
+  result <- engine(.Call(C_read_library, path.expand(file), data_folder()))
+  describe <- function(key) vapply(result$models, function(model) if (is.null(model[[key]])) "" else model[[key]], "")
+  models <- data.frame(species = describe("species"), response = describe("response"), role = describe("role"),
+                       formula = vapply(result$models, function(model) model$fit$formula, ""), n = vapply(result$models, function(model) number_or_na(model$fit$n), 0),
+                       converged = vapply(result$models, function(model) isTRUE(model$fit$converged), TRUE))
+  structure(list(models = models, json = result$json), class = "silvafit_library")
+}
+
+#' @rdname read_library
+#' @export
+print.silvafit_library <- function(x, ...) {
+  cat("Library of", nrow(x$models), "models\n")
+  print(x$models, row.names = FALSE)
+  invisible(x)
+}
+
+#' @rdname read_library
+#' @export
+predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
+                                     new_groups = "population", seen_groups = "fitted", role = "", columns = NULL, trust_units = FALSE, threads = 0,
+                                     progress = interactive(), ...) {
+  interval <- match.arg(interval)
+  settings <- c(reading_arguments(columns, NULL, trust_units),
+                list(level = level, new_groups = new_groups, seen_groups = seen_groups, coverage = if (interval != "none") coverage,
+                     interval = if (interval == "none") "prediction" else interval, standard_errors = se.fit, role = role, threads = threads, progress = progress,
+                     data_folder = data_folder()))
+  result <- engine(.Call(C_predict_library, object$json, tree_source(newdata), settings))
+  tell_notes(result$notes)
+  predicted <- as.data.frame(result$columns, check.names = FALSE)
+  table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata
+  if (nrow(table) != nrow(predicted)) stop_input("the predicted rows are not those of `newdata`")
+  for (name in names(predicted)) table[[name]] <- predicted[[name]]
+  table
+}
+
+#' Grow trees into a 3D file
+#'
+#' @inheritParams inventory-arguments
+#' @param file file of the scene, with the ending .glb, .gltf, .obj or .ply
+#' @param plots plots to grow; all by default
+#' @param use source of h, hcb and cw: `"observed"`, `"ols"`, `"population"` or `"conditional"`
+#' @param builder `"segment"`, `"lsystem"`, `"ifs"` or `"bamboo"`
+#' @param preset preset of the builder for all trees; by species if empty
+#' @param level level of detail, 0 (finest) to 3
+#' @param share trees of similar shape share a model
+#' @param seed seed of the random numbers
+#' @param ... further settings: `format`, `overlaps`, `ground`, `instancing`, `compress`, `textures`, as the options of the program
+#' @return Data frame with a row for each tree, invisibly: its file and the measurements of its mesh.
+#' @export
+#' @examples
+#' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1), dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
+#' file <- tempfile(fileext = ".glb")
+#' grow_trees(trees, file, level = 3)
+#' file.size(file) > 0
+grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "segment", preset = "", level = 0, share = FALSE, seed = 1, columns = NULL,
+                       trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+  if (missing(file)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
+  further <- list(...)
+  known <- c("format", "overlaps", "ground", "instancing", "compress", "textures")
+  if (length(setdiff(names(further), known)) > 0) stop_usage("unknown argument '", setdiff(names(further), known)[1], "'; available: ", paste(known, collapse = ", "))
+  settings <- c(reading_arguments(columns, NULL, trust_units),
+                list(scene = path.expand(file), plots = if (!is.null(plots)) as.character(plots), use = use, builder = builder, preset = preset, level = level, share = share, seed = seed,
+                     threads = threads, progress = progress, data_folder = data_folder()), further)
+  result <- engine(.Call(C_grow_trees, tree_source(trees), settings))
+  tell_notes(c(result$notes, result$left_out))
+  invisible(grown_trees(result$json))
+}
+
+grown_trees <- function(json) {
+  rows <- lapply(json$trees, function(tree) as.data.frame(Filter(function(value) length(value) == 1 && is.atomic(value), tree), check.names = FALSE))
+  names <- unique(unlist(lapply(rows, base::names)))
+  do.call(rbind, lapply(rows, function(row) {
+    row[setdiff(names, base::names(row))] <- NA
+    row[names]
+  }))
+}
+
+#' Show a stand in three dimensions
+#'
+#' Writes an HTML page with the trees and opens it in the viewer pane of the editor or in the browser.
+#'
+#' @inheritParams inventory-arguments
+#' @param trees data frame, path of a CSV file, of a scene (.glb) or of the folder of a study
+#' @param file HTML file to write
+#' @param title title of the page
+#' @param plots plots to show; all by default
+#' @param seed seed of the random numbers
+#' @param open open the page
+#' @return The path of the page, invisibly.
+#' @export
+#' @examples
+#' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1), dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
+#' page <- view_stand(trees, open = FALSE)
+view_stand <- function(trees, file = tempfile("stand", fileext = ".html"), title = "Stand", plots = NULL, seed = 1, columns = NULL, trust_units = FALSE,
+                       open = interactive(), threads = 0, progress = interactive()) {
+  if (inherits(trees, "silvafit_study")) trees <- trees$out
+  settings <- c(reading_arguments(columns, NULL, trust_units),
+                list(file = path.expand(file), title = title, plots = if (!is.null(plots)) as.character(plots), seed = seed, threads = threads, progress = progress,
+                     data_folder = data_folder()))
+  result <- engine(.Call(C_view_page, tree_source(trees), settings))
+  tell_notes(result$notes)
+  if (open) (getOption("viewer", utils::browseURL))(file)
+  invisible(file)
+}

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: MIT
+# Sub-models of parameters: the columns of R's model.matrix() as terms of silvafit.
+#
+# A factor becomes comparisons of its column with its levels, so that a stored fit needs nothing of R.
+
+# \param parameters  formula or list of formulas: a ~ species, a + b ~ 1 + C
+# \return            named list of one-sided formulas by parameter
+sub_model_formulas <- function(parameters) {
+  if (is.null(parameters)) return(list())
+  if (inherits(parameters, "formula") || is.character(parameters)) parameters <- as.list(c(parameters))
+  if (!is.list(parameters)) stop_usage("`parameters` has to be a formula such as b ~ 1 + C, or a list of formulas")
+  result <- list()
+  for (i in seq_along(parameters)) {
+    formula <- as_formula(parameters[[i]], "parameters")
+    if (length(formula) != 3) {
+      name <- names(parameters)[i]
+      if (is.null(name) || name == "") stop_usage("`parameters`: the name of the parameter is missing in ", deparse1(formula))
+      formula <- stats::as.formula(call("~", as.name(name), formula[[2]]), environment(formula))
+    }
+    for (name in summands(formula[[2]])) {
+      if (!is.name(name)) stop_formula("'", deparse1(name), "' is not a parameter; write, for example, b ~ 1 + C")
+      if (as.character(name) %in% names(result)) stop_usage("`parameters` has two sub-models of ", as.character(name))
+      one <- formula[c(1, 3)]
+      environment(one) <- environment(formula)
+      result[[as.character(name)]] <- one
+    }
+  }
+  result
+}
+
+as_formula <- function(value, argument) {
+  if (is.character(value) && length(value) == 1) {
+    value <- tryCatch(stats::as.formula(value, env = globalenv()),
+                      error = function(e) stop_formula("`", argument, "`: '", value, "' cannot be read as a formula"))
+  }
+  if (!inherits(value, "formula")) stop_usage("`", argument, "`: ", deparse1(value), " is not a formula")
+  value
+}
+
+# The parts of a + b + c.
+summands <- function(expression) {
+  if (is.call(expression) && identical(expression[[1]], quote(`+`)) && length(expression) == 3) {
+    return(c(summands(expression[[2]]), summands(expression[[3]])))
+  }
+  if (is.call(expression) && identical(expression[[1]], quote(`(`))) return(summands(expression[[2]]))
+  list(expression)
+}
+
+# The terms of a one-sided formula.
+# \return  list of intercept (logical), text and label of each column, the columns that are factors,
+#          and offsets as expressions
+sub_model_columns <- function(formula, data, contrasts = NULL, what = "a sub-model") {
+  if ("." %in% all.names(formula)) stop_formula("'.' cannot be used in ", what, "; name the columns")
+  terms <- tryCatch(stats::terms(formula, keep.order = FALSE),
+                    error = function(e) stop_formula("'", deparse1(formula[[2]]), "' cannot be used in ", what, ": ", conditionMessage(e)))
+  variables <- as.list(attr(terms, "variables"))[-1]
+  matrix <- attr(terms, "factors")
+  offsets <- attr(terms, "offset")
+  if (attr(terms, "intercept") == 0) matrix <- with_first_factor_whole(matrix, variables, data)
+  texts <- character()
+  labels <- character()
+  factors <- character()
+  coded <- list()
+  for (term in seq_along(attr(terms, "term.labels"))) {
+    codes <- matrix[, term]
+    columns <- list(list(text = "", label = ""))
+    for (i in which(codes > 0)) {
+      key <- paste(i, codes[i])
+      if (is.null(coded[[key]])) coded[[key]] <- variable_columns(variables[[i]], codes[i] == 2, data, environment(formula), contrasts, what)
+      columns <- crossed(columns, coded[[key]])
+      factors <- c(factors, coded[[key]]$factor)
+    }
+    texts <- c(texts, vapply(columns, `[[`, "", "text"))
+    labels <- c(labels, vapply(columns, `[[`, "", "label"))
+  }
+  list(intercept = attr(terms, "intercept") == 1, texts = texts, labels = labels, factors = unique(factors),
+       offsets = lapply(variables[offsets], `[[`, 2))
+}
+
+# Without an intercept the first factor has a column for each level, as in model.matrix().
+with_first_factor_whole <- function(matrix, variables, data) {
+  has_levels <- vapply(variables, function(variable) {
+    column <- factor_column_of(variable)
+    if (is.null(column)) return(is_comparison(variable))
+    !is.name(variable) || !is.numeric(data[[column]])
+  }, logical(1))
+  for (term in seq_len(NCOL(matrix))) {
+    found <- which(has_levels & matrix[, term] > 0)
+    if (length(found) > 0) {
+      matrix[found[1], term] <- 2
+      break
+    }
+  }
+  matrix
+}
+
+crossed <- function(columns, further) {
+  result <- list()
+  for (i in seq_along(further$texts)) {
+    for (one in columns) {
+      joined <- function(a, b) if (a == "") b else paste0(a, ":", b)
+      result <- c(result, list(list(text = joined(one$text, further$texts[i]), label = joined(one$label, further$labels[i]))))
+    }
+  }
+  result
+}
+
+# The columns of one variable of a term: itself, or those of a factor.
+variable_columns <- function(variable, has_all_levels, data, environment, contrasts, what) {
+  name <- deparse1(variable)
+  factor_name <- factor_column_of(variable)
+  if (!is.null(factor_name)) {
+    if (!factor_name %in% names(data)) stop_no_column(factor_name, data, what)
+    if (is.name(variable) && is.logical(data[[factor_name]])) {
+      return(truth_columns(name_text(factor_name), name, has_all_levels))
+    }
+    if (!is.name(variable) || is.factor(data[[factor_name]]) || is.character(data[[factor_name]])) {
+      return(factor_columns(factor_name, name, has_all_levels, data, contrasts))
+    }
+    return(list(texts = name_text(factor_name), labels = name))
+  }
+  if (is_comparison(variable)) {
+    return(truth_columns(paste0("(", expression_text(strip_parentheses(variable), what), ")"), name, has_all_levels))
+  }
+  text <- expression_text(variable, what)
+  missing <- setdiff(all.vars(variable), names(data))
+  if (length(missing) > 0) stop_no_column(missing[1], data, what)
+  list(texts = text, labels = name)
+}
+
+# The column of `species`, factor(year) and as.factor(year); NULL for other expressions.
+factor_column_of <- function(variable) {
+  if (is.name(variable)) return(as.character(variable))
+  if (is.call(variable) && as.character(variable[[1]])[1] %in% c("factor", "as.factor") && length(variable) == 2 &&
+      is.name(variable[[2]])) {
+    return(as.character(variable[[2]]))
+  }
+  NULL
+}
+
+strip_parentheses <- function(expression) {
+  while (is.call(expression) && identical(expression[[1]], quote(`(`))) expression <- expression[[2]]
+  expression
+}
+
+is_comparison <- function(variable) {
+  variable <- strip_parentheses(variable)
+  is.call(variable) && as.character(variable[[1]])[1] %in% c("==", "!=", "<", "<=", ">", ">=", "&", "|", "&&", "||", "!", "%in%")
+}
+
+truth_columns <- function(text, name, has_all_levels) {
+  if (!has_all_levels) return(list(texts = text, labels = paste0(name, "TRUE")))
+  list(texts = c(paste0("I(1 - ", text, ")"), text), labels = paste0(name, c("FALSE", "TRUE")))
+}
+
+factor_columns <- function(column, name, has_all_levels, data, contrasts) {
+  values <- data[[column]]
+  values <- if (is.factor(values) && nlevels(values) == length(unique(values[!is.na(values)]))) values else factor(values)
+  if (nlevels(values) < 2) stop_input("the factor '", column, "' has one level only; a sub-model needs two", column = column)
+  chosen <- contrasts[[column]]
+  if (!is.null(chosen)) stats::contrasts(values) <- chosen
+  coding <- if (has_all_levels) diag(nlevels(values)) else stats::contrasts(values)
+  labels <- colnames(coding)
+  if (has_all_levels) labels <- levels(values)
+  if (is.null(labels)) labels <- seq_len(ncol(coding))
+  texts <- vapply(seq_len(ncol(coding)), function(j) coded_text(column, levels(values), coding[, j]), "")
+  list(texts = texts, labels = paste0(name, labels), factor = column)
+}
+
+# A column of a contrast matrix as comparisons with the levels.
+coded_text <- function(column, levels, weights) {
+  comparisons <- paste0("(", name_text(column), " == ", vapply(levels, string_text, ""), ")")
+  used <- which(weights != 0)
+  if (length(used) == 1 && weights[used] == 1) return(comparisons[used])
+  parts <- ifelse(weights[used] == 1, comparisons[used],
+                  paste0(vapply(weights[used], number_text, ""), "*", comparisons[used]))
+  paste0("I(", gsub("+ -", "- ", paste(parts, collapse = " + "), fixed = TRUE), ")")
+}
+
+stop_no_column <- function(name, data, what) {
+  stop_input("unknown column '", name, "' in ", what, "; available: ", paste(names(data), collapse = ", "), column = name)
+}
+
+# Everything about the sub-models that the C++ libraries and the names of coefficients need.
+# \return  texts "b ~ 1 + C", factors, labels (names: coefficients of C++, values: those of R),
+#          offsets by parameter
+sub_models <- function(formulas, data, contrasts) {
+  texts <- character()
+  factors <- character()
+  labels <- character()
+  offsets <- list()
+  for (parameter in names(formulas)) {
+    columns <- sub_model_columns(formulas[[parameter]], data, contrasts, paste("the sub-model of", parameter))
+    parts <- c(if (columns$intercept) "1" else "0", columns$texts)
+    if (length(columns$texts) > 0 || columns$intercept) {
+      texts <- c(texts, paste(name_text(parameter), "~", paste(parts, collapse = " + ")))
+    } else {
+      stop_formula("the sub-model of ", parameter, " has no term; to hold the parameter at 0, use fixed = c(", parameter, " = 0)")
+    }
+    factors <- c(factors, columns$factors)
+    offsets[[parameter]] <- columns$offsets
+    is_renamed <- columns$texts != columns$labels
+    labels <- c(labels, stats::setNames(paste0(parameter, ":", columns$labels), paste0(parameter, ":", columns$texts))[is_renamed])
+  }
+  list(texts = texts, factors = unique(factors), labels = labels, offsets = offsets)
+}

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+# The same models by nlme in the same session. nlme stops near the fixed point of its two steps, so that its control is tight.
+source("helpers.R", local = TRUE)
+if (!requireNamespace("nlme", quietly = TRUE)) exit_file("nlme is not installed")
+tight <- nlme::nlmeControl(tolerance = 1e-8, pnlsTol = 1e-6, msTol = 1e-10, maxIter = 200, msMaxIter = 200, pnlsMaxIter = 50)
+
+# nlme prints its coefficients in the order of its start values.
+agree <- function(ours, theirs, tolerance = 1e-4, newdata = NULL) {
+  expect_true(convergence(ours)$converged)
+  expect_true(relative(unname(fixef(ours)), unname(nlme::fixef(theirs))) < tolerance)
+  expect_true(relative(sqrt(diag(vcov(ours))), summary(theirs)$tTable[, "Std.Error"]) < tolerance)
+  expect_equal(as.numeric(logLik(ours)), as.numeric(logLik(theirs)), tolerance = 1e-6)
+  expect_equal(attr(logLik(ours), "df"), attr(logLik(theirs), "df"))
+  expect_equal(AIC(ours), AIC(theirs), tolerance = 1e-6)
+  expect_equal(BIC(ours), BIC(theirs), tolerance = 1e-6)
+  expect_equal(nobs(ours), nrow(theirs$groups))
+  expect_true(relative(sigma(ours), theirs$sigma) < tolerance)
+  effects <- nlme::ranef(theirs)
+  own <- ranef(ours)[rownames(effects), , drop = FALSE]
+  expect_true(relative(as.matrix(own), as.matrix(effects)) < 10 * tolerance)
+  expect_true(relative(fitted(ours), fitted(theirs)) < tolerance)
+  expect_true(relative(fitted(ours, level = 0), fitted(theirs, level = 0)) < tolerance)
+  # Residuals are differences of nearly equal values: their errors are those of the fitted values.
+  expect_true(max(abs(residuals(ours) - residuals(theirs))) < tolerance * max(abs(fitted(theirs))))
+  expect_true(relative(residuals(ours, type = "pearson"), residuals(theirs, type = "pearson")) < 100 * tolerance)
+  expect_equal(unname(summary(ours)$tTable[, "DF"]), unname(summary(theirs)$tTable[, "DF"]))
+  expect_true(relative(as.matrix(coef(ours)[rownames(coef(theirs)), ]), as.matrix(coef(theirs))) < tolerance)
+  if (!is.null(newdata)) {
+    for (level in 0:1) expect_true(relative(predict(ours, newdata, level = level), predict(theirs, newdata, level = level)) < tolerance)
+  }
+}
+
+# Loblolly, the example of ?nlme.
+asymptotic <- nlme::nlme(height ~ SSasymp(age, Asym, R0, lrc), data = Loblolly, fixed = Asym + R0 + lrc ~ 1, random = Asym ~ 1,
+                         start = c(Asym = 103, R0 = -8.5, lrc = -3.3), control = tight)
+own <- silvafit(height ~ SSasymp(age, Asym, R0, lrc), data = Loblolly, random = Asym ~ 1 | Seed)
+agree(own, asymptotic, newdata = Loblolly[seq(1, 84, 5), ])
+# As formula instead of the self-starting model
+formula_fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly, random = Asym ~ 1 | Seed)
+expect_equal(logLik(formula_fit), logLik(own), tolerance = 1e-10)
+
+# Orange
+logistic <- nlme::nlme(circumference ~ SSlogis(age, Asym, xmid, scal), data = Orange, fixed = Asym + xmid + scal ~ 1, random = Asym ~ 1 | Tree,
+                       start = c(Asym = 192, xmid = 728, scal = 348), control = tight)
+own <- silvafit(circumference ~ SSlogis(age, Asym, xmid, scal), data = Orange, random = Asym ~ 1 | Tree)
+agree(own, logistic, newdata = Orange[c(3, 17, 30), ])
+
+# Soybean with a factor on one parameter, random effects with nlme's class, and a variance function object
+Soybean <- nlme::Soybean
+soybean <- nlme::nlme(weight ~ Asym / (1 + exp((xmid - Time) / scal)), data = Soybean,
+                      fixed = list(Asym ~ Variety, xmid ~ 1, scal ~ 1), random = nlme::pdDiag(Asym + xmid ~ 1), groups = ~ Plot,
+                      weights = nlme::varPower(), start = c(17, 4, 52, 7.5), control = tight)
+own <- silvafit(weight ~ Asym / (1 + exp((xmid - Time) / scal)), data = Soybean, parameters = list(Asym ~ Variety),
+                random = nlme::pdDiag(Asym + xmid ~ 1), groups = ~ Plot, variance = nlme::varPower())
+expect_equal(names(fixef(own)), c("Asym", "Asym:VarietyP", "xmid", "scal"))
+agree(own, soybean, tolerance = 3e-4)
+expect_true(relative(own$fit$variance$delta, coef(soybean$modelStruct$varStruct, unconstrained = FALSE)) < 1e-4)
+ours <- intervals(own)
+theirs <- nlme::intervals(soybean)
+expect_true(relative(ours$fixed, theirs$fixed) < 1e-3)
+expect_true(relative(unlist(ours$sigma), unlist(theirs$sigma)) < 1e-2)
+
+# REML, without random effects: gnls
+least <- nlme::gnls(weight ~ Asym / (1 + exp((xmid - Time) / scal)), data = Soybean, start = c(Asym = 19, xmid = 55, scal = 8),
+                    weights = nlme::varPower(), control = nlme::gnlsControl(tolerance = 1e-8, nlsTol = 1e-5, msTol = 1e-10))
+own <- silvafit(weight ~ Asym / (1 + exp((xmid - Time) / scal)), data = Soybean, variance = nlme::varPower())
+expect_true(relative(coef(own), coef(least)) < 1e-4)
+expect_equal(as.numeric(logLik(own)), as.numeric(logLik(least)), tolerance = 1e-6)
+expect_true(relative(sqrt(diag(vcov(own))), sqrt(diag(vcov(least)))) < 1e-4)
+
+# spati, heights of Scots pine, from the checkout
+file <- reference("data-gpl", "spati.csv")
+if (file == "") {
+  skipped("spati needs the checkout")
+} else {
+  spati <- read.csv(file)
+  spati <- spati[!is.na(spati$h) & spati$h > 1.3, ]
+  # The likelihood has two maxima. From usual start values nlme ends at the lower one; from the random effects of the higher one it stays there.
+  own <- silvafit(h ~ 1.3 + a * (1 - exp(-b * d / 10)), data = spati, random = a + b ~ 1 | plot)
+  near <- function(start) nlme::nlme(h ~ 1.3 + a * (1 - exp(-b * d / 10)), data = spati, fixed = a + b ~ 1, random = a + b ~ 1 | plot, start = start, control = tight)
+  expect_true(logLik(own) > logLik(near(c(a = 20, b = 0.7))) + 0.4)
+  higher <- near(list(fixed = fixef(own), random = as.matrix(ranef(own))))
+  agree(own, higher, newdata = spati[1:20, ])
+}

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+# Inventories: against figures that are computed here from their definitions.
+source("helpers.R", local = TRUE)
+set.seed(11)
+trees <- data.frame(plot = "1", tree = 1:60, species = sample(c("SM", "OF"), 60, TRUE), x = runif(60, 0, 40), y = runif(60, 0, 40), dbh = runif(60, 8, 40))
+trees$h <- 1.3 + 22 * (1 - exp(-0.06 * trees$dbh)) + rnorm(60, sd = 0.5)
+
+units <- suppressMessages(structural_units(trees, edge = "none", trust_units = TRUE))
+expect_equal(nrow(units), 60L)
+distance <- as.matrix(dist(trees[c("x", "y")]))
+nearest <- t(apply(distance, 1, function(row) order(row)[2:5]))
+expect_equal(units$M, unname(vapply(1:60, function(i) mean(trees$species[nearest[i, ]] != trees$species[i]), 0)), tolerance = 1e-12)
+expect_equal(sort(unique(units$U)), seq(0, 1, 0.25))
+expect_equal(names(units)[1:7], names(trees))
+# Rows in another order have the same values, and a row that cannot be used has none.
+shuffled <- trees[sample(60), ]
+again <- suppressMessages(structural_units(shuffled, edge = "none", trust_units = TRUE))
+expect_equal(again$W, units$W[match(shuffled$tree, trees$tree)])
+broken <- rbind(trees, data.frame(plot = "1", tree = 61, species = "SM", x = 5, y = 5, dbh = NA, h = NA))
+expect_true(is.na(suppressMessages(structural_units(broken, edge = "none", trust_units = TRUE))$M[61]))
+expect_equal(tryCatch(structural_units(trees, edge = "none", trust_units = TRUE), silvafit_note = function(m) "a note"), "a note")
+
+# Windows of sf and as a file are the same.
+window <- tempfile(fileext = ".wkt")
+writeLines("POLYGON ((0 0, 40 0, 40 40, 0 40, 0 0))", window)
+from_file <- suppressMessages(structural_units(trees, window = window, per = "stand", trust_units = TRUE))
+expect_true(any(from_file$core == 0) && any(from_file$core == 1))
+if (requireNamespace("sf", quietly = TRUE)) {
+  polygon <- sf::st_polygon(list(rbind(c(0, 0), c(40, 0), c(40, 40), c(0, 40), c(0, 0))))
+  expect_equal(suppressMessages(structural_units(trees, window = sf::st_sfc(polygon), per = "stand", trust_units = TRUE))$core, from_file$core)
+  points <- sf::st_as_sf(trees, coords = c("x", "y"))
+  expect_equal(suppressMessages(structural_units(points, edge = "none", trust_units = TRUE))$W, units$W)
+} else skipped("sf is not installed")
+
+# Stand figures: stems and basal area per ha
+stand <- suppressMessages(stand_summary(trees, plot_area = 1600, edge = "none", trust_units = TRUE))
+expect_true(all(c("plots", "species", "diameters") %in% names(stand)))
+per_ha <- unlist(stand$plots[1, grepl("stems|trees_per_ha", names(stand$plots))])
+expect_true(any(abs(per_ha - 375) < 1e-9))
+basal <- unlist(stand$plots[1, grepl("basal", names(stand$plots))])
+expect_true(any(abs(basal - sum(pi / 4 * (trees$dbh / 100)^2) / 0.16) < 1e-9))
+expect_true(length(capture.output(print(stand))) > 5)
+
+# Imputation keeps measured values
+gaps <- trees
+gaps$h[seq(2, 60, 2)] <- NA
+filled <- suppressMessages(impute(gaps, "h", trust_units = TRUE, random = "none"))
+expect_equal(filled$h[seq(1, 60, 2)], trees$h[seq(1, 59, 2)])
+expect_true(sqrt(mean((filled$h - trees$h)^2)) < 1)
+expect_equal(as.vector(table(filled$h_source)[c("imputed", "measured")]), c(30L, 30L))
+
+# A study, its library, and predictions from it
+set.seed(1)
+plots <- rep(1:12, each = 25)
+stems <- data.frame(plot = plots, species = "A", dbh = round(runif(300, 8, 45), 1))
+stems$h <- round(1.3 + (24 + 2 * rnorm(12)[plots]) * (1 - exp(-0.06 * stems$dbh)) + rnorm(300), 1)
+folder <- tempfile("study")
+study <- suppressMessages(fit_study(stems, folder, responses = "h", progress = FALSE))
+expect_true(file.exists(file.path(folder, "report.html")))
+expect_equal(study$results$response, "h")
+library <- read_library(study)
+expect_true("nlme" %in% library$models$role)
+new <- data.frame(plot = "x", species = "A", dbh = c(10, 20, 30), h = c(NA, 25, NA))
+predicted <- suppressMessages(predict(library, new, level = "calibrated", interval = "prediction", se.fit = TRUE))
+expect_true(all(c("h_pred", "h_lower", "h_upper", "h_se", "flag") %in% names(predicted)))
+expect_true(all(predicted$h_lower < predicted$h_pred & predicted$h_pred < predicted$h_upper))
+expect_equal(class_of_error(read_library("no-such-library")), "silvafit_input_error")
+expect_true(nrow(read_library("shanxia-2023")$models) > 0)
+
+# Trees in three dimensions
+figures <- transform(trees[1:3, ], hcb = h / 2, cw = 3)
+file <- tempfile(fileext = ".glb")
+grown <- suppressMessages(grow_trees(figures, file, level = 3, trust_units = TRUE))
+expect_equal(readBin(file, "raw", 4), charToRaw("glTF"))
+expect_equal(nrow(grown), 3L)
+page <- suppressMessages(view_stand(figures, open = FALSE, trust_units = TRUE))
+expect_true(any(grepl("<html", readLines(page, warn = FALSE), ignore.case = TRUE)))
+
+# Wrong input
+expect_equal(class_of_error(structural_units(data.frame(dbh = 1:3))), "silvafit_input_error")
+expect_equal(class_of_error(structural_units(trees, edge = "none", depth = 3)), "silvafit_usage_error")
+expect_equal(class_of_error(structural_units(trees, edge = "sharp", trust_units = TRUE)), "silvafit_usage_error")
+expect_equal(class_of_error(structural_units("no.csv")), "silvafit_input_error")

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "conditions.hpp"
+
+#include <cpp11/protect.hpp>
+#include <new>
+#include <string>
+
+#include "conversion.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/io_error.hpp"
+#include "silvafit/base/stop.hpp"
+
+namespace silvafit::r {
+namespace {
+
+cpp11::sexp failure(const std::string& kind, const std::string& text, const Place& place = {}) {
+  NamedList result;
+  result.add("kind", value_of(kind));
+  result.add("message", value_of(text));
+  result.add("column", value_of(place.column));
+  result.add("plot", value_of(place.plot));
+  result.add("tree", value_of(place.tree));
+  cpp11::sexp list = result.list();
+  cpp11::safe[Rf_setAttrib](list, R_ClassSymbol, value_of(std::string("silvafit_failure")));
+  return list;
+}
+
+const char* kind_of(const Error& error) {
+  const auto is = [&]<class Kind>(const Kind* /*kind*/) {
+    return dynamic_cast<const Kind*>(&error) != nullptr;
+  };
+  // The classes that derive from another one come first.
+  if (is(static_cast<const FormulaError*>(nullptr))) return "formula";
+  if (is(static_cast<const UsageError*>(nullptr))) return "usage";
+  if (is(static_cast<const DomainError*>(nullptr))) return "domain";
+  if (is(static_cast<const InputError*>(nullptr))) return "input";
+  if (is(static_cast<const NumericalError*>(nullptr))) return "numerical";
+  if (is(static_cast<const GeometryError*>(nullptr))) return "geometry";
+  if (is(static_cast<const IoError*>(nullptr))) return "io";
+  return "other";
+}
+
+}  // namespace
+
+SEXP guarded(const std::function<SEXP()>& work) {
+  try {
+    return work();
+  } catch (const cpp11::unwind_exception&) {
+    throw;  // a jump of R, which cpp11 continues
+  } catch (const Error& error) {
+    return failure(kind_of(error), error.what(), error.place());
+  } catch (const Stopped&) {
+    return failure("interrupt", "interrupted by the user");
+  } catch (const std::bad_alloc&) {
+    return failure("memory", "there is not enough memory");
+  } catch (const std::exception& error) {
+    return failure("other", error.what());
+  }
+}
+
+}  // namespace silvafit::r

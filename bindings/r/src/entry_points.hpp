@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// The functions that R calls. All throw exceptions, which init.cpp turns into values.
+#pragma once
+
+#include <cpp11/R.hpp>
+
+namespace silvafit::r {
+
+// Fits
+SEXP fit_model(SEXP columns, SEXP model, SEXP option_list);
+SEXP read_fit(SEXP json);
+SEXP predict_fit(SEXP json, SEXP columns, SEXP settings);
+SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads);
+SEXP compare_fits(SEXP json);
+SEXP simulate_fit(SEXP json, SEXP columns, SEXP replicates, SEXP seed);
+
+// Stands
+SEXP structural_units(SEXP source, SEXP settings);
+SEXP stand_summary(SEXP source, SEXP settings);
+SEXP impute_table(SEXP source, SEXP settings);
+SEXP study_of(SEXP source, SEXP settings);
+SEXP read_library(SEXP file, SEXP models);
+SEXP predict_library(SEXP library, SEXP source, SEXP settings);
+SEXP grow_trees(SEXP source, SEXP settings);
+SEXP view_page(SEXP source, SEXP settings);
+
+}  // namespace silvafit::r

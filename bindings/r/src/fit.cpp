@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+// Fits and what is computed from them.
+#include <algorithm>
+#include <cpp11/list.hpp>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include "background.hpp"
+#include "conditions.hpp"
+#include "conversion.hpp"
+#include "entry_points.hpp"
+#include "silvafit/base/json_text.hpp"
+#include "silvafit/fit/comparison.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/simulated_responses.hpp"
+#include "silvafit/study/model_texts.hpp"
+#include "words.hpp"
+
+namespace silvafit::r {
+namespace {
+
+study::ModelTexts model_texts(const Arguments& model) {
+  study::ModelTexts texts;
+  model.read("formula", texts.formula);
+  model.read("sub_models", texts.sub_models);
+  model.read("random", texts.random);
+  model.read("covariance", texts.covariance);
+  model.read("variance", texts.variance);
+  return texts;
+}
+
+/// The model, with the factors whose columns the R functions have turned into comparisons.
+fit::ModelSpecification specification_of(const Arguments& model, const data::Table& table) {
+  fit::ModelSpecification specification = study::specify_model(model_texts(model), table);
+  for (const std::string& factor : texts_of(model["factors"])) {
+    if (std::ranges::find(specification.factors, factor) == specification.factors.end()) {
+      specification.factors.push_back(factor);
+    }
+  }
+  return specification;
+}
+
+fit::FitModelOptions options_of(const Arguments& options) {
+  fit::FitModelOptions result;
+  if (options.has("method")) result.method = fit::parse_method(text_of(options["method"]));
+  result.start = named_numbers(options["start"]);
+  result.fixed = named_numbers(options["fixed"]);
+  for (const auto& [name, low] : named_numbers(options["lower"])) result.bounds[name].low = low;
+  for (const auto& [name, high] : named_numbers(options["upper"])) {
+    result.bounds[name].high = high;
+  }
+  options.read("starts", result.spread_starts);
+  options.read("reml", result.reml);
+  options.read("quadrature_points", result.quadrature_points);
+  options.read("maximum_iterations", result.maximum_iterations);
+  options.read("threads", result.threads);
+  return result;
+}
+
+/// Puts the results of a fit in the order of the table's rows.
+void sort_rows(fit::FitResult& result) {
+  std::vector<Eigen::Index> order(result.rows.size());
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::ranges::sort(
+      order, {}, [&](Eigen::Index i) { return result.rows[static_cast<std::size_t>(i)]; });
+  for (Eigen::VectorXd* const values :
+       {&result.fitted_population, &result.fitted_conditional, &result.residual_sd}) {
+    // A fit that failed has none.
+    if (values->size() == static_cast<Eigen::Index>(order.size())) {
+      *values = (*values)(order).eval();
+    }
+  }
+  std::ranges::sort(result.rows);
+}
+
+/// The effects of all groups as a matrix with a row for each group, in the place of an object of
+/// objects: many groups would be as many lists of R.
+nlohmann::ordered_json rows_of_groups(const nlohmann::ordered_json& groups) {
+  nlohmann::ordered_json labels = nlohmann::ordered_json::array();
+  nlohmann::ordered_json values = nlohmann::ordered_json::array();
+  for (const auto& [label, effects] : groups.items()) {
+    labels.push_back(label);
+    for (const auto& effect : effects) values.push_back(effect);
+  }
+  return {{"groups", std::move(labels)}, {"values", std::move(values)}};
+}
+
+/// The only function that reads random effects: what R shows of them. Uncertainties, which only
+/// predictions need, stay in the text of the fit.
+void shorten_random_effects(nlohmann::ordered_json& random) {
+  if (random.is_array()) {
+    for (auto& term : random) shorten_random_effects(term);
+  }
+  if (!random.is_object()) return;
+  for (const char* const key : {"eblup", "eblup_se"}) {
+    if (random.contains(key) && random[key].is_object()) random[key] = rows_of_groups(random[key]);
+  }
+  for (const char* const key : {"eblup_covariance", "eblup_by_fixed", "eblup_outer_covariance"}) {
+    random.erase(key);
+  }
+  if (random.contains("outer")) shorten_random_effects(random["outer"]);
+}
+
+/// A fit as R keeps it: its text, and what is shown.
+void add_fit(const fit::FittedModel& fit, NamedList& list) {
+  nlohmann::ordered_json json = fit::json_of(fit);
+  list.add("json", value_of(json_text(json)));
+  shorten_random_effects(json["random"]);
+  list.add("fit", value_of(json));
+}
+
+fit::FittedModel fit_of(const std::string& json) { return fit::from_json(json, "the fit"); }
+
+cpp11::sexp list_of(const fit::Prediction& prediction) {
+  NamedList list;
+  list.add("value", value_of(prediction.value));
+  list.add("lower", value_of(prediction.lower));
+  list.add("upper", value_of(prediction.upper));
+  list.add("mean_error", value_of(prediction.mean_error));
+  list.add("prediction_error", value_of(prediction.prediction_error));
+  list.add("df", value_of(prediction.degrees_of_freedom));
+  list.add("residual_sd", value_of(prediction.residual_sd));
+  std::vector<double> is_new(prediction.is_new_group.begin(), prediction.is_new_group.end());
+  list.add("is_new_group", value_of(is_new));
+  std::vector<double> calibrated(prediction.calibrated_from.begin(),
+                                 prediction.calibrated_from.end());
+  list.add("calibrated_from", value_of(calibrated));
+  return list.list();
+}
+
+cpp11::sexp list_of(const fit::Intervals& intervals) {
+  std::vector<std::string> names;
+  std::vector<std::string> kinds;
+  std::vector<std::string> notes;
+  std::vector<double> estimate;
+  std::vector<double> lower;
+  std::vector<double> upper;
+  for (const fit::ParameterInterval& one : intervals.parameters) {
+    names.push_back(one.name);
+    kinds.push_back(kind_word(one.kind));
+    notes.push_back(one.note);
+    estimate.push_back(one.estimate);
+    lower.push_back(one.lower);
+    upper.push_back(one.upper);
+  }
+  NamedList list;
+  list.add("name", value_of(names));
+  list.add("kind", value_of(kinds));
+  list.add("estimate", value_of(estimate));
+  list.add("lower", value_of(lower));
+  list.add("upper", value_of(upper));
+  list.add("note", value_of(notes));
+  list.add("likelihood", value_of(intervals.likelihood));
+  return list.list();
+}
+
+nlohmann::ordered_json json_of(const fit::ComparedPair& pair) {
+  nlohmann::ordered_json result{{"larger", pair.larger + 1}, {"smaller", pair.smaller + 1}};
+  if (!pair.test) {
+    result["reason"] = pair.reason;
+    return result;
+  }
+  result["statistic"] = pair.test->statistic;
+  result["df"] = pair.test->degrees_of_freedom;
+  result["p_chi_squared"] = pair.test->p_chi_squared;
+  result["p"] = pair.test->p;
+  result["note"] = pair.test->note;
+  return result;
+}
+
+/// \param fits  those compared, in the order of R
+cpp11::sexp list_of(const fit::Comparison& comparison, const std::vector<fit::FittedModel>& fits) {
+  const auto number_of_fit = [&](const fit::FittedModel* fit) { return fit - fits.data() + 1; };
+  nlohmann::ordered_json result{{"order", nlohmann::ordered_json::array()},
+                                {"aic_difference", nlohmann::ordered_json::array()},
+                                {"weight", nlohmann::ordered_json::array()},
+                                {"tests", nlohmann::ordered_json::array()},
+                                {"failed", nlohmann::ordered_json::array()},
+                                {"reason", comparison.reason}};
+  for (const fit::ComparedFit& one : comparison.fits) {
+    result["order"].push_back(number_of_fit(one.fit));
+    result["aic_difference"].push_back(one.aic_difference);
+    result["weight"].push_back(one.akaike_weight);
+  }
+  for (const fit::ComparedPair& pair : comparison.pairs) result["tests"].push_back(json_of(pair));
+  for (const fit::FittedModel* const fit : comparison.failed) {
+    result["failed"].push_back(number_of_fit(fit));
+  }
+  return value_of(result);
+}
+
+}  // namespace
+
+SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
+  const data::Table table = table_of(cpp11::list(columns));
+  const fit::ModelSpecification specification = specification_of(Arguments(model), table);
+  const Arguments arguments(option_list);
+  fit::FitModelOptions options = options_of(arguments);
+  bool is_traced = false;
+  arguments.read("trace", is_traced);
+  std::optional<fit::FitResult> fitted;
+  const std::clock_t start = std::clock();
+  run_in_background(
+      [&](Reports& reports) {
+        options.stop = reports.stop();
+        if (is_traced) {
+          options.trace = [&reports](const std::string& line) { reports.print(line); };
+        }
+        fitted = fit::fit_model(specification, table, options);
+      },
+      false);
+  // CPU time of the fit itself, which benchmarks compare with that of the whole call.
+  const double cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  fit::FitResult& result = *fitted;
+  sort_rows(result);
+  NamedList list;
+  add_fit(result.fit, list);
+  list.add("rows", row_numbers(result.rows));
+  list.add("population", value_of(result.fitted_population));
+  list.add("conditional", value_of(result.fitted_conditional));
+  list.add("residual_sd", value_of(result.residual_sd));
+  list.add("cpu_seconds", value_of(std::vector<double>{cpu_seconds}));
+  return list.list();
+}
+
+SEXP read_fit(SEXP json) {
+  NamedList list;
+  add_fit(fit_of(text_of(json)), list);
+  return list.list();
+}
+
+SEXP predict_fit(SEXP json, SEXP columns, SEXP settings) {
+  const fit::FittedModel fit = fit_of(text_of(json));
+  const data::Table table = table_of(cpp11::list(columns));
+  const Arguments arguments(settings);
+  const fit::Level level = parse_level(text_of(arguments["level"]));
+  fit::PredictionOptions options;
+  options.new_groups = parse_new_groups(text_of(arguments["new_groups"]));
+  options.seen_groups = parse_seen_groups(text_of(arguments["seen_groups"]));
+  if (arguments.has("coverage")) options.interval = number_of(arguments["coverage"]);
+  options.interval_kind = parse_interval_kind(text_of(arguments["interval"]));
+  arguments.read("standard_errors", options.standard_errors);
+  arguments.read("threads", options.threads);
+  fit::Prediction prediction;
+  run_in_background(
+      [&](Reports& /*reports*/) { prediction = fit::predict(fit, table, level, options); }, false);
+  return list_of(prediction);
+}
+
+SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads) {
+  const fit::FittedModel fit = fit_of(text_of(json));
+  const data::Table table = table_of(cpp11::list(columns));
+  fit::IntervalOptions options{.method = fit::parse_interval_method(text_of(method)),
+                               .level = number_of(level),
+                               .threads = threads_of(threads)};
+  fit::Intervals intervals;
+  run_in_background(
+      [&](Reports& reports) {
+        options.stop = reports.stop();
+        intervals = fit::confidence_intervals(fit, table, options);
+      },
+      false);
+  return list_of(intervals);
+}
+
+SEXP compare_fits(SEXP json) {
+  std::vector<fit::FittedModel> fits;
+  for (const std::string& text : texts_of(json)) fits.push_back(fit_of(text));
+  std::vector<const fit::FittedModel*> places;
+  for (const fit::FittedModel& fit : fits) places.push_back(&fit);
+  return list_of(fit::compare(places), fits);
+}
+
+SEXP simulate_fit(SEXP json, SEXP columns, SEXP replicates, SEXP seed) {
+  const fit::FittedModel fit = fit_of(text_of(json));
+  const data::Table table = table_of(cpp11::list(columns));
+  const auto count = static_cast<std::size_t>(number_of(replicates));
+  const auto seed_number = static_cast<std::uint64_t>(number_of(seed));
+  fit::SimulatedResponses drawn;
+  run_in_background(
+      [&](Reports& /*reports*/) {
+        drawn = fit::simulate_responses(fit, table, count, seed_number);
+      },
+      false);
+  NamedList list;
+  list.add("rows", row_numbers(drawn.rows));
+  list.add("values", value_of(drawn.values));
+  return list.list();
+}
+
+}  // namespace silvafit::r

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// 3D trees and their page.
+#include <nlohmann/json.hpp>
+
+#include "background.hpp"
+#include "conversion.hpp"
+#include "entry_points.hpp"
+#include "settings.hpp"
+#include "silvafit/study/grow.hpp"
+#include "silvafit/study/view_page.hpp"
+#include "silvafit/tree/builder.hpp"
+
+namespace silvafit::r {
+
+SEXP grow_trees(SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  const auto catalogue = tree::BuilderCatalogue::load(data_folder(arguments) / "models");
+  study::GrowSettings options{.reading = reading_settings(arguments)};
+  arguments.read("plots", options.plots);
+  arguments.read("use", options.use);
+  arguments.read("scene", options.scene);
+  arguments.read("out", options.out);
+  arguments.read("format", options.format);
+  arguments.read("preset", options.preset);
+  arguments.read("overlaps", options.resolve_overlaps);
+  arguments.read("share", options.share);
+  arguments.read("ground", options.ground);
+  arguments.read("instancing", options.instancing);
+  arguments.read("compress", options.compress);
+  arguments.read("textures", options.textures);
+  arguments.read("threads", options.threads);
+  if (arguments.has("builder")) {
+    options.builder = tree::builder_from_text(text_of(arguments["builder"]));
+  }
+  if (arguments.has("level")) options.levels = {static_cast<int>(number_of(arguments["level"]))};
+  if (arguments.has("seed")) {
+    options.seed = static_cast<std::uint64_t>(number_of(arguments["seed"]));
+  }
+  options.keeps_trees = true;
+  study::GrowResult result;
+  const auto notes = run_in_background(
+      [&](Reports& reports) {
+        result = study::grow(trees, catalogue, options, reports.callbacks());
+      },
+      arguments.has("progress") && is_true(arguments["progress"]));
+  NamedList list;
+  list.add("json", value_of(study::json_of(result)));
+  list.add("notes", value_of(notes));
+  list.add("left_out", value_of(study::notes_on(result.left_out)));
+  return list.list();
+}
+
+SEXP view_page(SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  const std::filesystem::path folder = data_folder(arguments);
+  const auto catalogue = tree::PresetCatalogue::load(folder / "models");
+  study::ViewPageSettings options{.reading = reading_settings(arguments)};
+  arguments.read("title", options.view.title);
+  arguments.read("plots", options.view.plots);
+  arguments.read("threads", options.view.threads);
+  if (arguments.has("seed")) {
+    options.view.seed = static_cast<std::uint64_t>(number_of(arguments["seed"]));
+  }
+  const std::filesystem::path page = text_of(arguments["file"]);
+  study::ViewPage result;
+  const auto notes = run_in_background(
+      [&](Reports& reports) {
+        result = study::write_view_page(
+            trees, catalogue, folder / "viewer" / "scene.html", page, options, reports.callbacks());
+      },
+      arguments.has("progress") && is_true(arguments["progress"]));
+  NamedList list;
+  list.add("json", value_of(study::json_of(result)));
+  list.add("notes", value_of(notes));
+  return list.list();
+}
+
+}  // namespace silvafit::r

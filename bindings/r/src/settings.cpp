@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "settings.hpp"
+
+#include <cpp11/list.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "silvafit/stand/window.hpp"
+
+namespace silvafit::r {
+namespace {
+
+/// A ring is a matrix with the columns x and y.
+std::vector<stand::Point> ring_of(SEXP matrix) {
+  const std::vector<double> numbers = numbers_of(matrix);
+  const std::size_t size = numbers.size() / 2;
+  std::vector<stand::Point> ring(size);
+  for (std::size_t i = 0; i < size; ++i) ring[i] = {numbers[i], numbers[size + i]};
+  return ring;
+}
+
+/// The polygons of one window: a list of polygons, each a list of rings with the outer one first.
+stand::Window window_of(SEXP list) {
+  const cpp11::list elements(list);
+  std::vector<stand::Polygon> polygons;
+  for (SEXP element : elements) {
+    const cpp11::list rings(element);
+    stand::Polygon polygon;
+    for (R_xlen_t i = 0; i < rings.size(); ++i) {
+      if (i == 0) {
+        polygon.outer = ring_of(rings[i]);
+      } else {
+        polygon.holes.push_back(ring_of(rings[i]));
+      }
+    }
+    polygons.push_back(std::move(polygon));
+  }
+  return stand::Window(polygons);
+}
+
+/// \param windows  a list of lists of polygons
+/// \param plots    of each; empty: of the stand
+std::vector<stand::NamedWindow> named_windows(SEXP windows, const std::vector<std::string>& plots) {
+  const cpp11::list elements(windows);
+  std::vector<stand::NamedWindow> result;
+  for (R_xlen_t i = 0; i < elements.size(); ++i) {
+    std::optional<std::string> plot;
+    if (!plots.empty()) plot = plots.at(static_cast<std::size_t>(i));
+    result.push_back({.plot = plot, .window = window_of(elements[i])});
+  }
+  return result;
+}
+
+}  // namespace
+
+study::ReadingSettings reading_settings(const Arguments& arguments) {
+  study::ReadingSettings settings;
+  arguments.read("columns", settings.columns);
+  arguments.read("trust_units", settings.trust_units);
+  arguments.read("missing", settings.missing);
+  arguments.read("dead", settings.dead);
+  arguments.read("case_sensitive", settings.case_sensitive);
+  return settings;
+}
+
+study::UnitSettings unit_settings(const Arguments& arguments) {
+  study::UnitSettings settings;
+  arguments.read("window", settings.window);
+  arguments.read("circle", settings.circle);
+  if (arguments.has("windows")) {
+    std::vector<std::string> plots;
+    arguments.read("window_plots", plots);
+    settings.windows = named_windows(arguments["windows"], plots);
+  }
+  arguments.read("edge", settings.edge);
+  arguments.read("buffer", settings.buffer_m);
+  arguments.read("per", settings.per);
+  arguments.read("neighbors", settings.neighbors);
+  arguments.read("alpha", settings.alpha);
+  arguments.read("dominance", settings.dominance);
+  arguments.read("crowding", settings.crowding);
+  arguments.read("further", settings.further);
+  arguments.read("competition_radius", settings.competition_radius_m);
+  arguments.read("open_grown", settings.open_grown);
+  return settings;
+}
+
+std::filesystem::path data_folder(const Arguments& arguments) {
+  return text_of(arguments["data_folder"]);
+}
+
+}  // namespace silvafit::r

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Settings of analyses from lists of R.
+#pragma once
+
+#include <filesystem>
+
+#include "conversion.hpp"
+#include "silvafit/study/unit_settings.hpp"
+
+namespace silvafit::r {
+
+study::ReadingSettings reading_settings(const Arguments& arguments);
+
+/// Windows are a file, or rings of coordinates from an object of sf.
+study::UnitSettings unit_settings(const Arguments& arguments);
+
+/// The folder of the catalogue and the pages, which the R functions know.
+std::filesystem::path data_folder(const Arguments& arguments);
+
+}  // namespace silvafit::r

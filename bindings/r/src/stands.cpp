@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+// Analyses of inventories: structural units, stand tables, imputation, studies, libraries.
+#include <cpp11/list.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "background.hpp"
+#include "conversion.hpp"
+#include "entry_points.hpp"
+#include "settings.hpp"
+#include "silvafit/data/json_reader.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/impute_table.hpp"
+#include "silvafit/study/indices.hpp"
+#include "silvafit/study/model_library.hpp"
+#include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/stand_summary.hpp"
+#include "silvafit/study/study_files.hpp"
+#include "silvafit/study/whole_study.hpp"
+
+namespace silvafit::r {
+namespace {
+
+study::Catalogue catalogue_of(const Arguments& arguments) {
+  return study::Catalogue::load(data_folder(arguments) / "models");
+}
+
+bool shows_progress(const Arguments& arguments) {
+  bool shows = false;
+  arguments.read("progress", shows);
+  return shows;
+}
+
+/// Numbers of the rows of a data frame that an inventory has kept.
+cpp11::sexp rows_of(const stand::Inventory& inventory) {
+  return row_numbers({inventory.lines.begin(), inventory.lines.end()}, 1);
+}
+
+}  // namespace
+
+SEXP structural_units(SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  study::IndicesOptions options{.reading = reading_settings(arguments),
+                                .units = unit_settings(arguments)};
+  arguments.read("threads", options.threads);
+  study::TreeIndices result;
+  const auto notes = run_in_background(
+      [&](Reports& reports) { result = study::tree_indices(trees, options, reports.callbacks()); },
+      shows_progress(arguments));
+  NamedList list;
+  list.add("table", columns_of(result.table()));
+  list.add("rows", rows_of(result.inventory.inventory));
+  list.add("summary", value_of(study::json_of(result.summary)));
+  list.add("notes", value_of(notes));
+  return list.list();
+}
+
+SEXP stand_summary(SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  study::StandOptions options{.reading = reading_settings(arguments),
+                              .units = unit_settings(arguments)};
+  arguments.read("stratum_areas", options.stratum_areas);
+  arguments.read("stratum", options.report.stratum);
+  arguments.read("class_width", options.report.diameter_class_cm);
+  arguments.read("quadrat", options.report.species.quadrat_m);
+  arguments.read("dominant_trees", options.report.species.dominant_trees_per_ha);
+  if (arguments.has("plot_area")) {
+    options.report.plot_area_m2 = number_of(arguments["plot_area"]);
+  }
+  arguments.read("threads", options.threads);
+  study::StandSummary result;
+  const auto notes = run_in_background(
+      [&](Reports& reports) { result = study::stand_summary(trees, options, reports.callbacks()); },
+      shows_progress(arguments));
+  NamedList tables;
+  for (const auto& [name, table] : stand::tables_of(result.report)) {
+    tables.add(name, columns_of(table));
+  }
+  NamedList list;
+  list.add("tables", tables.list());
+  list.add("json", value_of(study::json_of(result)));
+  list.add("notes", value_of(notes));
+  return list.list();
+}
+
+SEXP impute_table(SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  const study::Catalogue catalogue = catalogue_of(arguments);
+  const study::ReadingSettings reading = reading_settings(arguments);
+  study::ImputeOptions options;
+  arguments.read("response", options.response);
+  arguments.read("group", options.group);
+  arguments.read("by", options.by);
+  arguments.read("minimum_trees", options.minimum_trees);
+  arguments.read("formula", options.formula);
+  arguments.read("models", options.models);
+  arguments.read("random", options.random);
+  arguments.read("variance", options.variance);
+  arguments.read("method", options.method);
+  arguments.read("add_residual", options.add_residual);
+  arguments.read("threads", options.threads);
+  if (arguments.has("seed")) {
+    options.seed = static_cast<std::uint64_t>(number_of(arguments["seed"]));
+  }
+  study::TableImputation result;
+  const auto notes = run_in_background(
+      [&](Reports& reports) {
+        result = study::impute_table(trees, catalogue, options, reading, reports.callbacks());
+      },
+      shows_progress(arguments));
+  NamedList list;
+  list.add("columns", columns_of(study::imputed_columns(result)));
+  list.add("json", value_of(study::json_of(result)));
+  list.add("sentences", value_of(study::summary_of(result)));
+  list.add("notes", value_of(notes));
+  return list.list();
+}
+
+SEXP study_of(SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  const study::Catalogue catalogue = catalogue_of(arguments);
+  study::StudyConfiguration configuration{.reading = reading_settings(arguments),
+                                          .units = unit_settings(arguments)};
+  if (arguments.has("config")) {
+    configuration = study::read_study_configuration(text_of(arguments["config"]), &catalogue);
+  }
+  study::StudyOptions& options = configuration.study;
+  arguments.read("species", options.species);
+  arguments.read("responses", options.responses);
+  arguments.read("covariates", options.covariates);
+  arguments.read("group", options.group);
+  arguments.read("minimum_trees", options.minimum_trees);
+  arguments.read("threads", options.threads);
+  const std::filesystem::path folder = text_of(arguments["out"]);
+  const std::filesystem::path page = data_folder(arguments) / "viewer" / "report.html";
+  study::StudyRecord record;
+  std::vector<std::string> notes = run_in_background(
+      [&](Reports& reports) {
+        record = study::whole_study(trees, catalogue, configuration, reports.callbacks());
+        record.command = "silvafit::fit_study()";
+        study::write_study(record, catalogue, page, folder);
+      },
+      shows_progress(arguments));
+  NamedList list;
+  list.add("summary", value_of(study::json_of(record, folder)));
+  list.add("notes", value_of(notes));
+  return list.list();
+}
+
+namespace {
+
+/// A library as its text and a description of each model.
+cpp11::sexp list_of(const study::ModelLibrary& library) {
+  nlohmann::ordered_json models = nlohmann::ordered_json::array();
+  for (const study::LibraryModel& model : library.models) {
+    models.push_back({{"species", model.species},
+                      {"response", model.response},
+                      {"role", model.role},
+                      {"fit", fit::json_of(model.fit)}});
+  }
+  NamedList list;
+  list.add("json", value_of(study::to_json(library)));
+  list.add("models", value_of(models));
+  return list.list();
+}
+
+}  // namespace
+
+SEXP read_library(SEXP file, SEXP folder) {
+  return list_of(
+      study::find_library(text_of(file), std::filesystem::path(text_of(folder)) / "models"));
+}
+
+SEXP predict_library(SEXP library, SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  const study::Catalogue catalogue = catalogue_of(arguments);
+  const study::ModelLibrary models =
+      study::read_library(data::JsonReader::parse(text_of(library), "the library"));
+  study::PredictionSettings options{.reading = reading_settings(arguments)};
+  arguments.read("level", options.level);
+  arguments.read("new_groups", options.new_groups);
+  arguments.read("seen_groups", options.seen_groups);
+  arguments.read("coverage", options.interval);
+  arguments.read("interval", options.interval_kind);
+  arguments.read("standard_errors", options.standard_errors);
+  arguments.read("role", options.role);
+  arguments.read("threads", options.threads);
+  study::TablePrediction result;
+  const auto notes = run_in_background(
+      [&](Reports& reports) {
+        result = study::predict_table(trees, models, catalogue, options, reports.callbacks());
+      },
+      shows_progress(arguments));
+  NamedList list;
+  list.add("columns", columns_of(study::new_columns(result)));
+  list.add("notes", value_of(notes));
+  return list.list();
+}
+
+}  // namespace silvafit::r
