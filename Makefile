@@ -102,7 +102,8 @@ python-package: configure
 	@grep -qs SILVAFIT_BUILD_PYTHON:BOOL=ON build/CMakeCache.txt || cmake --preset release -DSILVAFIT_BUILD_PYTHON=ON
 	@cmake --build build --target silvafit_python_package
 
-test-python: python-package build
+test-python: python-package
+	@cmake --build build --target silvafit
 	@PYTHONPATH=$(CURDIR)/build/python /usr/bin/python3 -m pytest -q -p no:cacheprovider bindings/python/tests
 
 docs:

@@ -142,14 +142,7 @@ def _named_columns(data: Any, choose: Optional[Choice]) -> Tuple[List[str], Dict
     """Names of all columns, those that are chosen, and the index."""
     if isinstance(data, pd.DataFrame):
         data = _with_positions(data)
-        names = [str(name) for name in data.columns]
-        if len(set(names)) < len(names):
-            twice = next(name for name in names if names.count(name) > 1)
-            raise TypeError(f"{twice}: two columns have this name")
-        chosen = names if choose is None else choose(names)
-        keep = {name: data.iloc[:, place] for place, name in enumerate(names)
-                if name in chosen and not _is_geometry(data.dtypes.iloc[place])}
-        return names, keep, data.index
+        return _columns_of_frame(data, choose)
     if _arrow.has_stream(data):
         names, columns = _arrow.names_and_columns(data, choose)
         return names, columns, None
@@ -165,6 +158,21 @@ def _named_columns(data: Any, choose: Optional[Choice]) -> Tuple[List[str], Dict
     raise TypeError(
         f"data of type {type(data).__name__} are no table; give a pandas DataFrame, a dict of arrays, or an "
         "object with __arrow_c_stream__ (polars, pyarrow, DuckDB)")
+
+
+def _columns_of_frame(data: pd.DataFrame, choose: Optional[Choice]) -> Tuple[List[str], Dict[str, Any], pd.Index]:
+    """The same of a DataFrame, where named levels of the index count as columns."""
+    columns = [str(name) for name in data.columns]
+    if len(set(columns)) < len(columns):
+        twice = next(name for name in columns if columns.count(name) > 1)
+        raise TypeError(f"{twice}: two columns have this name")
+    levels = [name for name in data.index.names if isinstance(name, str) and name not in columns]
+    names = columns + levels
+    chosen = names if choose is None else choose(names)
+    keep = {name: data.iloc[:, place] for place, name in enumerate(columns)
+            if name in chosen and not _is_geometry(data.dtypes.iloc[place])}
+    keep.update({name: data.index.get_level_values(name) for name in levels if name in chosen})
+    return names, keep, data.index
 
 
 def _is_geometry(dtype: Any) -> bool:
@@ -232,6 +240,13 @@ def source_of(data: Any) -> Tuple[Any, Optional[Frame]]:
     return frame.table, frame
 
 
+def _with_type(values: np.ndarray, restore: Any) -> np.ndarray:
+    """Numbers as whole numbers or booleans, if all of them have values."""
+    if restore in (int, bool) and not np.isnan(values).any():
+        return values.astype(np.int64 if restore is int else bool)
+    return np.array(values)
+
+
 def restored_labels(texts: List[str], restore: Any) -> list:
     """Labels of groups with the types that their column has."""
     if restore is int:
@@ -243,8 +258,16 @@ def restored_labels(texts: List[str], restore: Any) -> list:
     return texts
 
 
-def data_frame(table: Any, index: Optional[pd.Index] = None) -> pd.DataFrame:
-    """A table of the libraries as a DataFrame."""
+def data_frame(table: Any, index: Optional[pd.Index] = None, labels: Optional[Dict[str, Any]] = None) -> pd.DataFrame:
+    """A table of the libraries as a DataFrame.
+
+    Parameters
+    ----------
+    table : Table
+    index : Index, optional
+    labels : dict, optional
+        How columns become those of the data again: whole numbers, booleans, and categories of other values.
+    """
     columns = {}
     for name, values in table.columns():
         if isinstance(values, tuple):
@@ -252,7 +275,10 @@ def data_frame(table: Any, index: Optional[pd.Index] = None) -> pd.DataFrame:
             with_none = np.empty(len(texts) + 1, object)
             with_none[:-1] = texts
             with_none[-1] = None
+            restore = (labels or {}).get(name)
+            if isinstance(restore, dict):
+                with_none[:-1] = [restore.get(text, text) for text in texts]
             columns[name] = with_none[codes]
         else:
-            columns[name] = np.array(values)
+            columns[name] = _with_type(values, (labels or {}).get(name))
     return pd.DataFrame(columns, index=index)

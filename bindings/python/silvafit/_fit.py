@@ -399,7 +399,7 @@ class Fit:
     @property
     def data(self) -> Optional[pd.DataFrame]:
         """The columns of the data that the model uses, or None for a fit from a file."""
-        return None if self._frame is None else data_frame(self._frame.table, self._frame.rows)
+        return None if self._frame is None else data_frame(self._frame.table, self._frame.rows, self._frame.labels)
 
     def with_data(self, data: Any) -> "Fit":
         """The same fit with the data that it was made of, for a fit that was read from a file."""

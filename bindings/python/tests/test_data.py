@@ -119,8 +119,22 @@ def test_arrow_types_of_numbers(stands):
 
 def test_only_columns_of_the_model_are_read(stands):
     trees = stands.assign(odd=[[1, 2]] * len(stands))
-    assert sf.fit(FORMULA, trees).data.columns.tolist() == ["h", "dbh"] or set(
-        sf.fit(FORMULA, trees).data.columns) == {"h", "dbh"}
+    assert set(sf.fit(FORMULA, trees).data.columns) == {"h", "dbh"}
+
+
+def test_the_data_of_a_fit_have_their_types(stands):
+    trees = stands.assign(plot=stands["plot"].astype("category").cat.codes.astype(int), old=stands["dbh"] > 20)
+    data = sf.fit("h ~ a + b*dbh + c*old", trees, random="a | plot").data
+    for name in data.columns:
+        assert data[name].equals(trees[name]), name
+
+
+def test_levels_of_the_index_are_columns(stands, expected):
+    trees = stands.set_index(["plot", "tree"])
+    fit = sf.fit(FORMULA, trees, **MODEL)
+    assert same(fit, expected)
+    assert fit.fitted.index.equals(trees.index)
+    assert fit.predict(trees, level="conditional").to_numpy() == pytest.approx(fit.fitted.to_numpy())
 
 
 def test_numbers_of_a_table_are_views(mixed):
