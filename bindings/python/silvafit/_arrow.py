@@ -6,6 +6,7 @@ Source: https://arrow.apache.org/docs/format/CDataInterface.html, CStreamInterfa
 from __future__ import annotations
 
 import ctypes
+import functools
 from typing import Any, Callable, Collection, Dict, List, Optional
 
 import numpy as np
@@ -67,7 +68,7 @@ def _buffer(array: Array, number: int, dtype: Any, count: int) -> np.ndarray:
     if not address or count == 0:
         return np.zeros(count, dtype)
     size = int(np.dtype(dtype).itemsize) * count
-    return np.frombuffer((ctypes.c_char * size).from_address(address), dtype)
+    return np.frombuffer(memoryview((ctypes.c_char * size).from_address(address)), dtype)
 
 
 def _bits(array: Array, number: int) -> np.ndarray:
@@ -129,7 +130,7 @@ def _text_views(array: Array) -> np.ndarray:
     """Strings as views: up to 12 bytes inline, longer ones in the buffers after the views."""
     views = _fixed_width(array, _VIEW)
     missing = _missing(array)
-    texts = []
+    texts: List[Optional[str]] = []
     for row, length in enumerate(views["length"].tolist()):
         if missing is not None and missing[row]:
             texts.append(None)
@@ -166,8 +167,9 @@ def _reader(schema: Schema) -> Optional[Callable[[Array], np.ndarray]]:
     if schema.dictionary:
         index_type = _NUMBERS[schema.format.decode()]
         value_reader = _reader(schema.dictionary.contents)
-        return None if value_reader is None else (
-            lambda array: _dictionary(array, index_type, value_reader))
+        if value_reader is None:
+            return None
+        return functools.partial(_dictionary, index_type=index_type, value_reader=value_reader)
     kind = schema.format.decode()
     if kind in _NUMBERS:
         return lambda array: _numbers(array, _NUMBERS[kind])

@@ -89,6 +89,12 @@ def _objects(name: str, values: Any) -> Tuple[Any, Any]:
     return _text_column(name, codes, list(unique))
 
 
+def _texts_or_none(texts: Any, missing: np.ndarray) -> np.ndarray:
+    result = np.asarray(texts, dtype=object)
+    result[missing] = None
+    return result
+
+
 def _column(name: str, values: Any) -> Tuple[Any, Any]:
     """A column as numbers or (codes, texts), and how its labels become values again."""
     if isinstance(values, (pd.Series, pd.Index)):
@@ -110,7 +116,7 @@ def _column(name: str, values: Any) -> Tuple[Any, Any]:
     if kind == "b":
         return values.astype(np.float64), bool
     if kind in "mM":
-        return _objects(name, np.where(np.isnat(values), None, values.astype(str)))
+        return _objects(name, _texts_or_none(values.astype(str), np.isnat(values)))
     if kind == "O":
         return _objects(name, values)
     if kind in "US":
@@ -133,7 +139,7 @@ def _extension(name: str, values: Any) -> Tuple[Any, Any]:
     if pd.api.types.is_float_dtype(dtype):
         return values.to_numpy(np.float64, na_value=np.nan), None
     if pd.api.types.is_datetime64_any_dtype(dtype):
-        return _objects(name, np.where(values.isna(), None, np.asarray(values.astype(str), dtype=object)))
+        return _objects(name, _texts_or_none(values.astype(str), values.isna()))
     plain = values.to_numpy(dtype=object, na_value=None) if pd.api.types.is_string_dtype(dtype) else values
     return _column(name, np.asarray(plain, dtype=None if isinstance(plain, np.ndarray) else object))
 

@@ -139,7 +139,7 @@ def fit(
         catalogue = _location.catalogue()
         formula = catalogue.formula(formula.strip())
         texts["model"] = _id_of(catalogue, formula)
-    options = {"method": method, "reml": reml, "start": start, "starts": starts, "fixed": fixed,
+    options: Dict[str, Any] = {"method": method, "reml": reml, "start": start, "starts": starts, "fixed": fixed,
                "bounds": bounds, "agq_points": agq_points, "maximum_iterations": maximum_iterations,
                "threads": threads}
     options = {name: dict(value) if isinstance(value, Mapping) else value

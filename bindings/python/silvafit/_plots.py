@@ -2,7 +2,7 @@
 """Plots of fits with matplotlib."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, List, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ _MOST_CURVES = 12
 
 def plot(fit: "Fit", kind: str, ax: Any, **options: Any) -> Any:
     """Draws one of the kinds on axes, which are made if there are none."""
-    drawers = {"curves": _curves, "residuals": _residuals, "random": _random}
+    drawers: Dict[str, Callable[..., None]] = {"curves": _curves, "residuals": _residuals, "random": _random}
     if kind not in drawers:
         raise UsageError(f"unknown value '{kind}'; available: 'curves', 'residuals', 'random'", column="kind")
     if ax is None:
@@ -70,7 +70,8 @@ def _chosen_groups(data: pd.DataFrame, columns: List[str], groups: Optional[Sequ
 
 
 def _curves(fit: "Fit", ax: Any, x: Optional[str] = None, groups: Optional[Sequence[Any]] = None) -> None:
-    data = fit._own_frame("plot()") and fit.data.dropna()
+    fit._own_frame("plot()")
+    data = pd.DataFrame(fit.data).dropna()
     x = _horizontal(fit, data, x)
     terms = fit._core.random_terms
     drawn = data

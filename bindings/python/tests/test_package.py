@@ -3,6 +3,11 @@
 import ast
 import inspect
 import pathlib
+import shutil
+import subprocess
+import sys
+
+import pytest
 
 import silvafit as sf
 from silvafit import _core, _location
@@ -57,3 +62,17 @@ def test_everything_public_has_a_docstring_and_types():
                    for parameter in parameters.values() if parameter.name != "self" and parameter.name != "cls"), name
         if name not in ("plots", "species", "diameters", "models"):
             assert inspect.getdoc(function), name
+
+
+def test_the_types_agree(tmp_path):
+    if shutil.which("mypy") is None:
+        pytest.skip("mypy is not installed")
+    user = tmp_path / "user.py"
+    user.write_text("import silvafit as sf\n"
+                    "fit = sf.fit('h ~ a', {'h': [1.0]}, bounds={'a': (0, None)})\n"
+                    "fit.loglik + 1.0\n"
+                    "fit.loglik.upper()\n")
+    done = subprocess.run(["mypy", "--python-executable", sys.executable, "--ignore-missing-imports", "--cache-dir",
+                           str(tmp_path / "cache"), str(PACKAGE), str(user)], capture_output=True, text=True, check=False)
+    # The only error is that of the user, who takes a number for text.
+    assert done.stdout.count("error:") == 1 and '"float" has no attribute "upper"' in done.stdout, done.stdout
