@@ -51,7 +51,7 @@ fixed_table <- function(object) {
 #          form, covariance, modes and their standard errors (a row for each group)
 random_terms_of <- function(object) {
   stored <- object$fit$random
-  if (is.null(stored)) return(list())
+  if (length(stored) == 0) return(list())
   # Schema 2 has a list of terms; schema 1 one object whose element `outer` is the coarser grouping.
   terms <- if (is.null(names(stored))) stored else if (is.null(stored$outer)) list(stored) else list(stored$outer, stored)
   result <- lapply(terms, function(term) {
@@ -77,7 +77,7 @@ frame_of <- function(by_group, effects) {
   frame
 }
 
-has_random <- function(object) !is.null(object$fit$random)
+has_random <- function(object) length(object$fit$groups) > 0
 
 method_title <- function(object) {
   fit <- object$fit

@@ -100,9 +100,11 @@ void shorten_random_effects(nlohmann::ordered_json& random) {
   for (const char* const key : {"eblup", "eblup_se"}) {
     if (random.contains(key) && random[key].is_object()) random[key] = rows_of_groups(random[key]);
   }
-  for (const char* const key : {"eblup_covariance", "eblup_by_fixed", "eblup_outer_covariance"}) {
+  for (const char* const key :
+       {"eblup_covariance", "eblup_by_fixed", "eblup_cross_covariance", "eblup_outer_covariance"}) {
     random.erase(key);
   }
+  // Files of schema silvafit-fit/1 have the coarser grouping here.
   if (random.contains("outer")) shorten_random_effects(random["outer"]);
 }
 
