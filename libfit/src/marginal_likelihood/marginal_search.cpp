@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: MIT
+#include "marginal_likelihood/marginal_search.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <utility>
+
+#include "likelihood/other_modes.hpp"
+#include "mixed_effects/degenerate_fit.hpp"
+#include "model/symmetric_eigen.hpp"
+#include "optimization/quasi_newton.hpp"
+#include "result/group_coefficients.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Squared distance to the optimum in standard errors at which a search ends.
+constexpr double kConvergedDecrement = 1e-10;
+// Its steps go a little closer; much closer, rounding of the likelihood hides all descent.
+constexpr double kStopDecrement = 1e-11;
+// The same where rounding is seen to hide it before.
+constexpr double kRoundedStop = 1e-8;
+// Two log-likelihoods that differ by less are the same but for rounding.
+constexpr double kSameLikelihood = 1e-6;
+
+Curvature curvature_of(Integration integration) {
+  switch (integration) {
+    case Integration::kFirstOrder:
+      return Curvature::kFirstOrder;
+    case Integration::kInteraction:
+      return Curvature::kExpected;
+    default:
+      return Curvature::kFull;
+  }
+}
+
+}  // namespace
+
+bool needs_curvature(Integration integration) {
+  return curvature_of(integration) == Curvature::kFull;
+}
+
+MarginalSearch::MarginalSearch(const NonlinearModel& model,
+                               Integration integration,
+                               const MarginalOptions& options,
+                               const MixedEffectsFit& linearized)
+    : model_(model),
+      options_(options),
+      integration_(integration),
+      variance_(model.specification().variance, VarianceData::of(model)),
+      likelihood_(model,
+                  variance_,
+                  curvature_of(integration),
+                  integration == Integration::kQuadrature ? options.quadrature_points : 1),
+      coordinates_(model, variance_, frame_at(model, linearized.estimate)) {}
+
+void MarginalSearch::limit_search() {
+  rounds_ = 3;
+  steps_ = 30;
+  short_steps_ = 3;
+  most_evaluations_ = 100 + 20 * static_cast<int>(coordinates_.layout().size());
+}
+
+void MarginalSearch::try_fit(const MixedEffectsFit& fit) {
+  if (!std::isfinite(fit.sigma) || !(fit.sigma > 0.0)) return;
+  const VectorXd x = coordinates_of(fit);
+  run(x, modes_of(fit, x));
+}
+
+void MarginalSearch::try_pooled(const VectorXd& beta) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  model_.evaluate(beta, mean, nullptr, workspace);
+  const double residual_sd = std::sqrt((model_.response() - mean).squaredNorm() /
+                                       static_cast<double>(model_.observations()));
+  for (const double spread : {0.3, 0.03, 1.0}) {
+    try_spread(beta, residual_sd, spread);
+    if (has_converged()) break;
+  }
+}
+
+double MarginalSearch::value_of(const MixedEffectsFit& fit) {
+  const VectorXd x = coordinates_of(fit);
+  if (!x.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+  likelihood_.set_modes(modes_of(fit, x));
+  const double value = value_at(x, nullptr);
+  return std::isfinite(value) ? -value : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool MarginalSearch::is_out_of_scale(const MixedEffectsFit& fit) const {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model_.evaluate(fit.estimate, mean, &jacobian, workspace);
+  jacobian *= coordinates_.layout().frame().beta;
+  const VectorXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
+  constexpr double kUnsuitable = 4.0;
+  return ratio.maxCoeff() > kUnsuitable || ratio.minCoeff() < 1.0 / kUnsuitable;
+}
+
+Obstacle MarginalSearch::obstacle() const {
+  Obstacle result = ended_by();
+  result.moving = moving();
+  return result;
+}
+
+MixedEffectsFit MarginalSearch::result() {
+  const MarginalPoint point = coordinates_.point(best_.x);
+  MixedEffectsFit fit;
+  fit.estimate = point.observation.beta;
+  fit.covariance = fixed_covariance();
+  fit.random_covariance = point.inner_factor * point.inner_factor.transpose();
+  fit.random_effects = point.inner_factor * best_.modes.inner;
+  if (outer_count() > 0) {
+    fit.outer.covariance = point.outer_factor * point.outer_factor.transpose();
+    fit.outer.effects = point.outer_factor * best_.modes.outer;
+  }
+  const VectorXd& parameters = point.observation.variance;
+  const double scale = std::exp(point.observation.log_sigma);
+  fit.sigma = scale * variance_.sigma_factor(parameters);
+  fit.variance = variance_.estimate(parameters);
+  fit.log_likelihood = -best_.value;
+  fit.parameter_count = static_cast<int>(coordinates_.layout().size());
+  fit.observations = model_.observations();
+  predict(fit, scale, parameters);
+  if (has_converged()) fit.convergence.status = ConvergenceStatus::kConverged;
+  fit.convergence.newton_decrement = best_.decrement;
+  fit.convergence.iterations = evaluations_;
+  return fit;
+}
+
+void MarginalSearch::try_spread(const VectorXd& beta, double residual_sd, double spread) {
+  const VectorXd parameters = variance_.constant();
+  const ObservationPoint observation{
+      .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
+  const auto covariance = [&](bool is_outer) -> MatrixXd {
+    const MatrixXd& unit = coordinates_.layout().frame().effects(is_outer);
+    return spread * spread * unit * unit.transpose();
+  };
+  const VectorXd x = coordinates_.coordinates(observation, covariance(true), covariance(false));
+  run(x,
+      {.outer = MatrixXd::Zero(outer_count(), model_.cluster_count()),
+       .inner = MatrixXd::Zero(inner_count(), model_.group_count())});
+}
+
+VectorXd MarginalSearch::coordinates_of(const MixedEffectsFit& fit) const {
+  const VectorXd parameters = variance_.parameters(fit.variance);
+  const ObservationPoint observation{
+      .beta = fit.estimate,
+      .variance = parameters,
+      .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
+  return coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
+}
+
+MatrixXd MarginalSearch::outer_of(const MixedEffectsFit& fit) const {
+  return outer_count() > 0 ? fit.outer.covariance : MatrixXd(0, 0);
+}
+
+Modes MarginalSearch::modes_of(const MixedEffectsFit& fit, const VectorXd& x) const {
+  const MatrixXd outer =
+      outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
+  return {.outer = coordinates_.spherical(x, true, outer),
+          .inner = coordinates_.spherical(x, false, fit.random_effects)};
+}
+
+Obstacle MarginalSearch::ended_by() const {
+  constexpr int kOften = 20;
+  if (needs_curvature(integration_) && (outside_ > kOften || best_.is_blocked)) {
+    return {.status = ConvergenceStatus::kInvalidApproximation, .text = std::string(kNoClearMode)};
+  }
+  if (is_exhausted()) {
+    return {.status = ConvergenceStatus::kIterationLimit,
+            .text = "the evaluation limit is reached"};
+  }
+  if (best_.is_blocked) {
+    return {.text = "the likelihood has a jump, because the conditional mode of a group changes"};
+  }
+  return {};
+}
+
+std::string MarginalSearch::moving() const {
+  const VectorXd step = informed_inverse(best_.hessian) * best_.gradient;
+  Index at = 0;
+  if (!step.allFinite() || step.cwiseAbs().maxCoeff(&at) == 0.0) return {};
+  return coordinates_.layout().name(model_, at);
+}
+
+void MarginalSearch::watch_pace(double lowest) {
+  if (evaluations_ < next_look_ || !std::isfinite(lowest)) return;
+  constexpr int kSteps = 10;
+  constexpr double kNear = 0.05;
+  const int pace = kSteps + 2 * static_cast<int>(coordinates_.layout().size());
+  const double left = static_cast<double>(most_evaluations_ - evaluations_) / pace;
+  const double gap = lowest - known_;
+  is_hopeless_ = next_look_ > 0 && gap > kNear && gap > left * (last_look_ - lowest);
+  last_look_ = lowest;
+  next_look_ = evaluations_ + pace;
+}
+
+double MarginalSearch::value_at(const VectorXd& x, VectorXd* gradient) {
+  ++evaluations_;
+  const MarginalValue value = likelihood_.evaluate(coordinates_.point(x), gradient != nullptr);
+  if (gradient != nullptr) *gradient = coordinates_.gradient(value);
+  if (!std::isfinite(value.minus_log_likelihood)) ++outside_;
+  if (options_.trace) {
+    options_.trace(fmt::format(
+        "evaluation {:4}  log-likelihood {:.8f}", evaluations_, -value.minus_log_likelihood));
+  }
+  return value.minus_log_likelihood;
+}
+
+void MarginalSearch::run(const VectorXd& start, Modes modes) {
+  if (!start.allFinite()) return;
+  likelihood_.set_modes(std::move(modes));
+  Optimum optimum = searched(start);
+  constexpr int kWidenings = 3;
+  for (int k = 0; k < kWidenings && std::isfinite(optimum.value) && !is_exhausted(); ++k) {
+    const VectorXd inside = inside_of(optimum);
+    if (inside.size() == 0) break;
+    Optimum other = searched(inside);
+    if (!(other.value < optimum.value - kSameLikelihood)) break;
+    optimum = std::move(other);
+  }
+  constexpr int kCorrections = 3;
+  for (int k = 0; k < kCorrections && std::isfinite(optimum.value); ++k) {
+    if (is_hopeless_ || !finds_higher_modes(optimum)) break;
+    optimum = searched(optimum.x);
+  }
+  if (is_hopeless_) return;
+  const bool is_same = optimum.value < best_.value + kSameLikelihood;
+  const bool is_surer = is_same && optimum.decrement < best_.decrement;
+  if (optimum.value < best_.value - kSameLikelihood || is_surer) best_ = std::move(optimum);
+}
+
+bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
+  // The first-order method has modes of another density.
+  if (integration_ == Integration::kFirstOrder) return false;
+  const MarginalPoint point = coordinates_.point(optimum.x);
+  Modes highest = optimum.modes;
+  std::optional<VectorXd> lowest = likelihood_.find_modes(point, highest, nullptr);
+  if (!lowest) return false;
+  bool is_better = false;
+  for (Modes& start : other_starts(highest)) {
+    ++evaluations_;
+    const auto objectives = likelihood_.find_modes(point, start, &highest);
+    if (objectives && take_lower(model_, start, *objectives, highest, *lowest)) is_better = true;
+  }
+  likelihood_.set_modes(std::move(highest));
+  return is_better;
+}
+
+MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
+  // Modes are searched from those of the lowest point: those of a step that was refused may
+  // belong to another hill of the density of the random effects.
+  const Modes first = likelihood_.modes();
+  double lowest = std::numeric_limits<double>::infinity();
+  const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
+    if (std::isfinite(lowest)) {
+      likelihood_.set_kept_modes();
+    } else {
+      likelihood_.set_modes(first);
+    }
+    const double value = value_at(x, gradient);
+    if (value < lowest) {
+      lowest = value;
+      likelihood_.keep_modes(coordinates_.point(x));
+    }
+    return value;
+  };
+  // Once the search has had its evaluations, all further steps are refused.
+  const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
+    watch_pace(lowest);
+    return is_exhausted() ? std::numeric_limits<double>::infinity() : function(x, gradient);
+  };
+  Optimum optimum;
+  QuasiNewtonResult found = minimize(objective,
+                                     start,
+                                     {},
+                                     {.decrement = kStopDecrement,
+                                      .rounded_decrement = kRoundedStop,
+                                      .maximum_steps = 2 * steps_,
+                                      .most_short_steps = short_steps_,
+                                      .one_sided = true});
+  double last = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_hopeless_; ++round) {
+    // The certificate is the true Hessian's, not that of the updates on the way.
+    VectorXd gradient;
+    optimum.x = found.x;
+    optimum.value = function(found.x, &gradient);
+    optimum.modes = likelihood_.modes();
+    const MatrixXd hessian = one_sided_hessian(function, found.x, gradient);
+    const CurvatureCertificate certificate(hessian, gradient);
+    optimum.hessian = 0.5 * (hessian + hessian.transpose());
+    optimum.decrement = certificate.decrement();
+    optimum.gradient = gradient;
+    optimum.is_blocked = found.is_blocked;
+    if (is_exhausted() || found.is_blocked) break;
+    const VectorXd lower = lower_point(optimum, certificate);
+    if (lower.size() > 0) {
+      found = minimize(objective,
+                       lower,
+                       {},
+                       {.decrement = kStopDecrement,
+                        .rounded_decrement = kRoundedStop,
+                        .maximum_steps = steps_,
+                        .most_short_steps = short_steps_,
+                        .one_sided = true});
+    } else if (optimum.decrement <= kConvergedDecrement) {
+      break;
+    } else if (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last) {
+      break;
+    } else {
+      last = optimum.decrement;
+      found = minimize(objective,
+                       found.x,
+                       optimum.hessian,
+                       {.decrement = kStopDecrement,
+                        .rounded_decrement = kRoundedStop,
+                        .maximum_steps = steps_,
+                        .most_short_steps = short_steps_});
+    }
+  }
+  return optimum;
+}
+
+VectorXd MarginalSearch::lower_point(const Optimum& optimum,
+                                     const CurvatureCertificate& certificate) {
+  const VectorXd& direction = certificate.downwards();
+  if (direction.size() == 0) return {};
+  for (const double size : {1.0, 0.3, 0.1, 0.03}) {
+    for (const double sign : {1.0, -1.0}) {
+      VectorXd x = optimum.x + sign * size * direction;
+      if (value_at(x, nullptr) < optimum.value - kSameLikelihood) return x;
+      likelihood_.set_modes(optimum.modes);
+    }
+  }
+  return {};
+}
+
+VectorXd MarginalSearch::inside_of(const Optimum& optimum) {
+  for (const bool is_outer : {false, true}) {
+    const MatrixXd covariance = coordinates_.scaled_covariance(optimum.x, is_outer);
+    if (covariance.size() == 0) continue;
+    const SymmetricEigen of = symmetric_eigen(covariance);
+    constexpr double kEdge = 1e-4;
+    for (Index k = 0; k < covariance.rows() && of.values[k] < kEdge; ++k) {
+      for (const double size : {0.1, 1e-3}) {
+        VectorXd inside = coordinates_.widened(optimum.x, is_outer, of.vectors.col(k), size);
+        likelihood_.set_modes(optimum.modes);
+        if (value_at(inside, nullptr) < optimum.value - kSameLikelihood) return inside;
+      }
+    }
+  }
+  likelihood_.set_modes(optimum.modes);
+  return {};
+}
+
+MatrixXd MarginalSearch::fixed_covariance() const {
+  const Index p = coordinates_.layout().beta_count();
+  const MatrixXd& frame = coordinates_.layout().frame().beta;
+  return frame * informed_inverse(best_.hessian).topLeftCorner(p, p) * frame.transpose();
+}
+
+void MarginalSearch::predict(MixedEffectsFit& fit, double scale, const VectorXd& parameters) const {
+  NonlinearModel::Workspace workspace;
+  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+  MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
+  add_group_effects(model_,
+                    {.rows = likelihood_.places().inner, .effects = fit.random_effects},
+                    {.rows = likelihood_.places().outer, .effects = fit.outer.effects},
+                    coefficients);
+  model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
+  const ResidualScale residual = variance_.scale(fit.fitted_conditional, parameters, false);
+  fit.residual_sd = scale * residual.weight.rsqrt();
+  fit.floored_variances = variance_.floored(fit.fitted_conditional);
+}
+
+}  // namespace silvafit::fit
