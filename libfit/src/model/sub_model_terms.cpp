@@ -122,6 +122,7 @@ class TermParser {
   }
 
   [[noreturn]] void refuse_number(std::string_view number, Part part) const {
+    if (number == ".") fail("'.' for all columns is not supported; write their names", part.begin);
     const std::string what = fmt::format("the number {} is not a term", number);
     if (number != of(text_, part)) refuse(what, part);
     fail(what + "; arithmetic is written I(...), such as I(x - 5)", part.begin);
@@ -206,8 +207,10 @@ class TermParser {
     for (const Term& term : removed) {
       if (contains(terms, term)) continue;
       fail(fmt::format("there is no term '{0}' to remove with -; write a difference of columns as "
-                       "I(x - {0})",
-                       label_of(term)),
+                       "{1}",
+                       label_of(term),
+                       terms.empty() ? fmt::format("I(-{})", label_of(term))
+                                     : fmt::format("I(x - {})", label_of(term))),
            part.begin);
     }
     std::erase_if(terms, [&](const Term& term) { return contains(removed, term); });

@@ -98,6 +98,8 @@ TEST_CASE("what R reads otherwise than as arithmetic is refused, with what to wr
            Refused{"x:", "on both sides"},
            Refused{"*x", "on both sides"},
            Refused{"x +", "expected a covariate"},
+           Refused{".", "write their names"},
+           Refused{"-x", "I(-x)"},
            Refused{"", "expected a covariate"},
            Refused{"(x", "')'"},
            Refused{"x)", "unexpected"},
