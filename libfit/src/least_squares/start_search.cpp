@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "least_squares/levenberg_marquardt.hpp"
+#include "least_squares/location_coefficients.hpp"
 #include "least_squares/periodic_coefficients.hpp"
 #include "optimization/candidate_points.hpp"
 #include "silvafit/base/error.hpp"
@@ -76,8 +77,15 @@ class StartSearch {
         options_(options),
         part_(model.subset(even_sample(model.response(), kSampleRows))),
         projected_(part_),
-        periodic_(static_cast<std::size_t>(projected_.size())) {
+        periodic_(static_cast<std::size_t>(projected_.size())),
+        locations_(static_cast<std::size_t>(projected_.size())) {
     const std::vector<Index>& nonlinear = projected_.split().nonlinear;
+    if (nonlinear.empty()) return;
+    for (const LocationCoefficient& found : location_coefficients(model)) {
+      const auto place = std::ranges::find(nonlinear, found.coefficient);
+      if (place == nonlinear.end()) continue;
+      locations_[static_cast<std::size_t>(place - nonlinear.begin())] = found;
+    }
     for (const PeriodicCoefficient& found : periodic_coefficients(model)) {
       const auto place = std::ranges::find(nonlinear, found.coefficient);
       const bool is_given = options.fixed.contains(
@@ -105,16 +113,25 @@ class StartSearch {
   }
 
  private:
+  bool are_near(double a, double b, std::size_t k, double factor) const {
+    if (factor == kCandidateFactor) {
+      if (periodic_[k]) return periodic_[k]->are_near(a, b);
+      constexpr double kShare = 0.25;  // of the range of the observations
+      if (locations_[k]) {
+        return std::abs(a - b) < kShare * (locations_[k]->highest - locations_[k]->lowest);
+      }
+    }
+    const double ratio = a / b;
+    return ratio <= factor && ratio >= 1.0 / factor;
+  }
+
   /// True if each nonlinear coefficient has the same sign and a size within a factor, or belongs to
   /// the same peak.
   bool are_near(const Candidate& a, const Candidate& b, double factor) const {
     for (Index k = 0; k < a.nonlinear.size(); ++k) {
-      const auto& periodic = periodic_[static_cast<std::size_t>(k)];
-      const double ratio = a.nonlinear[k] / b.nonlinear[k];
-      const bool is_near = periodic && factor == kCandidateFactor
-                               ? periodic->are_near(a.nonlinear[k], b.nonlinear[k])
-                               : ratio <= factor && ratio >= 1.0 / factor;
-      if (!is_near) return false;
+      if (!are_near(a.nonlinear[k], b.nonlinear[k], static_cast<std::size_t>(k), factor)) {
+        return false;
+      }
     }
     return true;
   }
@@ -147,9 +164,28 @@ class StartSearch {
       scan_line();
     } else {
       const std::size_t count = kCandidatesPerCoefficient * static_cast<std::size_t>(q);
-      for (std::size_t i = 1; i <= count; ++i) try_candidate(points(i));
+      for (std::size_t i = 1; i <= count; ++i) try_candidate(placed(points(i), i));
     }
     scan_frequencies(points);
+  }
+
+  /// Every second point with the locations among the observations.
+  VectorXd placed(VectorXd point, std::size_t number) const {
+    if (number % 2 == 0) return point;
+    constexpr std::uint64_t kSeed = 4;
+    Random random(kSeed, number);
+    for (Index k = 0; k < point.size(); ++k) {
+      if (locations_[static_cast<std::size_t>(k)]) point[k] = somewhere_on(k, random);
+    }
+    return point;
+  }
+
+  /// A location within the range of the observations, or a little beyond.
+  double somewhere_on(Index k, Random& random) const {
+    constexpr double kBeyond = 0.1;
+    const LocationCoefficient& location = *locations_[static_cast<std::size_t>(k)];
+    const double margin = kBeyond * (location.highest - location.lowest);
+    return random.uniform(location.lowest - margin, location.highest + margin);
   }
 
   /// The frequencies that the data tell apart, each with two values of the other coefficients.
@@ -200,16 +236,23 @@ class StartSearch {
   /// Source: basin hopping, Wales and Doye 1997, J. Phys. Chem. A 101, 5111-5116, at temperature
   /// zero.
   void hop(std::vector<Candidate>& reached) {
-    constexpr Index kFew = 3;
+    constexpr Index kFew = 2;
     constexpr int kHopsPerCoefficient = 15;
     const Index q = projected_.size();
     if (q == 0 || reached.empty()) return;
     const int usual = q > kFew ? kHopsPerCoefficient * static_cast<int>(q) : 0;
     Candidate lowest = *std::ranges::min_element(reached, {}, &Candidate::sum_of_squares);
-    for (int k = 0; k < usual + options_.further_hops; ++k) {
+    const int hops = usual + options_.further_hops;
+    const std::vector<Candidate> others =
+        best_of(candidates_, kDescents + static_cast<std::size_t>(hops), kCandidateFactor);
+    for (int k = 0; k < hops; ++k) {
       constexpr std::uint64_t kSeed = 1;
       Random random(kSeed, static_cast<std::uint64_t>(k));
-      Candidate start{.nonlinear = moved(lowest.nonlinear, random)};
+      const std::size_t next = kDescents + static_cast<std::size_t>(k / 2);
+      // Where the lowest point lies on the way to infinity, no jump leads back from it.
+      Candidate start = k % 2 == 1 && next < others.size()
+                            ? others[next]
+                            : Candidate{.nonlinear = moved(lowest.nonlinear, random)};
       if (!is_distinct(start.nonlinear) || !projected_.evaluate(start.nonlinear)) continue;
       Candidate found = descended(start);
       if (found.coefficients.size() == 0) continue;
@@ -224,8 +267,12 @@ class StartSearch {
     const auto count = 1 + random.below(3);
     const Eigen::MatrixXd& columns = part_.variable_values();
     for (std::uint64_t k = 0; k < count; ++k) {
-      double& value =
-          point[static_cast<Index>(random.below(static_cast<std::uint64_t>(point.size())))];
+      const auto place = static_cast<Index>(random.below(static_cast<std::uint64_t>(point.size())));
+      double& value = point[place];
+      if (locations_[static_cast<std::size_t>(place)]) {
+        value = somewhere_on(place, random);
+        continue;
+      }
       if (random.uniform() < 0.5 || columns.cols() < 2) {
         value *= std::exp(random.normal()) * (random.uniform() < 0.2 ? -1.0 : 1.0);
         continue;
@@ -274,7 +321,8 @@ class StartSearch {
   const StartSearchOptions& options_;
   NonlinearModel part_;
   ProjectedModel projected_;
-  std::vector<std::optional<PeriodicCoefficient>> periodic_;  ///< by nonlinear coefficient
+  std::vector<std::optional<PeriodicCoefficient>> periodic_;   ///< by nonlinear coefficient
+  std::vector<std::optional<LocationCoefficient>> locations_;  ///< the same
   std::vector<Candidate> candidates_;
   std::optional<Candidate> rule_;
 };
