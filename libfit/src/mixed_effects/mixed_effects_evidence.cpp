@@ -223,7 +223,7 @@ std::string confounding(const NonlinearModel& model,
   if (!names.empty() && is_identifiable(model)) {
     return fmt::format(
         "Not converged: the search diverged to values at which the mean hardly depends on {}. Use "
-        "the method focei, other start values or fewer random effects.",
+        "other start values, fewer random effects, or a curve with fewer coefficients.",
         names);
   }
   if (confounded.coefficients.size() == 1) {

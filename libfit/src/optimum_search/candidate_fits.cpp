@@ -36,7 +36,6 @@ std::vector<const Candidate*> first_few(const std::vector<Candidate>& candidates
 }  // namespace
 
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
-  if (a.convergence.converged() != b.convergence.converged()) return false;
   if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;
   constexpr double kSameFit = 1e-2;  // of the residual standard deviation
   const VectorXd change =
@@ -45,11 +44,19 @@ bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
 }
 
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {
-  const bool is_known = std::ranges::any_of(
+  const auto known = std::ranges::find_if(
       candidates, [&](const Candidate& other) { return is_same(candidate.fit, other.fit); });
-  if (is_known) return false;
-  candidates.push_back(std::move(candidate));
-  return true;
+  if (known == candidates.end()) {
+    candidates.push_back(std::move(candidate));
+    return true;
+  }
+  // A search that ends where another one was given up takes its place, which is known nevertheless.
+  if (candidate.fit.convergence.converged() && !known->fit.convergence.converged()) {
+    candidate.rank = known->rank;
+    candidate.is_followed = known->is_followed;
+    *known = std::move(candidate);
+  }
+  return false;
 }
 
 bool has_converged(const std::vector<Candidate>& candidates) {

@@ -25,7 +25,8 @@ struct Candidate {
 /// and fitted values agree.
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b);
 
-/// Adds a fit that is not known yet; false if it is.
+/// Adds a fit at a place that is not known yet; false if it is. A fit that has converged replaces
+/// one at the same place that has not.
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate);
 
 bool has_converged(const std::vector<Candidate>& candidates);

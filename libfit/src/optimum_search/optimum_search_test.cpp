@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "optimum_search/candidate_fits.hpp"
 #include "optimum_search/search_verdict.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "optimum_search/starting_points.hpp"
@@ -164,6 +165,42 @@ TEST_CASE("spread starts are many, each elsewhere, and the same each time") {
   }
 }
 
+TEST_CASE("further starts lead to nothing lower") {
+  for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
+    const FittedModel usual =
+        searched_fit(biexponential(2), kBiexponential, "A1 + A2 | g", {.method = method});
+    const FittedModel more = searched_fit(
+        biexponential(2), kBiexponential, "A1 + A2 | g", {.method = method, .spread_starts = 12});
+    REQUIRE(usual.convergence.converged());
+    REQUIRE(more.convergence.converged());
+    // What two searches of one maximum leave.
+    CHECK(more.log_likelihood > usual.log_likelihood - 1e-3);
+  }
+}
+
+TEST_CASE("a fit that has converged takes the place of one that was given up there") {
+  Candidate given_up;
+  given_up.fit.log_likelihood = -10.0;
+  given_up.fit.fitted_conditional = Eigen::Vector2d(1.0, 2.0);
+  given_up.fit.residual_sd = Eigen::Vector2d(0.5, 0.5);
+  given_up.rank = -11.0;
+  Candidate converged = given_up;
+  converged.fit.convergence.status = ConvergenceStatus::kConverged;
+  converged.rank = -12.0;
+  std::vector<Candidate> candidates;
+  CHECK(add_candidate(candidates, given_up));
+  CHECK_FALSE(add_candidate(candidates, converged));
+  REQUIRE(candidates.size() == 1);
+  CHECK(candidates[0].fit.convergence.converged());
+  CHECK(candidates[0].rank == -11.0);
+  CHECK_FALSE(add_candidate(candidates, given_up));
+  CHECK(candidates[0].fit.convergence.converged());
+  Candidate elsewhere = converged;
+  elsewhere.fit.fitted_conditional[1] = 3.0;
+  CHECK(add_candidate(candidates, elsewhere));
+  CHECK(candidates.size() == 2);
+}
+
 TEST_CASE("smaller structures leave out each effect, and correlations") {
   const NonlinearModel model = bound(biexponential(1), kBiexponential, "A1 + l1 + A2 | g");
   const std::vector<SmallerStructure> smaller = smaller_structures(model);
@@ -224,6 +261,13 @@ TEST_CASE("a search puts into the verdict what it has found") {
   CHECK(after({.marginal_here = -99.5, .marginal_maximum = -98.5}).verdict == "Converged.");
   CHECK(after({.marginal_here = -60.0, .marginal_maximum = -59.0}).status ==
         ConvergenceStatus::kInvalidApproximation);
+  const Convergence unfinished = after({.method = Integration::kLaplace, .unfinished = -98.0});
+  CHECK(unfinished.status == ConvergenceStatus::kMaximumNotReached);
+  CHECK(unfinished.verdict.find("--method focei") != std::string::npos);
+  // The method is not recommended in place of itself.
+  CHECK(
+      after({.method = Integration::kInteraction, .unfinished = -98.0}).verdict.find("--method") ==
+      std::string::npos);
   CHECK(after({.first_order_maximum = -70.0}).status == ConvergenceStatus::kInvalidApproximation);
 
   fit.optima = {{.estimate = fit.estimate, .log_likelihood = -100.0},

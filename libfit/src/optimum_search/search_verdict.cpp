@@ -45,8 +45,13 @@ const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
   return found == fit.optima.end() ? nullptr : &*found;
 }
 
-/// How far the linearized likelihood is from the marginal one, at the estimates and at its maximum.
+/// How far the linearized likelihood is from the marginal one, at the estimates and at its maximum;
+/// of restricted likelihood, how far the marginal one at the estimates is below its maximum.
 double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evidence) {
+  if (evidence.is_restricted) {
+    const double below = evidence.marginal_maximum - evidence.marginal_here;
+    return std::isfinite(below) ? below : 0.0;
+  }
   double error = 0.0;
   for (const double marginal : {evidence.marginal_here, evidence.marginal_maximum}) {
     if (std::isfinite(marginal)) error = std::max(error, std::abs(marginal - fit.log_likelihood));
@@ -106,9 +111,10 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         {.kind = Evidence::Kind::kHigherEnd, .value = evidence.unfinished});
     convergence.verdict = fmt::format(
         "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start "
-        "reached {:.2f} without converging. Use --method focei, or fewer random effects.",
+        "reached {:.2f} without converging. Use {}fewer random effects.",
         fit.log_likelihood,
-        evidence.unfinished);
+        evidence.unfinished,
+        evidence.method == Integration::kInteraction ? "" : "--method focei, or ");
     return;
   }
   constexpr double kUseless = 0.1;  // an observation
@@ -121,7 +127,9 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
                                     .term = method,
                                     .value = evidence.marginal_maximum});
   }
-  if (error > std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations))) {
+  const double useless =
+      std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations));
+  if (!evidence.is_restricted && error > useless) {
     convergence.status = ConvergenceStatus::kInvalidApproximation;
     // What the first sentence was followed by still holds: boundaries, floored values.
     const std::size_t end = convergence.verdict.find(". ");

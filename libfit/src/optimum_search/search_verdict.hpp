@@ -14,6 +14,8 @@ namespace silvafit::fit {
 
 /// The origin of optima that the user's start values lead to.
 inline constexpr std::string_view kStartValues = "start values";
+/// The origin of optima that further starts, which the user has asked for, lead to.
+inline constexpr std::string_view kSpreadStart = "spread start";
 
 /// A model that the fitted one contains, with a higher likelihood.
 struct ContainedModel {
@@ -29,12 +31,16 @@ std::optional<ContainedModel> higher_than(double rank,
 
 /// What a search over starting points has found besides the fit.
 struct SearchEvidence {
+  std::optional<Integration> method{};  ///< of a marginal likelihood
   std::optional<ContainedModel> contained{};
   /// Of a fit by Lindstrom and Bates' method: the marginal log-likelihood at its estimates, the
   /// highest one, and of which method; NaN or -infinity where they are not known.
   double marginal_here = std::numeric_limits<double>::quiet_NaN();
   double marginal_maximum = -std::numeric_limits<double>::infinity();
   Integration marginal = Integration::kLaplace;
+  /// Whether the fit's own log-likelihood is a restricted one, which changes with the units of the
+  /// covariates and does not compare with a marginal one.
+  bool is_restricted = false;
   /// Of a marginal likelihood with all second derivatives: the maximum of the first-order one,
   /// where that lies at a point at which Laplace's may not hold; else NaN.
   double first_order_maximum = std::numeric_limits<double>::quiet_NaN();

@@ -130,7 +130,7 @@ void add_spread(int count, Collection& collection) {
     Random random(kSeed, static_cast<std::uint64_t>(k));
     VectorXd point = centers[static_cast<std::size_t>(k) % centers.size()].coefficients;
     for (Index j = 0; j < point.size(); ++j) point[j] += spread[j] * random.normal();
-    collection.add(std::move(point), "spread start");
+    collection.add(std::move(point), std::string(kSpreadStart));
   }
 }
 

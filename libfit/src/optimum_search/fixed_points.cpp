@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: MIT
+#include "optimum_search/fixed_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "marginal_likelihood/marginal_fit.hpp"
+#include "model/symmetric_eigen.hpp"
+#include "silvafit/base/random.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// How much less a model's likelihood may be than that of one that it contains: linearizations at
+// nearly the same point differ by as much.
+constexpr double kSlack = 0.05;
+// Spreads of random effects to start from, as shares of the usual one.
+constexpr double kNarrow = 0.1;
+constexpr double kVeryNarrow = 0.01;
+
+/// Coefficients of a group that is drawn from the distribution of a fit's random effects.
+VectorXd drawn_group(const NonlinearModel& model,
+                     const MixedEffectsFit& fit,
+                     std::uint64_t number) {
+  constexpr std::uint64_t kSeed = 2;
+  Random random(kSeed, number);
+  VectorXd result = fit.estimate;
+  const ModelSpecification& specification = model.specification();
+  const auto add = [&](const std::optional<RandomEffects>& effects,
+                       const Eigen::MatrixXd& covariance) {
+    if (!effects) return;
+    const std::vector<Index> places = model.coefficients_of(effects);
+    const SymmetricEigen of = symmetric_eigen(covariance);
+    VectorXd draw(of.values.size());
+    for (double& value : draw) value = random.normal();
+    const VectorXd sizes = of.values.cwiseMax(0.0).cwiseSqrt();
+    const VectorXd change = of.vectors * sizes.cwiseProduct(draw);
+    for (Index k = 0; k < change.size(); ++k)
+      result[places[static_cast<std::size_t>(k)]] += change[k];
+  };
+  add(specification.random, fit.random_covariance);
+  add(specification.outer_random, fit.outer.covariance);
+  return result;
+}
+
+}  // namespace
+
+bool is_higher(const MixedEffectsFit& smaller, const MixedEffectsFit& whole) {
+  return smaller.convergence.converged() && smaller.log_likelihood > whole.log_likelihood + kSlack;
+}
+
+FixedPoints::FixedPoints(const NonlinearModel& model,
+                         const LeastSquaresFit& pooled,
+                         const OptimumSearchOptions& options,
+                         const VectorXd& from_part,
+                         SearchBudget& budget)
+    : model_(model),
+      pooled_(pooled),
+      options_(options),
+      linearized_(options.linearized),
+      from_part_(from_part),
+      budget_(budget) {
+  linearized_.starts.clear();
+}
+
+std::vector<StartingPoint> FixedPoints::points() const {
+  const std::vector<VectorXd>& given = options_.linearized.starts;
+  if (from_part_.size() == 0) {
+    return starting_points(model_, pooled_, {.given = given, .spread = options_.spread_starts});
+  }
+  std::vector<StartingPoint> result;
+  for (const VectorXd& start : given) {
+    result.push_back({.coefficients = start, .origin = std::string(kStartValues)});
+  }
+  result.push_back({.coefficients = pooled_.estimate, .origin = "least squares"});
+  result.push_back({.coefficients = from_part_, .origin = "a part of the observations"});
+  return result;
+}
+
+void FixedPoints::search() {
+  const std::vector<StartingPoint> starts = points();
+  const std::size_t given = options_.linearized.starts.size();
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    // What the user asks for, and the pooled fit, are tried whatever they cost.
+    const bool is_asked = k <= given || starts[k].origin == kSpreadStart;
+    if (!is_asked && budget_.is_spent() && has_converged(candidates_)) continue;
+    linearize_from(starts[k], Persistence::kOnce);
+    if (k >= given) continue;
+    // Narrow random effects stay near the coefficients that they start from.
+    for (const double spread : {kNarrow, kVeryNarrow}) {
+      linearize_from(starts[k], Persistence::kOnce, spread);
+    }
+  }
+  if (has_several_ends()) linearize_from(starts[given], Persistence::kOnce, kNarrow);
+  if (!has_converged(candidates_)) linearize_from(starts.front(), Persistence::kUntilFound);
+}
+
+void FixedPoints::linearize_from(const StartingPoint& point,
+                                 Persistence persistence,
+                                 double spread) {
+  LindstromBatesSearch found =
+      climb_lindstrom_bates(model_, point.coefficients, linearized_, persistence, spread);
+  // What the user asks for must not displace anything else.
+  const bool is_asked = point.origin == kStartValues || point.origin == kSpreadStart;
+  if (!is_asked) budget_.spend_alternations(found.outcome.iterations);
+  if (!found.outcome.is_valid) return;
+  add_candidate(candidates_,
+                {.fit = found.engine->result(found.outcome),
+                 .origin = point.origin,
+                 .obstacle = found.outcome.obstacle});
+}
+
+void FixedPoints::rank() {
+  for (const Integration integration : {Integration::kLaplace, Integration::kInteraction}) {
+    ranking_ = integration;
+    bool holds = true;
+    for (Candidate& candidate : candidates_) {
+      candidate.rank =
+          marginal_log_likelihood(model_, candidate.fit, integration, options_.marginal);
+      holds = holds && std::isfinite(candidate.rank);
+    }
+    if (holds) return;
+  }
+}
+
+/// Whether a part of the observations has told all starts apart: on all of them one fixed point
+/// is left, and its likelihood is near the marginal one.
+bool FixedPoints::is_settled() const {
+  constexpr double kNear = 2.0;
+  return from_part_.size() > 0 && candidates_.size() == 1 &&
+         std::abs(candidates_.front().rank - candidates_.front().fit.log_likelihood) < kNear;
+}
+
+/// Whether there are several fixed points of about the same height, as on a surface with many.
+bool FixedPoints::is_rugged() const {
+  constexpr double kClose = 10.0;
+  if (from_part_.size() > 0) return false;
+  const double best = best_of(candidates_).rank;
+  return std::ranges::count_if(candidates_, [&](const Candidate& candidate) {
+           return candidate.fit.convergence.converged() && candidate.rank > best - kClose;
+         }) > 1;
+}
+
+/// Further starts where a surface has many fixed points: coefficients of groups as the best fit
+/// describes them.
+void FixedPoints::explore() {
+  if (!is_rugged()) return;
+  constexpr std::uint64_t kStarts = 8;
+  const MixedEffectsFit best = best_of(candidates_).fit;
+  const std::size_t known = candidates_.size();
+  for (std::uint64_t k = 0; k < kStarts && !budget_.is_spent(); ++k) {
+    linearize_from({.coefficients = drawn_group(model_, best, k), .origin = "a drawn group"},
+                   Persistence::kOnce);
+  }
+  if (candidates_.size() > known) rank();
+}
+
+void FixedPoints::compare() {
+  rank();
+  if (is_settled()) return compare_with_smaller();
+  follow_to_maxima();
+  explore();
+  compare_with_smaller();
+  follow_to_maxima();
+  finish_given_up();
+}
+
+void FixedPoints::compare_briefly() {
+  rank();
+  // From maxima of a marginal likelihood the method often finds a fixed point where it has failed
+  // from everywhere else.
+  if (!has_converged(candidates_)) follow_to_maxima();
+  explore();
+  compare_with_smaller();
+}
+
+/// Runs that stopped early above the best fixed point, often at a singular covariance, continue
+/// from there with independent random effects.
+void FixedPoints::finish_given_up() {
+  constexpr std::size_t kMost = 2;
+  const double best = best_of(candidates_).rank;
+  std::vector<Candidate> higher;
+  for (const Candidate& candidate : candidates_) {
+    if (!candidate.fit.convergence.converged() && candidate.rank > best) {
+      higher.push_back(candidate);
+    }
+  }
+  std::ranges::stable_sort(higher, std::ranges::greater(), &Candidate::rank);
+  higher.resize(std::min(kMost, higher.size()));
+  for (const Candidate& start : higher) {
+    if (budget_.is_spent()) return;
+    auto found = lindstrom_bates_from(model_, with_independent_effects(start.fit), linearized_);
+    if (!found) continue;
+    budget_.spend_alternations(found->convergence.iterations);
+    add_candidate(candidates_, {.fit = *std::move(found), .origin = start.origin});
+  }
+  if (!higher.empty()) rank();
+}
+
+/// The maximum of the marginal likelihood near each of the best fixed points leads to further ones,
+/// from which it goes on.
+void FixedPoints::follow_to_maxima() {
+  constexpr int kRounds = 3;
+  constexpr std::size_t kBest = 3;
+  for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
+    const std::size_t known = candidates_.size();
+    std::vector<MixedEffectsFit> starts;
+    for (const Candidate* const candidate : highest_few(candidates_, kBest)) {
+      if (!candidate->is_followed) starts.push_back(candidate->fit);
+    }
+    for (Candidate& candidate : candidates_) {
+      candidate.is_followed =
+          candidate.is_followed || std::ranges::any_of(starts, [&](const MixedEffectsFit& fit) {
+            return is_same(candidate.fit, fit);
+          });
+    }
+    for (const MixedEffectsFit& start : starts) follow_to_maximum(start);
+    if (candidates_.size() == known) return;
+    rank();
+  }
+}
+
+void FixedPoints::follow_to_maximum(const MixedEffectsFit& start) {
+  Integration integration = ranking_;
+  auto maximum = marginal_from(model_, start, integration, options_.marginal);
+  if (!maximum || !maximum->convergence.converged()) {
+    integration = Integration::kInteraction;
+    maximum = marginal_from(model_, start, integration, options_.marginal);
+  }
+  constexpr int kTypical = 100;
+  budget_.spend_evaluations(maximum ? maximum->convergence.iterations : kTypical);
+  if (!maximum || !std::isfinite(maximum->log_likelihood)) return;
+  double& highest = integration == Integration::kLaplace ? highest_laplace_ : highest_first_order_;
+  highest = std::max(highest, maximum->log_likelihood);
+  if (!add_candidate(maxima_, {.fit = *maximum})) return;
+  const std::string origin = "maximum of the marginal likelihood";
+  if (auto found = lindstrom_bates_from(model_, *maximum, linearized_)) {
+    budget_.spend_alternations(found->convergence.iterations);
+    add_candidate(candidates_, {.fit = *std::move(found), .origin = origin});
+  }
+  if (!has_several_ends()) return;
+  linearize_from(
+      {.coefficients = maximum->estimate, .origin = origin}, Persistence::kOnce, kVeryNarrow);
+}
+
+void FixedPoints::add_without_random_effects(std::vector<ContainedModel>& contained) const {
+  const NonlinearModel fixed = model_.with_random_effects(std::nullopt, std::nullopt);
+  // A restricted likelihood does not compare with the marginal one of the whole model.
+  MixedEffectsOptions options = linearized_;
+  options.reml = false;
+  const LindstromBatesSearch found =
+      climb_lindstrom_bates(fixed, first_coefficients(), options, Persistence::kOnce);
+  if (!found.outcome.is_valid || !found.outcome.converged) return;
+  contained.push_back({.text = "without random effects",
+                       .log_likelihood = found.outcome.log_likelihood,
+                       .rank = found.outcome.log_likelihood});
+}
+
+/// Fits with a smaller random structure. The whole model starts from those that end higher than
+/// it, and from those that have not come from it.
+void FixedPoints::compare_with_smaller() {
+  add_without_random_effects(contained_);
+  for (const SmallerStructure& smaller : structures_to_compare()) {
+    if (budget_.is_spent()) break;
+    const MixedEffectsFit best = best_of(candidates_).fit;
+    for (const MixedEffectsFit& found : smaller_fits(smaller, best)) {
+      budget_.spend_alternations(2 * found.convergence.iterations);
+      if (is_higher(found, best)) {
+        contained_.push_back(
+            {.text = smaller.text,
+             .log_likelihood = found.log_likelihood,
+             .rank = marginal_log_likelihood(smaller.model, found, ranking_, options_.marginal)});
+      }
+      go_on_from_smaller(smaller, found);
+    }
+  }
+}
+
+void FixedPoints::go_on_from_smaller(const SmallerStructure& smaller,
+                                     const MixedEffectsFit& found) {
+  auto again =
+      lindstrom_bates_from(model_,
+                           enlarged(found, smaller, small_deviation(model_, smaller, found)),
+                           options_.linearized);
+  const std::string origin = "the fit " + smaller.text;
+  const std::size_t known = candidates_.size();
+  if (again) budget_.spend_alternations(again->convergence.iterations);
+  if (again) add_candidate(candidates_, {.fit = *std::move(again), .origin = origin});
+  linearize_from({.coefficients = found.estimate, .origin = origin}, Persistence::kOnce);
+  if (candidates_.size() > known) rank();
+}
+
+std::vector<SmallerStructure> FixedPoints::structures_to_compare() const {
+  return is_settled() ? std::vector<SmallerStructure>() : smaller_structures(model_);
+}
+
+/// The fit of a smaller structure that the whole model's fit leads to, if it is higher, and that
+/// from the pooled coefficients, if it is another.
+std::vector<MixedEffectsFit> FixedPoints::smaller_fits(const SmallerStructure& smaller,
+                                                       const MixedEffectsFit& whole) const {
+  std::vector<MixedEffectsFit> result;
+  const auto near = lindstrom_bates_from(smaller.model, reduced(whole, smaller), linearized_);
+  if (near && is_higher(*near, whole)) result.push_back(*near);
+  if (smaller.left_out < 0) return result;
+  const LindstromBatesSearch own =
+      climb_lindstrom_bates(smaller.model, first_coefficients(), linearized_, Persistence::kOnce);
+  if (!own.outcome.is_valid || !own.outcome.converged) return result;
+  MixedEffectsFit fit = own.engine->result(own.outcome);
+  if (result.empty() || !is_same(*near, fit)) result.push_back(std::move(fit));
+  return result;
+}
+
+const VectorXd& FixedPoints::first_coefficients() const {
+  return from_part_.size() > 0 ? from_part_ : pooled_.estimate;
+}
+
+SearchEvidence FixedPoints::evidence(const Candidate& best) const {
+  SearchEvidence result;
+  const double highest = std::max(highest_laplace_, highest_first_order_);
+  // At a fixed point the marginal likelihood is below its maximum; that is the method's bias.
+  result.contained = higher_than(std::max(best.rank, highest), contained_);
+  result.is_restricted = options_.linearized.reml;
+  result.marginal = ranking_;
+  result.marginal_here = best.rank;
+  result.marginal_maximum =
+      ranking_ == Integration::kLaplace ? highest_laplace_ : highest_first_order_;
+  // Laplace's likelihood may hold at all fixed points and nevertheless have no maximum nearby.
+  if (!std::isfinite(result.marginal_maximum) && std::isfinite(highest)) {
+    result.marginal = Integration::kInteraction;
+    result.marginal_here =
+        marginal_log_likelihood(model_, best.fit, Integration::kInteraction, options_.marginal);
+    result.marginal_maximum = highest_first_order_;
+  }
+  return result;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// The fixed points of Lindstrom and Bates' method that starting points lead to.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "lindstrom_bates/lindstrom_bates_search.hpp"
+#include "optimum_search/candidate_fits.hpp"
+#include "optimum_search/optimum_search.hpp"
+#include "optimum_search/search_budget.hpp"
+#include "optimum_search/search_verdict.hpp"
+#include "optimum_search/smaller_structures.hpp"
+#include "optimum_search/starting_points.hpp"
+
+namespace silvafit::fit {
+
+/// Runs of Lindstrom and Bates' method, converged or not, each place once. They are ranked by their
+/// marginal likelihood, because their own is that of a different linear model at each.
+class FixedPoints {
+ public:
+  /// \param from_part  (p) the best coefficients of a part of the observations; empty without one
+  FixedPoints(const NonlinearModel& model,
+              const LeastSquaresFit& pooled,
+              const OptimumSearchOptions& options,
+              const Eigen::VectorXd& from_part,
+              SearchBudget& budget);
+
+  /// Runs from all starting points.
+  void search();
+  /// Ranks those that were found by the marginal likelihood, and goes on from them: around the best
+  /// ones, from maxima of the marginal likelihood, and from fits of smaller structures.
+  void compare();
+  /// The same without maxima of the marginal likelihood, which another search looks for.
+  void compare_briefly();
+
+  std::vector<Candidate>& all() { return candidates_; }
+  /// Whether starts have led to different points, or nowhere; else more of them are of no use.
+  bool has_several_ends() const { return candidates_.size() > 1; }
+  /// How fits were ranked: by Laplace's likelihood if it holds for all of them, else by the
+  /// first-order one, which always does.
+  Integration ranking() const { return ranking_; }
+  /// None where a part of the observations has told all starts apart.
+  std::vector<SmallerStructure> structures_to_compare() const;
+  /// The model without random effects, by generalized least squares: a maximum of its likelihood is
+  /// one of the mixed model's, too, on the boundary.
+  void add_without_random_effects(std::vector<ContainedModel>& contained) const;
+  /// What the search means for the verdict on the best fixed point.
+  SearchEvidence evidence(const Candidate& best) const;
+
+ private:
+  void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0);
+  std::vector<StartingPoint> points() const;
+  void rank();
+  bool is_settled() const;
+  bool is_rugged() const;
+  void explore();
+  void finish_given_up();
+  void follow_to_maxima();
+  void follow_to_maximum(const MixedEffectsFit& start);
+  void compare_with_smaller();
+  void go_on_from_smaller(const SmallerStructure& smaller, const MixedEffectsFit& found);
+  std::vector<MixedEffectsFit> smaller_fits(const SmallerStructure& smaller,
+                                            const MixedEffectsFit& whole) const;
+  const Eigen::VectorXd& first_coefficients() const;
+
+  const NonlinearModel& model_;
+  const LeastSquaresFit& pooled_;
+  const OptimumSearchOptions& options_;
+  MixedEffectsOptions linearized_;  ///< of runs: without the user's starts
+  const Eigen::VectorXd& from_part_;
+  SearchBudget& budget_;
+  std::vector<Candidate> candidates_;
+  std::vector<Candidate> maxima_;  ///< of the marginal likelihood, that were gone on from
+  std::vector<ContainedModel> contained_;
+  Integration ranking_ = Integration::kLaplace;
+  /// The highest maxima that were found: of Laplace's likelihood, of the first-order one.
+  double highest_laplace_ = -std::numeric_limits<double>::infinity();
+  double highest_first_order_ = -std::numeric_limits<double>::infinity();
+};
+
+/// Whether the fit of a smaller structure is above that of a larger one.
+bool is_higher(const MixedEffectsFit& smaller, const MixedEffectsFit& whole);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: MIT
+#include "optimum_search/marginal_maxima.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "mixed_effects/mixed_effects_evidence.hpp"
+#include "optimum_search/smaller_structures.hpp"
+#include "silvafit/base/constants.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::VectorXd;
+
+// Log-likelihoods of two ends that differ by less are equal but for the tolerance of searches.
+constexpr double kSameHeight = 0.05;
+
+/// Whether searches from two fits begin at about the same curves of all groups.
+bool is_near(const MixedEffectsFit& a, const MixedEffectsFit& b) {
+  constexpr double kNear = 0.02;  // of the residual standard deviation
+  if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameHeight)) return false;
+  const VectorXd change =
+      (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
+  return change.norm() < kNear * std::sqrt(static_cast<double>(change.size()));
+}
+
+}  // namespace
+
+MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
+                               const LeastSquaresFit& pooled,
+                               const OptimumSearchOptions& options,
+                               Integration integration,
+                               FixedPoints& points,
+                               SearchBudget& budget)
+    : model_(model),
+      pooled_(pooled),
+      options_(options),
+      integration_(integration),
+      points_(points),
+      budget_(budget) {}
+
+void MarginalMaxima::search() {
+  follow(starts());
+  if (maxima_.empty()) follow_patiently();
+  compare_with_smaller();
+  if (!has_converged(maxima_)) follow_patiently();
+  finish_highest();
+  if (!is_first_order() && !has_converged(maxima_)) rank_ends();
+}
+
+/// Where no search has converged, the highest end may be far away, at a point at which the
+/// likelihood grows without bound. The one that the first-order likelihood prefers is shown, with
+/// the reason why there is no maximum if any search has met it.
+void MarginalMaxima::rank_ends() {
+  const auto invalid = std::ranges::find(
+      maxima_, ConvergenceStatus::kInvalidApproximation, [](const Candidate& candidate) {
+        return candidate.obstacle.status;
+      });
+  std::optional<Obstacle> reason;
+  if (invalid != maxima_.end()) reason = invalid->obstacle;
+  for (Candidate& candidate : maxima_) {
+    candidate.rank = value_at(candidate.fit, Integration::kInteraction);
+    if (reason) candidate.obstacle = *reason;
+  }
+}
+
+bool MarginalMaxima::is_first_order() const {
+  return integration_ == Integration::kInteraction || integration_ == Integration::kFirstOrder;
+}
+
+double MarginalMaxima::value_at(const MixedEffectsFit& fit, Integration integration) const {
+  return marginal_log_likelihood(model_, fit, integration, options_.marginal);
+}
+
+/// The fixed points and the maxima of other likelihoods, ranked by this one.
+std::vector<Candidate> MarginalMaxima::starts() {
+  std::vector<Candidate> result = points_.all();
+  if (!is_first_order()) add_first_order_maximum(result);
+  if (integration_ == Integration::kQuadrature) add_laplace_maxima(result);
+  for (Candidate& candidate : result) candidate.rank = value_at(candidate.fit, integration_);
+  return result;
+}
+
+/// The first-order likelihood holds everywhere and has fewer maxima. Its own is often a point where
+/// Laplace's holds, though it may not hold at a fixed point.
+void MarginalMaxima::add_first_order_maximum(std::vector<Candidate>& starts) {
+  const bool holds = points_.ranking() == Integration::kLaplace;
+  if (holds && !points_.has_several_ends()) return;
+  auto found = marginal_from(
+      model_, best_of(points_.all()).fit, Integration::kInteraction, options_.marginal);
+  if (!found) return;
+  budget_.spend_evaluations(found->convergence.iterations);
+  if (!holds) first_order_maximum_ = found->log_likelihood;
+  starts.push_back({.fit = *std::move(found), .origin = "maximum of the first-order likelihood"});
+}
+
+/// A value by quadrature costs as many values by Laplace's method as it has points, and their
+/// maxima are near each other.
+void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
+  SearchBudget budget(model_, 1);
+  MarginalMaxima laplace(model_, pooled_, options_, Integration::kLaplace, points_, budget);
+  laplace.follow(laplace.starts());
+  for (const Candidate& maximum : laplace.maxima_) {
+    starts.push_back({.fit = maximum.fit, .origin = "maximum of Laplace's likelihood"});
+  }
+}
+
+/// Searches from the highest starts; from further ones while there is time, because the height of a
+/// start says little of that of its maximum.
+void MarginalMaxima::follow(const std::vector<Candidate>& starts) {
+  const std::size_t asked =
+      options_.linearized.starts.size() + static_cast<std::size_t>(options_.spread_starts) / 4;
+  // The maximum of Laplace's likelihood is as good a start for quadrature as there is.
+  const std::size_t usual = integration_ != Integration::kQuadrature ? 6
+                            : points_.has_several_ends()             ? 3
+                                                                     : 1;
+  const std::size_t most = usual + 3 * asked;
+  std::vector<const MixedEffectsFit*> tried;
+  for (const Candidate* const start : highest_few(starts, starts.size())) {
+    const bool is_enough = tried.size() >= most || (tried.size() >= asked && budget_.is_spent());
+    if (is_enough && has_converged(maxima_)) return;
+    const bool is_tried = std::ranges::any_of(
+        tried, [&](const MixedEffectsFit* other) { return is_near(start->fit, *other); });
+    if (is_tried) continue;
+    tried.push_back(&start->fit);
+    try_from(start->fit, start->origin);
+  }
+}
+
+/// Where no short search has ended at a maximum: a longer one from the best start, with all that
+/// there is to fall back on.
+void MarginalMaxima::follow_patiently() {
+  if (is_patient_) return;
+  is_patient_ = true;
+  const Candidate& start = best_of(points_.all());
+  MixedEffectsFit first = start.fit;
+  describe(model_, first);
+  judge(model_, first, Rounds::kAlternations, false);
+  MixedEffectsFit found =
+      fit_marginal_from(model_, pooled_.estimate, first, integration_, options_.marginal);
+  budget_.spend_evaluations(found.convergence.iterations);
+  const double rank = found.log_likelihood;
+  maxima_.push_back({.fit = std::move(found), .origin = start.origin, .rank = rank});
+}
+
+void MarginalMaxima::add(Candidate candidate) {
+  candidate.rank = candidate.fit.log_likelihood;
+  add_candidate(maxima_, std::move(candidate));
+}
+
+void MarginalMaxima::try_from(const MixedEffectsFit& start, const std::string& origin) {
+  Obstacle obstacle;
+  auto found = marginal_from(model_,
+                             start,
+                             integration_,
+                             options_.marginal,
+                             {.known = highest_converged(maxima_)},
+                             &obstacle);
+  if (!found) return;
+  budget_.spend_evaluations(found->convergence.iterations);
+  add({.fit = *std::move(found), .origin = origin, .obstacle = std::move(obstacle)});
+}
+
+void MarginalMaxima::compare_with_smaller() {
+  points_.add_without_random_effects(contained_);
+  for (const SmallerStructure& smaller : points_.structures_to_compare()) {
+    if (budget_.is_spent() || maxima_.empty()) break;
+    const MixedEffectsFit before = best_of(maxima_).fit;
+    if (!std::isfinite(before.log_likelihood)) break;
+    const auto found =
+        marginal_from(smaller.model, reduced(before, smaller), integration_, options_.marginal);
+    if (found) budget_.spend_evaluations(found->convergence.iterations);
+    if (!found || !found->convergence.converged()) continue;
+    const bool is_above = is_higher(*found, before);
+    if (is_above) {
+      contained_.push_back({.text = smaller.text,
+                            .log_likelihood = found->log_likelihood,
+                            .rank = found->log_likelihood});
+    }
+    if (!is_above && !points_.has_several_ends()) continue;
+    try_from(enlarged(*found, smaller, small_deviation(model_, smaller, before)),
+             "the fit " + smaller.text);
+  }
+}
+
+/// A search that was given up at the highest point, or ended there with few digits, goes on, unless
+/// the likelihood does not hold further on.
+void MarginalMaxima::finish_highest() {
+  const auto place = std::ranges::max_element(maxima_, {}, [](const Candidate& candidate) {
+    const double value = candidate.fit.log_likelihood;
+    return std::isnan(value) ? -std::numeric_limits<double>::infinity() : value;
+  });
+  if (place == maxima_.end()) return;
+  const Candidate start = *place;
+  constexpr double kExact = 1e-9;  // squared standard errors
+  const bool is_finished =
+      start.fit.convergence.converged() && start.fit.convergence.newton_decrement <= kExact;
+  const bool has_end =
+      start.obstacle.status != ConvergenceStatus::kInvalidApproximation || !has_converged(maxima_);
+  if (is_finished || !has_end || !std::isfinite(start.fit.log_likelihood)) return;
+  Obstacle obstacle;
+  auto found = marginal_from(
+      model_, start.fit, integration_, options_.marginal, {.is_complete = true}, &obstacle);
+  if (!found) return;
+  if (is_same(*found, start.fit) &&
+      found->convergence.newton_decrement < start.fit.convergence.newton_decrement) {
+    place->fit = *std::move(found);
+    place->rank = place->fit.log_likelihood;
+    return;
+  }
+  add({.fit = *std::move(found), .origin = start.origin, .obstacle = std::move(obstacle)});
+}
+
+/// The log-likelihood of the highest point above the best maximum at which a search has not
+/// converged; NaN without one. Laplace's increases without bound towards points at which it is not
+/// valid, so that the first-order one, which does not, has to be higher there, too.
+double MarginalMaxima::highest_unfinished() const {
+  const MixedEffectsFit& best = best_of(maxima_).fit;
+  const double here = is_first_order() ? kNaN : value_at(best, Integration::kInteraction);
+  double highest = kNaN;
+  for (const Candidate& candidate : maxima_) {
+    const double value = candidate.fit.log_likelihood;
+    if (candidate.fit.convergence.converged() || !(value > best.log_likelihood + kSameHeight))
+      continue;
+    const bool counts =
+        is_first_order() || value_at(candidate.fit, Integration::kInteraction) > here + kSameHeight;
+    if (counts && !(value <= highest)) highest = value;
+  }
+  return highest;
+}
+
+SearchEvidence MarginalMaxima::evidence() const {
+  SearchEvidence result;
+  result.method = integration_;
+  result.contained = higher_than(best_of(maxima_).fit.log_likelihood, contained_);
+  result.first_order_maximum = first_order_maximum_;
+  result.unfinished = highest_unfinished();
+  return result;
+}
+
+}  // namespace silvafit::fit

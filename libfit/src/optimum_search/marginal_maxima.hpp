@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// The maxima of a marginal likelihood that fixed points of Lindstrom and Bates' method lead to.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "marginal_likelihood/marginal_fit.hpp"
+#include "optimum_search/candidate_fits.hpp"
+#include "optimum_search/fixed_points.hpp"
+#include "optimum_search/optimum_search.hpp"
+#include "optimum_search/search_budget.hpp"
+#include "optimum_search/search_verdict.hpp"
+
+namespace silvafit::fit {
+
+/// Searches from the best fixed points, from the maxima of likelihoods that cost less, and from
+/// smaller structures.
+class MarginalMaxima {
+ public:
+  /// \param integration  of the likelihood; `options` has that of the fit
+  MarginalMaxima(const NonlinearModel& model,
+                 const LeastSquaresFit& pooled,
+                 const OptimumSearchOptions& options,
+                 Integration integration,
+                 FixedPoints& points,
+                 SearchBudget& budget);
+
+  void search();
+  const std::vector<Candidate>& all() const { return maxima_; }
+  const Candidate& best() { return best_of(maxima_); }
+  SearchEvidence evidence() const;
+
+ private:
+  bool is_first_order() const;
+  double value_at(const MixedEffectsFit& fit, Integration integration) const;
+  std::vector<Candidate> starts();
+  void add_first_order_maximum(std::vector<Candidate>& starts);
+  void add_laplace_maxima(std::vector<Candidate>& starts);
+  void follow(const std::vector<Candidate>& starts);
+  void follow_patiently();
+  void compare_with_smaller();
+  void finish_highest();
+  void rank_ends();
+  double highest_unfinished() const;
+  void add(Candidate candidate);
+  void try_from(const MixedEffectsFit& start, const std::string& origin);
+
+  const NonlinearModel& model_;
+  const LeastSquaresFit& pooled_;
+  const OptimumSearchOptions& options_;
+  Integration integration_;
+  FixedPoints& points_;
+  SearchBudget& budget_;
+  std::vector<Candidate> maxima_;
+  std::vector<ContainedModel> contained_;
+  bool is_patient_ = false;  ///< whether the longer search has been
+  /// Of the first-order likelihood, where Laplace's does not hold at all fixed points.
+  double first_order_maximum_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace silvafit::fit
