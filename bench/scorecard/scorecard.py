@@ -20,6 +20,7 @@ import sys
 import best_known
 import books
 import cases
+import curves
 import degenerate
 import drawn
 import fitting
@@ -39,6 +40,8 @@ FAMILIES = {
     "degenerate": degenerate.family,
     "subsets": degenerate.subsets,
     "near-singular": drawn.near_singular,
+    "curves": curves.family,
+    "samples": curves.samples,
 }
 
 
