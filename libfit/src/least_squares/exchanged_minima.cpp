@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "least_squares/levenberg_marquardt.hpp"
+#include "least_squares/location_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 
 namespace silvafit::fit {
@@ -73,6 +75,34 @@ std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const Vector
     }
   }
   return std::move(same).found();
+}
+
+std::vector<VectorXd> exchanged_locations(const NonlinearModel& model, const VectorXd& minimum) {
+  constexpr Index kSample = 200;
+  constexpr double kSameMinimum = 1e-6;
+  constexpr double kSamePlace = 1e-3;
+  const std::vector<LocationCoefficient> locations = location_coefficients(model);
+  if (locations.size() < 2) return {};
+  const NonlinearModel part = model.subset(even_sample(model.response(), kSample));
+  ProjectedModel projected(part);
+  const auto minimum_from = [&](const VectorXd& point) {
+    return descend(
+        projected, projected.nonlinear_part(point), {.maximum_iterations = 50, .tolerance = 1e-9});
+  };
+  const Descent lowest = minimum_from(minimum);
+  std::vector<VectorXd> result;
+  for (std::size_t i = 0; i < locations.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      VectorXd point = minimum;
+      std::swap(point[locations[i].coefficient], point[locations[j].coefficient]);
+      const Descent found = minimum_from(point);
+      if (!(found.sum_of_squares <= lowest.sum_of_squares * (1.0 + kSameMinimum))) continue;
+      const VectorXd change = (found.coefficients - minimum).cwiseAbs();
+      if ((change.array() <= kSamePlace * minimum.array().abs()).all()) continue;
+      result.push_back(found.coefficients);
+    }
+  }
+  return result;
 }
 
 }  // namespace silvafit::fit

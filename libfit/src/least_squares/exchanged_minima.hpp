@@ -19,4 +19,9 @@ namespace silvafit::fit {
 std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
                                               const Eigen::VectorXd& minimum);
 
+/// The same for places on the axis of a column: two of them are exchanged, and the others follow by
+/// a descent, as the share f of f*A + (1 - f)*B becomes 1 - f.
+std::vector<Eigen::VectorXd> exchanged_locations(const NonlinearModel& model,
+                                                 const Eigen::VectorXd& minimum);
+
 }  // namespace silvafit::fit

@@ -58,3 +58,27 @@ TEST_CASE("curves without interchangeable terms have nothing to exchange") {
   // A sign alone is no exchange: random effects turn with it.
   CHECK(exchanged_minima(model_of("y ~ x^2/(a + b*x)^2"), Eigen::Vector2d(2.0, 0.3)).empty());
 }
+
+TEST_CASE("places change with the shares of the terms that they belong to") {
+  const char* const formula = "y ~ f/(1 + exp(2*(m - x))) + (1 - f)/(1 + exp(2*(k - x)))";
+  // f, m, k in the order of the text; the other way round is the same curve.
+  const VectorXd truth = Eigen::Vector3d(0.3, 1.0, 4.0);
+  NonlinearModel model = model_of(formula);
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  model.evaluate(truth, mean, nullptr, workspace);
+  Table table;
+  table.set("x", std::vector<double>(model.column("x").begin(), model.column("x").end()));
+  table.set("y", std::vector<double>(mean.begin(), mean.end()));
+  const NonlinearModel exact(specify_model(formula, {}, table), table);
+  CHECK(exchanged_minima(exact, truth).empty());
+  // Residuals near zero are rounding; a slightly wrong curve has some.
+  std::vector<double> y(mean.begin(), mean.end());
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] += 0.01 * std::sin(3.0 * static_cast<double>(i));
+  table.set("y", y);
+  const NonlinearModel noisy(specify_model(formula, {}, table), table);
+  const std::vector<VectorXd> found = exchanged_locations(noisy, truth);
+  REQUIRE(found.size() == 1);
+  // Standard errors are about 0.02.
+  CHECK((found[0] - Eigen::Vector3d(0.7, 4.0, 1.0)).norm() < 0.2);
+}

@@ -103,7 +103,10 @@ void MarginalMaxima::add_first_order_maximum(std::vector<Candidate>& starts) {
 void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
   SearchBudget budget(model_, 1);
   MarginalMaxima laplace(model_, pooled_, options_, Integration::kLaplace, points_, budget);
-  laplace.follow(laplace.starts());
+  std::vector<Candidate> first = starts;
+  for (Candidate& candidate : first)
+    candidate.rank = value_at(candidate.fit, Integration::kLaplace);
+  laplace.follow(first);
   for (const Candidate& maximum : laplace.maxima_) {
     starts.push_back({.fit = maximum.fit, .origin = "maximum of Laplace's likelihood"});
   }
