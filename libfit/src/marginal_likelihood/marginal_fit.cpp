@@ -19,6 +19,7 @@
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -154,11 +155,12 @@ class MarginalSearch {
     MixedEffectsFit fit;
     fit.estimate = point.observation.beta;
     fit.covariance = fixed_covariance();
-    fit.random_covariance = point.inner_factor * point.inner_factor.transpose();
-    fit.random_effects = point.inner_factor * best_.modes.inner;
+    fit.random.resize(model_.specification().random.size());
+    fit.random.back().covariance = point.inner_factor * point.inner_factor.transpose();
+    fit.random.back().effects = point.inner_factor * best_.modes.inner;
     if (outer_count() > 0) {
-      fit.outer.covariance = point.outer_factor * point.outer_factor.transpose();
-      fit.outer.effects = point.outer_factor * best_.modes.outer;
+      fit.random.front().covariance = point.outer_factor * point.outer_factor.transpose();
+      fit.random.front().effects = point.outer_factor * best_.modes.outer;
     }
     const VectorXd& parameters = point.observation.variance;
     const double scale = std::exp(point.observation.log_sigma);
@@ -196,21 +198,21 @@ class MarginalSearch {
         .beta = fit.estimate,
         .variance = parameters,
         .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
-    return coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
+    return coordinates_.coordinates(observation, outer_of(fit), finer(fit).covariance);
   }
 
   Index outer_count() const { return static_cast<Index>(likelihood_.places().outer.size()); }
   Index inner_count() const { return static_cast<Index>(likelihood_.places().inner.size()); }
 
   MatrixXd outer_of(const MixedEffectsFit& fit) const {
-    return outer_count() > 0 ? fit.outer.covariance : MatrixXd(0, 0);
+    return outer_count() > 0 ? coarser(fit).covariance : MatrixXd(0, 0);
   }
   /// The modes that a fit by another method has at x.
   Modes modes_of(const MixedEffectsFit& fit, const VectorXd& x) const {
     const MatrixXd outer =
-        outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
+        outer_count() > 0 ? coarser(fit).effects : MatrixXd(0, model_.cluster_count());
     return {.outer = coordinates_.spherical(x, true, outer),
-            .inner = coordinates_.spherical(x, false, fit.random_effects)};
+            .inner = coordinates_.spherical(x, false, finer(fit).effects)};
   }
 
   /// What ended the search short of a maximum.
@@ -429,8 +431,8 @@ class MarginalSearch {
     model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
     MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
     add_group_effects(model_,
-                      {.rows = likelihood_.places().inner, .effects = fit.random_effects},
-                      {.rows = likelihood_.places().outer, .effects = fit.outer.effects},
+                      {.rows = likelihood_.places().inner, .effects = finer(fit).effects},
+                      {.rows = likelihood_.places().outer, .effects = coarser(fit).effects},
                       coefficients);
     model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
     const ResidualScale residual = variance_.scale(fit.fitted_conditional, parameters, false);
@@ -508,14 +510,15 @@ void check_marginal(const NonlinearModel& model,
                     Integration integration,
                     const MarginalOptions& options) {
   const ModelSpecification& specification = model.specification();
-  if (!specification.random) {
+  if (specification.random.empty()) {
     throw UsageError(
         "a marginal likelihood needs random effects; for a model without random effects use ols or "
         "gnls");
   }
   if (integration != Integration::kQuadrature) return;
   constexpr std::size_t kMostQuadrature = 3;
-  if (specification.outer_random || specification.random->coefficients.size() > kMostQuadrature) {
+  const std::size_t effects = specification.random.back().coefficients.size();
+  if (specification.random.size() > 1 || effects > kMostQuadrature) {
     throw UsageError(fmt::format(
         "quadrature (agq) supports at most {} random effects of one grouping; use laplace",
         kMostQuadrature));
@@ -525,7 +528,6 @@ void check_marginal(const NonlinearModel& model,
     throw UsageError(fmt::format("quadrature needs 1 to {} points per random effect", kMostPoints));
   }
   constexpr double kMostNodes = 20000.0;
-  const std::size_t effects = specification.random->coefficients.size();
   const double nodes = std::pow(options.quadrature_points, static_cast<double>(effects));
   if (nodes > kMostNodes) {
     throw UsageError(

@@ -50,7 +50,8 @@ class OptimumSearch {
     if (model_.observations() >= kManyObservations) learn_from_part();
     linearize_from_all();
     if (linearized_.empty()) return usual_fit();
-    if (!model_.specification().random) return judged(best_of(by_own_likelihood(linearized_)));
+    if (model_.specification().random.empty())
+      return judged(best_of(by_own_likelihood(linearized_)));
     return options_.integration ? marginal_maximum() : best_fixed_point();
   }
 
@@ -58,7 +59,7 @@ class OptimumSearch {
   std::optional<VectorXd> best_coefficients() {
     linearize_from_all();
     if (linearized_.empty()) return std::nullopt;
-    if (model_.specification().random) compare_fixed_points();
+    if (!model_.specification().random.empty()) compare_fixed_points();
     return best_of(linearized_).fit.estimate;
   }
 
@@ -246,7 +247,7 @@ class OptimumSearch {
   /// The model without random effects, by generalized least squares: a maximum of its likelihood is
   /// one of the mixed model's, too, on the boundary.
   void compare_without_random_effects(std::vector<ContainedModel>& contained) const {
-    const NonlinearModel fixed = model_.with_random_effects(std::nullopt, std::nullopt);
+    const NonlinearModel fixed = model_.with_random_effects({});
     const LindstromBatesSearch found =
         climb_lindstrom_bates(fixed, first_coefficients(), without_starts(), Persistence::kOnce);
     if (!found.outcome.is_valid || !found.outcome.converged) return;
